@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 import strainwave as sw
+from strainwave.drive.drive_response import of_equation
+from strainwave.drive.response import ExactResponse
 from strainwave.files.reading import from_text
-from strainwave.study.analysis.drive_response import of_equation
-from strainwave.study.response.response import ExactResponse
 
 DUFFING = sw.Oscillator(J=1.0, B=0.05, law=sw.Cubic(1.0, 0.1), excitation=sw.Harmonic(0.18), omega=1.2)
 CURVE = sw.Parallel(sw.Linear(7160.0), sw.BoucWen(900.0, 0.0, 8e-5))

@@ -107,10 +107,10 @@ from .theory.derivation.error_equation import Derivation as Derivation
 from .theory.derivation.error_equation import derivation as derivation
 
 # Studies: response, jumps
-from .study.response.jumps import Jumps as Jumps
-from .study.response.jumps import jumps as jumps
-from .study.response.jumps import HysteresisBand as HysteresisBand
-from .study.response.jumps import Jump as Jump
+from .drive.jumps import Jumps as Jumps
+from .drive.jumps import jumps as jumps
+from .drive.jumps import HysteresisBand as HysteresisBand
+from .drive.jumps import Jump as Jump
 from .study.response.isolas import isolas as isolas
 from .study.response.hardening import Hardening as Hardening
 from .study.response.hardening import hardening as hardening
@@ -163,17 +163,17 @@ from .study.identification.loops.loop_result import LoopCandidate as LoopCandida
 from .study.identification.loops.loop_result import LoopFit as LoopFit
 
 # Studies: drive train
-from .study.train.loop_margin import Bode as Bode
-from .study.train.loop_margin import bode as bode
-from .study.train.state_space import StateSpace as StateSpace
-from .study.train.state_space import state_space as state_space
-from .study.train.margins import Margins as Margins
-from .study.train.margins import margins as margins
-from .study.train.run import DriveRun as DriveRun
-from .study.train.run import drive_run as drive_run
-from .study.train.operating_point import operating_state as operating_state
-from .study.train.reductions import Reductions as Reductions
-from .study.train.reductions import compare_reductions as compare_reductions
+from .drive.loop_margin import Bode as Bode
+from .drive.loop_margin import bode as bode
+from .drive.state_space import StateSpace as StateSpace
+from .drive.state_space import state_space as state_space
+from .drive.margins import Margins as Margins
+from .drive.margins import margins as margins
+from .drive.run import DriveRun as DriveRun
+from .drive.run import drive_run as drive_run
+from .drive.operating_point import operating_state as operating_state
+from .drive.reductions import Reductions as Reductions
+from .drive.reductions import compare_reductions as compare_reductions
 
 # Sampled controllers, and what they leave of the error
 from .model import controllers as controllers
@@ -236,8 +236,8 @@ from .study.move.profiles import AngleProfile as AngleProfile
 from .study.move.profiles import Dwell as Dwell
 from .study.move.profiles import SCurve as SCurve
 from .study.move.profiles import Trapezoid as Trapezoid
-from .study.move.mover import Payload as Payload
-from .study.move.mover import MotorLimits as MotorLimits
+from .drive.asked import Payload as Payload
+from .drive.asked import MotorLimits as MotorLimits
 
 # Studies: sweeps, variability, the article
 from .study.sweep.sweep import sweep as sweep
@@ -261,7 +261,7 @@ from .files.entries import project_entry as project_entry
 from .files.design.design_project import design_text as design_text
 from .files.design.specification_file import read_specification as read_specification
 from .files.own_gears import read_gears as read_gears
-from .files.project import Project as Project
+from .drive.project import Project as Project
 from .files.reading import read_project as read_project
 from .files.project_text import project_text as project_text
 from .files.identified.identify_drive import IdentifiedDrive as IdentifiedDrive

@@ -4,10 +4,12 @@ from importlib import import_module
 from typing import Any
 
 HOMES = {
+    "analyze": "study.analysis.analyze",
     "draw": "plot",
     "html": "app.notebook",
+    "judged": "study.analysis.verdict",
     "project_entry": "files.entries",
-    "to_control": "study.train.state_space",
+    "to_control": "drive.state_space",
 }
 
 

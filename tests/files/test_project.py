@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import strainwave as sw
-from strainwave.files.project import Project
+from strainwave.drive.project import Project
 from strainwave.files.reading import ProjectError, read_project
 from strainwave.files.yaml_text import LARGEST
 

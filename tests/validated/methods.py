@@ -184,7 +184,7 @@ ROWS = (
         "frequency responses and poles",
         (),
         None,
-        "study/train/test_to_control.py",
+        "drive/test_to_control.py",
         told=("< 1e-9",),
         note="rounding",
     ),

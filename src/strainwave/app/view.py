@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from ..files.project import Project
+from ..drive.project import Project
 from ..model.gears.limits import Finding
 from ..quantities import parse
 from ..sentences import Angle, Quantity, told

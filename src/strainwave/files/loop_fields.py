@@ -7,8 +7,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from ..model.drive import Drive
-from ..model.train.controls import HERTZ, KINDS, USUAL, Lagged, Tuning, from_bandwidth
+from ..model.train.controls import HERTZ, KINDS, USUAL, Lagged, Tuning, control_of
 from ..quantities import checked
 from .entries import Wrong, loop_types, near, number, read_entry, refusal
 from .yaml_text import shown
@@ -88,18 +87,6 @@ def _read(name: str, value: Any, wrong: list[Wrong]) -> Any:
         return None if value is None else READERS[name](value)
     except ValueError as error:
         return wrong.append(Wrong((name,), str(error)))
-
-
-def loop_inertia(drive: Drive) -> float:
-    """Inertia [kg*m^2, motor side] that a loop turns: the motor, and the rigid load over N^2."""
-    return drive.J_m + drive.J_l / (drive.N * drive.N)
-
-
-def control_of(loop: Any, inertia: float) -> Any:
-    """Control of a loop as it was read, on the inertia [kg*m^2, motor side] that it turns."""
-    if not isinstance(loop, Tuning):
-        return loop
-    return from_bandwidth(loop.bandwidth, inertia, loop.damping, kind=loop.kind, lag=loop.lag)
 
 
 Loop = Annotated[Any, BeforeValidator(read_loop)]

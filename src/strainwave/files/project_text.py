@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..drive.asked import MotorLimits
+from ..drive.project import Project
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.meshing import LoadFriction, NoFriction
@@ -18,11 +20,9 @@ from ..model.train.shafts import NO_DRAG, Load
 from ..model.varying import Variation
 from ..quantities import checked, interval, number, shown
 from ..speeds import Speeds
-from ..study.move.mover import MotorLimits
 from .controller import controller_text
 from .entries import deviation_text, project_entry
 from .move.fields import task_text
-from .project import Project
 from .reading import ProjectError, from_text
 
 NEIGHBOURS = (0.0, -math.inf, math.inf)

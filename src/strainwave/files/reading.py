@@ -9,27 +9,26 @@ from typing import Any
 
 from pydantic import ValidationError, create_model
 
+from ..drive.asked import Task
+from ..drive.loop_margin import unstable
+from ..drive.project import Project
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..model.gears import catalogue
 from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
 from ..model.laws.meshing import NO_FRICTION, LoadFriction, NoFriction
-from ..model.train.controls import FREE, Held
+from ..model.train.controls import FREE, Held, control_of
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG, Elastic
 from ..quantities import checked, convert
 from ..speeds import Speeds
-from ..study.move.mover import Task
-from ..study.train.loop_margin import unstable
 from .complaints import complaints
 from .contradictions import contradictions, train_fields
 from .controller import limited
-from .loop_fields import control_of, loop_inertia
 from .move.fields import task_of
 from .notes import notes
 from .own_gears import read_gears
-from .project import Project
 from .python_law import with_python_laws
 from .schema import (
     CATALOGUE,
@@ -161,7 +160,7 @@ def whole_train(
     """The train with all that the file has, at a motor speed [rad/s]."""
     control: Any = FREE if spec.motor.mode == "free" else Held()
     if spec.motor.loop is not None:
-        control = control_of(spec.motor.loop, loop_inertia(drive))
+        control = control_of(spec.motor.loop, drive.loop_inertia)
     train = drive._replace(J_l=spec.load.inertia).train(
         motor_torque=torque(spec.excitation.motor_torque),
         load_torque=torque(spec.excitation.load_torque),

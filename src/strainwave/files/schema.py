@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 from pydantic import model_validator as check_model
 
+from ..drive.asked import MotorLimits
 from ..model.gears import catalogue
 from ..model.gears.gear import Gear
 from ..model.laws.hysteresis import Parallel
@@ -18,7 +19,6 @@ from ..model.laws.meshing import LoadFriction
 from ..model.laws.springs import Play
 from ..model.varying import GearDamping
 from ..quantities import checked
-from ..study.move.mover import MotorLimits
 from .controller import Controller
 from .entries import Wrong, about, deviation, number, phase, read_ripples, refusal, whole
 from .law_fields import Drag, GearLaw, Hysteresis

@@ -47,6 +47,11 @@ class Drive(NamedTuple):
         return _natural_frequency(self.law, self.J)
 
     @property
+    def loop_inertia(self) -> float:
+        """Inertia [kg*m^2, motor side] that a loop of the motor turns: the motor, and the rigid load over N^2."""
+        return self.J_m + self.J_l / (self.N * self.N)
+
+    @property
     def omega_0_held(self) -> float:
         """Natural frequency sqrt(T'(0)/J_l) [rad/s] with the motor held at constant speed (the vendors' formula).
 
@@ -152,7 +157,7 @@ class Drive(NamedTuple):
         return train if _symbolic(train) else checked(train)
 
     def to_control(self, **options: Any) -> Any:
-        """Linear train with a free motor as a `control.StateSpace` of python-control; see `study.train.to_control`."""
+        """Linear train with a free motor as a `control.StateSpace` of python-control; see `state_space`."""
         return self.train().to_control(**options)
 
     def check(self) -> None:

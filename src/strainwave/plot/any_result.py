@@ -8,13 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from ..drive.drive_response import DriveResponse
+from ..drive.loop_margin import Bode
+from ..drive.response import ExactResponse
+from ..drive.run import DriveRun
 from ..numerics.attractors.basins import Basins
 from ..numerics.attractors.poincare import OrbitDiagram
 from ..numerics.sampled.linear import LoopResponse
 from ..numerics.sampled.loops import LoopEnsemble, LoopRun
 from ..quantities import shown
 from ..results import Branch, Floats, Orbit, Trajectory
-from ..study.analysis.drive_response import DriveResponse
 from ..study.compensation.monitoring import Monitored
 from ..study.compensation.moves import CompensatedMove
 from ..study.compensation.prediction import PredictionTable
@@ -29,11 +32,8 @@ from ..study.identification.loops.loop_result import LoopFit
 from ..study.identification.orders.order_result import OrderScan
 from ..study.identification.response_curve.response_fit import ResponseFit
 from ..study.move.result import Move
-from ..study.response.response import ExactResponse
 from ..study.response.validity import LEVELS, ORDERS, GeneralValidity, ValidityMap
 from ..study.speed_map.result import SpeedMap
-from ..study.train.loop_margin import Bode
-from ..study.train.run import DriveRun
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
 from ..units import ARCSEC, RPM

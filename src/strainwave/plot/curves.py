@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..drive.drive_response import DriveResponse
+from ..drive.loop_margin import Bode
+from ..drive.response import ExactResponse
+from ..drive.run import DriveRun
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
 from ..results import Branch, Orbit, Trajectory
-from ..study.analysis.drive_response import DriveResponse
 from ..study.move.result import Move
-from ..study.response.response import ExactResponse
-from ..study.train.loop_margin import Bode
-from ..study.train.run import DriveRun
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
 from ..units import ARCSEC, RPM

@@ -168,7 +168,7 @@ def test_interrupt_exits_with_130_and_leaves_nothing(monkeypatch, project, tmp_p
     def stopped(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("strainwave.files.project.Project.analyze", stopped)
+    monkeypatch.setattr("strainwave.drive.project.Project.analyze", stopped)
     result = invoke("analyze", project, "-o", tmp_path / "out")
     assert result.exit_code == 130
     assert "interrupted" in result.stderr
@@ -184,7 +184,7 @@ def test_full_disk_while_writing_leaves_an_older_report_whole(monkeypatch, proje
         (folder / "report.html").write_text("half")
         raise OSError(28, "No space left on device", str(folder / "results.json"))
 
-    monkeypatch.setattr("strainwave.files.project.Project.analyze", lambda *_: None)
+    monkeypatch.setattr("strainwave.drive.project.Project.analyze", lambda *_: None)
     monkeypatch.setattr("strainwave.app.view.View.of", lambda *_: None)
     monkeypatch.setattr("strainwave.app.report.report.write_view", half)
     result = invoke("analyze", project, "-o", out)

@@ -7,12 +7,11 @@ import re
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from direct_project import project_of
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
-from strainwave.speeds import Speeds
-from strainwave.study.analysis.analyze import analyze
 
 ARCSEC = math.pi / 648000.0
 PROJECT = """\
@@ -126,9 +125,10 @@ def test_a_free_motor_with_friction_behind_it_is_refused_by_the_analysis_too(wri
     result = invoke("analyze", path, "-o", str(path.parent / "out"))
     assert (result.exit_code, result.stdout) == (1, "")
     assert "an analysis is about the error equation, which leaves out the load's drag (Coulomb)" in result.stderr
-    train = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5)).train(load_drag=sw.Coulomb(4.0, 0.1))
+    drive = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5))
+    train = drive.train(load_drag=sw.Coulomb(4.0, 0.1))
     with pytest.raises(ValueError, match=r"leaves out the load's drag \(Coulomb\)"):
-        analyze(sw.Oscillator(1.0, 20.0, sw.Linear(1e5), sw.Harmonic(1.0), 1.0), Speeds((90.0, 100.0)), train=train)
+        project_of(drive, (90.0, 100.0), motor="free", train=train).analyze()
 
 
 def test_what_does_not_enter_or_is_approximate_is_named_in_text_and_json(written):

@@ -13,7 +13,7 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands import move as move_command
 from strainwave.app.figures.move import move_figure, panels
-from strainwave.study.move.mover import MotorLimits
+from strainwave.drive.asked import MotorLimits
 
 PROJECT = """\
 title: Level axis

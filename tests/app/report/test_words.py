@@ -14,10 +14,10 @@ from strainwave.app.report.sections.stability import Stability
 from strainwave.app.report.sections.warnings import warnings
 from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.view import AngleUnit, View
+from strainwave.drive.drive_response import Usage, limit_findings
 from strainwave.speeds import Speeds
 from strainwave.study.analysis.analyze import _proof
 from strainwave.study.analysis.avoid import Avoid
-from strainwave.study.analysis.drive_response import Usage, limit_findings
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.response.resonances import operating_point
 from strainwave.units import ARCSEC, RPM

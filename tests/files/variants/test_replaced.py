@@ -10,7 +10,7 @@ import strainwave as sw
 from strainwave.files.reading import from_text, read_project
 from strainwave.files.variants.replaced import replaced, tuning
 from strainwave.study.analysis.remedies.remedies import with_gear
-from strainwave.study.analysis.remedies.subject import Source, Subject
+from strainwave.study.analysis.remedies.subject import Subject
 
 
 @pytest.fixture
@@ -111,9 +111,8 @@ def test_what_is_kept_is_said(read):
 
 def test_a_remedy_and_another_value_give_the_same_drive(read):
     project, other = read(BUILT), sw.catalogue.gear("SHG-32-120")
-    source = Source(project.drive, False, True, project._equation, project.gear)
-    subject = Subject(project.system(reduced=True), project.train, project.speeds.limits, source)
-    found = with_gear(subject, source, other).train
+    subject = Subject(project.system(reduced=True), project.train, project.speeds.limits, project)
+    found = with_gear(subject, project, other).train
     assert found._replace(reference=0.0) == sw.replaced(project, {"gear": "SHG-32-120"}).train._replace(reference=0.0)
 
 

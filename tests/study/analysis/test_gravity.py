@@ -11,9 +11,10 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
+from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.train_curve import LoadCase, load_cases, over_all, searched, train_curve
+from strainwave.study.analysis.load_cases import LoadCase, load_cases, over_all, searched
 from strainwave.study.response.resonances import operating_point
 
 RPM = 30.0 / math.pi
@@ -101,12 +102,11 @@ def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_bes
 def test_the_bands_of_a_range_of_torques_hold_the_largest_error_of_run_ups_at_random_payload_angles(tmp_path):
     (tmp_path / "joint.yaml").write_text(PROJECT)
     project = read_project(tmp_path / "joint.yaml")
-    limits, load = project.speeds.limits, project.load_range
-    assert (load.low, load.high) == pytest.approx((-WEIGHT, WEIGHT), rel=1e-3)
-    system, train = load.at(0.0)
-    curve = train_curve(train, limits)
+    assert project.load_torques == pytest.approx((-WEIGHT, WEIGHT), rel=1e-3)
+    system, train = project.under(0.0).system(reduced=True), project.under(0.0).train
+    curve = train_curve(train, project.speeds.limits)
     middle = LoadCase(0.0, curve, speeds_to_avoid(system, curve.response, operating_point(system)))
-    bands = over_all(None, load_cases(load, limits, None, middle, lambda _: None)).bands
+    bands = over_all(None, load_cases(project, middle, lambda _: None)).bands
     for payload in np.random.default_rng(3).uniform(-math.pi, math.pi, 10):
         speed, size = run_up(payload)
         peak = speed[np.argmax(size)] / RPM

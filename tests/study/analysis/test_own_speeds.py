@@ -7,9 +7,9 @@ import pytest
 
 import strainwave as sw
 from strainwave.app.web.views import response as view
+from strainwave.drive.train_curve import largest_oscillation
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.avoid import speeds_to_avoid, without_stable
-from strainwave.study.analysis.train_curve import largest_oscillation
 from strainwave.study.design.checked import balanced
 from strainwave.study.response.resonances import operating_point
 from strainwave.units import ARCSEC, RPM

@@ -5,9 +5,9 @@ import math
 import pytest
 
 import strainwave as sw
+from strainwave.drive.drive_response import Usage
 from strainwave.study.analysis.analysis import gear_loop
 from strainwave.study.analysis.analyze import implausible
-from strainwave.study.analysis.drive_response import Usage
 
 ARCMIN = math.pi / 10800.0
 CSG, CALM = sw.catalogue.gear("CSG-40-50"), Usage(200.0, 150.0, 100.0, 150.0)

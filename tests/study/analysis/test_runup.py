@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from direct_project import project_of
 
 import strainwave as sw
-from strainwave.speeds import Speeds
-from strainwave.study.analysis.analyze import analyze
+from strainwave.drive.response import exact_response
 from strainwave.study.analysis.runup import RunUp, run_up
 from strainwave.study.response.resonances import operating_point
-from strainwave.study.response.response import exact_response
 
 # OSCILATE's Duffing example (case T4): folds by converged harmonic balance at 1.02129 and 1.07115
 DUFFING = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(0.01), 1.0)
@@ -68,7 +67,8 @@ def test_component_of_the_torsion_leaves_the_kinematic_error_out():
 def test_narrow_superharmonic_gets_a_curve_of_its_own():
     """At 3 omega = omega_0 the band is a hundred times narrower than the range; first order is right there to 1 %."""
     system = DUFFING._replace(B=0.0005, excitation=sw.Harmonic(0.02))
-    found = analyze(system, Speeds((0.2, 0.6)))
+    drive = sw.Drive(1.0, system.J, 50.0, system.B, system.law)
+    found = project_of(drive, (0.2, 0.6), load_torque=sw.Harmonics((sw.Harmonic(-0.02),))).analyze()
     (regime,) = [r for r in found.regimes if r.name == "superharmonic 3:1"]
     near = found.close[regime.resonance]
     top = float(np.max(near.torsion_amplitude(system, 3)))

@@ -7,12 +7,13 @@ import pytest
 
 from strainwave.app.report.sections.whole_train import WholeTrain, motor_in_words, parts, reduction
 from strainwave.app.view import AngleUnit, View
+from strainwave.drive.loop_margin import motor_name
+from strainwave.drive.response import exact_response
+from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import from_text
-from strainwave.study.analysis.train_curve import LoadCase, load_cases, train_curve
+from strainwave.study.analysis.load_cases import LoadCase, load_cases
 from strainwave.study.analysis.train_study import train_study
 from strainwave.study.response.resonances import operating_point
-from strainwave.study.response.response import exact_response
-from strainwave.study.train.loop_margin import motor_name
 
 PROJECT = """\
 gear: {{ratio: 50, law: {{type: linear, K: 1e5 N*m/rad}}}}
@@ -79,7 +80,7 @@ def test_the_error_of_a_free_motor_is_no_pointing_error_under_any_torque_of_the_
         "{motor_torque: {lines: [{order: 2, amplitude: 0.1 N*m}]}, load_torque: {mean: {from: -30 N*m, to: 30 N*m}}}"
     )
     of = project("mode: free", excitation=excitation)
-    own = LoadCase(of.load_range.own, of.response(), None)
-    cases = load_cases(of.load_range, of.speeds.limits, None, own, lambda _: None)
+    own = LoadCase(of.mean_load_torque, of.response(), None)
+    cases = load_cases(of, own, lambda _: None)
     assert len(cases) > 2
     assert {case.drive.name for case in cases} == {"error between motor and load"}

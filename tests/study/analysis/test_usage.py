@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.drive.drive_response import Usage, limit_findings
+from strainwave.drive.response import exact_response
+from strainwave.drive.steady import settle
 from strainwave.model.gears.limits import gravest
-from strainwave.study.analysis.drive_response import Usage, limit_findings, usage
-from strainwave.study.response.response import exact_response
-from strainwave.study.response.steady import settle
+from strainwave.study.analysis.in_time.time_case import usage
 
 RPM = math.pi / 30.0
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.drive.drive_response import Usage
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.avoid import Avoid
-from strainwave.study.analysis.drive_response import Usage
 from strainwave.study.analysis.verdict import Answer, verdict_of
 from strainwave.units import ARCSEC, RPM
 

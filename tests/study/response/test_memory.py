@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.study.response.response import exact_response, gear_torque
+from strainwave.drive.response import exact_response, gear_torque
 
 pytestmark = pytest.mark.compiled
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ...files.project import Project
+from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.yaml_text import FileError
 from ..console import Progress, to_json

@@ -2,12 +2,12 @@
 
 from typing import TYPE_CHECKING
 
+from ...drive.reductions import error_slope
 from ...model.laws.meshing import NO_FRICTION
 from ...model.train.shafts import NO_DRAG
-from ...study.train.reductions import error_slope
 
 if TYPE_CHECKING:
-    from ...files.project import Project
+    from ...drive.project import Project
 
 
 def remarks(project: "Project") -> tuple[str, ...]:

@@ -7,12 +7,12 @@ import click
 import numpy as np
 from pydantic_core import PydanticCustomError
 
+from ...drive.asked import MotorLimits
+from ...drive.project import Project
 from ...files.move.fields import read_part, read_payload, read_profile
-from ...files.project import Project
 from ...files.reading import read_project
 from ...files.yaml_text import name, read
 from ...study.move.move import move as moved
-from ...study.move.mover import MotorLimits
 from ...study.move.result import Move
 from ...units import RPM
 from ..console import Progress, number, percent, to_json

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from ...drive.project import Project
+from ...drive.train_curve import refuse_free
 from ...files.notes import load_remark
-from ...files.project import Project
 from ...files.variants.names import keys_of, quantity
 from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
 from ...quantities import convert
 from ...results import Floats
-from ...study.analysis.train_curve import refuse_free
 from ..console import Progress, number, to_json
 from ..view import sign
 

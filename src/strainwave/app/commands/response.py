@@ -8,11 +8,11 @@ import click
 import numpy as np
 
 from ...compile.jit import light_as_python
+from ...drive.drive_response import DriveResponse
+from ...drive.loop_margin import motor_name
+from ...drive.project import Project
 from ...files.notes import load_remark
-from ...files.project import Project
 from ...files.reading import read_project
-from ...study.analysis.drive_response import DriveResponse
-from ...study.train.loop_margin import motor_name
 from ...units import ARCSEC
 from ..console import WHAT_X_IS, Progress, number, to_json
 from ..figures import drive as drive_figure

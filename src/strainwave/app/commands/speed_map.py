@@ -6,7 +6,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ...files.project import Project
+from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.variants.scatter import scattered
 from ...study.speed_map.result import SpeedMap

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from ...files.project import Project
+from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.variants.replaced import tuning
 from ...protocols import state_count

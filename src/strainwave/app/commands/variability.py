@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from ...files.project import Project
+from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.variants.scatter import Exceedance, exceedance
 from ...quantities import convert

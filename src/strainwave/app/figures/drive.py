@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...files.project import Project
+from ...drive.drive_response import DriveResponse
+from ...drive.project import Project
+from ...drive.response import ExactResponse
 from ...results import Floats
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.avoid import Avoid
-from ...study.analysis.drive_response import DriveResponse
+from ...study.analysis.load_cases import LoadCase
 from ...study.analysis.runup import RunUp
-from ...study.analysis.train_curve import LoadCase
 from ...study.response.resonances import Regime
-from ...study.response.response import ExactResponse
 from ..console import number
 from ..view import AngleUnit
 from .curves import (

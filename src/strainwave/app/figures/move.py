@@ -6,9 +6,9 @@ It is narrow, so that its text is read on a telephone too.
 import numpy as np
 from numpy.typing import NDArray
 
+from ...drive.asked import MotorLimits
 from ...model.gears.gear import Gear
 from ...results import Floats
-from ...study.move.mover import MotorLimits
 from ...study.move.result import Move
 from ...units import RPM
 from ..console import number

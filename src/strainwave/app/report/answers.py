@@ -3,11 +3,11 @@
 import math
 from typing import Any
 
+from ...drive.asked import MotorLimits
 from ...model.gears.limits import Finding
 from ...sentences import Angle, Sentence, Speed, listed
 from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.verdict import Answer
-from ...study.move.mover import MotorLimits
 from ...units import RPM
 from ..console import number, percent
 from ..view import View

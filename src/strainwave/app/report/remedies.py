@@ -4,8 +4,8 @@ from typing import Any
 
 from ...sentences import Sentence, Speed
 from ...study.analysis.avoid import Avoid
+from ...study.analysis.load_cases import worst_of
 from ...study.analysis.remedies import Remedy
-from ...study.analysis.train_curve import worst_of
 from ..console import number
 from ..figures.bars import Bar, bars
 from ..view import View, sizes

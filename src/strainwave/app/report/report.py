@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from ... import __version__
-from ...files.project import Project
+from ...drive.project import Project
 from ...files.reading import read_project
 from ...study.analysis.runup import silent
 from ..console import WHAT_X_IS, number, percent, to_json

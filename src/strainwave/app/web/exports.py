@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from ...files.project import Project
+from ...drive.project import Project
 from ..report.report import write
 from .state import Refused, ScriptRequest, project_of, two_axes, yaml_of
 

@@ -11,9 +11,9 @@ from zipfile import ZipFile
 import numpy as np
 from scipy.io import whosmat
 
+from ...drive.project import Project
 from ...files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ...files.logs.read import read_log
-from ...files.project import Project
 from ...study.identification.identified import channels_of
 from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan

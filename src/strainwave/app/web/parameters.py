@@ -8,10 +8,10 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
+from ...drive.project import Project
 from ...files.entries import fields_of, law_types, loop_types
 from ...files.entries import number as read_number
 from ...files.loop_fields import READERS
-from ...files.project import Project
 from ...files.schema import ProjectSpec
 from ...files.variants.names import nominal_of, numbers_of, quantity
 from ...files.variants.replaced import OF_RECORD

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ruamel.yaml import YAML
 from starlette.requests import Request
 
-from ...files.project import Project
+from ...drive.project import Project
 from ...files.project_text import project_text
 from ...files.reading import ProjectError, from_text
 from ...files.variants.replaced import PLACE, replaced

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 from numpy.typing import ArrayLike
 
 from ...archive import atomic, version
+from ...drive.project import Project
 from ...law import spring_stiffness, states_of
 from ...model.controllers.closed_loop import LOST
 from ...model.controllers.measurement import Measurement
@@ -26,7 +27,6 @@ from ...protocols import lacking, need
 from ...quantities import checked, floated, shown
 from ...sentences import on_screen
 from ...tree import is_model, leaves, mapped, numbers
-from ..project import Project
 from .c_code import CCode, Parameters, as_name, c_name, function, guarded, opening, struct, text_of, with_parameters
 from .fmu import child, element, write_fmu, written
 from .plant import plant_code, plant_of

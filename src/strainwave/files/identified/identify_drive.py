@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...drive.project import Project
 from ...law import states_of, torque_of
 from ...model.excitation import Harmonic, KinematicError
 from ...model.train.controls import Held
@@ -26,7 +27,6 @@ from ...study.identification.intervals import Interval
 from ...tree import numbers
 from ...units import ARCSEC
 from ..entries import MOST_OF_PHASE, MOST_SCATTER, Radians
-from ..project import Project
 from ..project_text import project_text
 from ..reading import from_text
 from .missing_orders import missing_lines

@@ -9,8 +9,8 @@ from typing import Annotated, Any, NamedTuple, get_args, get_type_hints
 
 from pydantic import BeforeValidator
 
+from ...drive.asked import Payload, Task
 from ...quantities import checked, convert
-from ...study.move.mover import Payload, Task
 from ...study.move.profiles import AngleProfile, Dwell, Part, SCurve, Trapezoid
 from ..entries import Wrong, of_class, read_entry, refusal
 from ..scan_file import Column, check_signs, from_header, name_and_unit, read_numbers, read_rows

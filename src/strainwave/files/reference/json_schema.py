@@ -11,9 +11,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
+from ...drive.asked import Payload
 from ...model.gears import catalogue
 from ...model.varying import Ripple
-from ...study.move.mover import Payload
 from ...units import example
 from .. import entries as readers
 from .. import loop_fields, schema

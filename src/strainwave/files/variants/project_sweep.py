@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...drive.project import Project
+from ...drive.train_curve import refuse_free
 from ...quantities import shown
 from ...results import Floats
-from ...study.analysis.train_curve import refuse_free
 from ...study.sweep.sweep import sweep
-from ..project import Project
 from ..reading import from_text
 from .names import quantity
 from .replaced import replaced, tuning

@@ -13,9 +13,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from ...drive.project import Project
 from ...tree import is_model
 from ..entries import number
-from ..project import Project
 from ..project_text import loop_text
 from ..reading import ProjectError, from_located
 from ..yaml_text import read, read_again

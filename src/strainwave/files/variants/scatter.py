@@ -8,17 +8,17 @@ import numpy as np
 from scipy.special import betaincinv, ndtr, ndtri
 
 from ...compile.jit import load
+from ...drive.project import Project
+from ...drive.train_curve import WITH_MEMORY, refuse_free
 from ...quantities import number, parse, positive_count
 from ...records import Labelled, Result
 from ...results import Floats, Interrupted, SolveError
 from ...sentences import on_screen
 from ...study.analysis.avoid import band_above
 from ...study.analysis.runup import silent
-from ...study.analysis.train_curve import WITH_MEMORY, refuse_free
 from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking
 from ..entries import Radians
-from ..project import Project
 from ..yaml_text import read
 from .names import nominal_of
 from .replaced import replaced, tuning

@@ -301,3 +301,10 @@ def tuning_of(control: Any, inertia: float) -> Tuning | None:
         J = inertia + loop.K_d
         return Tuning(loop.K_p / J, 0.5 * loop.K_p / sqrt(loop.K_i * J), "speed", lag)
     return None
+
+
+def control_of(loop: Any, inertia: float) -> Any:
+    """Control of a loop as it was read, on the inertia [kg*m^2, motor side] that it turns."""
+    if not isinstance(loop, Tuning):
+        return loop
+    return from_bandwidth(loop.bandwidth, inertia, loop.damping, kind=loop.kind, lag=loop.lag)

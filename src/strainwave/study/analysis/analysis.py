@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...drive.drive_response import DriveResponse, MotorUse, Usage
+from ...drive.response import ExactResponse, loses_energy
 from ...law import depends
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator
@@ -24,13 +26,11 @@ from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from ..gear.parametric import ParametricResonance, parametric_resonances
 from ..response.resonances import OperatingPoint, Regime
-from ..response.response import ExactResponse, loses_energy
 from .avoid import Avoid
-from .drive_response import DriveResponse, MotorUse, Usage
 from .in_time import TimeCase
+from .load_cases import LoadCase, searched
 from .remedies import Remedy
 from .runup import RunUp
-from .train_curve import LoadCase, searched
 from .train_study import MotorCase, Ramp, TrainStudy
 from .verdict import Verdict
 

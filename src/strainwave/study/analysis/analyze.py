@@ -5,34 +5,34 @@ a hysteresis larger than catalogues print, a torque at which the teeth skip.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...compile.blas import one_thread
+from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used, of_equation
+from ...drive.project import Project
+from ...drive.response import ExactResponse, exact_response
+from ...drive.train_curve import has_curve, refuse_free, train_curve
 from ...law import is_spring
 from ...model.gears.gear import Gear
-from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
-from ...model.varying import VaryingOscillator
 from ...results import SolveError
 from ...sentences import Angle, Sentence, Speed
 from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
-from ..move.mover import MotorLimits
 from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
-from ..response.response import ExactResponse, exact_response
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
 from .avoid import in_run, speeds_to_avoid
-from .drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used, of_equation, usage
 from .in_time import TimeCase, speeds_in_time, time_case
-from .remedies import Source, Subject, what_helps
+from .in_time.time_case import usage
+from .load_cases import LoadCase, load_cases, over_all, searched
+from .remedies import Subject, what_helps
 from .runup import RunUp, run_up, silent
-from .train_curve import LoadCase, LoadRange, has_curve, load_cases, over_all, refuse_free, searched, train_curve
 from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import smallest_change, verdict_of
 
@@ -117,55 +117,17 @@ def _top(regime: Regime, places: list[float], system: Any, near: ExactResponse) 
 
 
 @one_thread
-def analyze(
-    system: Oscillator | VaryingOscillator,
-    speeds: Speeds,
-    *,
-    gear: Gear | None = None,
-    train: DriveTrain | None = None,
-    rated_torque: float | None = None,
-    limit: float | None = None,
-    source: Source | None = None,
-    load: LoadRange | None = None,
-    has_reference: bool = True,
-    motors: Mapping[str, DriveTrain] | None = None,
-    whole: DriveTrain | None = None,
-    motor_limits: MotorLimits | None = None,
-    advice: bool = True,
-    progress: Told = silent,
-) -> Analysis:
+def analyze(project: Project, progress: Told | None = None, *, advice: bool = True) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
     Parameters
     ----------
-    system : Oscillator or VaryingOscillator
-        The error equation; its omega is replaced by the speeds.
-    speeds : Speeds
-        The range, or the single speeds; where the base angle is the motor's, its speed is the gear's input speed.
-    gear : Gear, optional
-        Record whose limits the run is compared with.
-    train : DriveTrain, optional
-        The whole train at constant speed, where the error equation leaves something of it out.
-    rated_torque : float, optional
-        Rated torque [N*m], full load of the hysteresis loop.
-    limit : float, optional
-        Largest oscillation of the error [rad] that the drive may have, for the speeds to avoid.
-    source : Source, optional
-        What the error equation is made of, for what would help.
-    load : LoadRange, optional
-        Torques of the load, where it has a range of them.
-    has_reference : bool
-        Whether the motor follows a reference motion: not that of an error equation with a free motor.
-    motors : mapping of str to DriveTrain, optional
-        The train with each motor that the drive may have, where that is not known.
-    whole : DriveTrain, optional
-        The whole train also where the error equation leaves nothing out, for the torque of the motor.
-    motor_limits : MotorLimits, optional
-        Largest torque and speed of the motor, which the verdict judges.
+    project : Project
+        The drive, its speeds and what is asked of it.
+    progress : callable, optional
+        Told before every step what is done now, and the share of the work that is done.
     advice : bool
         Whether it is computed what would help.
-    progress : callable
-        Told before every step what is done now, and the share of the work that is done; default: nobody.
 
     Raises
     ------
@@ -174,10 +136,11 @@ def analyze(
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     """
+    progress, train, speeds, limit = progress or silent, project.train, project.speeds, project.limit
     if train is not None:
         refuse_free(train)
     limits = speeds.limits
-    system = system._replace(omega=0.5 * (limits[0] + limits[1]))
+    system: Any = project.system(0.5 * (limits[0] + limits[1]), reduced=True)
     progress("operating point and stability", 0.0)
     point = operating_point(system)
     stability = _proof(system, point)
@@ -189,38 +152,40 @@ def analyze(
         raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
     cases = _in_time(system, speeds, point, found, sweep, progress)
     single = tuple(case.omega for case in cases)
-    study = None if train is None else _whole_train(train, system, limits, point, exact, single, gear, progress)
+    study = None if train is None else _whole_train(train, system, limits, point, exact, single, project.gear, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
-    drive = of_equation(system, exact, has_reference, None if train else whole) if curve is None else curve
+    held = project.motor == "held"
+    drive = of_equation(system, exact, held, None if train else project.whole) if curve is None else curve
     avoid = speeds_to_avoid(system, drive.response, point, limit, None if ramp is None else in_run(*ramp))
     by_load: tuple[LoadCase, ...] = ()
-    if load is not None:
+    if project.load_torques[0] < project.load_torques[1]:
         alone = speeds_to_avoid(system, drive.response, point, limit)  # without the run-up
-        as_it_is = LoadCase(load.own, drive, alone)
-        by_load = load_cases(load, limits, limit, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
+        as_it_is = LoadCase(project.mean_load_torque, drive, alone)
+        by_load = load_cases(project, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)
-    others = motor_cases(motors or {}, limits, lambda name: progress(f"motor {name}", 0.87))
+    motors = {} if project.motor_named else project.motors()
+    others = motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87))
     progress("hysteresis and varying stiffness", 0.88)
     used = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
-    loop, no_loop = loop_of(system.law, used.peak_torque, rated_torque)
+    loop, no_loop = loop_of(system.law, used.peak_torque, project.rated_torque)
     parametric, not_searched = parametric_of(system, limits)
-    if advice:
-        progress("what would help", 0.9)
-    subject = Subject(system, None if curve is None else train, limits, source)
+    subject = Subject(system, None if curve is None else train, limits, project)
     motor = _asked_of_motor(drive, by_load, study)
-    findings = limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None, motor_limits, motor)
+    fastest = speeds.given[-1] if speeds.by_motor else None
+    findings = limit_findings(project.gear, used, fastest, project.motor_limits, motor)
+    progress("what would help", 0.9)
     helps, not_tried = (
-        what_helps(subject, drive, avoid, by_load, load, used, lambda what: progress(f"what would help: {what}", 0.9))
+        what_helps(subject, drive, avoid, by_load, used, lambda what: progress(f"what would help: {what}", 0.9))
         if advice
         else ((), ())
     )
-    change = smallest_change(subject, drive, avoid, by_load, load, used.peak_torque, helps)
+    change = smallest_change(subject, drive, avoid, by_load, used.peak_torque, helps)
     curves = tuple(case.drive for case in by_load) or (drive,)
     verdict = verdict_of(limits, curves, avoid, used, findings, change, motor)
     return Analysis(
         system, limits, point, stability, found, exact, close, sweep, cases, drive, by_load, others, used, findings,
         loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
-        tuple(implausible(gear, rated_torque, loop, used)), motor,
+        tuple(implausible(project.gear, project.rated_torque, loop, used)), motor,
     )  # fmt: skip
 
 

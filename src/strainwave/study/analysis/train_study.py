@@ -9,6 +9,13 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ...drive.drive_response import DriveResponse, MotorUse, Usage
+from ...drive.loop_margin import Bode, bode
+from ...drive.operating_point import operating_state, with_mean_torques
+from ...drive.reductions import Reductions, compare_with_train
+from ...drive.response import ExactResponse, damping_of
+from ...drive.run import DriveRun, drive_run
+from ...drive.train_curve import train_curve
 from ...law import depends, spring_stiffness
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
@@ -20,16 +27,9 @@ from ...sentences import Sentence
 from ...series import largest_of_samples
 from ...theory.lyapunov import mean_torque
 from ..response.resonances import OperatingPoint
-from ..response.response import ExactResponse, damping_of
-from ..train.loop_margin import Bode, bode
-from ..train.operating_point import operating_state, with_mean_torques
-from ..train.reductions import Reductions, compare_with_train
-from ..train.run import DriveRun, drive_run
 from .avoid import Speeds
-from .drive_response import DriveResponse, MotorUse, Usage
 from .in_time.drive_motion import DriveMotion, train_motion
 from .runup import silent
-from .train_curve import train_curve
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
 ALIKE = 1e-3  # relative difference of speeds that are looked at once

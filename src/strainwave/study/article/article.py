@@ -14,6 +14,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ...drive.steady import settle
 from ...model.drive import HDC_40_050
 from ...model.excitation import Harmonic
 from ...model.laws.springs import Cubic
@@ -22,7 +23,6 @@ from ...numerics.integration.simulate import simulate
 from ...results import Floats
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
-from ..response.steady import settle
 
 MOTOR_TORQUE = 10.0  # N*m, Table 3
 ALPHA = 0.1  # 1/rad^2, Table 3 ("assumed")

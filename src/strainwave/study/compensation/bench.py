@@ -5,6 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ...drive.operating_point import operating_state
+from ...drive.project import Project
+from ...drive.train_curve import follows_its_angle, without_gravity
 from ...law import depends, states_of
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import SampledPD
@@ -19,8 +22,6 @@ from ...protocols import lacking, lines_of, terms_of
 from ...quantities import checked, shown
 from ...results import Floats, SolveError
 from ..analysis.remedies.knobs import stiffer
-from ..analysis.train_curve import follows_its_angle, without_gravity
-from ..train.operating_point import operating_state
 
 USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known
 COMMANDED = Commanded()
@@ -124,7 +125,7 @@ class Bench:
 
 
 def bench_of(
-    project: Any, sampling: Sampling | None = None, loop: Any = None, plant: DriveTrain | None = None
+    project: Project, sampling: Sampling | None = None, loop: Any = None, plant: DriveTrain | None = None
 ) -> Bench:
     """The bench of a project, or of a train itself, with the gains of its loop sampled.
 
@@ -167,7 +168,7 @@ def bench_of(
 
 
 def steady_bench_of(
-    project: Any,
+    project: Project,
     sampling: Sampling | None = None,
     loop: Any = None,
     plant: DriveTrain | None = None,
@@ -208,7 +209,7 @@ def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
     return plain._replace(load=plain.load.with_end(plain.load.end()._replace(excitation=excitation))), torque
 
 
-def _train(project: Any) -> tuple[DriveTrain, float]:
+def _train(project: Project) -> tuple[DriveTrain, float]:
     if isinstance(project, DriveTrain):
         end = project.load.end().J + sum(J for J, _, _ in project.load.chain())
         return checked(project), project.motor.J + end / project.N**2
@@ -223,7 +224,7 @@ def _train(project: Any) -> tuple[DriveTrain, float]:
     return list(trains.values())[-1], project.loop_inertia
 
 
-def _sampling(project: Any, sampling: Sampling | None, remarks: list[str]) -> Sampling:
+def _sampling(project: Project, sampling: Sampling | None, remarks: list[str]) -> Sampling:
     if sampling is not None:
         if not isinstance(sampling, Sampling):
             raise TypeError(f"sampling is {shown(sampling)}; give Sampling(period, delay, limit, ...)")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...drive.project import Project
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.train.drive_train import DriveTrain
@@ -35,7 +36,7 @@ def silent(_what: str, _share: float) -> None:
 
 
 def compensate(
-    project: Any,
+    project: Project,
     controller: Any = "adaptive-inverse",
     *,
     speed: float | None = None,
@@ -99,7 +100,7 @@ def compensate(
 
 
 def compensation_bench(
-    project: Any,
+    project: Project,
     controllers: Sequence[Any] = tuple(COMPENSATORS),
     *,
     speeds: ArrayLike,
@@ -147,7 +148,7 @@ def compensation_bench(
 
 
 def benches_of(
-    project: Any,
+    project: Project,
     sampling: Sampling | None = None,
     loop: Any = None,
     plant: DriveTrain | None = None,
@@ -200,7 +201,7 @@ def _whole(name: str, value: Any) -> int:
     return value
 
 
-def _speed(bench: Bench, project: Any, speed: float | None) -> float:
+def _speed(bench: Bench, project: Project, speed: float | None) -> float:
     if speed is None:
         speed = resonance_speed(bench)
         speeds = getattr(project, "speeds", None)

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.shaping import shaped
 from ...model.train.drive_train import DriveTrain
@@ -118,7 +119,7 @@ class CompensatedMove(OnTheWay):
 
 
 def compensated_move(
-    project: Any,
+    project: Project,
     profile: Any,
     controllers: Sequence[Any] = ("loop", "inverse", "nonlinear-inverse"),
     *,

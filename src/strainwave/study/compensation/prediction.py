@@ -10,6 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...drive.project import Project
 from ...model.controllers.speed_table import SpeedTable
 from ...model.oscillator import Oscillator
 from ...model.train.motion import MOST
@@ -252,7 +253,7 @@ class PredictionTable(Result):
 
 
 def prediction_table(
-    project: Any,
+    project: Project,
     orders: tuple[int, ...] | None = None,
     *,
     speeds: tuple[float, float] | None = None,
@@ -319,7 +320,12 @@ def prediction_table(
 
 
 def speed_table(
-    project: Any, speeds: tuple[float, float], *, table: PredictionTable | None = None, direction: int = 1, **bench: Any
+    project: Project,
+    speeds: tuple[float, float],
+    *,
+    table: PredictionTable | None = None,
+    direction: int = 1,
+    **bench: Any,
 ) -> Any:
     """Return the plain loop with the torque that cancels the predicted error over a range of speeds: `SpeedTable`.
 

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
@@ -76,7 +77,7 @@ class CompensatedRunup(OnTheWay):
 
 
 def compensated_runup(
-    project: Any,
+    project: Project,
     speeds: tuple[float, float],
     time: float,
     controllers: Sequence[Any] = ("loop", "inverse"),

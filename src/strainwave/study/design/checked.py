@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from ...drive.train_curve import POINTS, crest_in
 from ...model.excitation import Harmonic
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
@@ -15,7 +16,6 @@ from ...numerics.curves.over_a_turn import traced_turn
 from ...results import SolveError
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.setting import Resonance
-from ..analysis.train_curve import POINTS, crest_in
 from .averaged import Drives, Largest, largest
 from .result import Sensitivity
 

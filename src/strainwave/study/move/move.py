@@ -11,6 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...drive.asked import MotorLimits, Payload, Task
+from ...drive.run import INPUTS, waiting
+from ...drive.state_space import state_space
+from ...drive.steady import finished_or_interrupted
 from ...law import has, spring_stiffness
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
@@ -24,11 +28,8 @@ from ...quantities import interval, number
 from ...results import Floats, SolveError
 from ...sentences import Sentence
 from ...units import ARCSEC
-from ..response.steady import finished_or_interrupted
-from ..train.run import INPUTS, waiting
-from ..train.state_space import state_space
 from .follow import Followed, Path, follow
-from .mover import MotorLimits, Mover, Payload, Task, move_findings, mover_of, refuse_heavy
+from .mover import Mover, move_findings, mover_of, refuse_heavy
 from .profiles import path_of
 from .result import Move, Pass, crossings, passes
 

@@ -6,76 +6,30 @@ motion asks of a motor against its limits.
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...drive.asked import MotorLimits, Payload, motor_findings
+from ...drive.operating_point import mean_torque
+from ...drive.run import holds_its_place
 from ...law import states_of, torque_of
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding
-from ...model.laws.hysteresis import Parallel
 from ...model.train.drive_train import DriveTrain
-from ...model.train.motion import AngleTorque
-from ...model.train.shafts import NO_DRAG
 from ...numerics.loading import loaded_state
 from ...protocols import lacking, terms_of
-from ...quantities import Angle, AngularSpeed, Inertia, Torque, checked, number, shown
+from ...quantities import checked, shown
 from ...results import Floats, SolveError
 from ...sentences import Sentence
-from ...units import RPM
-from ..train.operating_point import mean_torque
-from ..train.run import holds_its_place
 from .follow import Path
 
 LINES_LEFT_OUT = (
     "The torques have their means; their lines, which follow an angle at constant speed, are left out of a move."
 )
 
-Mass = Annotated[float, "kg"]
-Length = Annotated[float, "m"]
-Acceleration = Annotated[float, "m/s**2"]
-WEIGHT = 9.80665  # m/s^2, standard gravity
 
-STRONGER, SLOWER = "take a stronger motor, another ratio or less load", "drive slower, or take a smaller ratio"
 EACH = 16  # samples in a segment: gravity varies little in it
-
-
-class MotorLimits(NamedTuple):
-    """Largest torque [N*m] and speed [rad/s] of a motor; infinite where nothing is known."""
-
-    torque: Torque = math.inf
-    speed: AngularSpeed = math.inf
-
-    def check(self) -> None:
-        """Refuse limits that are not positive (ValueError)."""
-        for name in self._fields:
-            if getattr(self, name) != math.inf:
-                number(f"MotorLimits.{name}", getattr(self, name), positive=True)
-
-
-def motor_findings(
-    limits: MotorLimits, torque: float | None, speed: float | None, holding: float = 0.0,
-    remedies: tuple[str, str] = (STRONGER, SLOWER),
-) -> tuple[Finding, ...]:  # fmt: skip
-    """Compare a motor's largest torque [N*m] and speed [rad/s] with its limits, where both are known.
-
-    `holding` is the part of the torque that loads and friction take at steady speed, `remedies` what helps beyond.
-    """
-    found = []
-    rpm = None if speed is None else speed / RPM
-    parts = (("torque", torque, limits.torque, "N*m"), ("speed", rpm, limits.speed / RPM, "rpm"))
-    for (name, value, bound, unit), remedy in zip(parts, remedies, strict=True):
-        if value is None or not math.isfinite(bound):
-            continue
-        beyond = Finding(f"motor {name}", value, bound, unit, "").exceeded
-        end = f"within its limit of {bound:.4g} {unit}"
-        if beyond:
-            steady = name == "torque" and holding > bound
-            alone = f" (loads and friction alone take {holding:.4g} N*m)" if steady else ""
-            end = f"above its limit of {bound:.4g} {unit}{alone}; {remedy}"
-        sentence = f"The {name} of the motor reaches {value:.4g} {unit}, {end}."
-        found.append(Finding(f"motor {name}", value, bound, unit, sentence))
-    return tuple(found)
 
 
 class Demand(NamedTuple):
@@ -165,52 +119,6 @@ def _up(value: float) -> str:
 def _drag(law: Any, angle: Floats, speed: Floats) -> Floats:
     torque = torque_of(law, angle, speed, (0.0 * angle,) * states_of(law))
     return np.asarray(torque + 0.0 * angle)
-
-
-class Payload(NamedTuple):
-    """A mass at a radius from the axis of the load, with an inertia about its own centre.
-
-    It adds mass radius^2 + inertia to the load's inertia and the torque mass gravity radius sin(angle + phase) against
-    its motion, with the angle of the load: phase 0 is a mass that hangs down where this angle is 0, 90 degrees one that
-    is level there. A vertical axis has gravity 0, an inclined one its part across the axis.
-    """
-
-    mass: Mass
-    radius: Length
-    inertia: Inertia = 0.0
-    phase: Angle = 0.0
-    gravity: Acceleration = WEIGHT
-
-    def on(self, train: DriveTrain) -> DriveTrain:
-        """The train with this payload on its load."""
-        end = train.load.end()
-        pull = self.mass * self.gravity * self.radius
-        drag = end.drag
-        if pull:
-            law = AngleTorque(pull, 1, self.phase)
-            drag = law if drag == NO_DRAG and type(drag) is type(NO_DRAG) else Parallel(law, drag)
-        end = end._replace(J=end.J + self.mass * self.radius * self.radius + self.inertia, drag=drag)
-        loaded: DriveTrain = checked(train._replace(load=train.load.with_end(end)))
-        return loaded
-
-    def check(self) -> None:
-        """Refuse a negative mass, radius, inertia or gravity (ValueError)."""
-        for name in ("mass", "radius", "inertia", "gravity"):
-            if not getattr(self, name) >= 0.0:
-                raise ValueError(f"Payload.{name} is {getattr(self, name):g}; it must be zero or more")
-
-
-class Task(NamedTuple):
-    """What a project file asks of a move: parts of the profile, angle at the begin [rad], payload, window [rad].
-
-    `files` has for every part the name of its file, empty where it is in the project file itself.
-    """
-
-    profile: tuple[Any, ...] = ()
-    start: float | None = None
-    payload: Payload | None = None
-    window: float | None = None
-    files: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

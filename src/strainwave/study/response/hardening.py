@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
+from ...drive.jumps import jumps
 from ...model.laws.springs import Cubic
 from ...numerics.curves.response import response_family
 from ...numerics.orbits.shooting import find_orbit
@@ -22,7 +23,6 @@ from ...records import Labelled, Result
 from ...results import Branch, Floats, SolveError
 from ...sentences import Sentence, Speed, on_screen
 from ...series import oscillation
-from .jumps import jumps
 from .resonances import active_orders
 
 POINTS = 200  # of a curve, at least

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...drive.response import no_multiple_scales
 from ...law import is_spring
 from ...numerics.loading import loaded_state
 from ...results import Floats, SolveError
@@ -18,7 +19,6 @@ from ...theory.lyapunov import mean_torque
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState
 from ...theory.slow_flow.setting import Resonance
-from .response import no_multiple_scales
 
 NAMES = {
     (1, 1): "primary",

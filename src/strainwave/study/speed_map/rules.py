@@ -10,18 +10,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...drive.drive_response import MotorUse, Usage, limit_findings
+from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
 from ...quantities import number
 from ...results import Floats
 from ...units import RPM
 from ..analysis.avoid import AMPLIFIED, merged
-from ..analysis.drive_response import MotorUse, Usage, limit_findings
-from ..analysis.train_curve import hulls_between
+from ..analysis.load_cases import hulls_between
 from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad
 
 # f_n [Hz] that the vendor's selection procedure asks for, and where
@@ -255,7 +256,7 @@ def _listed(intervals: Floats) -> str:
     return ", ".join(f"{low / RPM:.4g} to {high / RPM:.4g} rpm" for low, high in np.asarray(intervals))
 
 
-def with_ratings(rules: Rules, project: Any, span: Span) -> Rules:
+def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
     """The rules with the speeds and the motor torque by which a drive of this gear and motor fails."""
     bounds = [f.bound * RPM for f in _findings(project, span[1], NOTHING) if f.fails]
     most = math.inf if project.motor_limits is None else project.motor_limits.torque
@@ -263,7 +264,7 @@ def with_ratings(rules: Rules, project: Any, span: Span) -> Rules:
 
 
 def beyond_ratings(
-    project: Any, speeds: Floats, loads: Floats, torque: Floats, found: list[UnderLoad], unit: str
+    project: Project, speeds: Floats, loads: Floats, torque: Floats, found: list[UnderLoad], unit: str
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences about limits that the map passes: those by which the drive fails, and others.
 
@@ -286,5 +287,5 @@ def beyond_ratings(
     return tuple(said(f) for f in passed if f.fails), tuple(said(f) for f in passed if not f.fails)
 
 
-def _findings(project: Any, fastest: float, used: Usage, motor: MotorUse | None = None) -> tuple[Finding, ...]:
+def _findings(project: Project, fastest: float, used: Usage, motor: MotorUse | None = None) -> tuple[Finding, ...]:
     return limit_findings(project.gear, used, fastest if project.speeds.by_motor else None, project.motor_limits, motor)

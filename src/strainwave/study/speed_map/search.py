@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...drive.drive_response import motor_torque
+from ...drive.train_curve import strain_of
 from ...law import breakpoints_of, is_spring
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
@@ -28,8 +30,6 @@ from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...results import Branch, Floats
 from ...tree import leaf_of
-from ..analysis.drive_response import motor_torque
-from ..analysis.train_curve import strain_of
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
 from .starts import Settling, beside, beyond_ends, starts_at
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...drive.project import Project
 from ...protocols import lacking
 from ...quantities import interval, number, numbers, positive_count, shown
 from ...results import Floats, Interrupted, SolveError
@@ -45,7 +46,7 @@ Cells = tuple[Floats, Floats, Any, Any]  # oscillation, torque, motions, subharm
 
 
 def speed_map(
-    project: Any,
+    project: Project,
     *,
     speeds: ArrayLike | None = None,
     loads: ArrayLike | None = None,
@@ -194,7 +195,7 @@ def cells_of(own: UnderLoad, speeds: Floats) -> Cells:
     return np.where(unknown, np.inf, oscillation), np.where(unknown, np.inf, torque), motions, subharmonic
 
 
-def _speeds(project: Any, speeds: ArrayLike | None) -> tuple[Floats, Span]:
+def _speeds(project: Project, speeds: ArrayLike | None) -> tuple[Floats, Span]:
     """Cells (m,) and range [rad/s]."""
     given = np.array(project.speeds.limits if speeds is None else speeds, object)
     if given.shape == (2,):
@@ -207,7 +208,7 @@ def _speeds(project: Any, speeds: ArrayLike | None) -> tuple[Floats, Span]:
 
 
 def _loads(
-    project: Any, loads: ArrayLike | None, load_inertias: ArrayLike | None
+    project: Project, loads: ArrayLike | None, load_inertias: ArrayLike | None
 ) -> tuple[Floats, str, list[Any]]:  # fmt: skip
     """Loads (n,), what they are, and the project under each."""
     if loads is not None and load_inertias is not None:

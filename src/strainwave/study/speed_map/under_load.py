@@ -8,6 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...drive.drive_response import DriveResponse, of_equation
+from ...drive.project import Project
+from ...drive.reductions import left_out
+from ...drive.response import exact_response
+from ...drive.state_space import state_space
+from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
 from ...law import depends, states_of, torque_of
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
@@ -17,12 +23,7 @@ from ...model.train.train_forms import AtLoad
 from ...numerics.curves.backbone import backbone
 from ...results import Floats, SolveError
 from ..analysis.avoid import quasi_static
-from ..analysis.drive_response import DriveResponse, of_equation
-from ..analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
 from ..response.resonances import OperatingPoint, active_orders, operating_point
-from ..response.response import exact_response
-from ..train.reductions import left_out
-from ..train.state_space import state_space
 from .motions import OMEGA, Motions, UnderLoad
 from .rules import Span, gaps
 from .search import Found, search
@@ -68,7 +69,7 @@ def slowest(case: Case) -> float:
     return natural / (HIGHEST * max(active_orders(case.equation), default=1))
 
 
-def case_of(project: Any, load: float, span: Span) -> Case:
+def case_of(project: Project, load: float, span: Span) -> Case:
     """The drive of a project as it is, whose load is what the map calls `load`.
 
     Raises

@@ -5,14 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from direct_project import project_of
 
 import strainwave as sw
+from strainwave.drive.response import exact_response
 from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.remedies import Source, Subject, remedies
+from strainwave.study.analysis.remedies import Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, line_that_matters
 from strainwave.study.analysis.remedies.subject import crest, largest
 from strainwave.study.response.resonances import operating_point
-from strainwave.study.response.response import exact_response
 
 module = importlib.import_module("strainwave.study.analysis.remedies.remedies")
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
@@ -30,20 +31,14 @@ def transmissibility(J=J, B=B, K=K):
     return np.abs((B * s + K) / (J * s * s + B * s + K))
 
 
-def source():
-    drive = sw.Drive(1e-4, J, 50.0, B, sw.Linear(K))
-
-    def equation(drive, torque):
-        assert torque is None
-        return drive.error_equation(kinematic_error=ERROR, omega=100.0, motor="held")
-
-    return Source(drive, False, True, equation)
+def project():
+    return project_of(sw.Drive(1e-4, J, 50.0, B, sw.Linear(K)), SPEEDS, kinematic_error=ERROR)
 
 
 def helps(system, torque, limit=None, **more):
     response = exact_response(system, SPEEDS)
     avoid = speeds_to_avoid(system, response, operating_point(system), limit)
-    return remedies(Subject(system, None, SPEEDS, source()), response, avoid, torque, **more), avoid
+    return remedies(Subject(system, None, SPEEDS, project()), response, avoid, torque, **more), avoid
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +118,7 @@ def test_a_slow_machine_tries_the_same_changes(monkeypatch, linear):
 def test_what_is_beyond_the_number_of_drives_is_left_out_and_named():
     response = exact_response(SYSTEM, SPEEDS)
     avoid = speeds_to_avoid(SYSTEM, response, operating_point(SYSTEM))
-    subject = Subject(SYSTEM, None, SPEEDS, source())
+    subject = Subject(SYSTEM, None, SPEEDS, project())
     # the line cancelled and 10 % smaller are two drives; the inertia begins with the third and ends with the fourth
     found, left = remedies(subject, response, avoid, 100.0, most=3)
     assert {(remedy.what, remedy.share) for remedy in found} == {

@@ -1,18 +1,20 @@
 """Remedies of a whole drive train against linear algebra: motor with loop, gear, coupling, load, written by hand."""
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
+from direct_project import project_of
 
 import strainwave as sw
+from strainwave.drive.train_curve import train_curve
 from strainwave.model.train.controls import PositionLoop, SpeedLoop, from_bandwidth, tuning_of
 from strainwave.model.train.shafts import Elastic, Load
 from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.remedies import Source, Subject, remedies
+from strainwave.study.analysis.remedies import Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, loop_inertia, stiffer
 from strainwave.study.analysis.remedies.remedies import neighbours, with_gear
-from strainwave.study.analysis.train_curve import train_curve
 from strainwave.study.response.resonances import operating_point
 
 # the torsion stays far below the first kink of the gear, so that its law is the line K1
@@ -67,11 +69,8 @@ def train_of(gear=GEAR, control=None):
 
 def subject_of(control=None):
     drive, train = train_of(control=control)
-
-    def equation(drive, _):
-        return drive.error_equation(kinematic_error=train.error, omega=100.0, motor="held")
-
-    return Subject(equation(drive, None), train, SPEEDS, Source(drive, False, True, equation, GEAR))
+    project = project_of(drive, SPEEDS, gear=GEAR, kinematic_error=train.error)
+    return Subject(project.system(100.0), train, SPEEDS, project)
 
 
 @pytest.fixture(scope="module")
@@ -190,8 +189,8 @@ def test_the_neighbours_of_a_gear_are_of_its_series():
 def test_another_gear_keeps_hysteresis_loop_and_speeds_of_the_load():
     subject = subject_of()
     law = sw.Parallel(GEAR.law, sw.BoucWen(6e4, 0.0, 8e-5))
-    source = subject.source._replace(drive=subject.source.drive._replace(law=law))
-    changed = with_gear(subject, source, sw.catalogue.gear("CSG-40-80"))
+    project = replace(subject.project, drive=subject.project.drive._replace(law=law))
+    changed = with_gear(subject, project, sw.catalogue.gear("CSG-40-80"))
     train = changed.train
     assert changed.speeds == pytest.approx((1.6 * SPEEDS[0], 1.6 * SPEEDS[1]))
     assert train.law == law._replace(first=sw.catalogue.gear("CSG-40-80").law)
@@ -203,17 +202,17 @@ def test_ratios_of_one_stiffness_are_other_gears_too_and_a_law_of_the_users_own_
     old, new = sw.catalogue.gear("CSG-40-80"), sw.catalogue.gear("CSG-40-100")
     assert old.law == new.law
     subject = subject_of()
-    source = subject.source._replace(gear=old, drive=subject.source.drive._replace(N=80.0, law=old.law))
-    changed = with_gear(subject, source, new)
+    drive = subject.project.drive._replace(N=80.0, law=old.law)
+    changed = with_gear(subject, replace(subject.project, gear=old, drive=drive), new)
     assert (100.0, HAND["B"]) == (changed.train.N, changed.train.B)
     assert changed.speeds == pytest.approx((1.25 * SPEEDS[0], 1.25 * SPEEDS[1]))
-    own = source._replace(drive=source.drive._replace(law=sw.Linear(1e5)))
+    own = replace(subject.project, gear=old, drive=drive._replace(law=sw.Linear(1e5)))
     assert with_gear(subject, own, new) == "the drive has another law than the catalogue's"
 
 
 def test_a_gear_that_may_not_turn_so_fast_is_refused_with_its_limit():
     subject = subject_of()._replace(speeds=(100.0, 400.0))
-    assert with_gear(subject, subject.source, sw.catalogue.gear("CSG-40-80")) == (
+    assert with_gear(subject, subject.project, sw.catalogue.gear("CSG-40-80")) == (
         "its input may turn at 4000 rpm at most"
     )
 
@@ -222,17 +221,14 @@ def test_the_error_of_an_accuracy_class_follows_the_gear():
     old, new = sw.catalogue.gear("CSG-17-50"), sw.catalogue.gear("CSG-20-50")
     drive = sw.Drive(1e-4, 0.1, 50.0, 1.0, old.law)
     error = sw.accuracy_spectrum(old.accuracy)
-
-    def equation(drive, _):
-        return drive.error_equation(kinematic_error=error, omega=100.0, motor="held")
-
-    subject = Subject(equation(drive, None), None, SPEEDS, Source(drive, False, True, equation, old))
-    lines = with_gear(subject, subject.source, new).system.error.lines
+    project = project_of(drive, SPEEDS, gear=old, kinematic_error=error)
+    subject = Subject(project.system(100.0), None, SPEEDS, project)
+    lines = with_gear(subject, project, new).system.error.lines
     assert [line.amplitude for line in lines] == pytest.approx(
         [line.amplitude * 2.9 / 4.4 for line in error.lines], rel=1e-9
     )
     measured = subject._replace(system=subject.system._replace(error=sw.KinematicError((sw.Line(2, 1e-4),))))
-    assert with_gear(measured, subject.source, new).system.error.lines == (sw.Line(2, 1e-4),)
+    assert with_gear(measured, project, new).system.error.lines == (sw.Line(2, 1e-4),)
 
 
 def test_a_stiffer_law_has_more_torque_at_every_torsion():

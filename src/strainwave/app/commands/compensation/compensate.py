@@ -7,7 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ....files.project import Project
+from ....drive.project import Project
 from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
 from ....quantities import parse

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....drive.project import Project
 from ....files.order_tables.order_table import OrderTable
-from ....files.project import Project
 from ....model.controllers.adaptive import AdaptiveCancellation
 from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
 from ....model.excitation import Harmonic, Harmonics, KinematicError, Line

@@ -5,7 +5,7 @@ from typing import Any
 
 from ....sentences import Angle, Sentence, Speed, listed
 from ....study.analysis.avoid import AMPLIFIED, Avoid
-from ....study.analysis.train_curve import LoadCase
+from ....study.analysis.load_cases import LoadCase
 from ...console import number
 from ...view import View, sizes
 from ..remedies import remedies_data, remedies_figure

@@ -4,10 +4,10 @@ import math
 from typing import Any
 
 from .... import __version__
+from ....drive.asked import MotorLimits
 from ....law import spring_stiffness
 from ....sentences import Speed
 from ....study.analysis.analysis import Largest
-from ....study.move.mover import MotorLimits
 from ....units import RPM
 from ...console import WHAT_X_IS, number, percent
 from ...view import View, finding_data, sizes

@@ -3,10 +3,10 @@
 import math
 from typing import Any
 
+from ....drive.response import ExactResponse
 from ....results import Status
 from ....sentences import Angle, Sentence, Speed
 from ....speeds import Speeds
-from ....study.response.response import ExactResponse
 from ...console import number
 from ...figures import drive
 from ...figures.svg import figure

@@ -4,6 +4,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ....drive.drive_response import DriveResponse
+from ....drive.loop_margin import motor_name
+from ....drive.run import INPUTS
+from ....drive.train_curve import follows_its_angle
 from ....model.excitation import NoError
 from ....model.laws.meshing import NO_FRICTION
 from ....model.train.shafts import NO_DRAG
@@ -11,12 +15,8 @@ from ....quantities import parameters
 from ....results import Status
 from ....sentences import Angle, Sentence, Speed
 from ....study.analysis.avoid import turns
-from ....study.analysis.drive_response import DriveResponse
-from ....study.analysis.train_curve import follows_its_angle
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ....study.response.resonances import active_orders
-from ....study.train.loop_margin import motor_name
-from ....study.train.run import INPUTS
 from ....units import RPM
 from ...console import number, percent
 from ...figures.curves import BLACK, BLUE, DASHES, ORANGE, envelope

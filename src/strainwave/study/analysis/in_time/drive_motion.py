@@ -5,6 +5,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ....drive.project import Project
+from ....drive.response import gear_torque
+from ....drive.run import waiting
+from ....drive.steady import finished_or_interrupted
+from ....drive.train_curve import at_load, refuse_free
 from ....model.train.drive_train import DriveTrain
 from ....model.train.train_forms import AtLoad, behind_gear, own_state, turning
 from ....numerics.integration.methods import Dopri5
@@ -17,10 +22,6 @@ from ....sentences import Sentence, Speed, on_screen
 from ....series import largest_of_samples
 from ....units import RPM
 from ...response.resonances import operating_point
-from ...response.response import gear_torque
-from ...response.steady import finished_or_interrupted
-from ...train.run import waiting
-from ..train_curve import at_load, refuse_free
 
 SHOWN, BLOCK, LONGEST = 12, 60, 8  # turns of the settled motion; turns that are waited for, and at most so many times
 SAMPLES, PER_CYCLE = 96, 48  # of a turn at least, and of a cycle of the highest order
@@ -139,7 +140,7 @@ class DriveMotion(Result):
     __repr__ = __str__
 
 
-def drive_motion(project: Any, omega: float, *, load: float | None = None) -> DriveMotion:
+def drive_motion(project: Project, omega: float, *, load: float | None = None) -> DriveMotion:
     """Integrate a drive at a constant speed from rest until its motion repeats.
 
     It is the whole train, with all that `Project.response` has; where the error equation is all there is, that.

@@ -2,19 +2,16 @@
 
 import cmath
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ....numerics.integration.simulate import simulate
-from ....results import Floats, SolveError, Trajectory, largest_between
-from ....theory.slow_flow.multiple_scales import slow_flow
-from ....theory.slow_flow.setting import Resonance
-from ...article.validate import Comparison, compare
-from ...response.resonances import OperatingPoint, Regime
-from ...response.response import (
+from ....drive.drive_response import Usage
+from ....drive.response import (
     UNDAMPED_PERIODS,
+    ExactResponse,
     damping_of,
     gear_torque,
     heat,
@@ -22,7 +19,15 @@ from ...response.response import (
     no_multiple_scales,
     settling_time,
 )
-from ...response.steady import SteadyMotion, finished_or_interrupted, settle, settled
+from ....drive.steady import SteadyMotion, finished_or_interrupted, settle, settled
+from ....model.gears.limits import cubic_mean
+from ....numerics.integration.simulate import simulate
+from ....results import Floats, SolveError, Trajectory, largest_between
+from ....series import largest_of_samples
+from ....theory.slow_flow.multiple_scales import slow_flow
+from ....theory.slow_flow.setting import Resonance
+from ...article.validate import Comparison, compare
+from ...response.resonances import OperatingPoint, Regime
 from ..runup import RunUp
 
 WINDOW = 5.0  # in units of 1/mu
@@ -244,3 +249,24 @@ def _away(inside: list[Regime], limits: tuple[float, float]) -> float:
         return float(grid[len(grid) // 2])
     nearest = np.min([np.abs(np.log(grid / regime.place)) for regime in inside], axis=0)
     return float(grid[int(np.argmax(nearest))])
+
+
+def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) -> Usage:
+    """Find the largest torques in the gear over the steady motions that were found.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The error equation; its omega is replaced.
+    exact : ExactResponse
+        Response curve, of which the points count that a slow run-up or run-down visits.
+    motions : iterable of SteadyMotion
+        Simulated motions, which count too where they finished: some are on no curve.
+    """
+    found = [(m.omega, cycle_of(system._replace(omega=m.omega), m).torque) for m in motions if m.status]
+    visited = exact.visited()
+    if len(visited):
+        found += zip(exact.curve.omega[visited], exact.torque(system)[visited], strict=True)
+    peak, at_peak = max((float(largest_of_samples(torque[None])[0]), float(omega)) for omega, torque in found)
+    mean, at_mean = max((cubic_mean(torque), float(omega)) for omega, torque in found)
+    return Usage(peak, at_peak, mean, at_mean)

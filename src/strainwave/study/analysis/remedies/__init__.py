@@ -3,5 +3,4 @@
 from .remedies import Remedy as Remedy
 from .remedies import remedies as remedies
 from .remedies import what_helps as what_helps
-from .subject import Source as Source
 from .subject import Subject as Subject

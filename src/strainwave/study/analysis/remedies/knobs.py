@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....drive.loop_margin import fastest_growth
 from ....law import depends, is_spring, spring_stiffness
 from ....model.train.controls import FASTEST, HERTZ, Lagged, PositionLoop, SpeedLoop
 from ....model.train.drive_train import DriveTrain
@@ -13,7 +14,6 @@ from ....quantities import parameters, replace
 from ....results import Floats, SolveError
 from ....units import ARCSEC
 from ...response.resonances import operating_point
-from ...train.loop_margin import fastest_growth
 from .subject import Subject
 
 CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing
@@ -190,7 +190,7 @@ def _with_more(torque: Any, by: float) -> Any:
 
 def _of_load(subject: Subject) -> Iterator[Knob]:
     """Inertia of the load, behind its couplings; the gains of a loop stay as they are."""
-    name, unit, train, source = "inertia of the load", "kg·m²", subject.train, subject.source
+    name, unit, train, project = "inertia of the load", "kg·m²", subject.train, subject.project
     if train is not None:
         end = train.load.end()
 
@@ -199,8 +199,8 @@ def _of_load(subject: Subject) -> Iterator[Knob]:
             return subject._replace(train=train._replace(load=load))
 
         yield Knob(name, end.J, unit, heavier)
-    elif source is not None:
-        drive = source.drive
+    elif project is not None:
+        drive = project.drive
         yield Knob(
             name, drive.J_l, unit, lambda s: subject.of_drive(drive._replace(J_l=(1.0 + s) * drive.J_l))
         )  # fmt: skip

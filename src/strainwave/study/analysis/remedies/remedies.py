@@ -15,6 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from ....drive.drive_response import DriveResponse, Usage
+from ....drive.project import Project
+from ....drive.response import ExactResponse
 from ....model.drive import Drive
 from ....model.gears import catalogue
 from ....model.gears.error_spectrum import accuracy_spectrum
@@ -24,13 +27,11 @@ from ....protocols import lines_of
 from ....results import SolveError
 from ....sentences import listed
 from ....tree import made
-from ...response.response import ExactResponse
 from ..avoid import Avoid
-from ..drive_response import DriveResponse, Usage
+from ..load_cases import LoadCase, worst_of
 from ..runup import silent
-from ..train_curve import LoadCase, LoadRange, worst_of
 from .knobs import Knob, knobs
-from .subject import Source, Subject, Top, largest
+from .subject import Subject, Top, largest
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
@@ -40,15 +41,11 @@ LOST = 0.99  # of the largest oscillation: less than this without coexisting mot
 
 def other_gears(subject: Subject) -> Iterator[Knob]:
     """The neighbours of a drive's gear in the catalogue, each as one change."""
-    source = subject.source
-    if source is None or source.gear is None:
+    project = subject.project
+    if project is None or project.gear is None:
         return
-    for what, gear in neighbours(source.gear):
-        yield Knob(what, 0.0, gear.name, partial(_in_place, subject, source, gear), (1.0,), (0.0,))
-
-
-def _in_place(subject: Subject, source: Source, gear: Gear, _: float) -> Subject | str:
-    return with_gear(subject, source, gear)
+    for what, gear in neighbours(project.gear):
+        yield Knob(what, 0.0, gear.name, partial(with_gear, subject, project, gear), (1.0,), (0.0,))
 
 
 def neighbours(gear: Gear) -> list[tuple[str, Gear]]:
@@ -73,15 +70,15 @@ def _place(gear: Gear) -> tuple[int, int]:
     return gear.size or 0, gear.ratio
 
 
-def with_gear(subject: Subject, source: Source, gear: Gear) -> Subject | str:
+def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.0) -> Subject | str:
     """The drive with another gear of the catalogue, or why it cannot have it."""
-    drive, old = source.drive, source.gear
+    drive, old, by_motor = project.drive, project.gear, project.speeds.by_motor
     assert old is not None
-    faster = gear.ratio / drive.N if source.by_motor else 1.0
+    faster = gear.ratio / drive.N if by_motor else 1.0
     low, high = (faster * speed for speed in subject.speeds)
     if not _holds(drive.law, old.law):
         return "the drive has another law than the catalogue's"
-    if source.by_motor and gear.max_speed is not None and high > gear.max_speed:
+    if by_motor and gear.max_speed is not None and high > gear.max_speed:
         return f"its input may turn at {gear.max_rpm:g} rpm at most"
     J_m = drive.J_m
     if gear.input_inertia is not None and old.input_inertia is not None:
@@ -89,7 +86,7 @@ def with_gear(subject: Subject, source: Source, gear: Gear) -> Subject | str:
     if not J_m > 0.0:
         return "the motor's inertia is less than that of its gear's wave generator"
     other = drive._replace(J_m=J_m, N=float(gear.ratio), law=swapped(drive.law, old.law, gear.law))
-    inertia, before = (other.J, drive.J) if source.free else (other.J_l, drive.J_l)
+    inertia, before = (other.J, drive.J) if project.motor == "free" else (other.J_l, drive.J_l)
     other = other._replace(B=drive.B * sqrt(gear.law.K1 / old.law.K1 * inertia / before))
     changed = subject.of_drive(other)._replace(speeds=(low, high))
     if subject.train is not None:
@@ -171,31 +168,32 @@ class Remedy:
 
 
 def what_helps(
-    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], load: LoadRange | None,
-    used: Usage, progress: Callable[[str], None],
+    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], used: Usage,
+    progress: Callable[[str], None],
 ) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:  # fmt: skip
     """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
     if avoid is None or not avoid.bands:
         return (), ()
-    subject, drive, avoid = at_worst(subject, drive, avoid, cases, load)
+    subject, drive, avoid = at_worst(subject, drive, avoid, cases)
     return remedies(subject, drive.response, avoid, used.peak_torque, progress)
 
 
 def at_worst(
-    subject: Subject, drive: DriveResponse, avoid: Avoid, cases: tuple[LoadCase, ...], load: LoadRange | None
+    subject: Subject, drive: DriveResponse, avoid: Avoid, cases: tuple[LoadCase, ...]
 ) -> tuple[Subject, DriveResponse, Avoid]:
     """The drive under the load torque of the largest oscillation; as it is where the load has one torque."""
     worst = worst_of(cases)
-    if load is None or worst is None:
+    if worst is None:
         return subject, drive, avoid
-    return under(subject, load, worst.torque), worst.drive, worst.avoid or avoid
+    return under(subject, worst.torque), worst.drive, worst.avoid or avoid
 
 
-def under(subject: Subject, load: LoadRange, torque: float) -> Subject:
-    """The drive under one constant torque [N*m] of its load."""
-    system, train = load.at(torque)
-    system = system._replace(omega=subject.system.omega)
-    return subject._replace(system=system, train=None if subject.train is None else train, load_torque=torque)
+def under(subject: Subject, torque: float) -> Subject:
+    """The drive of a project under one constant torque [N*m] of its load."""
+    assert subject.project is not None
+    loaded = subject.project.under(torque)
+    train = None if subject.train is None else loaded.train
+    return subject._replace(system=loaded.system(subject.system.omega, reduced=True), train=train, load_torque=torque)
 
 
 def remedies(

@@ -3,14 +3,14 @@
 The largest oscillation of a drive in a range of speeds, in a fraction of the time of its response curve.
 """
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....drive.project import Project
+from ....drive.train_curve import largest_on_turns, largest_oscillation
 from ....law import depends, is_spring
 from ....model.drive import Drive
-from ....model.gears.gear import Gear
 from ....model.train.drive_train import DriveTrain
 from ....numerics.balance.choice import balance_of
 from ....numerics.balance.truncation import MATTERS
@@ -20,48 +20,23 @@ from ....numerics.stability.second_order import displacement_peaks
 from ....protocols import terms_of
 from ....results import Floats
 from ....tree import leaf_of
-from ..train_curve import largest_on_turns, largest_oscillation
 
 POINTS = 12  # of a curve by harmonic balance, and more where it bends
 
 Top = tuple[float, float]
 
 
-class Source(NamedTuple):
-    """What an error equation is made of.
-
-    Attributes
-    ----------
-    drive : Drive
-        Inertias, ratio, damping and law.
-    free : bool
-        Whether its motor follows a torque alone.
-    by_motor : bool
-        Whether the base angle is the motor's, so that its speeds follow the ratio.
-    equation : callable
-        Error equation of another drive under a constant torque [N*m] of the load, None for its own.
-    gear : Gear or None
-        Record of its gear.
-    """
-
-    drive: Drive
-    free: bool
-    by_motor: bool
-    equation: Callable[[Drive, float | None], Any]
-    gear: Gear | None = None
-
-
 class Subject(NamedTuple):
     """A drive: its error equation, the whole train where that is followed, and the range of speeds [rad/s].
 
-    `source` is None where the equation is all that is known, `load_torque` [N*m] the constant torque of the load where
+    `project` is None where the equation is all that is known, `load_torque` [N*m] the constant torque of the load where
     the drive has a range of them.
     """
 
     system: Any
     train: DriveTrain | None
     speeds: tuple[float, float]
-    source: Source | None = None
+    project: Project | None = None
     load_torque: float | None = None
 
     @property
@@ -75,9 +50,9 @@ class Subject(NamedTuple):
 
     def of_drive(self, drive: Drive) -> "Subject":
         """The same with the error equation of another drive."""
-        if self.source is None:
+        if self.project is None:
             return self
-        return self._replace(system=self.source.equation(drive, self.load_torque))
+        return self._replace(system=self.project.equation_of(drive, self.load_torque))
 
     @property
     def has_memory(self) -> bool:

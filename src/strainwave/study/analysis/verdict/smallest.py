@@ -7,13 +7,13 @@ suffices, what can only be exchanged is taken if it does: a line that is cancell
 from math import ceil, copysign, exp, log1p
 from math import log as ln
 
+from ....drive.drive_response import DriveResponse
 from ....results import SolveError
 from ..avoid import Avoid
-from ..drive_response import DriveResponse
+from ..load_cases import LoadCase
 from ..remedies.knobs import Knob
 from ..remedies.remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
 from ..remedies.subject import Subject, largest
-from ..train_curve import LoadCase, LoadRange
 
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further
@@ -22,8 +22,8 @@ LEAST, MOST = -0.5, 1.0  # relative changes beyond which none is searched, but f
 
 
 def smallest_change(
-    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], load: LoadRange | None,
-    torque: float, tried: tuple[Remedy, ...],
+    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], torque: float,
+    tried: tuple[Remedy, ...],
 ) -> Remedy | None:  # fmt: skip
     """Find the smallest step that suffices, beginning with what the remedies that were tried do.
 
@@ -33,7 +33,7 @@ def smallest_change(
         The drive as it is.
     drive, avoid : DriveResponse, Avoid or None
         Its curve, and its speeds to avoid with the limit of its oscillation [rad].
-    cases, load : tuple of LoadCase, LoadRange or None
+    cases : tuple of LoadCase
         Its load torques, where it has a range of them.
     torque : float
         Largest torque in the gear [N*m].
@@ -48,7 +48,7 @@ def smallest_change(
     if avoid is None or avoid.limit is None or avoid.largest <= avoid.limit or not tried:
         return None
     allowance, limit = Allowance.of(subject), MARGIN * avoid.limit
-    worst, curve, avoid = at_worst(subject, drive, avoid, cases, load)
+    worst, curve, avoid = at_worst(subject, drive, avoid, cases)
     trial = Trial.of(worst, curve.response, avoid)
     if trial is None:
         return None
@@ -61,7 +61,7 @@ def smallest_change(
         found += _steps(trial, _knob_of(remedy, known), remedy, ratio, least, allowance)
     found.sort(key=lambda remedy: _size(remedy.share))
     found += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
-    others = [] if load is None else [under(subject, load, t) for c in cases if (t := c.torque) != worst.load_torque]
+    others = [under(subject, t) for c in cases if (t := c.torque) != worst.load_torque]
     other_knobs = [list(every_knob(other, curve.response, torque)) for other in others]
     for remedy in found:
         if all(_within(limit, trial, _knob_of(remedy, knobs), remedy.share, allowance) for knobs in other_knobs):

@@ -6,16 +6,17 @@ The verdict on one curve of a drive, where no analysis follows the others: what 
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
+from ....drive.project import Project
 from ....model.gears.limits import Finding, gravest
 from ....results import Floats, SolveError
 from ....units import RPM
 from ...response.resonances import operating_point
 from ..avoid import Avoid, Motions, Speeds, merged, out_of_reach, speeds_to_avoid
-from ..drive_response import DriveResponse, MotorUse, Usage, limit_findings
 from ..remedies import Remedy
 
 TORQUES = ("repeated_peak_torque", "momentary_torque", "ratcheting_torque", "buckling_torque")
@@ -174,7 +175,7 @@ class Judged(NamedTuple):
         return (f"{said[0].upper()}{said[1:]}.",) if said else ()
 
 
-def judged(project: Any, found: DriveResponse, turns: int = 1) -> Judged:
+def judged(project: Project, found: DriveResponse, turns: int = 1) -> Judged:
     """Judge the motions of a curve by the rules of `analyze`.
 
     Parameters
@@ -200,7 +201,7 @@ def judged(project: Any, found: DriveResponse, turns: int = 1) -> Judged:
     return Judged(verdict, passes, avoid, used, motor, findings, jumps)
 
 
-def _avoid(project: Any, found: DriveResponse) -> Avoid | None:
+def _avoid(project: Project, found: DriveResponse) -> Avoid | None:
     """Speeds to avoid; None for a drive whose spring cannot hold its load, and where no motion is stable."""
     system = project.system(reduced=True)
     try:

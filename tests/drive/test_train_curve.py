@@ -9,11 +9,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 import strainwave as sw
+from strainwave.drive.operating_point import operating_state
+from strainwave.drive.response import exact_response
+from strainwave.drive.train_curve import has_curve, largest_oscillation, train_curve
 from strainwave.model.train.train_forms import AtLoad, own_state
 from strainwave.numerics.curves.over_a_turn import traced_turn
-from strainwave.study.analysis.train_curve import has_curve, largest_oscillation, train_curve
-from strainwave.study.response.response import exact_response
-from strainwave.study.train.operating_point import operating_state
 
 K, B, K_C, B_C, J_1, J_2, A = 1e5, 15.0, 1.5e5, 5.0, 0.1, 1.2, 1e-4
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=J_2, N=50.0, B=B, law=sw.Linear(K))

@@ -4,10 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from direct_project import project_of
 
 import strainwave as sw
-from strainwave.speeds import Speeds
-from strainwave.study.analysis.analyze import analyze
 
 LAW = sw.Cubic(1.089e5, 6.85e4)  # cubic fit of a CSG-40-50
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=15.4, law=LAW)
@@ -58,7 +57,8 @@ def test_without_any_orbit_the_sentence_says_so():
 
 @pytest.mark.slow
 def test_analysis_of_a_free_drive_says_what_its_error_equation_leaves_out():
-    system, train = DRIVE.error_equation(kinematic_error=error(1e-4)), DRIVE.train(kinematic_error=error(1e-4))
-    found = analyze(system, Speeds((90.0, 250.0)), train=train)
+    lines = error(1e-4)
+    train = DRIVE.train(kinematic_error=lines)
+    found = project_of(DRIVE, (90.0, 250.0), motor="free", kinematic_error=lines, train=train).analyze()
     assert "With the motor free the error equation leaves out" in found.warnings[-1]
     assert "N e' up to 0.01" in found.warnings[-1]

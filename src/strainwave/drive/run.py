@@ -6,22 +6,22 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import depends, states_of, torque_of
-from ...model.excitation import Harmonic
-from ...model.gears.gear import Gear
-from ...model.gears.limits import Finding, check_limits
-from ...model.train.controls import FREE, Lagged
-from ...model.train.drive_train import DriveTrain
-from ...model.train.shafts import Motor
-from ...model.train.train_forms import Metered
-from ...numerics.integration.extremes import watched_ends
-from ...numerics.integration.methods import Dopri5, Method
-from ...numerics.integration.simulate import first_time, simulate
-from ...protocols import lacking, with_parts
-from ...quantities import number, numbers, shown
-from ...records import Labelled, Result
-from ...results import Floats, SolveError, Trajectory, largest_between
-from ...sentences import on_screen
+from ..law import depends, states_of, torque_of
+from ..model.excitation import Harmonic
+from ..model.gears.gear import Gear
+from ..model.gears.limits import Finding, check_limits
+from ..model.train.controls import FREE, Lagged
+from ..model.train.drive_train import DriveTrain
+from ..model.train.shafts import Motor
+from ..model.train.train_forms import Metered
+from ..numerics.integration.extremes import watched_ends
+from ..numerics.integration.methods import Dopri5, Method
+from ..numerics.integration.simulate import first_time, simulate
+from ..protocols import lacking, with_parts
+from ..quantities import number, numbers, shown
+from ..records import Labelled, Result
+from ..results import Floats, SolveError, Trajectory, largest_between
+from ..sentences import on_screen
 from .operating_point import operating_state
 
 INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque

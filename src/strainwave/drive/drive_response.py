@@ -10,17 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.gears.gear import Gear
-from ...model.gears.limits import Finding, check_limits, cubic_mean, cubic_means
-from ...model.train.drive_train import DriveTrain
-from ...records import Labelled, Result
-from ...results import Branch, Floats, Orbit, Status
-from ...sentences import on_screen
-from ...series import largest_of_samples
-from ..move.mover import MotorLimits, motor_findings
-from ..response.response import ExactResponse
-from ..response.steady import SteadyMotion
-from .in_time import cycle_of
+from ..model.gears.gear import Gear
+from ..model.gears.limits import Finding, check_limits, cubic_means
+from ..model.train.drive_train import DriveTrain
+from ..records import Labelled, Result
+from ..results import Branch, Floats, Orbit, Status
+from ..sentences import on_screen
+from ..series import largest_of_samples
+from .asked import MotorLimits, motor_findings
+from .response import ExactResponse
 
 
 @dataclass(frozen=True)
@@ -74,27 +72,6 @@ def most_asked(some: Iterable[MotorUse | None]) -> MotorUse | None:
     run_up = max((use.run_up for use in known if use.run_up is not None), default=None)
     top = max(known, key=lambda use: use.torque)
     return top._replace(holding=max(use.holding for use in known), run_up=run_up)
-
-
-def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) -> Usage:
-    """Find the largest torques in the gear over the steady motions that were found.
-
-    Parameters
-    ----------
-    system : Oscillator
-        The error equation; its omega is replaced.
-    exact : ExactResponse
-        Response curve, of which the points count that a slow run-up or run-down visits.
-    motions : iterable of SteadyMotion
-        Simulated motions, which count too where they finished: some are on no curve.
-    """
-    found = [(m.omega, cycle_of(system._replace(omega=m.omega), m).torque) for m in motions if m.status]
-    visited = exact.visited()
-    if len(visited):
-        found += zip(exact.curve.omega[visited], exact.torque(system)[visited], strict=True)
-    peak, at_peak = max((float(largest_of_samples(torque[None])[0]), float(omega)) for omega, torque in found)
-    mean, at_mean = max((cubic_mean(torque), float(omega)) for omega, torque in found)
-    return Usage(peak, at_peak, mean, at_mean)
 
 
 def most_used(*some: Usage) -> Usage:

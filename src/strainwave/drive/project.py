@@ -4,15 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
+from ..above import above
 from ..law import depends
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears.gear import Gear
 from ..model.oscillator import Oscillator
-from ..model.train.controls import FREE, USUAL, Held
+from ..model.train.controls import FREE, USUAL, Held, control_of
 from ..model.train.drive_train import DriveTrain
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..numerics.balance.harmonics import LARGEST
@@ -20,27 +21,13 @@ from ..quantities import checked, positive_count
 from ..results import SolveError
 from ..sentences import listed, on_screen
 from ..speeds import Speeds
-from ..study.analysis.analysis import Analysis
-from ..study.analysis.analyze import analyze
-from ..study.analysis.drive_response import DriveResponse, of_equation
-from ..study.analysis.remedies import Source
-from ..study.analysis.runup import silent
-from ..study.analysis.train_curve import (
-    NO_MOTION,
-    LoadRange,
-    has_curve,
-    refuse_free,
-    torques_of_angle,
-    train_curve,
-    without_gravity,
-)
-from ..study.analysis.train_curve import POINTS as OF_TRAIN
-from ..study.analysis.verdict import Judged, judged
-from ..study.move.mover import MotorLimits, Task
-from ..study.response.response import POINTS, exact_response
-from ..study.train.loop_margin import motor_name
-from ..study.train.reductions import left_out
-from .loop_fields import control_of, loop_inertia
+from .asked import MotorLimits, Task
+from .drive_response import DriveResponse, of_equation
+from .loop_margin import motor_name
+from .reductions import left_out
+from .response import POINTS, exact_response
+from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
+from .train_curve import POINTS as OF_TRAIN
 
 MOST_POINTS = 10_000  # of a response curve
 
@@ -183,7 +170,7 @@ class Project:
     @property
     def loop_inertia(self) -> float:
         """Inertia [kg*m^2, motor side] that a loop of the motor turns: the motor, and the rigid load over N^2."""
-        return loop_inertia(self.drive)
+        return self.drive.loop_inertia
 
     def system(self, omega: float | None = None, *, reduced: bool = False) -> Oscillator | VaryingOscillator:
         """Error equation of the drive: an ideally held or a free motor, the gear, and a rigid load.
@@ -227,12 +214,6 @@ class Project:
         return whole
 
     @property
-    def load_range(self) -> LoadRange | None:
-        """Torques of the load and the drive under each, where `load_torques` are more than one; else None."""
-        low, high = self.load_torques
-        return LoadRange(low, high, self.mean_load_torque, self._under, self.whole) if low < high else None
-
-    @property
     def mean_load_torque(self) -> float:
         """Mean torque [N*m] on the load; of a range the middle."""
         return mean_of(self.load_torque)
@@ -245,11 +226,6 @@ class Project:
             return low, high
         least, most = torques_of_angle(self.train.load.end().drag)
         return low + least, high + most
-
-    def _under(self, torque: float) -> tuple[Oscillator | VaryingOscillator, DriveTrain | None]:
-        """Error equation and whole train under a constant torque [N*m] of the load in place of its range."""
-        own = self.under(torque)
-        return own.system(reduced=True), own.train
 
     def under(self, torque: float) -> "Project":
         """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
@@ -312,30 +288,15 @@ class Project:
             raise SolveError(exact.curve.message)
         return of_equation(system, exact, self.motor == "held", None if self.train else self.whole)
 
-    def judged(self, found: DriveResponse, turns: int = 1) -> Judged:
+    def judged(self, found: DriveResponse, turns: int = 1) -> Any:
         """The verdict on one curve of the drive, by the rules of `analyze`; `turns` as of `judged`."""
-        return judged(self, found, turns)
+        return above("judged")(self, found, turns)
 
-    def analyze(self, progress: Callable[[str, float], None] = silent, *, advice: bool = True) -> Analysis:
+    def analyze(self, progress: Callable[[str, float], None] | None = None, *, advice: bool = True) -> Any:
         """Analyse the drive through its speeds; arguments and errors as `study.analysis.analyze.analyze`."""
-        return analyze(
-            self.system(reduced=True),
-            self.speeds,
-            gear=self.gear,
-            train=self.train,
-            rated_torque=self.rated_torque,
-            limit=self.limit,
-            source=Source(self.drive, self.motor == "free", self.speeds.by_motor, self._equation, self.gear),
-            load=self.load_range,
-            has_reference=self.motor == "held",
-            motors={} if self.motor_named else self.motors(),
-            whole=self.whole,
-            motor_limits=self.motor_limits,
-            advice=advice,
-            progress=progress,
-        )
+        return above("analyze")(self, progress, advice=advice)
 
-    def _equation(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
+    def equation_of(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
         """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""
         damping = None if self.damping is None else self.damping._replace(B=drive.B)
         loaded = self.load_torque if torque is None else with_mean(self.load_torque, torque)

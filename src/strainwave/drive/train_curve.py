@@ -5,34 +5,27 @@ Gravity follows the load's angle, which turns N times slower than the motor: to 
 another one at every angle (quasi-static). Its own stiffness is left out: that of a gear is hundreds of times larger.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import log, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.blas import one_thread
-from ...law import depends
-from ...model.gears.limits import cubic_means
-from ...model.laws.hysteresis import Parallel
-from ...model.train.drive_train import DriveTrain
-from ...model.train.motion import AngleTorque
-from ...model.train.shafts import NO_DRAG
-from ...model.train.train_forms import AtLoad, own_state, turning
-from ...numerics.balance.fourier import from_blocks, synthesis
-from ...numerics.continuation.trace import Trace, with_crests
-from ...numerics.curves.over_a_turn import traced_turn
-from ...numerics.stability.second_order import displacement_peaks
-from ...results import Floats
-from ...sentences import listed
-from ...series import largest_of_samples, oscillation
-from ..response.resonances import operating_point
-from ..response.response import exact_response, turn_response
-from ..train.reductions import left_out
-from .avoid import Avoid, Speeds, merged, speeds_to_avoid
-from .drive_response import DriveResponse, of_equation
+from ..compile.blas import one_thread
+from ..model.gears.limits import cubic_means
+from ..model.laws.hysteresis import Parallel
+from ..model.train.drive_train import DriveTrain
+from ..model.train.motion import AngleTorque
+from ..model.train.shafts import NO_DRAG
+from ..model.train.train_forms import AtLoad, own_state, turning
+from ..numerics.balance.fourier import from_blocks, synthesis
+from ..numerics.continuation.trace import Trace, with_crests
+from ..numerics.curves.over_a_turn import traced_turn
+from ..numerics.stability.second_order import displacement_peaks
+from ..results import Floats
+from ..sentences import listed
+from ..series import largest_of_samples, oscillation
+from .drive_response import DriveResponse
+from .reductions import left_out
+from .response import turn_response
 
 LEAST, WITH_MEMORY, MOST = 9, 5, 13  # torques of a range with a curve each; of laws with friction or memory; at most
 ROUNDING = 1e-9
@@ -179,115 +172,6 @@ def strain_of(system: AtLoad, omega: Floats, series: Floats, turn: float) -> Str
     return Strain(displacement_peaks(own[0]), peaks, cubic_means(torque), motor_peaks, np.mean(motor, axis=1))
 
 
-class LoadRange(NamedTuple):
-    """Torques of a load and the drive under each of them.
-
-    Attributes
-    ----------
-    low, high : float
-        Least and largest torque [N*m] on the load along its motion; a resisting load is negative.
-    own : float
-        Mean torque [N*m] of the drive as it is.
-    at : callable
-        Error equation, and whole train or None, under a constant torque [N*m] of the load.
-    whole : DriveTrain or None
-        The whole train also where the error equation is all of it, for the torque of the motor.
-    """
-
-    low: float
-    high: float
-    own: float
-    at: Callable[[float], tuple[Any, DriveTrain | None]]
-    whole: DriveTrain | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class LoadCase:
-    """A drive under one torque of its range.
-
-    Attributes
-    ----------
-    torque : float
-        Constant torque on the load [N*m].
-    drive : DriveResponse
-        Its steady motions.
-    avoid : Avoid or None
-        Speeds to avoid; None where no motion is stable.
-    """
-
-    torque: float
-    drive: DriveResponse
-    avoid: Avoid | None
-
-    @property
-    def bands(self) -> tuple[Speeds, ...]:
-        """Speeds to avoid [rad/s] under this torque."""
-        return () if self.avoid is None else self.avoid.bands
-
-
-def load_cases(
-    load: LoadRange, speeds: Speeds, limit: float | None, own: LoadCase, progress: Callable[[float], None]
-) -> tuple[LoadCase, ...]:
-    """Follow the motions at torques spread over the range, its ends among them, and where bands lie apart.
-
-    Parameters
-    ----------
-    load : LoadRange
-        The torques.
-    speeds : (float, float)
-        Range of the base-angle speed [rad/s].
-    limit : float or None
-        Largest oscillation of the error [rad] that the drive may have.
-    own : LoadCase
-        The drive under its own mean torque.
-    progress : callable
-        Told every torque [N*m] before its curve is computed.
-
-    Raises
-    ------
-    SolveError
-        If the law cannot carry a torque of the range.
-    """
-    found = {own.torque: own}
-
-    def computed(torque: float) -> None:
-        progress(torque)
-        found[torque] = _case(load, torque, speeds, limit, own.drive.has_reference)
-
-    spring = depends(load.at(load.low)[0].law) == 1
-    for torque in np.linspace(load.low, load.high, LEAST if spring else WITH_MEMORY).tolist():
-        if abs(torque - own.torque) > ROUNDING * (load.high - load.low):
-            computed(torque)
-    while spring and len(found) < MOST:
-        rows = sorted(found)
-        apart = [(a, b) for a, b in pairwise(rows) if _gap(found[a].bands, found[b].bands) > 0.0]
-        if not apart:
-            break
-        a, b = max(apart, key=lambda pair: _gap(found[pair[0]].bands, found[pair[1]].bands))
-        computed(0.5 * (a + b))
-    return tuple(found[torque] for torque in sorted(found))
-
-
-def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
-    """Speeds to avoid under any torque of the range: bands of every torque, and all between those that belong.
-
-    `avoid` is that of the drive under its own mean torque; largest and peaks are those of all torques.
-    """
-    every = [found for found in (avoid, *(case.avoid for case in cases)) if found is not None]
-    if not every:
-        return None
-    bands = [band for found in every for band in found.bands]
-    for a, b in pairwise(cases):
-        bands += hulls_between(a.bands, b.bands)
-    worst = max(every, key=lambda found: found.largest)
-    return replace(every[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
-
-
-def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
-    """The case with the largest oscillation; None where there are none."""
-    return max(cases, key=lambda case: 0.0 if case.avoid is None else case.avoid.largest, default=None)
-
-
 def torques_of_angle(law: Any) -> tuple[float, float]:
     """Least and largest torque [N*m] on a load from drags that follow its own angle, gravity for one."""
     angles = 2.0 * np.pi * np.arange(720) / 720
@@ -296,46 +180,3 @@ def torques_of_angle(law: Any) -> tuple[float, float]:
         if isinstance(part, AngleTorque):
             total = total - part.torque(angles)
     return float(np.min(total)), float(np.max(total))
-
-
-def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None, has_reference: bool) -> LoadCase:
-    system, train = load.at(torque)
-    system = system._replace(omega=0.5 * (speeds[0] + speeds[1]))
-    point = operating_point(system)
-    others = searched(system.law)
-    curve = train_curve(train, speeds, coexisting=others) if train is not None and has_curve(train) else None
-    if curve is None:
-        exact = exact_response(system, speeds, coexisting=others)
-        curve = of_equation(system, exact, has_reference, load.whole if train is None else None)
-    return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))
-
-
-def searched(law: Any) -> bool:
-    """Whether motions that do not join the curve of a torque are looked for at its ends.
-
-    With memory, and with a gap, the search would take most of the time.
-    """
-    return depends(law) == 1 and bool(law.stiffness(0.0) > 0.0)
-
-
-def hulls_between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
-    """Hulls of the bands of two torques that belong together: each with the nearest of the other torque."""
-    for here, there in ((first, second), (second, first)):
-        for band in here:
-            if there:
-                near = min(there, key=lambda other: abs(log(_middle(other) / _middle(band))))
-                yield min(band[0], near[0]), max(band[1], near[1])
-
-
-def _gap(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> float:
-    """Largest relative distance between bands that belong together; 0 where they overlap."""
-    apart = 0.0
-    for here, there in ((first, second), (second, first)):
-        for low, high in here:
-            if there:
-                apart = max(apart, min(max(a / high, low / b) for a, b in there) - 1.0)
-    return max(0.0, apart)
-
-
-def _middle(band: Speeds) -> float:
-    return sqrt(band[0] * band[1])

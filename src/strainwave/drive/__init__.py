@@ -1,0 +1,1 @@
+"""The drive: its project, its response, its linear motions and runs."""

@@ -1,0 +1,147 @@
+"""A drive under the torques of its load: a curve under each, and the speeds to avoid under all of them.
+
+A load torque that lies anywhere in a range, as that of gravity on an arm does, takes a curve at several torques.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import log, sqrt
+from typing import Any
+
+import numpy as np
+
+from ...drive.drive_response import DriveResponse, of_equation
+from ...drive.project import Project
+from ...drive.response import exact_response
+from ...drive.train_curve import has_curve, train_curve
+from ...law import depends
+from ..response.resonances import operating_point
+from .avoid import Avoid, Speeds, merged, speeds_to_avoid
+
+LEAST, WITH_MEMORY, MOST = 9, 5, 13  # torques of a range with a curve each; of laws with friction or memory; at most
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCase:
+    """A drive under one torque of its range.
+
+    Attributes
+    ----------
+    torque : float
+        Constant torque on the load [N*m].
+    drive : DriveResponse
+        Its steady motions.
+    avoid : Avoid or None
+        Speeds to avoid; None where no motion is stable.
+    """
+
+    torque: float
+    drive: DriveResponse
+    avoid: Avoid | None
+
+    @property
+    def bands(self) -> tuple[Speeds, ...]:
+        """Speeds to avoid [rad/s] under this torque."""
+        return () if self.avoid is None else self.avoid.bands
+
+
+def load_cases(project: Project, own: LoadCase, progress: Callable[[float], None]) -> tuple[LoadCase, ...]:
+    """Follow the motions at torques spread over those of the load, their ends among them, and where bands lie apart.
+
+    Parameters
+    ----------
+    project : Project
+        The drive, with torques of its load.
+    own : LoadCase
+        The drive under its own mean torque.
+    progress : callable
+        Told every torque [N*m] before its curve is computed.
+
+    Raises
+    ------
+    SolveError
+        If the law cannot carry a torque of the range.
+    """
+    low, high = project.load_torques
+    found = {own.torque: own}
+
+    def computed(torque: float) -> None:
+        progress(torque)
+        found[torque] = _case(project.under(torque), torque)
+
+    spring = not project.has_memory
+    for torque in np.linspace(low, high, LEAST if spring else WITH_MEMORY).tolist():
+        if abs(torque - own.torque) > ROUNDING * (high - low):
+            computed(torque)
+    while spring and len(found) < MOST:
+        rows = sorted(found)
+        apart = [(a, b) for a, b in pairwise(rows) if _gap(found[a].bands, found[b].bands) > 0.0]
+        if not apart:
+            break
+        a, b = max(apart, key=lambda pair: _gap(found[pair[0]].bands, found[pair[1]].bands))
+        computed(0.5 * (a + b))
+    return tuple(found[torque] for torque in sorted(found))
+
+
+def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
+    """Speeds to avoid under any torque of the range: bands of every torque, and all between those that belong.
+
+    `avoid` is that of the drive under its own mean torque; largest and peaks are those of all torques.
+    """
+    every = [found for found in (avoid, *(case.avoid for case in cases)) if found is not None]
+    if not every:
+        return None
+    bands = [band for found in every for band in found.bands]
+    for a, b in pairwise(cases):
+        bands += hulls_between(a.bands, b.bands)
+    worst = max(every, key=lambda found: found.largest)
+    return replace(every[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
+
+
+def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
+    """The case with the largest oscillation; None where there are none."""
+    return max(cases, key=lambda case: 0.0 if case.avoid is None else case.avoid.largest, default=None)
+
+
+def _case(loaded: Project, torque: float) -> LoadCase:
+    train, limits = loaded.train, loaded.speeds.limits
+    system = loaded.system(0.5 * (limits[0] + limits[1]), reduced=True)
+    others = searched(system.law)
+    curve = train_curve(train, limits, coexisting=others) if train is not None and has_curve(train) else None
+    if curve is None:
+        exact = exact_response(system, limits, coexisting=others)
+        curve = of_equation(system, exact, loaded.motor == "held", None if train else loaded.whole)
+    return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, operating_point(system), loaded.limit))
+
+
+def searched(law: Any) -> bool:
+    """Whether motions that do not join the curve of a torque are looked for at its ends.
+
+    With memory, and with a gap, the search would take most of the time.
+    """
+    return depends(law) == 1 and bool(law.stiffness(0.0) > 0.0)
+
+
+def hulls_between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
+    """Hulls of the bands of two torques that belong together: each with the nearest of the other torque."""
+    for here, there in ((first, second), (second, first)):
+        for band in here:
+            if there:
+                near = min(there, key=lambda other: abs(log(_middle(other) / _middle(band))))
+                yield min(band[0], near[0]), max(band[1], near[1])
+
+
+def _gap(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> float:
+    """Largest relative distance between bands that belong together; 0 where they overlap."""
+    apart = 0.0
+    for here, there in ((first, second), (second, first)):
+        for low, high in here:
+            if there:
+                apart = max(apart, min(max(a / high, low / b) for a, b in there) - 1.0)
+    return max(0.0, apart)
+
+
+def _middle(band: Speeds) -> float:
+    return sqrt(band[0] * band[1])

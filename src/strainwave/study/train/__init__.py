@@ -1,1 +1,0 @@
-"""Bode plot, runs, operating point, reductions of a drive train."""
