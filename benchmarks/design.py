@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 import strainwave as sw
-from strainwave.units import ARCSEC, RPM
+from strainwave.base.units import ARCSEC, RPM
 
 
 def specification(motors, loads, held):

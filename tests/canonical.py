@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import strainwave as sw
 import strainwave.model
+from strainwave.base.quantities import Angle, TorsionalStiffness
+from strainwave.compile.tree import is_model
 from strainwave.maths import exp, sign, sqrt
 from strainwave.model.oscillator import Powers
 from strainwave.model.train.controls import Commanded
 from strainwave.model.train.train_forms import AtLoad, Metered
-from strainwave.quantities import Angle, TorsionalStiffness
-from strainwave.tree import is_model
 
 
 class Saturating(NamedTuple):

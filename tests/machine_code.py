@@ -4,7 +4,7 @@ import re
 
 from strainwave.compile import jit
 from strainwave.compile.target import target_cpu
-from strainwave.tree import classes
+from strainwave.compile.tree import classes
 
 
 def assembly(function, *arguments):

@@ -3,7 +3,7 @@
 import math
 
 import strainwave as sw
-from strainwave.units import ARCSEC
+from strainwave.base.units import ARCSEC
 
 GEAR = sw.catalogue.gear("CSG-40-50")
 N, J_M, J_L, PERIOD = 50.0, 1.45e-3, 10.0, 250e-6  # motor of 1e-3 kg m^2 and the wave generator's 4.5e-4

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import strainwave
-from strainwave.above import HOMES, above
+from strainwave.base.above import HOMES, above
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
@@ -117,3 +117,17 @@ def test_the_long_tests_that_are_listed_exist():
 def test_what_is_named_as_a_string_is_there():
     for name in HOMES:
         assert callable(above(name))
+
+
+def test_modules_are_found_by_their_former_names_with_a_warning_that_says_the_new_one():
+    code = (
+        "import warnings; warnings.simplefilter('error')\n"
+        "try: import strainwave.quantities\nexcept FutureWarning as said: print(said)\n"
+        "warnings.simplefilter('ignore')\n"
+        "from strainwave.quantities import parse; from strainwave.tree import leaves; import strainwave.results\n"
+        "import strainwave.base.results, strainwave.compile.tree\n"
+        "assert strainwave.results is strainwave.base.results and leaves is strainwave.compile.tree.leaves\n"
+        "assert strainwave.base.results.__spec__.name == strainwave.base.results.__name__\n"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "the module strainwave.quantities is strainwave.base.quantities now; import it from there\n"

@@ -18,10 +18,10 @@ from printed import differences, same, says
 
 import strainwave as sw
 from strainwave.app.commands.cli import COMMANDS, cli
+from strainwave.base.quantities import parse
 from strainwave.files import reading
 from strainwave.files.complaints import EXAMPLES
 from strainwave.files.entries import fields_of, law_types
-from strainwave.quantities import parse
 
 matplotlib.use("Agg")
 

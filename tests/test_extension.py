@@ -14,10 +14,10 @@ from strainwave.app import commands
 from strainwave.app.commands import cli
 from strainwave.app.figures.svg import Panel, figure
 from strainwave.app.report.report import together
-from strainwave.choices import larger
+from strainwave.base.choices import larger
+from strainwave.base.sentences import Angle, Speed
 from strainwave.maths import cos, sign, tanh
 from strainwave.model.train.train_forms import AtLoad
-from strainwave.sentences import Angle, Speed
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 KINKED = DUFFING._replace(law=sw.Backlash(1.0, 0.3))

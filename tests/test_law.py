@@ -5,7 +5,7 @@ from typing import NamedTuple
 import pytest
 
 import strainwave as sw
-from strainwave.law import check_law
+from strainwave.base.law import check_law
 from strainwave.maths import sqrt, tanh
 
 

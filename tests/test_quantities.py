@@ -3,18 +3,9 @@
 import pytest
 
 import strainwave as sw
-from strainwave.protocols import with_parts
-from strainwave.quantities import (
-    checked,
-    floated,
-    interval,
-    number,
-    numbers,
-    parameters,
-    positive_count,
-    replace,
-)
-from strainwave.tree import is_model
+from strainwave.base.protocols import with_parts
+from strainwave.base.quantities import checked, floated, interval, number, numbers, parameters, positive_count, replace
+from strainwave.compile.tree import is_model
 
 SYSTEM = sw.Oscillator(
     J=1.0,

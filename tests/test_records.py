@@ -15,7 +15,7 @@ from all_results import DUFFING, RESULTS, branch, run
 from scipy.io import loadmat, savemat, whosmat
 
 import strainwave as sw
-from strainwave.archive import archive
+from strainwave.base import archive
 
 ENDINGS = (".nc", ".zarr", ".npz", ".mat")
 
@@ -253,7 +253,9 @@ def test_a_file_of_a_later_version_says_which(tmp_path):
         sw.load(path)
 
 
-@pytest.mark.parametrize("name", ["os:system", "strainwave.archive:load", "strainwave.nowhere:Orbit", "strainwave"])
+@pytest.mark.parametrize(
+    "name", ["os:system", "strainwave.base.archive:load", "strainwave.nowhere:Orbit", "strainwave"]
+)
 def test_a_file_names_results_and_models_of_this_package_alone(name, tmp_path):
     path = RESULTS["Orbit"]().save(tmp_path / "o.npz")
     with pytest.raises(ValueError, match=rf"holds a {name}, which this version of strainwave .* does not have"):

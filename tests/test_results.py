@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.results import SolveError, Trajectory, atomic
+from strainwave.base.results import SolveError, Trajectory, atomic
 
 
 def cosine(t, omega=3.0):

@@ -4,7 +4,7 @@ import pickle
 
 import pytest
 
-from strainwave.sentences import Angle, Sentence, Speed, told
+from strainwave.base.sentences import Angle, Sentence, Speed, told
 
 JUMPS = Sentence("jumps by {} at {}", Angle(0.5), Speed(155.0, 168.0))
 

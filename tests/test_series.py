@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from strainwave.series import highest_between, largest_size, oscillation, weights_at
+from strainwave.base.series import highest_between, largest_size, oscillation, weights_at
 
 
 def test_one_wave_has_its_amplitude_and_its_mean():

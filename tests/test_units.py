@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from strainwave.units import convert, parse
+from strainwave.base.units import convert, parse
 
 ARCMIN = math.pi / 10800.0
 
@@ -229,7 +229,7 @@ def test_convert_cuts_a_long_unit_in_its_sentence():
 @pytest.mark.slow
 def test_pint_is_imported_at_the_first_text_and_not_before():
     code = (
-        "import sys; from strainwave.quantities import parse; before = 'pint' in sys.modules; "
+        "import sys; from strainwave.base.quantities import parse; before = 'pint' in sys.modules; "
         "parse('1 rad', 'rad'); print(before, 'pint' in sys.modules)"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

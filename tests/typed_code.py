@@ -16,13 +16,13 @@ from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typing import signature
 
 import strainwave as sw
+from strainwave.base.law import is_spring, torsion
 from strainwave.compile import inner, jit
+from strainwave.compile.tree import classes
 from strainwave.files.reading import from_text
-from strainwave.law import is_spring, torsion
 from strainwave.model.train.train_forms import AtLoad, Metered
 from strainwave.numerics.balance import second_order as balance
 from strainwave.numerics.integration import simulate as integrate
-from strainwave.tree import classes
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

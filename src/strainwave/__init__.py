@@ -4,10 +4,13 @@
 package costs nothing.
 """
 
+import sys
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+
+from .base.above import Former
 
 __version__ = "0.2.0"
 
@@ -22,6 +25,7 @@ def _contents(file: Path, room: str = "") -> Iterator[tuple[str, str]]:
                 yield name, (room + home).rstrip(".")
 
 
+sys.meta_path.append(Former)  # type: ignore[arg-type]
 _HOME = dict(_contents(Path(__file__).with_suffix(".pyi")))
 
 __all__ = list(_HOME)

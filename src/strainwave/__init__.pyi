@@ -61,8 +61,8 @@ from .numerics.integration.simulate import simulate as simulate
 from .numerics.ensemble.ensemble import ensemble as ensemble
 
 # Periodic responses
-from .numerics.orbits.shooting import find_orbit as find_orbit
-from .numerics.orbits.shooting import shoot as shoot
+from .numerics.shooting import find_orbit as find_orbit
+from .numerics.shooting import shoot as shoot
 from .numerics.curves.response import frequency_response as frequency_response
 from .numerics.curves.response import response_family as response_family
 from .numerics.curves.parameter_response import parameter_response as parameter_response
@@ -111,13 +111,13 @@ from .drive.jumps import Jumps as Jumps
 from .drive.jumps import jumps as jumps
 from .drive.jumps import HysteresisBand as HysteresisBand
 from .drive.jumps import Jump as Jump
-from .study.response.isolas import isolas as isolas
-from .study.response.hardening import Hardening as Hardening
-from .study.response.hardening import hardening as hardening
-from .study.response.validity import validity_map as validity_map
-from .study.response.validity import ValidityMap as ValidityMap
-from .study.response.validity import validity_in_general as validity_in_general
-from .study.response.validity import GeneralValidity as GeneralValidity
+from .study.analysis.isolas import isolas as isolas
+from .study.analysis.hardening import Hardening as Hardening
+from .study.analysis.hardening import hardening as hardening
+from .study.analysis.validity import validity_map as validity_map
+from .study.analysis.validity import ValidityMap as ValidityMap
+from .study.analysis.validity import validity_in_general as validity_in_general
+from .study.analysis.validity import GeneralValidity as GeneralValidity
 
 # Studies: motion at a speed
 from .study.analysis.in_time.drive_motion import DriveMotion as DriveMotion
@@ -273,7 +273,7 @@ from .files.variants.scatter import Exceedance as Exceedance
 from .files.variants.scatter import exceedance as exceedance
 from .files.variants.scatter import scattered as scattered
 from .files.variants.project_sweep import sweep_project as sweep_project
-from .files.move.fields import read_profile as read_profile
+from .files.move_fields import read_profile as read_profile
 from .files.order_tables.order_table import OrderTable as OrderTable
 from .files.order_tables.format import OrderFormat as OrderFormat
 from .files.order_tables.format import TableResidual as TableResidual
@@ -284,13 +284,13 @@ from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 
 # Results, and models with other values
-from .archive import load as load
-from .results import Branch as Branch
-from .results import Orbit as Orbit
-from .results import SolveError as SolveError
-from .results import Status as Status
-from .results import Trajectory as Trajectory
-from .quantities import replace as replace
+from .base.archive import load as load
+from .base.results import Branch as Branch
+from .base.results import Orbit as Orbit
+from .base.results import SolveError as SolveError
+from .base.results import Status as Status
+from .base.results import Trajectory as Trajectory
+from .base.quantities import replace as replace
 
 __version__: str
 __all__: list[str]

@@ -12,9 +12,9 @@ from strainwave.app.commands import cli as command
 from strainwave.app.report.report import write
 from strainwave.app.web import views
 from strainwave.app.web.state import first_text
+from strainwave.base.units import RPM
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.verdict import Answer
-from strainwave.units import RPM
 
 HELD = "motor: {mode: held}"
 LOOP = "motor: {loop: {bandwidth: 30 Hz}%s}"

@@ -18,7 +18,7 @@ PACKAGE = Path(strainwave.__file__).parent
 COUNTS = """
 import strainwave as sw
 from strainwave.compile import jit
-from strainwave.quantities import checked
+from strainwave.base.quantities import checked
 
 def torque(law, x):
     return law.torque(x)

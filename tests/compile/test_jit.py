@@ -9,7 +9,7 @@ import pytest
 from scipy.special import erf
 
 import strainwave as sw
-from strainwave.law import torsion
+from strainwave.base.law import torsion
 
 
 class Tabulated(NamedTuple):

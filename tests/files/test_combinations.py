@@ -16,9 +16,9 @@ import pytest
 from canonical import DISSIPATIVE, LAWS
 
 import strainwave as sw
+from strainwave.base.law import depends
 from strainwave.files.entries import law_types, loop_types
 from strainwave.files.reading import ProjectError, from_text
-from strainwave.law import depends
 
 SCRIPT = Path(__file__).parent.parent / "typed_code.py"
 KNOWN = {name: law for name, law in (LAWS | DISSIPATIVE).items() if type(law) in law_types().values()}

@@ -26,11 +26,11 @@ from canonical import (
 )
 
 import strainwave as sw
+from strainwave.base.law import energy_of, losses_of, share, torque_of, z_rate_of
+from strainwave.base.quantities import checked, floated, parameters
 from strainwave.compile import jit
 from strainwave.files.entries import law_types, read_entry
 from strainwave.files.yaml_text import read
-from strainwave.law import energy_of, losses_of, share, torque_of, z_rate_of
-from strainwave.quantities import checked, floated, parameters
 
 EPS = np.finfo(float).eps
 ANGLES = np.linspace(-7.0, 7.0, 29)

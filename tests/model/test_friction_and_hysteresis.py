@@ -8,8 +8,8 @@ from canonical import DISSIPATIVE
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.law import depends, energy_of, losses_of, states_of, torque_of, z_rate_of
-from strainwave.quantities import checked
+from strainwave.base.law import depends, energy_of, losses_of, states_of, torque_of, z_rate_of
+from strainwave.base.quantities import checked
 
 each_law = pytest.mark.parametrize("law", DISSIPATIVE.values(), ids=DISSIPATIVE.keys())
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.quantities import checked, floated
+from strainwave.base.quantities import checked, floated
 
 GOOD = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
 LINE = sw.Line(2, 1e-4)

@@ -8,8 +8,8 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 import strainwave as sw
+from strainwave.base.quantities import checked
 from strainwave.numerics.balance.piecewise import is_piecewise_linear
-from strainwave.quantities import checked
 
 # (K1, K2, K3) and (T1, T2) of a CSF-40-50: Harmonic Drive LLC, CSF/CSG catalogue, p. 50.
 SLOPES = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)

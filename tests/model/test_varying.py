@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.quantities import checked
+from strainwave.base.quantities import checked
 
 RIPPLES = sw.Variation((sw.Ripple(1, 0.1), sw.Ripple(2, 0.2, 0.5)))
 DAMPING = sw.GearDamping(0.1, sw.Variation((sw.Ripple(1, 0.4),)), warming=4.0, fast=0.5, v_fast=0.3)

@@ -9,8 +9,8 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, TypeVar
 
+from ..base.results import Interrupted
 from ..compile.compiling import compiling
-from ..results import Interrupted
 
 T = TypeVar("T")
 

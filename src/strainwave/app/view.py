@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import click
 
+from ..base.quantities import parse
+from ..base.sentences import Angle, Quantity, told
+from ..base.speeds import Speeds
+from ..base.units import ARCSEC
 from ..drive.project import Project
 from ..model.gears.limits import Finding
-from ..quantities import parse
-from ..sentences import Angle, Quantity, told
-from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis
-from ..units import ARCSEC
 from .console import number
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..units import shown
+from .tree import shown
 
 RECENT = 8  # things whose words are kept for the next kernel
 _recent: tuple[tuple[Any, str, Any, Any], ...] = ()

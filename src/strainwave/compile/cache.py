@@ -22,7 +22,7 @@ from typing import Any
 
 from .identity import Identity
 
-ROOMS = ("compile", "model", "numerics", "theory", "drive", "study")  # with the modules beside them: what kernels may read
+ROOMS = ("compile", "base", "model", "numerics", "theory", "drive", "study")  # what kernels may read
 UNUSED_DAYS = 30  # after which the folder of other sources is removed
 DAY = 86400.0  # s
 DIGEST = 32  # bytes at the beginning of a file: the hash of the others

@@ -15,8 +15,8 @@ from importlib.util import find_spec
 from types import FunctionType
 from typing import Any
 
-from ..tree import classes
 from . import jit, lanes, maths_kernels, tuples
+from .tree import classes
 
 THREADS = 64  # of a block, at most
 INNER: dict[str, Any] = {"device": True, "forceinline": True}

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from ..units import shown
 from .code_reads import Missing, package_name, reads
+from .tree import shown
 
 PLAIN = (type(None), bool, int, str, bytes, type(Ellipsis), type(NotImplemented))
 # In classes, modules and functions: what Python writes there for itself, and what says again what is elsewhere.

@@ -19,13 +19,13 @@ from itertools import count
 from threading import RLock
 from typing import Any, TypeVar
 
-from ..tree import classes as classes_of
-from ..tree import with_leaf
 from . import address, lanes, maths_kernels, tuples
 from .address import ByAddress, kind_of
 from .cache import CodeCache, cache_writable
 from .compiling import watched
 from .inner import compilers
+from .tree import classes as classes_of
+from .tree import with_leaf
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -9,7 +9,7 @@ then arrays, and the same formulas serve all lanes at once.
 from itertools import count as counting
 from typing import Any
 
-from ..tree import count, leaves, mapped
+from .tree import count, leaves, mapped
 
 LANES = 256  # lanes of a block: their rows stay in the first-level cache, the cosines of a step cost next to nothing
 

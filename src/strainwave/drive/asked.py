@@ -3,13 +3,13 @@
 import math
 from typing import Annotated, Any, NamedTuple
 
+from ..base.quantities import Angle, AngularSpeed, Inertia, Torque, checked, number
+from ..base.units import RPM
 from ..model.gears.limits import Finding
 from ..model.laws.hysteresis import Parallel
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import AngleTorque
 from ..model.train.shafts import NO_DRAG
-from ..quantities import Angle, AngularSpeed, Inertia, Torque, checked, number
-from ..units import RPM
 
 Mass = Annotated[float, "kg"]
 Length = Annotated[float, "m"]

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.records import Labelled, Result
+from ..base.results import Branch, Floats, Orbit, Status
+from ..base.sentences import on_screen
+from ..base.series import largest_of_samples
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits, cubic_means
 from ..model.train.drive_train import DriveTrain
-from ..records import Labelled, Result
-from ..results import Branch, Floats, Orbit, Status
-from ..sentences import on_screen
-from ..series import largest_of_samples
 from .asked import MotorLimits, motor_findings
 from .response import ExactResponse
 

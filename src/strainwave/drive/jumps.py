@@ -13,11 +13,11 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..protocols import lacking
-from ..quantities import shown
-from ..records import Labelled, Result
-from ..results import Branch, Orbit
-from ..sentences import on_screen
+from ..base.protocols import lacking
+from ..base.quantities import shown
+from ..base.records import Labelled, Result
+from ..base.results import Branch, Orbit
+from ..base.sentences import on_screen
 
 
 @dataclass(frozen=True)

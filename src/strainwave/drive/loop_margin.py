@@ -11,16 +11,16 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.protocols import with_parts
+from ..base.quantities import LARGEST, number, numbers, shown
+from ..base.records import Labelled, Result
+from ..base.results import Floats, Orbit, SolveError
+from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
 from ..model.train.controls import FASTEST, HERTZ, Lagged, Tuning, from_bandwidth, tuning_of
 from ..model.train.drive_train import DriveTrain, coupling_twist
 from ..model.train.train_forms import SteadyTrain
-from ..numerics.orbits.shooting import find_orbit
-from ..protocols import with_parts
-from ..quantities import LARGEST, number, numbers, shown
-from ..records import Labelled, Result
-from ..results import Floats, Orbit, SolveError
-from ..sentences import on_screen
+from ..numerics.shooting import find_orbit
 from .operating_point import operating_state
 from .state_space import Complexes, driven, state_space, undriven
 

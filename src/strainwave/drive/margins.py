@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..law import share, states_of, torque_of, z_rate_of
+from ..base.law import share, states_of, torque_of, z_rate_of
+from ..base.protocols import with_parts
+from ..base.records import Result
+from ..base.results import Floats
+from ..base.sentences import on_screen
 from ..model.train.controls import FREE, Held, inertia_of
 from ..model.train.drive_train import DriveTrain
 from ..numerics.operating_point import bracketed_root
-from ..protocols import with_parts
-from ..records import Result
-from ..results import Floats
-from ..sentences import on_screen
 from .state_space import Complexes, StateSpace, state_space
 
 POINTS, BEYOND = 4000, 1e3  # frequencies that are looked at, and how far below and above the slowest and fastest pole

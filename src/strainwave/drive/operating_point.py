@@ -4,17 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from ..law import states_of, torque_of
+from ..base.law import states_of, torque_of
+from ..base.protocols import lacking, terms_of, with_parts
+from ..base.quantities import number, numbers
+from ..base.results import Floats, SolveError
+from ..base.sentences import Sentence, Speed
 from ..model.excitation import Harmonic, NoError
 from ..model.train.controls import Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..numerics.balance.rates import jacobians_at, rates_at
 from ..numerics.loading import loaded_state
-from ..protocols import lacking, terms_of, with_parts
-from ..quantities import number, numbers
-from ..results import Floats, SolveError
-from ..sentences import Sentence, Speed
 
 STEP = 0.1  # units of the states for differences: twists of 0.6 microrad
 HELD = Held()

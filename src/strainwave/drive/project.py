@@ -6,8 +6,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from ..above import above
-from ..law import depends
+from ..base.above import above
+from ..base.law import depends
+from ..base.quantities import checked, positive_count
+from ..base.results import SolveError
+from ..base.sentences import listed, on_screen
+from ..base.speeds import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
@@ -17,10 +21,6 @@ from ..model.train.controls import FREE, USUAL, Held, control_of
 from ..model.train.drive_train import DriveTrain
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..numerics.balance.harmonics import LARGEST
-from ..quantities import checked, positive_count
-from ..results import SolveError
-from ..sentences import listed, on_screen
-from ..speeds import Speeds
 from .asked import MotorLimits, Task
 from .drive_response import DriveResponse, of_equation
 from .loop_margin import motor_name

@@ -6,6 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.protocols import orders_of
+from ..base.quantities import numbers, shown
+from ..base.results import Floats, Orbit
+from ..base.sentences import Sentence, Speed, on_screen
 from ..model.drive import Drive
 from ..model.excitation import KinematicError
 from ..model.laws.meshing import NO_FRICTION
@@ -13,11 +17,7 @@ from ..model.oscillator import Oscillator
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG
 from ..model.train.train_forms import SteadyTrain
-from ..numerics.orbits.shooting import find_orbit
-from ..protocols import orders_of
-from ..quantities import numbers, shown
-from ..results import Floats, Orbit
-from ..sentences import Sentence, Speed, on_screen
+from ..numerics.shooting import find_orbit
 
 SAMPLES = 512  # of an orbit, for its largest values
 APART = 0.5  # relative difference beyond which the two are taken for motions on different branches

@@ -11,8 +11,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.law import depends, is_spring, losses_of, torque_of
+from ..base.protocols import lacking, lines_of
+from ..base.quantities import checked
+from ..base.records import Labelled, Result
+from ..base.results import Branch, Floats
+from ..base.sentences import on_screen
 from ..compile.blas import one_thread
-from ..law import depends, is_spring, losses_of, torque_of
 from ..numerics.balance.harmonics import grown, highest_order
 from ..numerics.balance.rates import periodic
 from ..numerics.balance.truncation import MATTERS
@@ -21,11 +26,6 @@ from ..numerics.continuation.trace import describe, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.curves.response import frequencies, response_curve, with_others
 from ..numerics.stability.first_order import with_special_points
-from ..protocols import lacking, lines_of
-from ..quantities import checked
-from ..records import Labelled, Result
-from ..results import Branch, Floats
-from ..sentences import on_screen
 from .jumps import Jumps, jumps
 
 HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most

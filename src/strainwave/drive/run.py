@@ -6,7 +6,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..law import depends, states_of, torque_of
+from ..base.law import depends, states_of, torque_of
+from ..base.protocols import lacking, with_parts
+from ..base.quantities import number, numbers, shown
+from ..base.records import Labelled, Result
+from ..base.results import Floats, SolveError, Trajectory, largest_between
+from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits
@@ -17,11 +22,6 @@ from ..model.train.train_forms import Metered
 from ..numerics.integration.extremes import watched_ends
 from ..numerics.integration.methods import Dopri5, Method
 from ..numerics.integration.simulate import first_time, simulate
-from ..protocols import lacking, with_parts
-from ..quantities import number, numbers, shown
-from ..records import Labelled, Result
-from ..results import Floats, SolveError, Trajectory, largest_between
-from ..sentences import on_screen
 from .operating_point import operating_state
 
 INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque

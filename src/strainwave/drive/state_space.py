@@ -9,16 +9,16 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..base.protocols import with_parts
+from ..base.quantities import number, numbers
+from ..base.records import Labelled, Result
+from ..base.results import Floats
+from ..base.sentences import on_screen
 from ..model.excitation import Harmonic, NoError
 from ..model.train.controls import motor_states
 from ..model.train.drive_train import DriveTrain, coupling_twist
 from ..model.train.motion import AtRest, Steady
 from ..numerics.balance.rates import jacobians_at
-from ..protocols import with_parts
-from ..quantities import number, numbers
-from ..records import Labelled, Result
-from ..results import Floats
-from ..sentences import on_screen
 
 Complexes = NDArray[np.complex128]
 Names = tuple[str, ...]

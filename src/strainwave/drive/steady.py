@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.results import Floats, Status, Trajectory
 from ..numerics.integration.methods import Dopri5
 from ..numerics.integration.simulate import simulate
-from ..results import Floats, Status, Trajectory
 from .response import settling_time
 
 TIGHT = Dopri5()

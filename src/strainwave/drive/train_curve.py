@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.results import Floats
+from ..base.sentences import listed
+from ..base.series import largest_of_samples, oscillation
 from ..compile.blas import one_thread
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
@@ -20,9 +23,6 @@ from ..numerics.balance.fourier import from_blocks, synthesis
 from ..numerics.continuation.trace import Trace, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.stability.second_order import displacement_peaks
-from ..results import Floats
-from ..sentences import listed
-from ..series import largest_of_samples, oscillation
 from .drive_response import DriveResponse
 from .reductions import left_out
 from .response import turn_response

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import Any
 
-from ..law import depends, spring_stiffness
+from ..base.law import depends, spring_stiffness
+from ..base.quantities import checked
 from ..model.gears.gear import Gear
-from ..quantities import checked
 from .entries import Radians
 from .schema import CATALOGUE, ExplicitGear, ProjectSpec
 from .variants.names import nominal_of

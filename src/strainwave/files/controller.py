@@ -12,9 +12,9 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
+from ..base.quantities import checked
 from ..drive.asked import MotorLimits
 from ..model.controllers.closed_loop import Sampling
-from ..quantities import checked
 from .entries import Wrong, about, number, refusal, whole
 from .yaml_text import shown
 

@@ -14,13 +14,13 @@ from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from pydantic_core import PydanticCustomError
 
+from ..base.quantities import checked, example, parse
+from ..compile.tree import is_model
 from ..model.laws import friction, hysteresis, measured
 from ..model.laws import springs as laws
 from ..model.train import motion
 from ..model.train.controls import PositionLoop, SpeedLoop
 from ..model.varying import Ripple, Variation
-from ..quantities import checked, example, parse
-from ..tree import is_model
 from .yaml_text import Keys, kind_of, read, shown
 
 SPRINGS = (laws.__name__, measured.__name__)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator
 
-from ..law import depends
+from ..base.law import depends
 from ..model.laws.hysteresis import BoucWen
 from ..model.train.motion import AngleTorque
 from .entries import EXAMPLE_LAW, Wrong, law_types, read_entry, refusal

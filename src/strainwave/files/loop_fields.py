@@ -7,8 +7,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
+from ..base.quantities import checked
 from ..model.train.controls import HERTZ, KINDS, USUAL, Lagged, Tuning, control_of
-from ..quantities import checked
 from .entries import Wrong, loop_types, near, number, read_entry, refusal
 from .yaml_text import shown
 

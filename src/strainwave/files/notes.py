@@ -12,11 +12,11 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 import math
 from collections.abc import Iterator
 
+from ..base.law import spring_stiffness
+from ..base.units import RPM, convert
 from ..drive.project import Project, mean_of
-from ..law import spring_stiffness
 from ..model.train.controls import Lagged, PositionLoop, SpeedLoop
 from ..study.analysis.analyze import RATCHETING
-from ..units import RPM, convert
 
 FACTOR = 10.0  # beyond what gears have
 STIFFNESS = 340.0, 1.45e6  # N*m/rad

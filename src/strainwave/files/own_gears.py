@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..base.quantities import example, parse
+from ..base.units import NUMBER, RPM
 from ..model.gears.gear import NUMBERS, Gear
-from ..quantities import example, parse
-from ..units import NUMBER, RPM
 from .yaml_text import FileError, Problem, as_path, complaint, kind_of, name, read, read_text, shown
 
 TEXTS = ("name", "series", "source")

@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..base.quantities import checked, interval, number, shown
+from ..base.speeds import Speeds
 from ..drive.asked import MotorLimits
 from ..drive.project import Project
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
@@ -18,11 +20,9 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
 from ..model.varying import Variation
-from ..quantities import checked, interval, number, shown
-from ..speeds import Speeds
 from .controller import controller_text
 from .entries import deviation_text, project_entry
-from .move.fields import task_text
+from .move_fields import task_text
 from .reading import ProjectError, from_text
 
 NEIGHBOURS = (0.0, -math.inf, math.inf)

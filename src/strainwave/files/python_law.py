@@ -17,8 +17,8 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from ..law import check_law, states_of, torque_of
-from ..quantities import checked
+from ..base.law import check_law, states_of, torque_of
+from ..base.quantities import checked
 from .entries import Wrong, of_class
 from .yaml_text import Keys, Located, Problem, name, read_text, shown
 

@@ -9,6 +9,8 @@ from typing import Any
 
 from pydantic import ValidationError, create_model
 
+from ..base.quantities import checked, convert
+from ..base.speeds import Speeds
 from ..drive.asked import Task
 from ..drive.loop_margin import unstable
 from ..drive.project import Project
@@ -21,12 +23,10 @@ from ..model.laws.meshing import NO_FRICTION, LoadFriction, NoFriction
 from ..model.train.controls import FREE, Held, control_of
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG, Elastic
-from ..quantities import checked, convert
-from ..speeds import Speeds
 from .complaints import complaints
 from .contradictions import contradictions, train_fields
 from .controller import limited
-from .move.fields import task_of
+from .move_fields import task_of
 from .notes import notes
 from .own_gears import read_gears
 from .python_law import with_python_laws

@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..quantities import convert
-from ..results import Floats
-from ..units import NUMBER
+from ..base.quantities import convert
+from ..base.results import Floats
+from ..base.units import NUMBER
 from .yaml_text import FileError, Problem, as_path, complaint, read_text, shown
 
 LARGEST = 64 * 1024 * 1024

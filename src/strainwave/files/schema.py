@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 from pydantic import model_validator as check_model
 
+from ..base.quantities import checked
 from ..drive.asked import MotorLimits
 from ..model.gears import catalogue
 from ..model.gears.gear import Gear
@@ -18,12 +19,11 @@ from ..model.laws.hysteresis import Parallel
 from ..model.laws.meshing import LoadFriction
 from ..model.laws.springs import Play
 from ..model.varying import GearDamping
-from ..quantities import checked
 from .controller import Controller
 from .entries import Wrong, about, deviation, number, phase, read_ripples, refusal, whole
 from .law_fields import Drag, GearLaw, Hysteresis
 from .loop_fields import Loop
-from .move.fields import ReadPart, ReadPayload
+from .move_fields import ReadPart, ReadPayload
 from .yaml_text import shown
 
 MOST_LINES = 64

@@ -3,9 +3,9 @@
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
-from ..law import spring_stiffness
-from ..protocols import need
-from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
+from ..base.law import spring_stiffness
+from ..base.protocols import need
+from ..base.quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws.meshing import NO_FRICTION
 from .laws.springs import Cubic

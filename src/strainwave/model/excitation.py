@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.protocols import scaled
+from ..base.quantities import Angle, Torque
 from ..maths import cos, sin
-from ..protocols import scaled
-from ..quantities import Angle, Torque
 
 HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
 

@@ -12,8 +12,8 @@ from fractions import Fraction
 from math import pi
 from typing import Any
 
-from ..quantities import checked, number, shown
-from ..sentences import on_screen
+from ..base.quantities import checked, number, shown
+from ..base.sentences import on_screen
 from .excitation import Harmonic, Harmonics, KinematicError
 
 LARGEST_RATIO = 10_000

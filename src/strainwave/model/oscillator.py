@@ -2,9 +2,9 @@
 
 from typing import Any, NamedTuple
 
-from ..law import breakpoints_of, check_law, kinks_of, losses_of, share, states_of, torque_of, z_rate_of
-from ..protocols import joint_orders, need, scaled
-from ..quantities import LARGEST, AngularSpeed, Damping, Inertia
+from ..base.law import breakpoints_of, check_law, kinks_of, losses_of, share, states_of, torque_of, z_rate_of
+from ..base.protocols import joint_orders, need, scaled
+from ..base.quantities import LARGEST, AngularSpeed, Damping, Inertia
 from .excitation import NoError, scaled_torque
 from .laws.hysteresis import scaled_law
 

@@ -9,10 +9,10 @@ of lines of integer order on the base angle.
 import math
 from typing import Any, NamedTuple
 
-from ..law import breakpoints_of, check_law, depends
+from ..base.law import breakpoints_of, check_law, depends
+from ..base.protocols import joint_orders, lacking, need
+from ..base.quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, shown
 from ..maths import cos, exp, sin
-from ..protocols import joint_orders, lacking, need
-from ..quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, shown
 from .excitation import NoError, _refuse_high
 from .laws.friction import Kelvin, PerKelvin, refuse_heat
 

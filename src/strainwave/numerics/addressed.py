@@ -8,6 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.law import breakpoints_of, has
+from ..base.law import torsion as torsion_of
+from ..base.results import Floats
 from ..compile.address import (
     MATRIX,
     VECTOR,
@@ -23,10 +26,7 @@ from ..compile.address import (
     words_of,
 )
 from ..compile.jit import entries, entry, kernel_as, routine
-from ..law import breakpoints_of, has
-from ..law import torsion as torsion_of
-from ..results import Floats
-from ..tree import count, with_leaf
+from ..compile.tree import count, with_leaf
 
 
 class SystemAt(NamedTuple):

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..law import depends, states_of, torque_of, z_rate_of
-from ..results import Floats, SolveError
-from ..sentences import Angle, Sentence
+from ..base.law import depends, states_of, torque_of, z_rate_of
+from ..base.results import Floats, SolveError
+from ..base.sentences import Angle, Sentence
 from .operating_point import first_reached, operating_point, root_between
 
 SAMPLES = 400  # of a path

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.law import breakpoints_of
+from ..base.results import Floats
+from ..base.sentences import Angle, Sentence
 from ..compile.jit import routine
-from ..law import breakpoints_of
-from ..results import Floats
-from ..sentences import Angle, Sentence
 
 # Torsions looked at, over that of the linear law: 1.2 % apart, and 5 % for means over a vibration, which are smooth.
 FINE, COARSE = (np.concatenate([[0.0], np.geomspace(1e-6, 1e6, count)]) for count in (2401, 601))

@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.quantities import shown
+from ..base.results import Branch, Floats, Orbit, Trajectory
+from ..base.units import ARCSEC, RPM
 from ..drive.drive_response import DriveResponse
 from ..drive.loop_margin import Bode
 from ..drive.response import ExactResponse
@@ -16,8 +19,7 @@ from ..numerics.attractors.basins import Basins
 from ..numerics.attractors.poincare import OrbitDiagram
 from ..numerics.sampled.linear import LoopResponse
 from ..numerics.sampled.loops import LoopEnsemble, LoopRun
-from ..quantities import shown
-from ..results import Branch, Floats, Orbit, Trajectory
+from ..study.analysis.validity import LEVELS, ORDERS, GeneralValidity, ValidityMap
 from ..study.compensation.monitoring import Monitored
 from ..study.compensation.moves import CompensatedMove
 from ..study.compensation.prediction import PredictionTable
@@ -32,11 +34,9 @@ from ..study.identification.loops.loop_result import LoopFit
 from ..study.identification.orders.order_result import OrderScan
 from ..study.identification.response_curve.response_fit import ResponseFit
 from ..study.move.result import Move
-from ..study.response.validity import LEVELS, ORDERS, GeneralValidity, ValidityMap
 from ..study.speed_map.result import SpeedMap
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
-from ..units import ARCSEC, RPM
 from .curves import (
     MARKERS,
     STRONG,

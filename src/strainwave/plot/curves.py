@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.results import Branch, Orbit, Trajectory
+from ..base.units import ARCSEC, RPM
 from ..drive.drive_response import DriveResponse
 from ..drive.loop_margin import Bode
 from ..drive.response import ExactResponse
 from ..drive.run import DriveRun
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
-from ..results import Branch, Orbit, Trajectory
 from ..study.move.result import Move
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
-from ..units import ARCSEC, RPM
 
 SAMPLES = 16  # of an orbit, per harmonic
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ..base.units import ARCSEC
 from ..study.design.result import Design
 from ..study.identification.free_decay.decay import DecayFit
 from ..study.identification.identified import Identified
 from ..study.identification.orders.order_result import OrderScan
 from ..study.identification.response_curve.response_fit import ResponseFit
-from ..units import ARCSEC
 
 MEASURED, FITTED = "#0072B2", "#D55E00"
 

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ..law import breakpoints_of
+from ..base.law import breakpoints_of
+from ..base.sentences import Angle, Sentence
 from ..model.laws.measured import RoundedPiecewiseLinear, Tabulated
 from ..model.laws.springs import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
 from ..numerics.operating_point import bracketed_root
-from ..sentences import Angle, Sentence
 
 KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash, RoundedPiecewiseLinear, Tabulated)
 SAMPLES = 4000  # intervals over the span of a law that is only sampled

@@ -12,7 +12,7 @@ Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 5.3 and 5.7 (Mathieu's equatio
 import math
 from dataclasses import dataclass
 
-from ..quantities import number
+from ..base.quantities import number
 
 
 @dataclass(frozen=True)

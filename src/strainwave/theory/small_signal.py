@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ..law import KINDS, depends
+from ..base.law import KINDS, depends
+from ..base.quantities import checked, number
 from ..model.laws.springs import Cubic, Linear, Polynomial
 from ..numerics.operating_point import operating_point
-from ..quantities import checked, number
 
 POINTS = 801
 

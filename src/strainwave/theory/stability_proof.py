@@ -9,10 +9,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ..base.protocols import lacking
+from ..base.sentences import Angle, Sentence, on_screen
 from ..model.oscillator import Oscillator
 from ..model.varying import NoVariation, Variation, VaryingOscillator
-from ..protocols import lacking
-from ..sentences import Angle, Sentence, on_screen
 
 SAMPLES = 4096  # per turn and order
 

@@ -13,8 +13,8 @@ import pytest
 from linear_drive import LINEAR
 
 import strainwave as sw
+from strainwave.base.units import RPM
 from strainwave.files.reading import from_text
-from strainwave.units import RPM
 
 TEXT = f"""\
 title: Linear

@@ -16,8 +16,8 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.sweep import axis, in_equation, named, summary, typed_unit
+from strainwave.base.quantities import parameters
 from strainwave.files.reading import read_project
-from strainwave.quantities import parameters
 
 PROJECT = """\
 title: A small 100% drive

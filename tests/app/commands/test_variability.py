@@ -10,8 +10,8 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.variability import summary
+from strainwave.base.speeds import Speeds
 from strainwave.files.reading import read_project
-from strainwave.speeds import Speeds
 
 TEXT = """\
 title: Linear

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from strainwave.app.figures.curves import PARTS, fine
+from strainwave.base.results import Branch, Status
 from strainwave.drive.response import ExactResponse
-from strainwave.results import Branch, Status
 
 ZETA = 0.05
 

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import pytest
 
 from strainwave.app.report.verdict import _headline, _remedy
+from strainwave.base.units import ARCSEC
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict
-from strainwave.units import ARCSEC
 
 AVOID = Avoid(((100.0, 120.0),), 80.0 * ARCSEC, 110.0, 5.0 * ARCSEC, limit=60.0 * ARCSEC)
 VERDICT = Verdict(Answer.NOT, ((100.0, 120.0),), (), ())

@@ -14,13 +14,13 @@ from strainwave.app.report.sections.stability import Stability
 from strainwave.app.report.sections.warnings import warnings
 from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.view import AngleUnit, View
+from strainwave.base.speeds import Speeds
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.drive_response import Usage, limit_findings
-from strainwave.speeds import Speeds
 from strainwave.study.analysis.analyze import _proof
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
-from strainwave.study.response.resonances import operating_point
-from strainwave.units import ARCSEC, RPM
+from strainwave.study.analysis.resonances import operating_point
 
 ARCSECONDS = AngleUnit("arcsec", 1.0 / ARCSEC)
 SPEEDS = Speeds((60.0, 200.0))

@@ -20,9 +20,9 @@ from strainwave.app.web import views
 from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.state import State, first_text, of_state, project_of
 from strainwave.app.web.views import POINTS
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.response.resonances import operating_point
-from strainwave.units import ARCSEC, RPM
+from strainwave.study.analysis.resonances import operating_point
 
 GEAR = {"gear": "CSG-40-50"}
 ARTICLE = (Path(sw.__file__).parent / "app/projects/article.yaml").read_text(encoding="utf-8")

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import ProjectError
-from strainwave.units import ARCSEC, RPM
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "projects" / "elbow.yaml"
 GOOD = """\

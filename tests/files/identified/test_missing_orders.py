@@ -5,10 +5,10 @@ import pytest
 from measured_axis import PROJECT, measured
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC
 from strainwave.files.identified.identify_drive import with_torsion
 from strainwave.files.identified.missing_orders import missing_lines
 from strainwave.files.reading import from_text
-from strainwave.units import ARCSEC
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 

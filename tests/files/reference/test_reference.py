@@ -9,13 +9,13 @@ from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 from twelve_projects import PROJECTS
 
+from strainwave.base.quantities import parse
 from strainwave.files.complaints import EXAMPLES
 from strainwave.files.entries import fields_of, law_types, loop_types
 from strainwave.files.reading import ProjectError, from_text
 from strainwave.files.reference.json_schema import project_schema, quantity
 from strainwave.files.reference.markdown import reference
 from strainwave.files.reference.template import template
-from strainwave.quantities import parse
 
 ROOT = Path(__file__).resolve().parents[3]
 FILES = [*(ROOT / "examples/projects").glob("*.yaml"), *(ROOT / "src/strainwave/app/projects").glob("*.yaml")]

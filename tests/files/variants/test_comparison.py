@@ -10,8 +10,8 @@ from one_joint import JOINT
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
-from strainwave.units import ARCSEC, RPM
 
 PLAIN = JOINT.replace("title: joint", "title: plain").replace("hysteresis:", "#").replace("limit:", "# ")
 

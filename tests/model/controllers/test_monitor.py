@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.quantities import checked
+from strainwave.base.quantities import checked
 
 PERIOD, RATE = 2.5e-4, 3.0
 CHAIN = sw.Demodulator(sw.Demodulator(sw.Average(RATE, PERIOD), RATE, PERIOD, order=4), RATE, PERIOD, order=2)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import strainwave as sw
-from strainwave.units import RPM
+from strainwave.base.units import RPM
 
 
 def test_life_is_that_of_the_catalogues_formula():

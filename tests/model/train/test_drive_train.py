@@ -7,7 +7,7 @@ from canonical import PLAIN_TRAIN, REFERENCES, TRAINS
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.quantities import checked
+from strainwave.base.quantities import checked
 
 ERROR = sw.KinematicError((sw.Line(2, 1.1e-4, 0.3), sw.Line(4, 2e-5)))
 HARD = sw.Cubic(7160.0, 1e4)

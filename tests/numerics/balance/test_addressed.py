@@ -6,9 +6,9 @@ import pytest
 import strainwave as sw
 from strainwave.compile.address import kind_of, words_of
 from strainwave.compile.jit import load
+from strainwave.compile.tree import leaf_of
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.trace import trace
-from strainwave.tree import leaf_of
 
 ONE = sw.Oscillator(1.3, 20.0, sw.Cubic(1e5, 6.9e4), sw.Harmonic(3.0, mean=20.0), 140.0)
 TWO = ONE._replace(

@@ -7,13 +7,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.compile.tree import leaf_of
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.condensed.problem import Condensed
 from strainwave.numerics.balance.first_order import FirstOrder, first_order, linearised
 from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.continuation.trace import solve, trace
 from strainwave.numerics.stability.first_order import floquet_of
-from strainwave.tree import leaf_of
 
 THREE = sw.PiecewiseLinear(5e4, 1e5, 1.5e5, 10.0, 40.0)
 CUBIC = sw.Cubic(1e5, 1e5)

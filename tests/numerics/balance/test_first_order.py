@@ -7,6 +7,7 @@ import pytest
 from canonical import DISSIPATIVE
 
 import strainwave as sw
+from strainwave.compile.tree import leaf_of
 from strainwave.maths import cos, sign
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.first_order import FirstOrder, first_order
@@ -14,7 +15,6 @@ from strainwave.numerics.balance.fourier import analysis, derivative, synthesis,
 from strainwave.numerics.balance.rates import jacobians_at, number_of_states, rates_at
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import monodromy, multipliers_of
-from strainwave.tree import leaf_of
 
 
 class Duffing(NamedTuple):

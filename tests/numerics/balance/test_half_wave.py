@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.compile.tree import leaf_of
 from strainwave.numerics.balance.first_order import linearised
 from strainwave.numerics.balance.fourier import all_orders
 from strainwave.numerics.balance.harmonics import is_odd_on
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.second_order import grid_of, hill
-from strainwave.tree import leaf_of
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 0.8)
 LINES = sw.KinematicError((sw.Line(1, 0.02, 0.3), sw.Line(3, 0.01, 1.0)))

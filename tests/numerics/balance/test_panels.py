@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.compile.tree import leaf_of
 from strainwave.numerics.balance.first_order import first_order, linearised
 from strainwave.numerics.balance.fourier import Samples, crossings, distances
 from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.stability.first_order import map_along
-from strainwave.tree import leaf_of
 
 KINKED = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 1.0, 3.0)
 HYSTERESIS = sw.Parallel(KINKED, sw.BoucWen(5e4, 0.0, 1e-5, 1e5, 0.0, 1.0, 1))

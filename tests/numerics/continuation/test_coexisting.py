@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.compile.tree import leaf_of
 from strainwave.numerics.balance.harmonics import ENOUGH
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.connected import connected
-from strainwave.tree import leaf_of
 
 HARDENING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)  # NLvib example 01
 SOFTENING = HARDENING._replace(law=sw.Cubic(1.0, -0.05), excitation=sw.Harmonic(0.1))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.compile.tree import leaf_of
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.continuation.trace import solve, with_crests
 from strainwave.numerics.labels import STEP, TOP
-from strainwave.tree import leaf_of
 
 
 def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():

@@ -8,8 +8,8 @@ import pytest
 from canonical import DISSIPATIVE, ERRORS, EXCITATIONS, LAWS
 
 import strainwave as sw
+from strainwave.base.law import states_of
 from strainwave.compile import lanes
-from strainwave.law import states_of
 from strainwave.numerics.ensemble import fixed_step
 from strainwave.numerics.integration.schemes import Classical
 

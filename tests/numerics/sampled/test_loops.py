@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC
 from strainwave.maths import sqrt
 from strainwave.numerics.sampled.loops import fastest
-from strainwave.units import ARCSEC
 
 SMOOTH = sw.Cubic(1e5, 5e3)
 IDEAL = sw.Sampling(PERIOD, PERIOD)

@@ -9,12 +9,12 @@ from scipy.linalg import expm
 
 import strainwave as sw
 from strainwave.compile.jit import run
+from strainwave.compile.tree import leaf_of
 from strainwave.model.train.train_forms import AtLoad
 from strainwave.numerics.balance.condensed.build import condensed
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import floquet_of
 from strainwave.numerics.stability.panel_map import PLACES, C, _panels, tables, through_panels
-from strainwave.tree import leaf_of
 
 K, J_M, J_1, J_2, N, B, K_C, B_C, A, OMEGA, H = 1e5, 4.5e-4, 0.1, 1.2, 50.0, 15.0, 4e5, 5.0, 1e-4, 150.0, 21
 CUBIC = sw.Cubic(K, 5e6)

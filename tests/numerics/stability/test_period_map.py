@@ -6,13 +6,13 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import strainwave as sw
+from strainwave.compile.tree import leaf_of
 from strainwave.numerics.balance.first_order import first_order
 from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.balance.rates import rates_at
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import hill_map, monodromy
 from strainwave.numerics.stability.panel_map import GAUSS_C, walked
-from strainwave.tree import leaf_of
 
 K, ALPHA, J_M, J_1, J_2, N, B, K_C, B_C, K_P, K_I, A = (
     1e5, 5e6, 4.5e-4, 0.1, 1.2, 50.0, 15.0, 4e5, 5.0, 0.5, 20.0, 1e-4,

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.base.series import oscillation
 from strainwave.drive.jumps import HysteresisBand, Jump, jumps_of
 from strainwave.drive.response import ExactResponse
-from strainwave.series import oscillation
 from strainwave.study.analysis.avoid import in_run, speeds_to_avoid
-from strainwave.study.response.resonances import operating_point
+from strainwave.study.analysis.resonances import operating_point
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)

@@ -15,7 +15,7 @@ from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.load_cases import LoadCase, load_cases, over_all, searched
-from strainwave.study.response.resonances import operating_point
+from strainwave.study.analysis.resonances import operating_point
 
 RPM = 30.0 / math.pi
 GEAR = (1e5, 1.4e5, 1.8e5, 54.0, 196.0)

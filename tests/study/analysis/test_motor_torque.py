@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.verdict import Answer
-from strainwave.units import ARCSEC, RPM
 
 N, J_M, J_L, PULL, T_C, WIDTH = 50.0, 6e-4, 1.3, 60.0, 0.15, 3.0
 GEAR_K, GEAR_T = (1.0e5, 1.4e5, 1.8e5), (28.0, 108.0)

@@ -12,8 +12,8 @@ from strainwave.drive.response import exact_response
 from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.load_cases import LoadCase, load_cases
+from strainwave.study.analysis.resonances import operating_point
 from strainwave.study.analysis.train_study import train_study
-from strainwave.study.response.resonances import operating_point
 
 PROJECT = """\
 gear: {{ratio: 50, law: {{type: linear, K: 1e5 N*m/rad}}}}

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.drive_response import Usage
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.verdict import Answer, verdict_of
-from strainwave.units import ARCSEC, RPM
 
 AXIS = """
 limit: {{oscillation: {limit} arcsec}}

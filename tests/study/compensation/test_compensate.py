@@ -7,8 +7,8 @@ import pytest
 from one_bench import DRIVE, ERROR, OMEGA_A, PD, PERIOD, SAMPLING, loop
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC
 from strainwave.study.compensation.bench import bench_of, steady_bench_of
-from strainwave.units import ARCSEC
 
 SPEEDS = [share * OMEGA_A / 2.0 for share in (0.3, 0.9, 1.0, 1.1, 3.0)]
 IDEAL = sw.Sampling(PERIOD, PERIOD)

@@ -7,8 +7,8 @@ import pytest
 from one_bench import DRIVE, GEAR, J_M, LOOP, PD, PERIOD, SAMPLING, loop
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC
 from strainwave.study.compensation.bench import bench_of
-from strainwave.units import ARCSEC
 
 compiled = pytest.mark.compiled
 LINEAR = DRIVE._replace(law=sw.Linear(1e5))

@@ -5,7 +5,7 @@ import pytest
 from one_bench import DRIVE, PERIOD, SAMPLING
 
 import strainwave as sw
-from strainwave.units import ARCSEC
+from strainwave.base.units import ARCSEC
 
 LINEAR = DRIVE._replace(law=sw.Linear(1e5), error=sw.KinematicError((sw.Line(2, 1e-9),)))
 MOVE = sw.Trapezoid(0.3, 0.4)

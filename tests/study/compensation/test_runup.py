@@ -7,8 +7,8 @@ import pytest
 from one_bench import DRIVE, LOOP, SAMPLING, B, loop
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC
 from strainwave.study.compensation.runup import _cells
-from strainwave.units import ARCSEC
 
 STRONG, HARD = SAMPLING._replace(limit=100.0, period=5e-5, delay=5e-5), sw.Cubic(1e5, 3e6)
 STIFF = sw.SampledPD(40.0 * LOOP.K_p, 6.0 * LOOP.K_d, 5e-5)  # nearly a held motor: the gear's own resonance jumps

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.study.design.result import front
-from strainwave.units import ARCSEC, RPM
 
 SPEC = sw.Specification(
     title="joint",

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 import strainwave as sw
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.study.design.specification import checks, life
-from strainwave.units import ARCSEC, RPM
 
 GEAR = sw.catalogue.gear("CSG-40-50")
 SPEC = sw.Specification(

@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.quantities import parameters
+from strainwave.base.quantities import parameters
 from strainwave.study.identification.response_curve.response_fit import jumps_of, sweeps
 
 TRUE = {"B": 0.05, "law.K": 1.0, "law.alpha": 0.1, "excitation.amplitude": 0.18}

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import strainwave as sw
-from strainwave.units import ARCSEC, RPM
+from strainwave.base.units import ARCSEC, RPM
 
 GEAR = sw.catalogue.gear("SHG-25-100")
 N, J_M, J_L, B, PULL = 100.0, GEAR.input_inertia + 2e-5, 0.5, 5.0, 60.0

@@ -12,7 +12,7 @@ import click
 from click.shell_completion import CompletionItem, add_completion_class
 
 from ... import __version__
-from ...above import thing
+from ...base.above import thing
 from .exchange.completion import PowerShellComplete
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130

@@ -6,9 +6,9 @@ from typing import Any
 import click
 import numpy as np
 
+from ...base.units import ARCSEC, RPM
 from ...files.reading import read_project
 from ...files.variants.comparison import ProjectComparison, compare_projects
-from ...units import ARCSEC, RPM
 from ..console import Progress, finished, number, print_table, to_json
 from ..figures.comparison import comparison_figure
 from ..output import staged

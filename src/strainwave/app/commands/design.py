@@ -8,11 +8,11 @@ from typing import Any
 
 import click
 
+from ...base.units import ARCSEC, RPM
 from ...files.design.design_project import design_text
 from ...files.design.specification_file import read_specification
 from ...study.design.design import design as designed
 from ...study.design.result import Candidate, Design
-from ...units import ARCSEC, RPM
 from ..console import Progress, finished, number, percent, print_table, to_json
 from ..figures.design import design_figure
 from ..output import slug, staged

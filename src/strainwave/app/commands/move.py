@@ -7,14 +7,14 @@ import click
 import numpy as np
 from pydantic_core import PydanticCustomError
 
+from ...base.units import RPM
 from ...drive.asked import MotorLimits
 from ...drive.project import Project
-from ...files.move.fields import read_part, read_payload, read_profile
+from ...files.move_fields import read_part, read_payload, read_profile
 from ...files.reading import read_project
 from ...files.yaml_text import name, read
 from ...study.move.move import move as moved
 from ...study.move.result import Move
-from ...units import RPM
 from ..console import Progress, number, percent, to_json
 from ..figures.move import move_figure
 from ..output import staged, write_csv

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from ...base.quantities import convert
+from ...base.results import Floats
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
 from ...files.notes import load_remark
 from ...files.variants.names import keys_of, quantity
 from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
-from ...quantities import convert
-from ...results import Floats
 from ..console import Progress, number, to_json
 from ..view import sign
 

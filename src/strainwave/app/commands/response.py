@@ -7,13 +7,13 @@ from typing import Any
 import click
 import numpy as np
 
+from ...base.units import ARCSEC
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...files.notes import load_remark
 from ...files.reading import read_project
-from ...units import ARCSEC
 from ..console import WHAT_X_IS, Progress, number, to_json
 from ..figures import drive as drive_figure
 from ..figures import png

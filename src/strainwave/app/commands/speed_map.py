@@ -6,12 +6,12 @@ from typing import Any
 import click
 import numpy as np
 
+from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.variants.scatter import scattered
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
-from ...units import ARCSEC, RPM
 from ..console import WHAT_X_IS, Progress, finished, number, to_json
 from ..figures import speed_map as figures
 from ..figures.svg import figure

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from ...base.protocols import state_count
+from ...base.quantities import Parameter, convert, parameters, parse
+from ...base.results import Floats
+from ...base.units import NUMBER
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.variants.replaced import tuning
-from ...protocols import state_count
-from ...quantities import Parameter, convert, parameters, parse
-from ...results import Floats
-from ...units import NUMBER
 from ..console import WHAT_X_IS, Progress, number, to_json
 from ..view import sign
 from . import project_sweep

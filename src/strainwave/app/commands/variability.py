@@ -5,10 +5,10 @@ from typing import Any
 
 import click
 
+from ...base.quantities import convert
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.variants.scatter import Exceedance, exceedance
-from ...quantities import convert
 from ..console import Progress, finished, number, percent, to_json
 from ..view import quantity, sign
 from .options import json_option, limit_option, project_argument, retune_option

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...base.speeds import Speeds
 from ...drive.drive_response import DriveResponse
-from ...speeds import Speeds
 from ..view import angle_unit
 from .curves import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE, draw_motions
 from .svg import Note, Panel, figure

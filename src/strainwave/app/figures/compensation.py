@@ -8,15 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...base.results import Floats
+from ...base.units import RPM
 from ...numerics.sampled.loops import run_loop
-from ...results import Floats
 from ...study.compensation.bench import Bench
 from ...study.compensation.designs import COMPENSATORS, own_rate
 from ...study.compensation.gains import times_of
 from ...study.compensation.moves import CompensatedMove
 from ...study.compensation.result import Compensation, CompensationBench, Units
 from ...study.compensation.runup import CompensatedRunup
-from ...units import RPM
 from ..console import number
 from ..view import angle_unit
 from .curves import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE, thin

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.results import Floats
 from ...drive.project import Project
 from ...drive.response import ExactResponse
 from ...numerics.balance.fourier import synthesis, to_blocks
-from ...results import Floats
 from ...study.analysis.in_time import Cycle, TimeCase
 from ...study.analysis.in_time.drive_motion import DriveMotion
-from ...study.response.resonances import Regime
+from ...study.analysis.resonances import Regime
 from ..console import number
 from ..view import AngleUnit, View
 from .svg import Curve, Note, Panel, figure

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...results import Floats
+from ...base.results import Floats
 from ...study.design.result import Candidate, Design
 from ..view import angle_unit
 from .curves import BLACK, BLUE, ORANGE

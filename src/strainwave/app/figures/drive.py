@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.results import Floats
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...drive.response import ExactResponse
-from ...results import Floats
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.avoid import Avoid
 from ...study.analysis.load_cases import LoadCase
+from ...study.analysis.resonances import Regime
 from ...study.analysis.runup import RunUp
-from ...study.response.resonances import Regime
 from ..console import number
 from ..view import AngleUnit
 from .curves import (

@@ -6,11 +6,11 @@ It is narrow, so that its text is read on a telephone too.
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.results import Floats
+from ...base.units import RPM
 from ...drive.asked import MotorLimits
 from ...model.gears.gear import Gear
-from ...results import Floats
 from ...study.move.result import Move
-from ...units import RPM
 from ..console import number
 from ..view import angle_unit
 from .curves import BLACK, BLUE, DOT_DASH, GREY, ORANGE, thin, upright

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ...results import Floats
+from ...base.results import Floats
+from ...base.units import RPM
 from ...study.speed_map.result import SpeedMap
-from ...units import RPM
 from ..console import number
 from ..view import angle_unit
 from .svg import Note, Panel

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...results import Floats
+from ...base.results import Floats
 from ..console import number
 
 WIDTH, FONT, LETTER = 760.0, 12.5, 6.9  # of a figure, of its text, of a letter on average [px]

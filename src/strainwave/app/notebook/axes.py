@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...results import Floats
+from ...base.results import Floats
 from ..figures.svg import Arrow, Curve, Note, Panel, figure
 
 CYCLE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#A08A00", "#555555")

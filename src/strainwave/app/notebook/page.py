@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from ...base.sentences import WIDTH
 from ...plot.any_result import DRAWN
-from ...sentences import WIDTH
 from ..console import number
 from ..view import sign
 from .axes import Axes

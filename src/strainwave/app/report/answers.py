@@ -3,12 +3,12 @@
 import math
 from typing import Any
 
+from ...base.sentences import Angle, Sentence, Speed, listed
+from ...base.units import RPM
 from ...drive.asked import MotorLimits
 from ...model.gears.limits import Finding
-from ...sentences import Angle, Sentence, Speed, listed
 from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.verdict import Answer
-from ...units import RPM
 from ..console import number, percent
 from ..view import View
 from .sections.whole_train import under_load

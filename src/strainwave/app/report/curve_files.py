@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...base.results import Branch, Floats
+from ...base.speeds import Speeds
 from ...drive.drive_response import DriveResponse
-from ...results import Branch, Floats
-from ...speeds import Speeds
 from ...study.analysis.in_time import TimeCase
 from ..console import number
 from ..output import slug, write_csv

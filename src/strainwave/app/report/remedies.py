@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ...sentences import Sentence, Speed
+from ...base.sentences import Sentence, Speed
 from ...study.analysis.avoid import Avoid
 from ...study.analysis.load_cases import worst_of
 from ...study.analysis.remedies import Remedy

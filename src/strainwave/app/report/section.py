@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from ...protocols import need
-from ...quantities import shown
+from ...base.protocols import need
+from ...base.quantities import shown
 from ..console import number, plain
 from ..view import View
 

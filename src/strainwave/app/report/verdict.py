@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from ...base.sentences import Angle, Sentence, Speed, listed
 from ...model.gears.limits import Finding, gravest
-from ...sentences import Angle, Sentence, Speed, listed
 from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict

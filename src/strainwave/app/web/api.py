@@ -16,8 +16,8 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
+from ...base.results import SolveError
 from ...model.gears import catalogue
-from ...results import SolveError
 from .guard import refusal
 from .state import (
     Body,

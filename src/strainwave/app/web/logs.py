@@ -11,13 +11,13 @@ from zipfile import ZipFile
 import numpy as np
 from scipy.io import whosmat
 
+from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ...files.logs.read import read_log
 from ...study.identification.identified import channels_of
 from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan
-from ...units import ARCSEC, RPM
 from ..view import sign
 from .state import Refused, yaml_of
 

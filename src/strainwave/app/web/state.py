@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ruamel.yaml import YAML
 from starlette.requests import Request
 
+from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...files.project_text import project_text
 from ...files.reading import ProjectError, from_text
@@ -22,7 +23,6 @@ from ...files.variants.replaced import PLACE, replaced
 from ...files.yaml_text import LARGEST, read
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
-from ...units import ARCSEC
 
 NOWHERE = Path("/nonexistent-strainwave-app/project.yaml")  # a project of the page has no files beside it
 FROM_FILES = ("python", "file")  # fields that name a file

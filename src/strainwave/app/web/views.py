@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.results import SolveError
+from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -17,14 +19,12 @@ from ...files.notes import load_remark
 from ...files.variants.replaced import replaced, tuning
 from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
-from ...results import SolveError
 from ...study.analysis.avoid import without_stable
 from ...study.analysis.in_time.drive_motion import drive_motion
 from ...study.compensation.compensate import compensate
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
-from ...units import ARCSEC, RPM
 from ..view import finding_data
 
 Progress = Callable[[str, float], None]

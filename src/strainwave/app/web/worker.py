@@ -23,9 +23,9 @@ from threading import Lock, Thread
 from time import sleep, thread_time
 from typing import Any, BinaryIO
 
+from ...base.results import SolveError
 from ...compile.compiling import compiling
 from ...compile.jit import load
-from ...results import SolveError
 from ..console import plain
 from .state import Refused
 

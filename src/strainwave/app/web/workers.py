@@ -6,7 +6,7 @@ from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from ...above import thing
+from ...base.above import thing
 from .state import Refused
 from .worker import Died, Progress, Worker
 

@@ -12,9 +12,9 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ...archive import as_file, atomic, version
-from ...quantities import parameters
-from ...tree import mapped, numbers
+from ...base.archive import as_file, atomic, version
+from ...base.quantities import parameters
+from ...compile.tree import mapped, numbers
 from .traced import Decided, Recording, literal
 
 T = TypeVar("T")

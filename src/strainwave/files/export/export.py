@@ -10,9 +10,13 @@ from typing import Any, Literal, get_args
 
 from numpy.typing import ArrayLike
 
-from ...archive import atomic, version
+from ...base.archive import atomic, version
+from ...base.law import spring_stiffness, states_of
+from ...base.protocols import lacking, need
+from ...base.quantities import checked, floated, shown
+from ...base.sentences import on_screen
+from ...compile.tree import is_model, leaves, mapped, numbers
 from ...drive.project import Project
-from ...law import spring_stiffness, states_of
 from ...model.controllers.closed_loop import LOST
 from ...model.controllers.measurement import Measurement
 from ...model.drive import Drive
@@ -23,10 +27,6 @@ from ...model.laws.meshing import NoFriction
 from ...model.laws.springs import Linear
 from ...model.train.drive_train import DriveTrain
 from ...numerics.integration.methods import FixedStep
-from ...protocols import lacking, need
-from ...quantities import checked, floated, shown
-from ...sentences import on_screen
-from ...tree import is_model, leaves, mapped, numbers
 from .c_code import CCode, Parameters, as_name, c_name, function, guarded, opening, struct, text_of, with_parameters
 from .fmu import child, element, write_fmu, written
 from .plant import plant_code, plant_of

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from uuid import UUID
 from xml.etree import ElementTree as Xml
 
-from ...archive import atomic, version
+from ...base.archive import atomic, version
 from .plant import INPUTS, OUTPUTS, Plant, plant_code
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")

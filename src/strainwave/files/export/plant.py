@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.law import breakpoints_of
+from ...base.protocols import with_parts
+from ...base.quantities import checked, number, numbers, shown
 from ...drive.state_space import state_space
-from ...law import breakpoints_of
 from ...model.train.controls import FREE
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import AtRest
 from ...numerics.integration.methods import Dop8, FixedStep
-from ...protocols import with_parts
-from ...quantities import checked, number, numbers, shown
 from .c_code import CCode, Parameters, as_name, function, guarded, opening, struct, text_of, with_parameters
 from .traced import Recording
 

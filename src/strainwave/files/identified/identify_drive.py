@@ -10,22 +10,22 @@ from typing import Any
 
 import numpy as np
 
+from ...base.law import states_of, torque_of
+from ...base.quantities import parameters, shown
+from ...base.results import Floats
+from ...base.sentences import listed, on_screen
+from ...base.units import ARCSEC
+from ...compile.tree import numbers
 from ...drive.project import Project
-from ...law import states_of, torque_of
 from ...model.excitation import Harmonic, KinematicError
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import Load
 from ...numerics.driven import Between
-from ...quantities import parameters, shown
-from ...results import Floats
-from ...sentences import listed, on_screen
 from ...study.analysis.runup import silent
 from ...study.identification.identified import Identified, channels_of
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval
-from ...tree import numbers
-from ...units import ARCSEC
 from ..entries import MOST_OF_PHASE, MOST_SCATTER, Radians
 from ..project_text import project_text
 from ..reading import from_text

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import Angle, Ratio
+from ...base.results import Floats, SolveError
 from ...maths import cos, sin
 from ...numerics.driven import lanes_of
-from ...quantities import Angle, Ratio
-from ...results import Floats, SolveError
 from ...study.identification.discrepancy import white
 from ...study.identification.identified import Identified, record_of
 from ...study.identification.identify import candidate_columns

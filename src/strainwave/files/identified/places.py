@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from ...base.quantities import shown
+from ...compile.tree import leaf_of, numbers
 from ...drive.project import Project
-from ...quantities import shown
-from ...tree import leaf_of, numbers
 from ..variants.names import keys_of
 from ..yaml_text import read
 

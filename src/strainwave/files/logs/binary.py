@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat
 
-from ...results import Floats
+from ...base.results import Floats
 from .names import canonical, named
 from .table import Column, refuse
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...results import Floats
+from ...base.results import Floats
 from ...study.identification.log import Log, LogSegment
 from .names import TURN
 from .table import Column, refuse

@@ -5,9 +5,9 @@ from contextlib import suppress
 from math import pi
 from typing import NamedTuple
 
-from ...results import Floats
+from ...base.results import Floats
+from ...base.units import NUMBER, convert, parse
 from ...study.identification.log import CANONICAL
-from ...units import NUMBER, convert, parse
 from .dialect import split
 
 KINDS = ("rad", "rad/s", "rad/s**2", "N*m", "s", "A", "V", "Hz", "K", "m", "N")  # SI units of channels

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...results import Floats
+from ...base.results import Floats
+from ...compile.tree import shown
 from ...study.identification.log import Log
-from ...units import shown
 from ..yaml_text import as_path
 from .binary import BINARY
 from .conditioning import aligned, averaged, regular, trimmed, unwrapped

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...results import Floats
+from ...base.results import Floats
 from ..yaml_text import FileError, Problem, complaint, read_text, shown
 from .dialect import Dialect, Unclear, find, is_number, number, split
 from .names import header_cells, unit_row

@@ -11,9 +11,9 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
+from ...base.quantities import number, positive_count, shown
+from ...base.results import Floats
 from ...model.excitation import HIGHEST, Line
-from ...quantities import number, positive_count, shown
-from ...results import Floats
 
 Unit = Literal["rad", "N*m"]
 Turn = Literal["motor", "output"]

@@ -14,8 +14,8 @@ from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import numpy as np
 
-from ...quantities import shown
-from ...results import Floats
+from ...base.quantities import shown
+from ...base.results import Floats
 from .content import OrderContent
 from .points import MARK, MOST_POINTS, Points, highest_order, motion, points_for, remarks
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Self
 
-from ...archive import as_file, atomic
+from ...base.archive import as_file, atomic
+from ...base.quantities import shown
+from ...base.sentences import on_screen
 from ...model.excitation import Harmonic, Harmonics, KinematicError, Line
-from ...quantities import shown
-from ...sentences import on_screen
 from ..yaml_text import FileError, Problem, as_path, complaint, read_text
 from .content import OrderContent, positive
 from .format import OrderFormat, TableResidual, encoded, with_options

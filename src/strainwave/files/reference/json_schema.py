@@ -11,15 +11,15 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
+from ...base.units import example
 from ...drive.asked import Payload
 from ...model.gears import catalogue
 from ...model.varying import Ripple
-from ...units import example
 from .. import entries as readers
 from .. import loop_fields, schema
 from ..controller import MOST_BITS, read_controller
 from ..entries import NOT_NEGATIVE, POSITIVE, SPRINGS, fields_of, law_types, loop_types
-from ..move.fields import IN_FILE, PARTS, read_part, read_payload
+from ..move_fields import IN_FILE, PARTS, read_part, read_payload
 from ..python_law import NAMED
 from ..schema import CATALOGUE, DampingSpec, ExplicitGear, LoadSpec, NamedGear, ProjectSpec, Spec, SpeedSpec
 from .descriptions import ENTRIES, FIELDS

@@ -6,16 +6,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.quantities import shown
+from ...base.records import Labelled, Result
+from ...base.results import Floats, Interrupted
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC, RPM
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.gears.limits import gravest
-from ...quantities import shown
-from ...records import Labelled, Result
-from ...results import Floats, Interrupted
-from ...sentences import on_screen
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.verdict import Verdict
-from ...units import ARCSEC, RPM
 
 MOST = 20
 

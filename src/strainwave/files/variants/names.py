@@ -3,8 +3,8 @@
 import re
 from typing import Any
 
+from ...base.units import NUMBER
 from ...model.gears.gear import Gear
-from ...units import NUMBER
 from ..schema import ExcitationSpec, ExplicitGear, LoadSpec, MotorSpec, ProjectSpec, Spec
 
 Keys = tuple[str, ...]

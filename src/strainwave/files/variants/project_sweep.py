@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...base.quantities import shown
+from ...base.results import Floats
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
-from ...quantities import shown
-from ...results import Floats
 from ...study.sweep.sweep import sweep
 from ..reading import from_text
 from .names import quantity

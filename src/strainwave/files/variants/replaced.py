@@ -13,8 +13,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from ...compile.tree import is_model
 from ...drive.project import Project
-from ...tree import is_model
 from ..entries import number
 from ..project_text import loop_text
 from ..reading import ProjectError, from_located

@@ -7,13 +7,13 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import betaincinv, ndtr, ndtri
 
+from ...base.quantities import number, parse, positive_count
+from ...base.records import Labelled, Result
+from ...base.results import Floats, Interrupted, SolveError
+from ...base.sentences import on_screen
 from ...compile.jit import load
 from ...drive.project import Project
 from ...drive.train_curve import WITH_MEMORY, refuse_free
-from ...quantities import number, parse, positive_count
-from ...records import Labelled, Result
-from ...results import Floats, Interrupted, SolveError
-from ...sentences import on_screen
 from ...study.analysis.avoid import band_above
 from ...study.analysis.runup import silent
 from ...study.identification.intervals import Interval

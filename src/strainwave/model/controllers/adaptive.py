@@ -2,9 +2,9 @@
 
 from typing import Any, NamedTuple
 
-from ...choices import select
+from ...base.choices import select
+from ...base.quantities import Angle, Ratio, Time, Torque
 from ...maths import cos, sin, sqrt
-from ...quantities import Angle, Ratio, Time, Torque
 from .loops import is_controller
 from .measurement import known
 

@@ -3,12 +3,12 @@
 from math import nan
 from typing import Any, NamedTuple
 
-from ...choices import larger, select, smaller
+from ...base.choices import larger, select, smaller
+from ...base.noise import even, noise
+from ...base.protocols import need
+from ...base.quantities import Angle, Ratio, Time, Torque
 from ...compile.jit import kernel
-from ...noise import even, noise
-from ...protocols import need
-from ...quantities import Angle, Ratio, Time, Torque
-from ...tree import mapped, numbers
+from ...compile.tree import mapped, numbers
 from ..excitation import Harmonic, Line, NoError
 from ..train.controls import Commanded
 from ..train.drive_train import motor_motion

@@ -2,10 +2,10 @@
 
 from typing import Any, NamedTuple
 
+from ...base.law import states_of, torque_of
+from ...base.protocols import need
+from ...base.quantities import Inertia, Ratio, Time
 from ...compile.jit import kernel
-from ...law import states_of, torque_of
-from ...protocols import need
-from ...quantities import Inertia, Ratio, Time
 from .loops import is_controller
 from .measurement import moved
 

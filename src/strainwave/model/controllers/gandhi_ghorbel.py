@@ -2,8 +2,8 @@
 
 from typing import Any, NamedTuple
 
-from ...protocols import need
-from ...quantities import Damping, Inertia, Ratio, Time, TorsionalStiffness
+from ...base.protocols import need
+from ...base.quantities import Damping, Inertia, Ratio, Time, TorsionalStiffness
 
 
 class GandhiGhorbel(NamedTuple):

@@ -11,9 +11,9 @@ branches (`abs`, `choices`, `maths`): one definition is run by compiled ensemble
 
 from typing import Any, NamedTuple
 
-from ...choices import select
+from ...base.choices import select
+from ...base.quantities import Angle, AngularAcceleration, AngularSpeed, Torque
 from ...compile.jit import kernel
-from ...quantities import Angle, AngularAcceleration, AngularSpeed, Torque
 
 
 class Measurement(NamedTuple):

@@ -6,9 +6,9 @@ A monitor is a NamedTuple of floats with `start()` and, like a controller, an up
 from math import log
 from typing import Any, NamedTuple
 
-from ...choices import larger, smaller
+from ...base.choices import larger, smaller
+from ...base.quantities import AngularSpeed, Time
 from ...maths import cos, sin, sqrt
-from ...quantities import AngularSpeed, Time
 from .measurement import known
 
 

@@ -3,7 +3,7 @@
 from math import cos, pi, sin
 from typing import Any, NamedTuple
 
-from ...quantities import number
+from ...base.quantities import number
 from .loops import is_controller
 
 

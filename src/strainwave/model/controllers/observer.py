@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ...quantities import AngularSpeed, Inertia, Time
+from ...base.quantities import AngularSpeed, Inertia, Time
 from .loops import is_controller
 
 

@@ -3,9 +3,9 @@
 from math import pi
 from typing import Any, NamedTuple
 
-from ...choices import entry, select, with_entry
+from ...base.choices import entry, select, with_entry
+from ...base.quantities import Angle, Ratio, Time, Torque
 from ...compile.jit import kernel
-from ...quantities import Angle, Ratio, Time, Torque
 from .loops import is_controller
 from .measurement import known
 

@@ -3,8 +3,8 @@
 from math import exp, pi, sqrt
 from typing import Any, NamedTuple
 
-from ...protocols import need
-from ...quantities import Time, number, shown
+from ...base.protocols import need
+from ...base.quantities import Time, number, shown
 
 KINDS = ("ZV", "ZVD")
 

@@ -3,8 +3,8 @@
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from ...base.quantities import AngularSpeed, Time, Torque
 from ...maths import cos, sin
-from ...quantities import AngularSpeed, Time, Torque
 from ..train.motion import MOST, polygon
 from .loops import is_controller
 

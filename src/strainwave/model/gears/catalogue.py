@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ...quantities import number, positive_count, shown
+from ...base.quantities import number, positive_count, shown
 from .gear import Gear
 
 __all__ = ["Gear", "gear", "names", "select"]

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ...quantities import LARGEST, checked, shown
-from ...results import Floats
-from ...units import ARCSEC
+from ...base.quantities import LARGEST, checked, shown
+from ...base.results import Floats
+from ...base.units import ARCSEC
 from ..excitation import KinematicError, Line
 
 DEFAULT_SHARES: Mapping[int, float] = MappingProxyType({1: 0.25, 2: 1.0, 4: 0.25})

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...law import KINDS, depends
-from ...quantities import LARGEST, checked, number, shown
+from ...base.law import KINDS, depends
+from ...base.quantities import LARGEST, checked, number, shown
 from ..laws.springs import Cubic, Polynomial
 
 POINTS = 2001

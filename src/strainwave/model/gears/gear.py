@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
-from ...quantities import checked, number, shown
-from ...units import RPM
+from ...base.quantities import checked, number, shown
+from ...base.units import RPM
 from ..drive import Drive
 from ..laws.friction import Coulomb, Viscous
 from ..laws.hysteresis import Parallel

@@ -1,7 +1,7 @@
 """Life of the wave generator's bearing, by which a strain wave gear ages."""
 
-from ...quantities import number
-from ...units import RPM
+from ...base.quantities import number
+from ...base.units import RPM
 from .gear import Gear
 
 # L10 [h] at rated torque and speed, a fifth of the printed L50.

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...quantities import number, numbers, shown
-from ...units import RPM
+from ...base.quantities import number, numbers, shown
+from ...base.units import RPM
 from .gear import Gear
 
 DUTY = "average_rpm"  # a limit of the mean over a duty cycle: no speed by itself says how long it lasts

@@ -7,9 +7,9 @@ angle and speed. Torques are in N*m, speeds in rad/s, both of the shaft that the
 
 from typing import Annotated, Any, NamedTuple
 
+from ...base.quantities import AngularSpeed, Damping, Torque, TorsionalStiffness
 from ...compile.jit import kernel
 from ...maths import exp, sqrt
-from ...quantities import AngularSpeed, Damping, Torque, TorsionalStiffness
 
 PerKelvin = Annotated[float, "1/K"]
 PerTorque = Annotated[float, "1/(N*m)"]

@@ -7,8 +7,7 @@ torsion [rad], v its rate [rad/s], z the tuple of internal states; their number 
 
 from typing import Any, NamedTuple
 
-from ...compile.jit import kernel
-from ...law import (
+from ...base.law import (
     breakpoints_of,
     check_law,
     energy_of,
@@ -20,9 +19,10 @@ from ...law import (
     torque_of,
     z_rate_of,
 )
+from ...base.protocols import need, scaled
+from ...base.quantities import Angle, Ratio, TorsionalStiffness
+from ...compile.jit import kernel
 from ...maths import sign
-from ...protocols import need, scaled
-from ...quantities import Angle, Ratio, TorsionalStiffness
 
 SHARPEST = 50  # n: every unit costs a multiplication in every step, and the sharper knee smaller steps
 

@@ -9,8 +9,8 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
+from ...base.quantities import LARGEST, Angle, Torque, TorsionalStiffness, checked, shown
 from ...compile.jit import kernel
-from ...quantities import LARGEST, Angle, Torque, TorsionalStiffness, checked, shown
 from .springs import PiecewiseLinear
 
 FEWEST, MOST_POINTS = 3, 64

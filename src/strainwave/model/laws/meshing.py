@@ -7,7 +7,7 @@ the motor takes T (1 - mu)/N back.
 
 from typing import Any, NamedTuple
 
-from ...quantities import AngularSpeed, Ratio
+from ...base.quantities import AngularSpeed, Ratio
 from .friction import positive, smooth_sign
 
 

@@ -11,12 +11,12 @@ of one with nothing left to compute again in every step, which stands under its 
 
 from typing import Any, NamedTuple
 
+from ...base.law import KINDS, breakpoints_of, depends
+from ...base.protocols import need
+from ...base.quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
 from ...compile.jit import kernel
-from ...law import KINDS, breakpoints_of, depends
+from ...compile.tree import with_leaf
 from ...maths import sign
-from ...protocols import need
-from ...quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
-from ...tree import with_leaf
 
 
 class Linear(NamedTuple):

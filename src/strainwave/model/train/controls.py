@@ -11,10 +11,10 @@ Loops as they are specified, by bandwidth and damping, and the gains that this g
 from math import pi, sqrt
 from typing import Any, Literal, NamedTuple
 
+from ...base.law import class_of, depends, has, share, torque_of, z_rate_of
+from ...base.protocols import lacking
+from ...base.quantities import AngularSpeed, Damping, Inertia, Ratio, Time, TorsionalStiffness, number, shown
 from ...compile.jit import chosen
-from ...law import class_of, depends, has, share, torque_of, z_rate_of
-from ...protocols import lacking
-from ...quantities import AngularSpeed, Damping, Inertia, Ratio, Time, TorsionalStiffness, number, shown
 
 FASTEST = 0.5  # bandwidth [rad/s] times lag [s]: there the lag takes 27 degrees of phase
 HERTZ = 2.0 * pi  # rad/s

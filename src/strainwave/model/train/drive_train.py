@@ -8,11 +8,22 @@ motor's deviation from its reference instead of theta_m, so that no small twist 
 
 from typing import Any, NamedTuple
 
-from ...above import above
+from ...base.above import above
+from ...base.law import (
+    breakpoints_of,
+    check_law,
+    energy_of,
+    heat_of,
+    kinks_of,
+    rest,
+    share,
+    states_of,
+    torque_of,
+    z_rate_of,
+)
+from ...base.protocols import joint_orders, need
+from ...base.quantities import LARGEST, AngularSpeed, Damping, Ratio
 from ...compile.jit import kernel
-from ...law import breakpoints_of, check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
-from ...protocols import joint_orders, need
-from ...quantities import LARGEST, AngularSpeed, Damping, Ratio
 from ..excitation import NoError
 from ..laws.meshing import NO_FRICTION
 from .controls import controlled, motor_states, off_reference

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ...law import depends, states_of, torque_of, z_rate_of
-from ...protocols import lacking, orders_of
-from ...results import Floats
+from ...base.law import depends, states_of, torque_of, z_rate_of
+from ...base.protocols import lacking, orders_of
+from ...base.results import Floats
 from ..excitation import NoError
 from ..laws.meshing import NoFriction
 from .controls import Free, Nudged, PositionLoop, SpeedLoop, inertia_of

@@ -8,9 +8,9 @@ and after the last; they are meant for runs with omega = 1, where the base angle
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from ...base.quantities import Angle, AngularAcceleration, AngularJerk, AngularSpeed, Time, Torque
 from ...compile.jit import kernel
 from ...maths import cos, sign, sin
-from ...quantities import Angle, AngularAcceleration, AngularJerk, AngularSpeed, Time, Torque
 from ..excitation import HIGHEST
 
 MOST = 16  # points of a profile: every one costs arithmetic in every step

@@ -9,9 +9,9 @@ z of the load's drag, and the `motion` (angle, speed) of the gear's output.
 
 from typing import Any, NamedTuple
 
-from ...law import check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
-from ...protocols import lacking, need
-from ...quantities import LARGEST, Damping, Inertia, shown
+from ...base.law import check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
+from ...base.protocols import lacking, need
+from ...base.quantities import LARGEST, Damping, Inertia, shown
 from ..excitation import Harmonic
 from ..laws.springs import Linear
 from .controls import FREE, Free, Held

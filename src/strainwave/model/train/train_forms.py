@@ -3,9 +3,9 @@
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ...base.quantities import AngularSpeed, Ratio
 from ...compile.jit import kernel
 from ...compile.tuples import axpy
-from ...quantities import AngularSpeed, Ratio
 from ..excitation import NoError
 from .controls import off_reference
 from .drive_train import DriveTrain, coupling_twist, motor_motion

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...law import breakpoints_of
-from ...protocols import omega_of
-from ...quantities import replace
-from ...results import Floats, Orbit, SolveError
+from ...base.law import breakpoints_of
+from ...base.protocols import omega_of
+from ...base.quantities import replace
+from ...base.results import Floats, Orbit, SolveError
 from ..balance.fourier import orders
 from ..balance.linear_part import carried, drive
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
-from ..orbits.shooting import find_orbit
+from ..shooting import find_orbit
 from .settle import Settled, settled
 
 STARTS = (

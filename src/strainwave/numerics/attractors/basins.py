@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...protocols import state_count, with_parts
-from ...quantities import interval, positive_count, shown
-from ...results import Floats
+from ...base.protocols import state_count, with_parts
+from ...base.quantities import interval, positive_count, shown
+from ...base.results import Floats
 from ..integration.corners import repeating
 from ..integration.methods import Method
 from .attractors import Attractor, recognised

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import breakpoints_of, torsion
+from ...base.law import breakpoints_of, torsion
+from ...base.protocols import has_jacobian, omega_of, with_parts
+from ...base.quantities import numbers, positive_count
+from ...base.results import Floats, SolveError
 from ...maths import cos, sin
-from ...protocols import has_jacobian, omega_of, with_parts
-from ...quantities import numbers, positive_count
-from ...results import Floats, SolveError
 from ..integration.corners import repeating
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate

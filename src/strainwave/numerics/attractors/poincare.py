@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from ...law import torsion
-from ...protocols import omega_of, with_parts
-from ...quantities import number, numbers, parameters, positive_count, replace, shown
-from ...results import Floats, SolveError
+from ...base.law import torsion
+from ...base.protocols import omega_of, with_parts
+from ...base.quantities import number, numbers, parameters, positive_count, replace, shown
+from ...base.results import Floats, SolveError
 from ..integration.corners import repeating
 from ..integration.methods import Dopri5, Method
 from ..integration.simulate import simulate

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...protocols import omega_of
-from ...quantities import replace
-from ...results import Floats
+from ...base.protocols import omega_of
+from ...base.quantities import replace
+from ...base.results import Floats
 from ..ensemble.ensemble import ensemble, lanes_run
 from ..ensemble.measures import Extremes, Final
 from ..integration.methods import Dop8, Dopri5, Method

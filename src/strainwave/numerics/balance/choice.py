@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ...protocols import Balance, lacking
+from ...base.protocols import Balance, lacking
 from .condensed.build import condensed
 from .first_order import first_order
 from .rates import SAME, is_second_order

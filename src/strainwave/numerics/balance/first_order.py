@@ -18,11 +18,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.protocols import Balance, lacking, omega_of, orders_of
+from ...base.results import Floats
 from ...compile.address import ByAddress
 from ...compile.jit import kernel, run
-from ...protocols import Balance, lacking, omega_of, orders_of
-from ...results import Floats
-from ...tree import leaf_of, leaves, with_leaf
+from ...compile.tree import leaf_of, leaves, with_leaf
 from ..addressed import EquationsAt
 from .first_order_at import FirstOrderAt, equations_of, native
 from .fourier import analysis, derivative, distances, extended, from_blocks, multiply_rows, panels, synthesis, to_blocks

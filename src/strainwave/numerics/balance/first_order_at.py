@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.protocols import omega_of
+from ...base.results import Floats
 from ...compile.address import MATRIX, VECTOR, at, word_of_leaf, words_of
 from ...compile.jit import entries, routine
-from ...protocols import omega_of
-from ...results import Floats
 from ..addressed import EquationsAt, SeveralAt, corner_distances, several_at
 from ..operating_point import FA, FB, SHARE, A, B, narrow, next_place
 from .fourier import CLOSE, LOOKED, PHASE, PLACES, WEIGHTS, extend_series, multiply_rows

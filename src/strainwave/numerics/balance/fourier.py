@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.law import breakpoints_of, torsion
+from ...base.protocols import lacking
+from ...base.results import Floats
 from ...compile.jit import kernel_as, routine
-from ...law import breakpoints_of, torsion
-from ...protocols import lacking
-from ...results import Floats
 
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PHASE = 6.0  # of the highest harmonic along a panel [rad]: products of four harmonics are integrated to 1e-10

@@ -12,11 +12,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ...law import is_spring
-from ...protocols import orders_of
-from ...quantities import positive_count
-from ...results import Floats
-from ...tree import with_leaf
+from ...base.law import is_spring
+from ...base.protocols import orders_of
+from ...base.quantities import positive_count
+from ...base.results import Floats
+from ...compile.tree import with_leaf
 
 FEWEST = 7  # per turn of the base angle
 MOST = 127  # reached automatically

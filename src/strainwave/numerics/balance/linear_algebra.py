@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.results import Floats
 from ...compile.elementwise import elementwise, summed
 from ...compile.jit import kernel, kernel_as, routine
-from ...results import Floats
 
 LARGE = 150  # below it, loading SciPy (0.3 s) costs more than a whole curve gains
 

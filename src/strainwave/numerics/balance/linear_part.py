@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.law import breakpoints_of
+from ...base.results import Floats
 from ...compile.jit import kernel_as, routine
-from ...law import breakpoints_of
-from ...results import Floats
 from ..operating_point import operating_point
 from .fourier import orders
 

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.law import breakpoints_of
+from ...base.results import Floats
 from ...compile.jit import kernel_as, routine
-from ...law import breakpoints_of
-from ...results import Floats
 from ..addressed import kinks, stiffnesses, torques
 from .fourier import extend, multiply_rows
 from .linear_algebra import copy, extremes

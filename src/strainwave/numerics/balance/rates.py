@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.law import is_spring
+from ...base.protocols import Balance, has_jacobian, lacking, omega_of
+from ...base.quantities import positive_count
+from ...base.results import Floats
 from ...compile.jit import routine
-from ...law import is_spring
-from ...protocols import Balance, has_jacobian, lacking, omega_of
-from ...quantities import positive_count
-from ...results import Floats
 from ..addressed import rates_of
 from ..integration.corners import repeating
 

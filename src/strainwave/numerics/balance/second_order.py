@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.results import Floats
 from ...compile.address import ByAddress, at
 from ...compile.jit import run
-from ...results import Floats
-from ...tree import leaf_of, with_leaf
+from ...compile.tree import leaf_of, with_leaf
 from ..addressed import EquationsAt, difference, equations_at, error_values, excitation_torques, oscillator_at, varied
 from .fourier import all_orders, analysis, from_blocks, orders, synthesis, to_blocks, with_velocity
 from .harmonics import ENOUGH, seems_odd

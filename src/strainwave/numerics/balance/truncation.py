@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...protocols import Balance
-from ...results import Floats, Status
-from ...sentences import Sentence, Speed
-from ...tree import mapped, with_leaf
+from ...base.protocols import Balance
+from ...base.results import Floats, Status
+from ...base.sentences import Sentence, Speed
+from ...compile.tree import mapped, with_leaf
 from .fourier import analysis, orders, panels, synthesis
 from .rates import base_speed, jacobians_at, rates_at
 

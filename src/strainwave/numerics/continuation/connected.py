@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...protocols import Balance
-from ...results import Floats
+from ...base.protocols import Balance
+from ...base.results import Floats
 from ..balance.harmonics import mirrored
 from ..balance.linear_part import CONSTANT, STRENGTH, driven_lines
 from ..labels import CLOSED, END, LOST

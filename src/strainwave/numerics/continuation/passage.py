@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ...protocols import Balance, omega_of
-from ...results import Floats
-from ...sentences import Sentence, Speed
-from ...tree import with_leaf
+from ...base.protocols import Balance, omega_of
+from ...base.results import Floats
+from ...base.sentences import Sentence, Speed
+from ...compile.tree import with_leaf
 from ..balance.harmonics import ENOUGH
 from ..integration.simulate import simulate
 from ..labels import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...protocols import Balance
-from ...results import Branch, Floats, Orbit, Status
-from ...series import highest_between, largest_size, oscillation, weights_at
+from ...base.protocols import Balance
+from ...base.results import Branch, Floats, Orbit, Status
+from ...base.series import highest_between, largest_size, oscillation, weights_at
 from ..balance.first_order import linearised
 from ..balance.fourier import from_blocks
 from ..balance.rates import base_speed

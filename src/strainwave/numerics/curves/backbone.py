@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import springs_only
-from ...protocols import with_parts
-from ...quantities import numbers, shown
-from ...results import Floats, Status
-from ...tree import leaf_of
+from ...base.law import springs_only
+from ...base.protocols import with_parts
+from ...base.quantities import numbers, shown
+from ...base.results import Floats, Status
+from ...compile.tree import leaf_of
 from ..balance.first_order import linearised, newton
 from ..balance.fourier import from_blocks
 from ..balance.harmonics import MOST, grown, starting_harmonics

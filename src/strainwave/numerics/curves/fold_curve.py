@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ...law import springs_only
-from ...protocols import with_parts
-from ...quantities import checked, interval, replace, shown
-from ...results import Floats, Orbit, SolveError, Status
-from ...tree import leaf_of
+from ...base.law import springs_only
+from ...base.protocols import with_parts
+from ...base.quantities import checked, interval, replace, shown
+from ...base.results import Floats, Orbit, SolveError, Status
+from ...compile.tree import leaf_of
 from ..balance.first_order import linearised, newton
 from ..balance.fourier import from_blocks
 from ..balance.harmonics import starting_harmonics

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ...protocols import Balance, linear_part_of
-from ...tree import leaf_of
+from ...base.protocols import Balance, linear_part_of
+from ...compile.tree import leaf_of
 from ..balance.choice import balance_of
 from ..balance.first_order import FirstOrder, first_order
 from ..balance.fourier import distances, stretched

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ...protocols import Balance, with_parts
-from ...quantities import interval, replace, shown
-from ...results import Branch, Floats, Orbit, SolveError
-from ...tree import leaf_of
+from ...base.protocols import Balance, with_parts
+from ...base.quantities import interval, replace, shown
+from ...base.results import Branch, Floats, Orbit, SolveError
+from ...compile.tree import leaf_of
 from ..balance.choice import balance_of
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...protocols import Balance
-from ...quantities import checked, interval, numbers, positive_count, replace, shown
-from ...results import Branch, Floats, Orbit, SolveError
-from ...sentences import Sentence, Speed
-from ...tree import leaf_of, with_leaf
+from ...base.protocols import Balance
+from ...base.quantities import checked, interval, numbers, positive_count, replace, shown
+from ...base.results import Branch, Floats, Orbit, SolveError
+from ...base.sentences import Sentence, Speed
+from ...compile.tree import leaf_of, with_leaf
 from ..balance.choice import balance_of
 from ..balance.harmonics import grown, is_odd_on, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
@@ -30,7 +30,7 @@ from ..continuation.connected import alike
 from ..continuation.passage import Coexisting, across
 from ..continuation.trace import Trace, describe
 from ..labels import END
-from ..orbits.shooting import find_orbit
+from ..shooting import find_orbit
 
 FOLLOWED = ": parameter_response with its orbit in `elsewhere` as start follows it"
 

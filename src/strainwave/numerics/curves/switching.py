@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ...protocols import Balance, with_parts
-from ...quantities import checked, interval, replace, shown
-from ...results import Branch, Floats, Orbit, SolveError
-from ...tree import leaf_of
+from ...base.protocols import Balance, with_parts
+from ...base.quantities import checked, interval, replace, shown
+from ...base.results import Branch, Floats, Orbit, SolveError
+from ...compile.tree import leaf_of
 from ..balance.choice import balance_of
 from ..balance.first_order import linearised
 from ..balance.fourier import stretched

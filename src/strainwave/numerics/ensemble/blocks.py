@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from ...base.results import Floats
 from ...compile.jit import run
 from ...compile.lanes import LANES
-from ...results import Floats
-from ...tree import leaves
+from ...compile.tree import leaves
 from ..integration.methods import Method
 from .fixed_step import KEPT
 from .stepping import stepping_of

@@ -20,12 +20,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from ...base.law import breakpoints_of, torsion
+from ...base.protocols import lacking, names_of, omega_of, order_of, prepared, with_parts
+from ...base.quantities import parameters, positive_count, replace
+from ...base.results import Floats
 from ...compile.lanes import LANES
-from ...law import breakpoints_of, torsion
-from ...protocols import lacking, names_of, omega_of, order_of, prepared, with_parts
-from ...quantities import parameters, positive_count, replace
-from ...results import Floats
-from ...tree import leaves, mapped
+from ...compile.tree import leaves, mapped
 from ..integration.corners import repeating
 from ..integration.methods import Method
 from ..integration.step_counts import fastest_rates, steps_needed

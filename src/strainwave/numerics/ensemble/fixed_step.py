@@ -9,10 +9,10 @@ frequency has half the time step.
 import math
 from typing import Any
 
-from ...choices import larger
+from ...base.choices import larger
 from ...compile.jit import borrowed, kernel, kernel_as
 from ...compile.lanes import LANES, lane, load, store
-from ...tree import count
+from ...compile.tree import count
 from .pieces import Ends, Even, Piece, extreme_between, updated, vertex
 
 BOUND = 1e100  # a state beyond it has left for infinity

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import shown
 from ...compile import cuda
 from ...compile.jit import kernel
 from ...compile.lanes import LANES, lane, load, store
-from ...quantities import shown
-from ...tree import count, leaves
+from ...compile.tree import count, leaves
 from ..integration.methods import Method
 from .blocks import Batch, Block, march
 from .fixed_step import KEPT, every_lane

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...quantities import checked, replace
-from ...results import Floats
+from ...base.quantities import checked, replace
+from ...base.results import Floats
 
 
 class LaneError(ValueError):

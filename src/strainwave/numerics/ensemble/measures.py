@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...choices import larger, smaller
+from ...base.choices import larger, smaller
 from ...maths import cos, sin
 from .pieces import harmonic_integrals, integral
 

@@ -4,10 +4,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...choices import larger, smaller
+from ...base.choices import larger, smaller
+from ...base.law import class_of
 from ...compile.jit import chosen, kernel, kernel_as
 from ...compile.maths_kernels import bits_of, float_of
-from ...law import class_of
 
 ROUND = 1.5 * 2.0**52  # adding and subtracting it rounds to a whole number
 LOG_OF_ONE = 2.0**20 + 1023.0  # what `_log2_by_bits` makes of the bits of 1

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ...law import breakpoints_of
-from ...protocols import lacking, names_of, omega_of, order_of, orders_of
-from ...quantities import numbers, positive_count, shown
-from ...quantities import parameters as parameters_of
-from ...results import Floats
+from ...base.law import breakpoints_of
+from ...base.protocols import lacking, names_of, omega_of, order_of, orders_of
+from ...base.quantities import numbers, positive_count, shown
+from ...base.quantities import parameters as parameters_of
+from ...base.results import Floats
 from ..integration.methods import Dop8, Dopri5, Method, checked
 from .lane_checks import LaneError, check_lanes
 from .stepping import stepping_of, steps_known

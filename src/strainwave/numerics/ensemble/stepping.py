@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...choices import larger, select, smaller
+from ...base.choices import larger, select, smaller
+from ...base.law import is_spring
+from ...base.protocols import has_jacobian, lacking
+from ...base.results import Floats
 from ...compile.jit import borrowed, chosen, kernel, kernel_as
 from ...compile.lanes import lane, load, store
-from ...law import is_spring
-from ...protocols import has_jacobian, lacking
-from ...results import Floats
-from ...tree import count
+from ...compile.tree import count
 from ..integration.methods import AdaptiveStep, FixedStep
 from .fixed_step import every_lane, march_pairs, march_steps, strobe
 from .pieces import Piece, Whole, about_log2, about_one_over, about_two_to, extreme_between, updated

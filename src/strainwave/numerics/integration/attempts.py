@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.law import torsion as torsion_of
+from ...base.results import Floats
 from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
 from ...compile.jit import entry, kernel, kernel_as, routine
 from ...compile.tuples import axpy, times
-from ...law import torsion as torsion_of
-from ...results import Floats
 from ..addressed import Tupled, rates_entry, torsion
 from .steps import bounded, dense_weights, error_square, weighted
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...protocols import lacking
-from ...quantities import shown
+from ...base.protocols import lacking
+from ...base.quantities import shown
 
 NEXT = 16.0  # distance to a corner on either side, in units of the rounding of times
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ...choices import smaller
+from ...base.choices import smaller
+from ...base.protocols import omega_of
 from ...compile.jit import kernel, routine
-from ...protocols import omega_of
 from ..addressed import watched
 from .attempts import SHIFTED, length, row, shift
 

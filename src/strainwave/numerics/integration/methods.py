@@ -15,11 +15,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.law import breakpoints_of
+from ...base.protocols import has_jacobian, lacking, omega_of, orders_of
+from ...base.quantities import number, positive_count, shown
+from ...base.results import Floats, Status, Trajectory
 from ...compile.jit import run
-from ...law import breakpoints_of
-from ...protocols import has_jacobian, lacking, omega_of, orders_of
-from ...quantities import number, positive_count, shown
-from ...results import Floats, Status, Trajectory
 from ..addressed import system_by_address
 from .attempts import K, Y, attempts_by_address, steps_by_address, workspace
 from .corners import across

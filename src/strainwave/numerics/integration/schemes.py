@@ -20,10 +20,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import shown
+from ...base.results import Floats
 from ...compile.jit import chosen
 from ...compile.tuples import alike, axpy, times
-from ...quantities import shown
-from ...results import Floats
 from .steps import dop8_step, dopri5_step, rk4_step
 
 EIGHTHS = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...protocols import names_of, omega_of, with_parts
-from ...quantities import shown
-from ...results import Floats, Trajectory
+from ...base.protocols import names_of, omega_of, with_parts
+from ...base.quantities import shown
+from ...base.results import Floats, Trajectory
 from .attempts import BOUND
 from .corners import stretches
 from .methods import Dopri5, Method, checked

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ...results import Floats
+from ...base.results import Floats
 
 LADDER = np.unique(4 * np.ceil(16.0 * 2.0 ** (np.arange(60) / 3.0) / 4.0).astype(int))  # 16, 24, 28, 32, 44, ...
 PLACES = np.linspace(-1.0, 1.0, 33)  # of the torsion, in units of its largest value

@@ -11,11 +11,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...quantities import numbers, positive_count
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from ...tree import leaves, mapped
+from ...base.quantities import numbers, positive_count
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
+from ...compile.tree import leaves, mapped
 from .loops import marched, steps_of
 from .march import between
 

@@ -13,15 +13,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.protocols import lacking, need
+from ...base.quantities import checked, number, numbers, positive_count
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC
 from ...compile.jit import run
 from ...compile.lanes import LANES, lane
-from ...protocols import lacking, need
-from ...quantities import checked, number, numbers, positive_count
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from ...tree import leaf_of, leaves, mapped
-from ...units import ARCSEC
+from ...compile.tree import leaf_of, leaves, mapped
 from .march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, march, sums_by_address
 
 FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast

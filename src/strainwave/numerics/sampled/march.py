@@ -13,12 +13,12 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ...choices import larger
+from ...base.choices import larger
+from ...base.results import Floats
 from ...compile.address import ByAddress, at, call
 from ...compile.jit import borrowed, entry, kernel, kernel_as
 from ...compile.lanes import lane
-from ...results import Floats
-from ...tree import count
+from ...compile.tree import count
 from ..integration.steps import rk4_step
 
 SEEN, SUMS = 5, 14  # rows of what is seen of a lane; its sums before those of the orders: see `add`

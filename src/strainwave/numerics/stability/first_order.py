@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.results import Floats
 from ...compile.jit import kernel_as, routine
-from ...results import Floats
-from ...tree import with_leaf
+from ...compile.tree import with_leaf
 from ..balance.first_order import FirstOrder
 from ..balance.first_order_at import pieces_of, state_at
 from ..balance.fourier import LOOKED as LOOKED_AT_KINKS

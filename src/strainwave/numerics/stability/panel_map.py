@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.results import Floats
 from ...compile.jit import borrowed, kernel_as, routine, run
-from ...results import Floats
 from ..balance.fourier import Samples, cut
 
 PLACES = 8

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.protocols import Balance
+from ...base.results import Floats, SolveError
+from ...base.series import largest_size
 from ...compile.address import ByAddress
 from ...compile.jit import borrowed, kernel_as, routine, run
-from ...protocols import Balance
-from ...results import Floats, SolveError
-from ...series import largest_size
-from ...tree import with_leaf
+from ...compile.tree import with_leaf
 from ..addressed import varied
 from ..balance.first_order import linearised, newton
 from ..balance.fourier import from_blocks, synthesis

@@ -10,26 +10,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.law import depends
+from ...base.quantities import parameters
+from ...base.records import Labelled, Result
+from ...base.results import Branch, SolveError, Status
+from ...base.sentences import Sentence, Speed, on_screen
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.response import ExactResponse, loses_energy
-from ...law import depends
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator
 from ...model.varying import VaryingOscillator
 from ...numerics.loading import SPEED
-from ...quantities import parameters
-from ...records import Labelled, Result
-from ...results import Branch, SolveError, Status
-from ...sentences import Sentence, Speed, on_screen
 from ...theory.slow_flow.setting import Resonance
 from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from ..gear.parametric import ParametricResonance, parametric_resonances
-from ..response.resonances import OperatingPoint, Regime
 from .avoid import Avoid
 from .in_time import TimeCase
 from .load_cases import LoadCase, searched
 from .remedies import Remedy
+from .resonances import OperatingPoint, Regime
 from .runup import RunUp
 from .train_study import MotorCase, Ramp, TrainStudy
 from .verdict import Verdict

@@ -11,27 +11,27 @@ from typing import Any
 
 import numpy as np
 
+from ...base.law import is_spring
+from ...base.results import SolveError
+from ...base.sentences import Angle, Sentence, Speed
+from ...base.speeds import Speeds
 from ...compile.blas import one_thread
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used, of_equation
 from ...drive.project import Project
 from ...drive.response import ExactResponse, exact_response
 from ...drive.train_curve import has_curve, refuse_free, train_curve
-from ...law import is_spring
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
-from ...results import SolveError
-from ...sentences import Angle, Sentence, Speed
-from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
-from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
 from .avoid import in_run, speeds_to_avoid
 from .in_time import TimeCase, speeds_in_time, time_case
 from .in_time.time_case import usage
 from .load_cases import LoadCase, load_cases, over_all, searched
 from .remedies import Subject, what_helps
+from .resonances import OperatingPoint, Regime, operating_point, regimes
 from .runup import RunUp, run_up, silent
 from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import smallest_change, verdict_of

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.results import Floats
+from ...base.units import ARCSEC
 from ...drive.response import ExactResponse
 from ...drive.run import DriveRun
-from ...results import Floats
-from ...units import ARCSEC
-from ..response.resonances import OperatingPoint
+from .resonances import OperatingPoint
 
 HALF_POWER = sqrt(0.5)
 NARROW = 1e-3  # relative width of speeds without a stable motion, below which they are a step of the curve

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from ...base.law import depends
 from ...drive.drive_response import DriveResponse, of_equation
 from ...drive.project import Project
 from ...drive.response import exact_response
 from ...drive.train_curve import has_curve, train_curve
-from ...law import depends
-from ..response.resonances import operating_point
 from .avoid import Avoid, Speeds, merged, speeds_to_avoid
+from .resonances import operating_point
 
 LEAST, WITH_MEMORY, MOST = 9, 5, 13  # torques of a range with a curve each; of laws with friction or memory; at most
 ROUNDING = 1e-9

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from ...base.results import Branch, Floats
 from ...drive.response import ExactResponse, loses_energy, settling_time
 from ...drive.steady import SteadyMotion, settle, settled
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
-from ...results import Branch, Floats
-from ..response.resonances import OperatingPoint
+from .resonances import OperatingPoint
 
 CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
 NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check

@@ -9,6 +9,11 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ...base.law import depends, spring_stiffness
+from ...base.protocols import terms_of
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence
+from ...base.series import largest_of_samples
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.loop_margin import Bode, bode
 from ...drive.operating_point import operating_state, with_mean_torques
@@ -16,19 +21,14 @@ from ...drive.reductions import Reductions, compare_with_train
 from ...drive.response import ExactResponse, damping_of
 from ...drive.run import DriveRun, drive_run
 from ...drive.train_curve import train_curve
-from ...law import depends, spring_stiffness
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
 from ...numerics.integration.methods import Dopri5
-from ...protocols import terms_of
-from ...results import Floats, SolveError
-from ...sentences import Sentence
-from ...series import largest_of_samples
 from ...theory.lyapunov import mean_torque
-from ..response.resonances import OperatingPoint
 from .avoid import Speeds
 from .in_time.drive_motion import DriveMotion, train_motion
+from .resonances import OperatingPoint
 from .runup import silent
 
 FREQUENCIES, MOST_HARMONICS = 240, 31

@@ -14,13 +14,13 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ...base.results import Floats
 from ...drive.steady import settle
 from ...model.drive import HDC_40_050
 from ...model.excitation import Harmonic
 from ...model.laws.springs import Cubic
 from ...model.oscillator import Oscillator
 from ...numerics.integration.simulate import simulate
-from ...results import Floats
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
 

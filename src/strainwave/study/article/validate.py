@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ...law import springs_only
+from ...base.law import springs_only
+from ...base.protocols import orders_of
+from ...base.results import Floats, SolveError, Status, Trajectory
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ...protocols import orders_of
-from ...results import Floats, SolveError, Status, Trajectory
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.results import Evolution
 from ...theory.slow_flow.setting import Resonance

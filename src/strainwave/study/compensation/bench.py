@@ -5,10 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from ...base.law import depends, states_of
+from ...base.protocols import lacking, lines_of, terms_of
+from ...base.quantities import checked, shown
+from ...base.results import Floats, SolveError
 from ...drive.operating_point import operating_state
 from ...drive.project import Project
 from ...drive.train_curve import follows_its_angle, without_gravity
-from ...law import depends, states_of
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.excitation import Harmonic, Harmonics
@@ -18,9 +21,6 @@ from ...model.train.controls import USUAL, Commanded, Lagged, PositionLoop, Spee
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque, Steady
 from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
-from ...protocols import lacking, lines_of, terms_of
-from ...quantities import checked, shown
-from ...results import Floats, SolveError
 from ..analysis.remedies.knobs import stiffer
 
 USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known

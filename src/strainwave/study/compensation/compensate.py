@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.protocols import lacking, lines_of
+from ...base.quantities import number, numbers, shown
+from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.train.drive_train import DriveTrain
 from ...numerics.loading import loaded_state
 from ...numerics.sampled.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
-from ...protocols import lacking, lines_of
-from ...quantities import number, numbers, shown
 from ...theory.lyapunov import mean_torque
-from ...units import ARCSEC, RPM
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped

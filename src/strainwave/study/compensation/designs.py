@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ...base.units import RPM
+from ...compile.tree import leaves
 from ...model.controllers.adaptive import AdaptiveCancellation
 from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, TorqueTable
 from ...model.controllers.gandhi_ghorbel import GandhiGhorbel
@@ -21,8 +23,6 @@ from ...model.controllers.notch import notch
 from ...model.controllers.observer import DisturbanceObserver
 from ...model.controllers.repetitive import CELLS, Repetitive
 from ...model.excitation import Harmonic, Harmonics
-from ...tree import leaves
-from ...units import RPM
 from .bench import Bench
 from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains
 

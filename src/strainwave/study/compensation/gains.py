@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.results import SolveError
 from ...model.controllers.repetitive import CELLS
 from ...model.train.controls import motor_states
 from ...numerics.sampled.linear import LoopResponse
 from ...numerics.sampled.loops import LoopEnsemble, loop_ensemble, run_loop
-from ...results import SolveError
 from .bench import Bench
 
 DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two

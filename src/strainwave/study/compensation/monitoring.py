@@ -7,12 +7,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.quantities import checked, interval, number, shown
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
 from ...compile.jit import borrowed, kernel, run
 from ...model.controllers.monitor import Average, Demodulator, Tracker
-from ...quantities import checked, interval, number, shown
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
 
 SETTLED = 0.01  # share of the first error that is left of a settled estimate
 EVEN = 0.01  # of the period: samples further apart than this are not even

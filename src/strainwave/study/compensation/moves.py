@@ -6,6 +6,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.quantities import number, shown
+from ...base.results import Floats
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.shaping import shaped
@@ -13,10 +17,6 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import MOST, SpeedProfile
 from ...numerics.sampled.linear import loop_response
 from ...numerics.sampled.loops import run_loop
-from ...quantities import number, shown
-from ...results import Floats
-from ...sentences import on_screen
-from ...units import ARCSEC
 from ..move.profiles import path_of
 from .bench import Bench, bench_of
 from .compensate import compensator_of

@@ -10,20 +10,20 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.protocols import lacking
+from ...base.quantities import interval, number, shown
+from ...base.records import Labelled, Result
+from ...base.results import Floats, SolveError
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...model.controllers.speed_table import SpeedTable
 from ...model.oscillator import Oscillator
 from ...model.train.motion import MOST
-from ...protocols import lacking
-from ...quantities import interval, number, shown
-from ...records import Labelled, Result
-from ...results import Floats, SolveError
-from ...sentences import on_screen
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.predictor.predictor import BEYOND, OK, motion, state_of, swing
 from ...theory.slow_flow.setting import Resonance
-from ...units import ARCSEC, RPM
-from ..response.resonances import active_orders, operating_point
+from ..analysis.resonances import active_orders, operating_point
 from .bench import Bench, bench_of
 
 Complexes = NDArray[np.complex128]

@@ -6,11 +6,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC, RPM
 from ...numerics.sampled.loops import LoopEnsemble
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from ...units import ARCSEC, RPM
 
 DIFFER = 0.02  # of an rms: runs of the same loop with other samples, noise and places of the encoders differ by less
 

@@ -6,15 +6,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.quantities import interval, number
+from ...base.results import Floats
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
 from ...numerics.sampled.loops import run_loop
-from ...quantities import interval, number
-from ...results import Floats
-from ...sentences import on_screen
-from ...units import ARCSEC, RPM
 from .bench import Bench, bench_of, steady_bench_of
 from .moves import DECAY, on_the_way
 from .result import OnTheWay

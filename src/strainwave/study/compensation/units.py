@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.protocols import lines_of
 from ...model.controllers.adaptive import AdaptiveCancellation
 from ...model.excitation import KinematicError, Line
 from ...model.train.drive_train import DriveTrain
 from ...numerics.sampled.loops import loop_ensemble
-from ...protocols import lines_of
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench
 from .gains import DISTANCE, distance, rate_of

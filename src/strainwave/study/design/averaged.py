@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.results import Floats
 from ...model.excitation import KinematicError
 from ...model.train.controls import Lagged, PositionLoop, SpeedLoop
 from ...numerics.balance.linear_part import one_harmonic
-from ...results import Floats
 
 FINEST, COARSEST, MOST = 1e-3, 0.01, 1000  # relative distance of speeds, and most of them
 AMPLITUDES, SMALLEST = 96, 1e-3  # of the table of K(a); of the lines' largest: the first amplitude

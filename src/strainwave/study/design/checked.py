@@ -7,13 +7,13 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from ...base.results import SolveError
 from ...drive.train_curve import POINTS, crest_in
 from ...model.excitation import Harmonic
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
 from ...numerics.curves.over_a_turn import traced_turn
-from ...results import SolveError
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.setting import Resonance
 from .averaged import Drives, Largest, largest

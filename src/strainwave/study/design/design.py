@@ -12,6 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import shown
+from ...base.results import Interrupted, SolveError
+from ...base.sentences import listed
+from ...base.units import ARCSEC, RPM
 from ...model.drive import Drive
 from ...model.excitation import Harmonic, Harmonics, KinematicError
 from ...model.gears import catalogue
@@ -19,10 +23,6 @@ from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
-from ...quantities import shown
-from ...results import Interrupted, SolveError
-from ...sentences import listed
-from ...units import ARCSEC, RPM
 from .averaged import Drives, Largest, largest
 from .checked import Balanced, Worth, balanced, sensitivities, worth
 from .result import Candidate, Design, front

@@ -6,9 +6,9 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ...records import Labelled, Result
-from ...sentences import on_screen
-from ...units import ARCSEC, RPM
+from ...base.records import Labelled, Result
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC, RPM
 from .specification import Specification
 
 SHOWN = 6

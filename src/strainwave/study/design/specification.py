@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import checked, interval, number, shown
 from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
 from ...model.gears.limits import Finding, check_limits, cubic_mean
 from ...model.train.controls import Tuning, from_bandwidth
-from ...quantities import checked, interval, number, shown
 
 SURE = 1.0 + 1e-9  # of an allowance: rounding
 WORDS = {

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import states_of, torque_of
-from ...protocols import with_parts
-from ...quantities import numbers, shown
-from ...results import Floats
-from ...units import RPM
+from ...base.law import states_of, torque_of
+from ...base.protocols import with_parts
+from ...base.quantities import numbers, shown
+from ...base.results import Floats
+from ...base.units import RPM
 
 
 @dataclass(frozen=True)

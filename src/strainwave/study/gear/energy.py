@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import depends, energy_of, parts_of, states_of
+from ...base.law import depends, energy_of, parts_of, states_of
+from ...base.protocols import lacking, with_parts
+from ...base.quantities import number, numbers, shown
+from ...base.results import Floats, Orbit, SolveError
 from ...model.oscillator import Powers
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ...protocols import lacking, with_parts
-from ...quantities import number, numbers, shown
-from ...results import Floats, Orbit, SolveError
 
 CYCLES = (1e-6, 1e5)  # shortest and longest stretch
 OWN = "damping B"  # of the losses: the oscillator's own

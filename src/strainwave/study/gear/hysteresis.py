@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ...law import check_law, states_of
+from ...base.law import check_law, states_of
+from ...base.protocols import lacking
+from ...base.quantities import checked, number
+from ...base.results import Floats
 from ...numerics.loading import RTOL, SPEED, slow_path
-from ...protocols import lacking
-from ...quantities import checked, number
-from ...results import Floats
 
 SMALL_LOOP = 0.04  # of the rated torque
 FINEST = 1e-13  # tolerance

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from ...base.quantities import checked, number, shown
+from ...base.results import Floats, SolveError
+from ...compile.tree import mapped
 from ...model.laws.hysteresis import BoucWen, Parallel
 from ...model.laws.springs import PiecewiseLinear, Play
 from ...numerics.loading import RTOL
-from ...quantities import checked, number, shown
-from ...results import Floats, SolveError
-from ...tree import mapped
 from .hysteresis import SMALL_LOOP, hysteresis_loop
 
 RTOL_OF_FIT = 1e-7

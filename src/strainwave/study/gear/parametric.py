@@ -17,6 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from ...base.protocols import lacking, orders_of, with_parts
+from ...base.quantities import interval, replace
+from ...base.results import Floats
+from ...compile.tree import leaf_of
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.varying import Variation
@@ -24,11 +28,7 @@ from ...numerics.balance.first_order import first_order
 from ...numerics.integration.corners import repeating
 from ...numerics.operating_point import operating_point
 from ...numerics.stability.first_order import hill_map
-from ...protocols import lacking, orders_of, with_parts
-from ...quantities import interval, replace
-from ...results import Floats
 from ...theory.lyapunov import mean_torque
-from ...tree import leaf_of
 
 HIGHEST = 4  # multiple n of a line's half order that is looked at
 ROUNDING = 1e-11  # of the traces: a tongue that has closed is none

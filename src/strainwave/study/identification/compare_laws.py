@@ -6,10 +6,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...quantities import number, shown
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
+from ...base.quantities import number, shown
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
 from .identified import MOST_OF_START, Identified, channels_of
 from .identify import identify
 

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.special import gammaincc
 
-from ...quantities import number
-from ...results import Floats
-from ...sentences import listed
+from ...base.quantities import number
+from ...base.results import Floats
+from ...base.sentences import listed
 from .intervals import backwards, long_run, slices, whitened, whitener
 
 LAGS = 20  # of the portmanteau test

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.protocols import names_of, omega_of
+from ...base.quantities import checked, shown
+from ...base.results import Floats
+from ...compile.tree import leaf_of, numbers, part, replaced, with_leaf
 from ...numerics.driven import Between, Lanes, Signal, lanes_of, pieces, places_of, resampled
-from ...protocols import names_of, omega_of
-from ...quantities import checked, shown
-from ...results import Floats
-from ...tree import leaf_of, numbers, part, replaced, with_leaf
 from .fitted import bounds
 
 OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`

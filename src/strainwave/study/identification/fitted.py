@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...quantities import shown
-from ...records import Result
-from ...results import Floats
-from ...sentences import listed
-from ...tree import leaf_of, numbers, with_leaf
+from ...base.quantities import shown
+from ...base.records import Result
+from ...base.results import Floats
+from ...base.sentences import listed
+from ...compile.tree import leaf_of, numbers, with_leaf
 from .discrepancy import Discrepancy
 from .intervals import Interval, interval
 

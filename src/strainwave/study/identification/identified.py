@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.quantities import numbers, shown
+from ...base.records import Labelled
+from ...base.results import Floats, SolveError
+from ...base.sentences import on_screen
 from ...numerics.driven import Between
-from ...quantities import numbers, shown
-from ...records import Labelled
-from ...results import Floats, SolveError
-from ...sentences import on_screen
 from .experiment import Experiment, Record
 from .fitted import Fitted
 from .intervals import Interval, interval

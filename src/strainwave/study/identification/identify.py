@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import Ratio, checked, positive_count
+from ...base.results import Floats, SolveError
 from ...model.laws.friction import QuadraticDamping
 from ...model.laws.hysteresis import Parallel
 from ...numerics.driven import Between, lanes_of
-from ...quantities import Ratio, checked, positive_count
-from ...results import Floats, SolveError
 from .discrepancy import discrepancy
 from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable

@@ -24,8 +24,8 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
-from ...quantities import number, positive_count, shown
-from ...results import Floats
+from ...base.quantities import number, positive_count, shown
+from ...base.results import Floats
 
 RANK = 1e-10  # of the largest singular value of the jacobian with columns of length 1: a smaller one is none
 HIGHEST_LEVERAGE = 0.9

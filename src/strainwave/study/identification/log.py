@@ -18,10 +18,11 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ...archive import ENDINGS, as_file, atomic, listed
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
+from ...base.archive import as_file, atomic, listed
+from ...base.formats import ENDINGS
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
 from .run import Run
 
 CANONICAL = {
@@ -29,7 +30,6 @@ CANONICAL = {
     "load_torque": "N*m", "torque": "N*m", "torsion": "rad", "current": "A", "input": "", "output": "",
 }  # fmt: skip
 HOLE = 1.5  # of the usual step: a longer one is a gap
-
 SHORTEST = 0.01  # of the log: a shorter stretch is "other"
 SMOOTHED = 0.01  # of the log: over it the speed is averaged
 POINTS = 400  # of the averaged speed, through which straight lines are laid

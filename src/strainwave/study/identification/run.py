@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...quantities import LARGEST, shown
-from ...results import Floats
+from ...base.quantities import LARGEST, shown
+from ...base.results import Floats
 
 FEWEST = 32
 STILL = 1e-9  # rad

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.quantities import checked
+from ...base.results import Floats, SolveError
 from ...numerics.driven import Lanes
-from ...quantities import checked
-from ...results import Floats, SolveError
 from .experiment import Experiment, Record, sizes_of, start_states
 
 EFFECT = 1e-6  # of the outputs' size: what a variation of a number changes

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.quantities import LARGEST, numbers, positive_count, shown
+from ...base.results import Floats
+from ...base.sentences import on_screen
 from ...model.excitation import HIGHEST, KinematicError, Line
 from ...model.orders import order_map
 from ...model.sources import KINDS, Source, Turn
-from ...quantities import LARGEST, numbers, positive_count, shown
-from ...results import Floats
-from ...sentences import on_screen
 
 MOST_DRAWS = 1_000_000
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from ...base.quantities import checked, positive_count, shown
+from ...base.results import Floats, Orbit
 from ...model.gears.error_spectrum import extremes
 from ...model.oscillator import Oscillator
 from ...numerics.integration.corners import repeating
 from ...numerics.operating_point import operating_point
-from ...quantities import checked, positive_count, shown
-from ...results import Floats, Orbit
 
 FEWEST = 256
 PER_PERIOD = 8  # samples a period of the highest harmonic

@@ -13,9 +13,9 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.quantities import LARGEST, positive_count, shown
 from ...model.excitation import HIGHEST
 from ...model.gears.error_spectrum import extremes
-from ...quantities import LARGEST, positive_count, shown
 from .line_noise import FEWEST, Floor, correlation, noise_floor, power, probability
 from .scan_results import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, squared_amplitude, together
 

@@ -10,10 +10,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from ...base.results import Floats
+from ...base.sentences import on_screen
 from ...model.excitation import KinematicError, Line
 from ...model.gears.error_spectrum import extremes
-from ...results import Floats
-from ...sentences import on_screen
 
 WORST_CONDITION = 1e6
 

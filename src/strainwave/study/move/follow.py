@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.results import Floats, SolveError, Status, largest_between
 from ...drive.steady import finished_or_interrupted
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
@@ -19,7 +20,6 @@ from ...model.train.train_forms import behind_gear
 from ...numerics.integration.extremes import watched_ends
 from ...numerics.integration.methods import AdaptiveStep, Method
 from ...numerics.integration.simulate import simulate
-from ...results import Floats, SolveError, Status, largest_between
 
 MOST = 3_000_000  # steps in all: a GB of samples
 MEANS = ("pointing^2", "motor torque^2", "gear torque^2", "gear torque^3 turns")

@@ -11,11 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.law import has, spring_stiffness
+from ...base.protocols import lines_of
+from ...base.quantities import interval, number
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence
+from ...base.units import ARCSEC
 from ...drive.asked import MotorLimits, Payload, Task
 from ...drive.run import INPUTS, waiting
 from ...drive.state_space import state_space
 from ...drive.steady import finished_or_interrupted
-from ...law import has, spring_stiffness
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
 from ...model.gears.limits import Finding, check_limits
@@ -23,11 +28,6 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
-from ...protocols import lines_of
-from ...quantities import interval, number
-from ...results import Floats, SolveError
-from ...sentences import Sentence
-from ...units import ARCSEC
 from .follow import Followed, Path, follow
 from .mover import Mover, move_findings, mover_of, refuse_heavy
 from .profiles import path_of

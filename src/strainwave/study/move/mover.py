@@ -10,18 +10,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.law import states_of, torque_of
+from ...base.protocols import lacking, terms_of
+from ...base.quantities import checked, shown
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence
 from ...drive.asked import MotorLimits, Payload, motor_findings
 from ...drive.operating_point import mean_torque
 from ...drive.run import holds_its_place
-from ...law import states_of, torque_of
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding
 from ...model.train.drive_train import DriveTrain
 from ...numerics.loading import loaded_state
-from ...protocols import lacking, terms_of
-from ...quantities import checked, shown
-from ...results import Floats, SolveError
-from ...sentences import Sentence
 from .follow import Path
 
 LINES_LEFT_OUT = (

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...protocols import lacking
-from ...quantities import (
+from ...base.protocols import lacking
+from ...base.quantities import (
     Angle,
     AngularAcceleration,
     AngularJerk,
@@ -21,7 +21,7 @@ from ...quantities import (
     number,
     shown,
 )
-from ...results import Floats
+from ...base.results import Floats
 from .follow import Path
 
 THIRD = 1.0 / 3.0  # of the time for each ramp: the motor needs the least rms torque for a load of pure inertia

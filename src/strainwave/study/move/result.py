@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.protocols import lines_of
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC, RPM
 from ...model.gears.limits import Finding, gravest
 from ...model.train.drive_train import DriveTrain
-from ...protocols import lines_of
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from ...units import ARCSEC, RPM
 from .follow import Path
 
 TURN = 2.0 * np.pi * np.arange(4096) / 4096

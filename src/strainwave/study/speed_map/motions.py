@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from ...base.results import Branch, Floats
+from ...base.series import oscillation
 from ...numerics.balance.fourier import synthesis, to_blocks
-from ...results import Branch, Floats
-from ...series import oscillation
 
 SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
 FINER = 8  # places on a curve between two of its points

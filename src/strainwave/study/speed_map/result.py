@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from ...units import ARCSEC, RPM
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
+from ...base.units import ARCSEC, RPM
 from .rules import Rules, VendorRule, common, swept, vendor_sentence
 from .under_load import CampbellLine
 

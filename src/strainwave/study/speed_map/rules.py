@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.quantities import number
+from ...base.results import Floats
+from ...base.units import RPM
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
-from ...quantities import number
-from ...results import Floats
-from ...units import RPM
 from ..analysis.avoid import AMPLIFIED, merged
 from ..analysis.load_cases import hulls_between
 from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad

@@ -11,9 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.law import breakpoints_of, is_spring
+from ...base.results import Branch, Floats
+from ...compile.tree import leaf_of
 from ...drive.drive_response import motor_torque
 from ...drive.train_curve import strain_of
-from ...law import breakpoints_of, is_spring
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad, own_state, turning
@@ -28,8 +30,6 @@ from ...numerics.ensemble.ensemble import lanes_run
 from ...numerics.ensemble.measures import Extremes, Final
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ...results import Branch, Floats
-from ...tree import leaf_of
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
 from .starts import Settling, beside, beyond_ends, starts_at
 

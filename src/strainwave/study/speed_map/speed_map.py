@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.protocols import lacking
+from ...base.quantities import interval, number, numbers, positive_count, shown
+from ...base.results import Floats, Interrupted, SolveError
+from ...base.units import ARCSEC
 from ...drive.project import Project
-from ...protocols import lacking
-from ...quantities import interval, number, numbers, positive_count, shown
-from ...results import Floats, Interrupted, SolveError
-from ...units import ARCSEC
 from ..analysis.avoid import out_of_reach
 from ..analysis.runup import silent
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at

@@ -5,16 +5,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...law import breakpoints_of, depends, spring_stiffness, states_of, torque_of
+from ...base.law import breakpoints_of, depends, spring_stiffness, states_of, torque_of
+from ...base.results import Floats
+from ...compile.tree import leaf_of
 from ...model.oscillator import Oscillator
 from ...numerics.attractors.attractors import box_at, starts_in
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.balance.linear_part import one_harmonic
 from ...numerics.balance.second_order import second_order
-from ...results import Floats
-from ...tree import leaf_of
-from ..response.resonances import active_orders
+from ..analysis.resonances import active_orders
 from .motions import Motions, stable_runs
 
 RANDOM, PHASES, SEED = 4, 4, 14  # random starts at every speed, and phases of every free vibration

@@ -8,22 +8,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.law import depends, states_of, torque_of
+from ...base.results import Floats, SolveError
 from ...drive.drive_response import DriveResponse, of_equation
 from ...drive.project import Project
 from ...drive.reductions import left_out
 from ...drive.response import exact_response
 from ...drive.state_space import state_space
 from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
-from ...law import depends, states_of, torque_of
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
 from ...numerics.curves.backbone import backbone
-from ...results import Floats, SolveError
 from ..analysis.avoid import quasi_static
-from ..response.resonances import OperatingPoint, active_orders, operating_point
+from ..analysis.resonances import OperatingPoint, active_orders, operating_point
 from .motions import OMEGA, Motions, UnderLoad
 from .rules import Span, gaps
 from .search import Found, search

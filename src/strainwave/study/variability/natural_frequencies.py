@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from ...law import is_spring
+from ...base.law import is_spring
+from ...base.quantities import replace
+from ...base.results import Floats
 from ...numerics.operating_point import operating_points
-from ...quantities import replace
-from ...results import Floats
 
 ANGLES = 2.0 * np.pi * np.arange(64)[:, None] / 64
 TOGETHER = 256  # drives

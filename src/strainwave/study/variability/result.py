@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...results import Floats
-from ...sentences import on_screen
+from ...base.results import Floats
+from ...base.sentences import on_screen
 from .sensitivity import Ranking, RunningQuantile, quantile_errors
 
 FEWEST, PART = 5, 100  # numbers of a group, and which part of all: fewer may be the tail of the other

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...results import Floats
+from ...base.results import Floats
 
 RESAMPLED = 200
 PIECES = 8  # sizes of the sample at which a running quantile is computed

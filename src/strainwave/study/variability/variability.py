@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.protocols import lacking, state_count, with_parts
+from ...base.quantities import LARGEST, interval, number, numbers, parameters, positive_count, shown
+from ...base.results import Floats, SolveError
 from ...drive.jumps import jumps
 from ...numerics.attractors.settle import SEEN, settled
 from ...numerics.curves.response import response_family
 from ...numerics.ensemble.lane_checks import LaneError, check_lanes
 from ...numerics.integration.corners import repeating
-from ...protocols import lacking, state_count, with_parts
-from ...quantities import LARGEST, interval, number, numbers, parameters, positive_count, shown
-from ...results import Floats, SolveError
 from ..sweep.layout import described
 from ..sweep.sampling import TOGETHER, Distribution, by_path, check_names, named
 from .natural_frequencies import driven_orders, natural_frequencies

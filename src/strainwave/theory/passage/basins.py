@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...quantities import number, positive_count
-from ...records import Labelled, Result
-from ...results import Floats, SolveError
-from ...sentences import on_screen
+from ...base.quantities import number, positive_count
+from ...base.records import Labelled, Result
+from ...base.results import Floats, SolveError
+from ...base.sentences import on_screen
 from ..slow_flow.fixed_points import CLEAR, Flow, fixed_points, is_stable, is_trivial
 from ..slow_flow.setting import Complexes
 from .moving import tabulated

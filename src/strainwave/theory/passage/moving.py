@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
 from ..slow_flow.averaging import AveragedFlow, Exact
 from ..slow_flow.cubic import CubicFlow
 from ..slow_flow.fixed_points import Flow

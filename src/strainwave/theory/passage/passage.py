@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...quantities import numbers, shown
-from ...results import Floats, SolveError
-from ...sentences import Sentence, Speed
+from ...base.quantities import numbers, shown
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence, Speed
 from ..slow_flow.certificate.certificate import certify
 from ..slow_flow.fixed_points import Flow, polish
 from ..slow_flow.flow import SlowFlow

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ai_zeros, wofz
 
+from ...base.results import Floats
 from ...model.laws.springs import Linear
-from ...results import Floats
 from ..slow_flow.fixed_points import Flow
 from ..slow_flow.results import SlowResponse
 from ..slow_flow.setting import Complexes, Setting

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from ...base.results import Floats
 from ...compile.jit import run
-from ...results import Floats
 from .means.memory import LoopAverages, loop_averages, remembers
 from .means.piecewise import Pieces, averages, grid_table, pieces_of
 from .setting import Complexes, Setting, real_matrix

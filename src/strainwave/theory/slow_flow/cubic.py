@@ -15,9 +15,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ...base.results import Floats
 from ...model.laws.springs import Cubic
 from ...numerics.operating_point import positive_roots
-from ...results import Floats
 from .setting import Setting, real_matrix
 
 UNDAMPED = 1e-30  # mu/omega_0 that is next to no damping

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ...base.results import Floats
 from ...numerics.operating_point import bracketed_root
-from ...results import Floats
 from .fixed_points import Flow, is_trivial
 
 LARGEST_STEP, TURN, MOST_POINTS = 0.05, 0.16, 4000

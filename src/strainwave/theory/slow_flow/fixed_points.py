@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...results import Floats, SolveError
-from ...sentences import Sentence, Speed
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence, Speed
 from .averaging import AveragedFlow
 from .cubic import CubicFlow
 from .second_order import SecondOrderFlow

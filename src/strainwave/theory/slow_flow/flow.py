@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...quantities import complex_number, interval, numbers, shown
-from ...results import Floats, SolveError
-from ...sentences import Sentence, Speed
+from ...base.quantities import complex_number, interval, numbers, shown
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence, Speed
 from ..passage.basins import SlowBasins, basins
 from . import response as response_curve
 from .averaging import averaged_flow

@@ -3,10 +3,10 @@
 from numbers import Integral
 from typing import Any
 
-from ...law import check_law
+from ...base.law import check_law
+from ...base.protocols import with_parts
+from ...base.quantities import shown
 from ...numerics.integration.corners import repeating
-from ...protocols import with_parts
-from ...quantities import shown
 from .averaging import averaged_flow
 from .certificate.certificate import ORDINAL
 from .cubic import CubicFlow, kind_of

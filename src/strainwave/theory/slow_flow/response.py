@@ -9,8 +9,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from ...base.results import Floats
 from ...compile.blas import one_thread
-from ...results import Floats
 from .curve import Arc, Curve, new_part, passes, special, trace
 from .fixed_points import Flow, is_stable
 from .results import SlowBranch, SlowResponse

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
 
 Booleans = NDArray[np.bool_]
 

@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from ...law import breakpoints_of
+from ...base.law import breakpoints_of
+from ...base.results import Floats
 from ...model.laws.springs import Cubic, Linear, Polynomial
 from ...numerics.addressed import torques
-from ...results import Floats
 from .averaging import probes_of, turns_with_phase
 from .means.memory import LoopAverages, loop_averages, remembers
 from .means.sampling import Matrices, along, harmonics, onto

@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...law import breakpoints_of, depends, spring_stiffness, torque_of
+from ...base.law import breakpoints_of, depends, spring_stiffness, torque_of
+from ...base.protocols import lacking
+from ...base.results import Floats
+from ...base.sentences import Angle, Sentence, Speed
 from ...numerics.loading import loaded_state
-from ...protocols import lacking
-from ...results import Floats
-from ...sentences import Angle, Sentence, Speed
 
 Complexes = NDArray[np.complex128]
 LARGEST = 1e30  # of what the slow flow takes powers of

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from ...base.results import Floats
 from ...numerics.operating_point import positive_roots
-from ...results import Floats
 from .cubic import CubicFlow
 from .fixed_points import (
     RING,

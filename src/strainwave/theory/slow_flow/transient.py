@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import complex_number, complex_numbers, numbers, shown
+from ...base.results import Floats, SolveError
+from ...base.sentences import Angle, Sentence, Speed
 from ...numerics.integration.attempts import DENSE, K1, Y1, K, Y, attempt, turned, workspace
 from ...numerics.integration.marches import first_step
 from ...numerics.integration.schemes import DormandPrince
 from ...numerics.integration.steps import dense_weights, weighted
-from ...quantities import complex_number, complex_numbers, numbers, shown
-from ...results import Floats, SolveError
-from ...sentences import Angle, Sentence, Speed
 from .averaging import AveragedFlow, Sampled
 from .cubic import CubicFlow
 from .fixed_points import Flow

@@ -13,7 +13,7 @@ from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.remedies import Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, line_that_matters
 from strainwave.study.analysis.remedies.subject import crest, largest
-from strainwave.study.response.resonances import operating_point
+from strainwave.study.analysis.resonances import operating_point
 
 module = importlib.import_module("strainwave.study.analysis.remedies.remedies")
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4

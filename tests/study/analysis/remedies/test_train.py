@@ -15,7 +15,7 @@ from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.remedies import Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, loop_inertia, stiffer
 from strainwave.study.analysis.remedies.remedies import neighbours, with_gear
-from strainwave.study.response.resonances import operating_point
+from strainwave.study.analysis.resonances import operating_point
 
 # the torsion stays far below the first kink of the gear, so that its law is the line K1
 A2, A4 = 4e-7, 2e-7

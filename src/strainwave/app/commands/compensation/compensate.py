@@ -7,17 +7,17 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.quantities import parse
+from ....base.results import Floats
+from ....base.units import RPM
 from ....drive.project import Project
 from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
-from ....quantities import parse
-from ....results import Floats
 from ....study.compensation.bench import Bench, bench_of, steady_bench_of
 from ....study.compensation.compensate import benches_of, compensation_bench, resonance_speed
 from ....study.compensation.compensate import compensate as compensated
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import CompensationBench
-from ....units import RPM
 from ...console import Progress, to_json
 from ...figures import compensation as figures
 from ...output import staged

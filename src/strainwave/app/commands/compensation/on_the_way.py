@@ -6,10 +6,10 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.units import ARCSEC, RPM
 from ....files.reading import read_project
 from ....study.compensation.moves import WINDOW, compensated_move
 from ....study.compensation.runup import compensated_runup
-from ....units import ARCSEC, RPM
 from ...console import Progress, to_json
 from ...figures.compensation import move_figure, run_up_figure
 from ...output import staged, write_csv

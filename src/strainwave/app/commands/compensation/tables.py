@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....base.units import ARCSEC, RPM
 from ....drive.project import Project
 from ....files.order_tables.order_table import OrderTable
 from ....model.controllers.adaptive import AdaptiveCancellation
@@ -22,7 +23,6 @@ from ....study.compensation.designs import own_rate
 from ....study.compensation.gains import behind_of, times_of
 from ....study.compensation.result import Compensation, CompensationBench, Units, grows
 from ....theory.lyapunov import mean_torque
-from ....units import ARCSEC, RPM
 from ...console import number
 
 DIGITS = 12  # of a delay [s], behind which is rounding

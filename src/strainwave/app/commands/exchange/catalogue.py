@@ -5,10 +5,10 @@ from pathlib import Path
 
 import click
 
+from ....base.units import ARCSEC
 from ....files.own_gears import read_gears
 from ....model.gears.catalogue import gear, names, select
 from ....model.gears.gear import NUMBERS, Gear
-from ....units import ARCSEC
 from ...console import number, print_table, to_json
 from ...view import quantity
 from ..options import file_type, json_option

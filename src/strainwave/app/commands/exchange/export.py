@@ -5,9 +5,9 @@ from typing import Any
 
 import click
 
+from ....base.quantities import parse
 from ....files.export.export import export as exported
 from ....files.reading import read_project
-from ....quantities import parse
 from ...console import Progress, to_json
 from ..options import json_option, output_option, project_argument, written_type
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from ....archive import atomic
+from ....base.archive import atomic
 from ....files.entries import number
 from ....files.loop_fields import bandwidth
 from ....files.reading import from_text

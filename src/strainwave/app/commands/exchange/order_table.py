@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
+from ....base.quantities import number, parse, shown
+from ....base.units import ARCSEC
 from ....files.order_tables.format import TableResidual
 from ....files.order_tables.order_table import OrderTable, named
-from ....quantities import number, parse, shown
-from ....units import ARCSEC
 from ...console import number as written
 from ...console import to_json
 from ..options import file_type, json_option, written_type

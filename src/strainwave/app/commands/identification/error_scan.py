@@ -8,12 +8,12 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.units import ARCSEC
 from ....files.scan_file import ScanFile, read_scan
 from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import order_map
 from ....study.kinematic_error.scan import error_scan as scanned
 from ....study.kinematic_error.scan_results import ErrorScan
-from ....units import ARCSEC
 from ...console import number, print_table, to_json
 from ..options import file_type, json_option
 

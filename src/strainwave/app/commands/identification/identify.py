@@ -7,12 +7,12 @@ from typing import Any
 import click
 import numpy as np
 
+from ....compile.tree import part
 from ....files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ....files.logs.read import read_log
 from ....files.project_text import project_text
 from ....files.reading import read_project
 from ....study.identification.identified import channels_of
-from ....tree import part
 from ...console import Progress, number, print_table, to_json
 from ...figures.identification.identified import identified_figure
 from ...output import staged

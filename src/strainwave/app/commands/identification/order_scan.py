@@ -6,6 +6,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.units import ARCSEC
 from ....files.identified.identify_drive import with_torsion
 from ....files.logs.read import read_log
 from ....study.identification.identified import channels_of
@@ -13,7 +14,6 @@ from ....study.identification.log import Log
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as scanned
 from ....study.identification.run import Run
-from ....units import ARCSEC
 from ...console import number, print_table, to_json
 from ...figures.identification.orders import orders_figure
 from ...output import staged, write_csv

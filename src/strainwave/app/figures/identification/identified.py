@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ....results import Floats
+from ....base.results import Floats
+from ....base.units import ARCSEC
 from ....study.identification.identified import Identified
-from ....units import ARCSEC
 from ...console import number
 from ..curves import BLUE, ORANGE, thin
 from ..svg import Panel, figure

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....results import Floats
+from ....base.results import Floats
 from ....study.identification.log import Log, LogSegment
 from ..curves import BLUE, thin
 from ..svg import LEFT, LETTER, RIGHT, WIDTH, Curve, Note, Panel, figure

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ....base.units import ARCSEC
 from ....study.identification.loops.loop_result import LoopFit
-from ....units import ARCSEC
 from ...console import number
 from ..curves import BLUE, ORANGE
 from ..svg import Panel, figure

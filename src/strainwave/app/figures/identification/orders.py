@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ....base.units import ARCSEC
 from ....study.identification.orders.order_result import OrderScan
-from ....units import ARCSEC
 from ..curves import BLUE, ORANGE
 from ..svg import Panel, figure
 

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ....sentences import Angle, Sentence, Speed, listed
+from ....base.sentences import Angle, Sentence, Speed, listed
 from ....study.analysis.avoid import AMPLIFIED, Avoid
 from ....study.analysis.load_cases import LoadCase
 from ...console import number

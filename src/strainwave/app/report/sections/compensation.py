@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from typing import Any
 
+from ....base.units import RPM
 from ....study.compensation.bench import steady_bench_of
 from ....study.compensation.compensate import compensate
 from ....study.compensation.result import Compensation as Found
-from ....units import RPM
 from ...console import number
 from ...figures.compensation import error_figure, motion
 from ...view import View, sizes

@@ -3,10 +3,10 @@
 import math
 from typing import Any, NamedTuple
 
-from ....law import spring_stiffness
-from ....protocols import terms_of
-from ....sentences import Angle
-from ....study.response.resonances import active_orders
+from ....base.law import spring_stiffness
+from ....base.protocols import terms_of
+from ....base.sentences import Angle
+from ....study.analysis.resonances import active_orders
 from ...console import number, percent
 from ...view import View
 from .opening import YIELDS

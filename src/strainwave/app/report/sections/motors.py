@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ....sentences import Angle, Sentence, Speed, listed
+from ....base.sentences import Angle, Sentence, Speed, listed
 from ....study.analysis.train_study import spread
 from ...console import number
 from ...view import View, sizes

@@ -4,11 +4,11 @@ import math
 from typing import Any
 
 from .... import __version__
+from ....base.law import spring_stiffness
+from ....base.sentences import Speed
+from ....base.units import RPM
 from ....drive.asked import MotorLimits
-from ....law import spring_stiffness
-from ....sentences import Speed
 from ....study.analysis.analysis import Largest
-from ....units import RPM
 from ...console import WHAT_X_IS, number, percent
 from ...view import View, finding_data, sizes
 from ..answers import answers

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from ....base.sentences import Angle, Sentence, Speed
 from ....drive.response import ExactResponse
-from ....sentences import Angle, Sentence, Speed
 from ....study.analysis.analysis import Analysis
-from ....study.response.resonances import Regime
+from ....study.analysis.resonances import Regime
 from ....theory.slow_flow.results import Certificate
 from ...console import percent
 from ...figures import curves

@@ -3,10 +3,10 @@
 import math
 from typing import Any
 
+from ....base.results import Status
+from ....base.sentences import Angle, Sentence, Speed
+from ....base.speeds import Speeds
 from ....drive.response import ExactResponse
-from ....results import Status
-from ....sentences import Angle, Sentence, Speed
-from ....speeds import Speeds
 from ...console import number
 from ...figures import drive
 from ...figures.svg import figure

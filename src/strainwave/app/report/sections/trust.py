@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ....sentences import listed
+from ....base.sentences import listed
 from ...console import percent
 from ...view import View
 

@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from ....base.sentences import Sentence, Speed
 from ....model.drive import HDC_40_050, HDC_40_050_WARNING
 from ....model.gears.limits import gravest
-from ....sentences import Sentence, Speed
 from ....study.analysis.analysis import Analysis
 from ...view import View
 from .whole_train import train_warning

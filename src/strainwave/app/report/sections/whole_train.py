@@ -4,6 +4,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ....base.quantities import parameters
+from ....base.results import Status
+from ....base.sentences import Angle, Sentence, Speed
+from ....base.units import RPM
 from ....drive.drive_response import DriveResponse
 from ....drive.loop_margin import motor_name
 from ....drive.run import INPUTS
@@ -11,13 +15,9 @@ from ....drive.train_curve import follows_its_angle
 from ....model.excitation import NoError
 from ....model.laws.meshing import NO_FRICTION
 from ....model.train.shafts import NO_DRAG
-from ....quantities import parameters
-from ....results import Status
-from ....sentences import Angle, Sentence, Speed
 from ....study.analysis.avoid import turns
+from ....study.analysis.resonances import active_orders
 from ....study.analysis.train_study import Ramp, TrainStudy
-from ....study.response.resonances import active_orders
-from ....units import RPM
 from ...console import number, percent
 from ...figures.curves import BLACK, BLUE, DASHES, ORANGE, envelope
 from ...figures.svg import Curve, Panel, figure

@@ -16,8 +16,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from ....base.quantities import shown
 from ....model.excitation import Line
-from ....quantities import shown
 from ..content import OrderContent, positive, shifted
 from ..format import Held, OrderFormat, marked
 from ..points import Unfit, float_in, said_by, whole_in

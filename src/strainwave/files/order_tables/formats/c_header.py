@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ....base.quantities import positive_count, shown
 from ....model.excitation import HIGHEST, Line
-from ....quantities import positive_count, shown
 from ..content import OrderContent
 from ..format import Exact, Held, WithPoints, lookup_remark, marked
 from ..points import MOST_POINTS, Unfit, float_in, said_by, sampled, whole_in

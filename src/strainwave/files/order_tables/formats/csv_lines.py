@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ....base.quantities import shown
 from ....model.excitation import HIGHEST, Line
-from ....quantities import shown
 from ..content import OrderContent
 from ..format import Exact, Held
 from ..points import MARK, Unfit, float_in, said_by, whole_in

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ....quantities import positive_count, shown
+from ....base.quantities import positive_count, shown
 from ..content import OrderContent
 from ..format import Held, WithPoints, marked
 from ..points import MOST_POINTS, Points, Unfit, content_of, float_in, motion, said_by, sampled

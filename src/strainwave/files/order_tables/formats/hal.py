@@ -10,8 +10,8 @@ import re
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ....base.quantities import shown
 from ....model.excitation import HIGHEST, Line
-from ....quantities import shown
 from ..content import OrderContent
 from ..format import Exact, Held, marked
 from ..points import Unfit, float_in, said_by, whole_in

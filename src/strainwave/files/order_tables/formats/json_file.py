@@ -4,8 +4,8 @@ import json
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ....base.quantities import shown
 from ....model.excitation import Line
-from ....quantities import shown
 from ..content import OrderContent
 from ..format import Exact, Held
 from ..points import MARK, Unfit

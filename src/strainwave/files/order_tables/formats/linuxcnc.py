@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ....quantities import interval, positive_count, shown
+from ....base.quantities import interval, positive_count, shown
 from ..content import OrderContent
 from ..format import Held, OrderFormat, marked
 from ..points import Points, Unfit, content_of, float_in, highest_order, motion, points_for, said_by, sampled

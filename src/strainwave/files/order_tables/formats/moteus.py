@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ....quantities import number, shown
+from ....base.quantities import number, shown
 from ..content import OrderContent
 from ..format import Held, OrderFormat
 from ..points import Points, Unfit, content_of, float_in, highest_order, motion, sampled, whole_in

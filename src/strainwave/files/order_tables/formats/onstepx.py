@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ....quantities import number, positive_count, shown
+from ....base.quantities import number, positive_count, shown
 from ..content import OrderContent
 from ..format import Held, OrderFormat
 from ..points import Points, Unfit, content_of, highest_order, motion, sampled, whole_in

@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ....quantities import positive_count, shown
+from ....base.quantities import positive_count, shown
 from ..content import OrderContent
 from ..format import Held, OrderFormat, marked
 from ..points import (

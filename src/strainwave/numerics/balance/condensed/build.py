@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ....protocols import linear_part_of, orders_of
-from ....results import Floats
+from ....base.protocols import linear_part_of, orders_of
+from ....base.results import Floats
 from ..harmonics import highest_order
 from ..linear_part import STRENGTH
 from .problem import Condensed, assembled

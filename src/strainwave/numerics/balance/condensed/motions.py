@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....law import breakpoints_of
-from ....protocols import linear_part_of
-from ....results import Floats
-from ....tree import leaf_of
+from ....base.law import breakpoints_of
+from ....base.protocols import linear_part_of
+from ....base.results import Floats
+from ....compile.tree import leaf_of
 from ..first_order import FirstOrder
 from ..fourier import LOOKED, Samples, analysis, distances, false_position, synthesis
 from ..linear_part import carried

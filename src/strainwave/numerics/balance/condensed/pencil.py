@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....base.results import Floats
 from ....compile.jit import kernel_as
-from ....results import Floats
 
 
 class Pencil(NamedTuple):

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ....base.protocols import omega_of
+from ....base.results import Floats
 from ....compile.address import ByAddress, at
 from ....compile.jit import run
-from ....protocols import omega_of
-from ....results import Floats
-from ....tree import with_leaf
+from ....compile.tree import with_leaf
 from ...addressed import EquationsAt, equations_at
 from ..first_order import FirstOrder
 from ..fourier import analysis, from_blocks, orders, synthesis, to_blocks

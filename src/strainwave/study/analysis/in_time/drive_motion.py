@@ -5,6 +5,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ....base.protocols import lacking
+from ....base.quantities import number, shown
+from ....base.records import Labelled, Result
+from ....base.results import Floats, SolveError, Trajectory, largest_between
+from ....base.sentences import Sentence, Speed, on_screen
+from ....base.series import largest_of_samples
+from ....base.units import RPM
 from ....drive.project import Project
 from ....drive.response import gear_torque
 from ....drive.run import waiting
@@ -14,14 +21,7 @@ from ....model.train.drive_train import DriveTrain
 from ....model.train.train_forms import AtLoad, behind_gear, own_state, turning
 from ....numerics.integration.methods import Dopri5
 from ....numerics.integration.simulate import simulate
-from ....protocols import lacking
-from ....quantities import number, shown
-from ....records import Labelled, Result
-from ....results import Floats, SolveError, Trajectory, largest_between
-from ....sentences import Sentence, Speed, on_screen
-from ....series import largest_of_samples
-from ....units import RPM
-from ...response.resonances import operating_point
+from ..resonances import operating_point
 
 SHOWN, BLOCK, LONGEST = 12, 60, 8  # turns of the settled motion; turns that are waited for, and at most so many times
 SAMPLES, PER_CYCLE = 96, 48  # of a turn at least, and of a cycle of the highest order

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ....base.results import Floats, SolveError, Trajectory, largest_between
+from ....base.series import largest_of_samples
 from ....drive.drive_response import Usage
 from ....drive.response import (
     UNDAMPED_PERIODS,
@@ -22,12 +24,10 @@ from ....drive.response import (
 from ....drive.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ....model.gears.limits import cubic_mean
 from ....numerics.integration.simulate import simulate
-from ....results import Floats, SolveError, Trajectory, largest_between
-from ....series import largest_of_samples
 from ....theory.slow_flow.multiple_scales import slow_flow
 from ....theory.slow_flow.setting import Resonance
 from ...article.validate import Comparison, compare
-from ...response.resonances import OperatingPoint, Regime
+from ..resonances import OperatingPoint, Regime
 from ..runup import RunUp
 
 WINDOW = 5.0  # in units of 1/mu

@@ -5,15 +5,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....base.law import depends, is_spring, spring_stiffness
+from ....base.protocols import lacking, lines_of, terms_of
+from ....base.quantities import parameters, replace
+from ....base.results import Floats, SolveError
+from ....base.units import ARCSEC
 from ....drive.loop_margin import fastest_growth
-from ....law import depends, is_spring, spring_stiffness
 from ....model.train.controls import FASTEST, HERTZ, Lagged, PositionLoop, SpeedLoop
 from ....model.train.drive_train import DriveTrain
-from ....protocols import lacking, lines_of, terms_of
-from ....quantities import parameters, replace
-from ....results import Floats, SolveError
-from ....units import ARCSEC
-from ...response.resonances import operating_point
+from ..resonances import operating_point
 from .subject import Subject
 
 CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing

@@ -15,6 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from ....base.protocols import lines_of
+from ....base.results import SolveError
+from ....base.sentences import listed
+from ....compile.tree import made
 from ....drive.drive_response import DriveResponse, Usage
 from ....drive.project import Project
 from ....drive.response import ExactResponse
@@ -23,10 +27,6 @@ from ....model.gears import catalogue
 from ....model.gears.error_spectrum import accuracy_spectrum
 from ....model.gears.gear import Gear
 from ....model.train.drive_train import DriveTrain
-from ....protocols import lines_of
-from ....results import SolveError
-from ....sentences import listed
-from ....tree import made
 from ..avoid import Avoid
 from ..load_cases import LoadCase, worst_of
 from ..runup import silent

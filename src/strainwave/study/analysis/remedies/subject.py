@@ -7,9 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....base.law import depends, is_spring
+from ....base.protocols import terms_of
+from ....base.results import Floats
+from ....compile.tree import leaf_of
 from ....drive.project import Project
 from ....drive.train_curve import largest_on_turns, largest_oscillation
-from ....law import depends, is_spring
 from ....model.drive import Drive
 from ....model.train.drive_train import DriveTrain
 from ....numerics.balance.choice import balance_of
@@ -17,9 +20,6 @@ from ....numerics.balance.truncation import MATTERS
 from ....numerics.continuation.passage import Coexisting
 from ....numerics.curves.response import traced
 from ....numerics.stability.second_order import displacement_peaks
-from ....protocols import terms_of
-from ....results import Floats
-from ....tree import leaf_of
 
 POINTS = 12  # of a curve by harmonic balance, and more where it bends
 

@@ -7,8 +7,8 @@ suffices, what can only be exchanged is taken if it does: a line that is cancell
 from math import ceil, copysign, exp, log1p
 from math import log as ln
 
+from ....base.results import SolveError
 from ....drive.drive_response import DriveResponse
-from ....results import SolveError
 from ..avoid import Avoid
 from ..load_cases import LoadCase
 from ..remedies.knobs import Knob

@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....base.results import Floats, SolveError
+from ....base.units import RPM
 from ....drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
 from ....drive.project import Project
 from ....model.gears.limits import Finding, gravest
-from ....results import Floats, SolveError
-from ....units import RPM
-from ...response.resonances import operating_point
 from ..avoid import Avoid, Motions, Speeds, merged, out_of_reach, speeds_to_avoid
 from ..remedies import Remedy
+from ..resonances import operating_point
 
 TORQUES = ("repeated_peak_torque", "momentary_torque", "ratcheting_torque", "buckling_torque")
 INPUT_SPEEDS = ("max_rpm", "motor speed")

@@ -11,12 +11,12 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.optimize import least_squares
 
-from ....law import depends, energy_of, has, states_of, torque_of
-from ....protocols import with_parts
-from ....records import Labelled
-from ....results import Floats, SolveError
-from ....sentences import on_screen
-from ....tree import leaves as numbers_in
+from ....base.law import depends, energy_of, has, states_of, torque_of
+from ....base.protocols import with_parts
+from ....base.records import Labelled
+from ....base.results import Floats, SolveError
+from ....base.sentences import on_screen
+from ....compile.tree import leaves as numbers_in
 from ..discrepancy import discrepancy
 from ..fitted import Fitted, free_leaves, refuse_unidentifiable, scales, with_values
 from ..intervals import spread

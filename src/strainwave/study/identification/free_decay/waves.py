@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....quantities import numbers
-from ....results import Floats
+from ....base.quantities import numbers
+from ....base.results import Floats
 from ..intervals import spread
 
 CYCLES = 3.0  # of a window, and fewer in a short record

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.special import fdtri
 
+from ....base.quantities import LARGEST, checked, number, shown
+from ....base.results import Floats
 from ....model.laws.friction import Coulomb, LuGre, QuadraticDamping, Stribeck, Viscous
 from ....model.laws.hysteresis import Parallel
 from ....model.laws.meshing import LoadFriction
-from ....quantities import LARGEST, checked, number, shown
-from ....results import Floats
 from ..intervals import spread
 from ..lack_of_fit import LackOfFit
 from ..loops.loop_model import states

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import fdtrc, gammaincc
 
-from ....records import Labelled, Result
-from ....results import Floats
-from ....sentences import on_screen
+from ....base.records import Labelled, Result
+from ....base.results import Floats
+from ....base.sentences import on_screen
 from ..fitted import ByName
 from ..intervals import Interval, interval
 from ..lack_of_fit import LackOfFit

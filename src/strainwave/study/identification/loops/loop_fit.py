@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import fdtrc
 
+from ....base.quantities import checked, number
+from ....base.results import Floats
 from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
-from ....quantities import checked, number
-from ....results import Floats
 from ..lack_of_fit import LackOfFit
 from .loop_model import FULL, Shape, way_of_one
 from .loop_model import torque as torque_along

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....results import Floats
+from ....base.results import Floats
 
 SPRING = ("K1", "K2", "K3", "x1", "x2")
 STEP = 1e-6  # of a central difference, relative

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....quantities import LARGEST, shown
-from ....results import Floats
+from ....base.quantities import LARGEST, shown
+from ....base.results import Floats
 from .loop_model import Path
 
 FEWEST = 40

@@ -5,13 +5,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ....above import above
+from ....base.above import above
+from ....base.records import Labelled, Result
+from ....base.results import Floats
+from ....base.sentences import on_screen
+from ....base.units import ARCSEC
 from ....model.laws.hysteresis import Parallel
 from ....model.laws.springs import Play
-from ....records import Labelled, Result
-from ....results import Floats
-from ....sentences import on_screen
-from ....units import ARCSEC
 from ..fitted import ByName
 from ..lack_of_fit import LackOfFit
 

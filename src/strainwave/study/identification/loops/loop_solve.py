@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
-from ....results import Floats
+from ....base.results import Floats
 from ..intervals import spread
 from .loop_model import FULL, Shape, torque
 from .loop_path import Loop

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....results import Floats
+from ....base.results import Floats
 from ...kinematic_error.line_noise import CLOSE, Floor, noise_floor
 from ..run import Run
 

@@ -7,10 +7,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....quantities import numbers, shown
-from ....records import Labelled, Result
-from ....results import Floats
-from ....sentences import on_screen
+from ....base.quantities import numbers, shown
+from ....base.records import Labelled, Result
+from ....base.results import Floats
+from ....base.sentences import on_screen
 from ..intervals import Interval, interval
 from ..run import angle_before, refuse_descending
 from .order_search import Kind

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.special import gammaincc
 
-from ....quantities import number, numbers, shown
-from ....results import Floats
+from ....base.quantities import number, numbers, shown
+from ....base.results import Floats
 from ..run import Run
 from .order_fit import LONGEST, ROUNDS, Joint, RunFit, fit_run, together
 from .order_result import OrderLine, OrderScan

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.fft import rfft
 from scipy.special import gammaincc
 
-from ....results import Floats
+from ....base.results import Floats
 from ...kinematic_error.line_noise import Floor
 from ..run import Run
 from .order_fit import rounding, slow_columns

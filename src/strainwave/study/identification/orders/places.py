@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....quantities import number
+from ....base.quantities import number
 from ..run import Run
 from .order_search import FoundLine, Search
 

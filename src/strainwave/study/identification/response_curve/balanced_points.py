@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....base.results import Floats
+from ....compile.tree import leaf_of, with_leaf
 from ....numerics.balance.first_order import linearised, newton
 from ....numerics.balance.second_order import second_order
 from ....numerics.curves.fold_curve import FoldSystem
-from ....results import Floats
-from ....tree import leaf_of, with_leaf
 from ..fitted import with_values
 
 Complexes = NDArray[np.complex128]

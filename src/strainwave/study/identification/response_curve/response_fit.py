@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from ....law import springs_only
+from ....base.law import springs_only
+from ....base.protocols import with_parts
+from ....base.quantities import complex_numbers, number, numbers, positive_count
+from ....base.records import Labelled
+from ....base.results import Branch, Floats, SolveError
+from ....base.sentences import on_screen
+from ....compile.tree import leaves as numbers_in
 from ....model.excitation import NoError
 from ....numerics.balance.rates import SAME
 from ....numerics.curves.response import frequency_response
-from ....protocols import with_parts
-from ....quantities import complex_numbers, number, numbers, positive_count
-from ....records import Labelled
-from ....results import Branch, Floats, SolveError
-from ....sentences import on_screen
-from ....tree import leaves as numbers_in
 from ..discrepancy import discrepancy
 from ..fitted import Fitted, bounds, free_leaves, refuse_unidentifiable, scales, with_values
 from ..intervals import spread

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ....law import breakpoints_of
+from ....base.law import breakpoints_of
+from ....base.results import Floats
 from ....numerics.addressed import stiffnesses, torques
-from ....results import Floats
 from ..fixed_points import Flow
 from ..means.memory import Loops, remembers, waves
 from ..means.sampling import along, harmonics, onto

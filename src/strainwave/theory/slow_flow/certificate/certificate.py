@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....results import Floats
+from ....base.results import Floats
 from ..fixed_points import Flow, is_stable
 from ..means.memory import remembers
 from ..results import Certificate

@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from ....base.law import depends, spring_stiffness, states_of, torque_of, z_rate_of
+from ....base.results import Floats
 from ....compile.jit import kernel, kernel_as, run
-from ....law import depends, spring_stiffness, states_of, torque_of, z_rate_of
-from ....results import Floats
-from ....tree import with_leaf
+from ....compile.tree import with_leaf
 from ..setting import Complexes, Setting
 
 ROUNDS, CLOSED = 16, 1e-9  # periods at most, and how near to the closed loop suffices

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....base.law import breakpoints_of
+from ....base.results import Floats
 from ....compile.jit import kernel, kernel_as
-from ....law import breakpoints_of
 from ....maths import cos, sin
-from ....results import Floats
 
 POINTS = 32  # of the grid, per period of the highest harmonic
 FULL = 2.0 * math.pi

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ....base.results import Floats
 from ....compile.jit import run
 from ....numerics.addressed import law_by_address
-from ....results import Floats
 from ..setting import Complexes
 
 Matrices = tuple[Floats, Floats]

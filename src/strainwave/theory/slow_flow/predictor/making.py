@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....base.law import breakpoints_of
+from ....base.quantities import floated, interval, number
 from ....compile.jit import kernel
-from ....law import breakpoints_of
-from ....quantities import floated, interval, number
 from .. import response as response_curve
 from ..averaging import AveragedFlow
 from ..certificate.certificate import certify

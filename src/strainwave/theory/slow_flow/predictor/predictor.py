@@ -10,8 +10,8 @@ Solving Ordinary Differential Equations I, sec. III.1): steady states are its fi
 import math
 from typing import Any, NamedTuple
 
+from ....base.quantities import shown
 from ....compile.jit import kernel
-from ....quantities import shown
 from .samples import LinearDrive, fast_speed, hard, power, turned
 
 OK, BEYOND, JUMP, OUT, INVALID = 0, 1, 2, 3, 4

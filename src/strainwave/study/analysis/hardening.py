@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
+from ...base.protocols import with_parts
+from ...base.quantities import checked, interval, numbers, replace, shown
+from ...base.records import Labelled, Result
+from ...base.results import Branch, Floats, SolveError
+from ...base.sentences import Sentence, Speed, on_screen
+from ...base.series import oscillation
 from ...drive.jumps import jumps
 from ...model.laws.springs import Cubic
 from ...numerics.curves.response import response_family
-from ...numerics.orbits.shooting import find_orbit
-from ...protocols import with_parts
-from ...quantities import checked, interval, numbers, replace, shown
-from ...records import Labelled, Result
-from ...results import Branch, Floats, SolveError
-from ...sentences import Sentence, Speed, on_screen
-from ...series import oscillation
+from ...numerics.shooting import find_orbit
 from .resonances import active_orders
 
 POINTS = 200  # of a curve, at least

@@ -17,7 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from ...law import springs_only
+from ...base.law import springs_only
+from ...base.protocols import with_parts
+from ...base.quantities import interval, shown
+from ...base.results import Branch, Floats
+from ...compile.tree import leaf_of
 from ...numerics.attractors.attractors import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
 from ...numerics.balance.fourier import stretched
@@ -31,11 +35,7 @@ from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
 from ...numerics.integration.corners import repeating
 from ...numerics.labels import CLOSED, END, FOLD, STEP
-from ...protocols import with_parts
-from ...quantities import interval, shown
-from ...results import Branch, Floats
 from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
-from ...tree import leaf_of
 from .isola_seeds import free_seeds, slow_seeds, speeds, table_of
 
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .compile.jit import kernel, kernel_as, run
+from ..compile.jit import kernel, kernel_as, run
 
 PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
 LOOKED = 17  # places between two others at which a highest one is looked for

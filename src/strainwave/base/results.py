@@ -11,7 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .archive import ENDINGS, as_file, atomic, listed
+from .archive import as_file, atomic, listed
+from .formats import ENDINGS
 from .records import Labelled, Result
 from .sentences import on_screen
 from .series import oscillation

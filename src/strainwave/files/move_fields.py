@@ -9,12 +9,12 @@ from typing import Annotated, Any, NamedTuple, get_args, get_type_hints
 
 from pydantic import BeforeValidator
 
-from ...drive.asked import Payload, Task
-from ...quantities import checked, convert
-from ...study.move.profiles import AngleProfile, Dwell, Part, SCurve, Trapezoid
-from ..entries import Wrong, of_class, read_entry, refusal
-from ..scan_file import Column, check_signs, from_header, name_and_unit, read_numbers, read_rows
-from ..yaml_text import FileError, Problem, as_path, complaint, read_text, shown
+from ..base.quantities import checked, convert
+from ..drive.asked import Payload, Task
+from ..study.move.profiles import AngleProfile, Dwell, Part, SCurve, Trapezoid
+from .entries import Wrong, of_class, read_entry, refusal
+from .scan_file import Column, check_signs, from_header, name_and_unit, read_numbers, read_rows
+from .yaml_text import FileError, Problem, as_path, complaint, read_text, shown
 
 PARTS = {"trapezoid": Trapezoid, "s_curve": SCurve, "dwell": Dwell}
 NAMES = {cls: name for name, cls in PARTS.items()}

@@ -18,8 +18,7 @@ from uuid import uuid4
 
 import numpy as np
 
-from ..tree import is_model
-from ..units import shown
+from ..compile.tree import is_model, shown
 from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, plain, stored_name
 
 FORMAT = 1

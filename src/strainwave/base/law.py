@@ -13,8 +13,8 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-from .compile.jit import chosen, kernel
-from .compile.tuples import alike, axpy
+from ..compile.jit import chosen, kernel
+from ..compile.tuples import alike, axpy
 
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
 TORSIONS = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # times SEEN, rad, to both sides: where a slope is compared

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from .above import above
-from .archive import ENDINGS, as_file, listed, version, write
+from .archive import as_file, listed, version, write
+from .formats import ENDINGS
 
 if TYPE_CHECKING:
     import pandas as pd

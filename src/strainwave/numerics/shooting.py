@@ -15,20 +15,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import breakpoints_of, is_spring, torsion
-from ...protocols import Balance, has_jacobian, omega_of, with_parts
-from ...quantities import number, numbers, positive_count, shown
-from ...results import Floats, Orbit, SolveError, Status
-from ...tree import leaf_of
-from ..balance.choice import balance_of
-from ..balance.harmonics import grown, most_harmonics, starting_harmonics
-from ..balance.rates import periodic
-from ..balance.truncation import ORBIT, Tail, tail_along
-from ..continuation.passage import linear_start, settled_start
-from ..continuation.trace import Trace, describe, solve
-from ..integration.methods import Dopri5
-from ..integration.simulate import simulate
-from ..labels import END
+from ..base.law import breakpoints_of, is_spring, torsion
+from ..base.protocols import Balance, has_jacobian, omega_of, with_parts
+from ..base.quantities import number, numbers, positive_count, shown
+from ..base.results import Floats, Orbit, SolveError, Status
+from ..compile.tree import leaf_of
+from .balance.choice import balance_of
+from .balance.harmonics import grown, most_harmonics, starting_harmonics
+from .balance.rates import periodic
+from .balance.truncation import ORBIT, Tail, tail_along
+from .continuation.passage import linear_start, settled_start
+from .continuation.trace import Trace, describe, solve
+from .integration.methods import Dopri5
+from .integration.simulate import simulate
+from .labels import END
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
 STEPS = 30

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .compile.jit import kernel, kernel_as
-from .tree import with_leaf
+from ..compile.jit import kernel, kernel_as
+from ..compile.tree import with_leaf
 
 
 @kernel_as(lambda condition, a, b: a if condition else b, inline=True)

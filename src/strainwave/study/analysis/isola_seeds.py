@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from ...base.quantities import replace
+from ...base.results import Floats, SolveError
 from ...numerics.attractors.attractors import Motion
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.continuation.connected import connected
 from ...numerics.curves.backbone import backbone
-from ...quantities import replace
-from ...results import Floats, SolveError
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.setting import Resonance
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from numbers import Integral
 from typing import Any
 
-from .units import shown
+LONGEST = 60  # characters of a value in a sentence
 
 
 def is_model(thing: Any) -> bool:
@@ -146,3 +146,9 @@ def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
         raise ValueError(f"{key!r} in {shown(path)} is a number and has no parameter {shown('.'.join(rest))}")
     new = _replaced(old, rest, value, path) if rest else value
     return made(model, (*model[:index], new, *model[index + 1 :]))
+
+
+def shown(value: Any) -> str:
+    """Write a value for a sentence: its repr on one line, cut where it is long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 2 * LONGEST else f"{text[:LONGEST]}... ({len(text)} characters)"

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from ...base.law import is_spring
+from ...base.results import Floats, SolveError
 from ...drive.response import no_multiple_scales
-from ...law import is_spring
 from ...numerics.loading import loaded_state
-from ...results import Floats, SolveError
 from ...theory.lyapunov import mean_torque
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.study.response.isola_seeds import speeds
-from strainwave.study.response.isolas import takes
+from strainwave.study.analysis.isola_seeds import speeds
+from strainwave.study.analysis.isolas import takes
 
 DUFFING = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
 TWO_WELLS = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.4)  # every stable motion is in a well
@@ -52,7 +52,7 @@ def test_motions_in_the_wells_are_found_whatever_the_range(span):
 @pytest.mark.slow
 def test_random_starts_alone_lead_to_motions_of_three_turns(monkeypatch):
     """From rest between the wells the motion settles on one of three turns; the slow flow seeds none of these."""
-    monkeypatch.setattr("strainwave.study.response.isolas.free_seeds", lambda *_: iter(()))
+    monkeypatch.setattr("strainwave.study.analysis.isolas.free_seeds", lambda *_: iter(()))
     omega = 2.0 ** (5 / 8)
     here = TWO_WELLS._replace(omega=omega)
     loops = sw.isolas(here, (1.0, 2.0))

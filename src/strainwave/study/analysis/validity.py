@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...base.quantities import number, numbers, shown
+from ...base.records import Labelled, Result
+from ...base.results import Floats
+from ...base.sentences import on_screen
 from ...model.excitation import Harmonic
 from ...model.laws.springs import Cubic
 from ...model.oscillator import Oscillator
-from ...quantities import number, numbers, shown
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
 from ...theory.slow_flow.certificate.balance import Balance, balance_of, corrected
 from ...theory.slow_flow.fixed_points import newton_step, rates_of
 from ...theory.slow_flow.multiple_scales import slow_flow

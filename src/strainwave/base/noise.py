@@ -6,7 +6,7 @@ pseudorandom number generators, OOPSLA 2014): runs are reproducible to the bit, 
 
 import numpy as np
 
-from .compile.jit import kernel, kernel_as
+from ..compile.jit import kernel, kernel_as
 
 _GOLDEN, _FIRST, _SECOND = 0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
 _ALL, _PIECE = 2**64 - 1, 0xFFFF

@@ -13,6 +13,8 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
+from ..compile.tree import shown
+
 RPM, ARCSEC = pi / 30.0, pi / 648_000.0  # one revolution a minute [rad/s], one second of arc [rad]
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _FACTOR = r"[A-Za-z]+(?:\^-?1?[0-9])?"
@@ -123,12 +125,6 @@ def convert(value: Any, unit: str, to: str) -> Any:
         ) from None
     except ArithmeticError:
         raise ValueError(f"cannot convert {shown(unit)} to {shown(to)}: they measure different things") from None
-
-
-def shown(value: Any) -> str:
-    """Write a value for a sentence: its repr on one line, cut where it is long."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 2 * LONGEST else f"{text[:LONGEST]}... ({len(text)} characters)"
 
 
 def _decimal_point(plain: str) -> str:

@@ -14,13 +14,13 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hi
 import numpy as np
 from numpy.typing import NDArray
 
-from .tree import is_model as is_model
-from .tree import numbers as numbers_of
-from .tree import replaced
+from ..compile.tree import is_model as is_model
+from ..compile.tree import numbers as numbers_of
+from ..compile.tree import replaced
+from ..compile.tree import shown as shown
 from .units import convert as convert
 from .units import example as example
 from .units import parse as parse
-from .units import shown as shown
 
 Angle = Annotated[float, "rad"]
 TorsionalStiffness = Annotated[float, "N*m/rad"]

@@ -1,0 +1,54 @@
+"""What stands above a model or a result, loaded by its name where it is asked for: no other file imports by string.
+
+Modules by the names that they had in version 0.2, too.
+"""
+
+import warnings
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from importlib.util import spec_from_file_location, spec_from_loader
+from typing import Any
+
+ROOT = __package__.partition(".")[0]
+HOMES = {
+    "analyze": "study.analysis.analyze",
+    "draw": "plot",
+    "html": "app.notebook",
+    "judged": "study.analysis.verdict",
+    "project_entry": "files.entries",
+    "to_control": "drive.state_space",
+}
+IN_BASE = ("choices", "law", "protocols", "quantities", "records", "results", "sentences", "series", "units")
+FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {f"{ROOT}.tree": f"{ROOT}.compile.tree"}
+
+
+def above(name: str) -> Any:
+    """One of the functions of HOMES."""
+    return thing(f"{ROOT}.{HOMES[name]}", name)
+
+
+def thing(module: str, name: str) -> Any:
+    """What a module has under a name, the module loaded where it was not."""
+    return getattr(import_module(module), name)
+
+
+class Former:
+    """Finder of the modules of FORMER by their former names: importing one warns and says where it is now."""
+
+    @staticmethod
+    def find_spec(name: str, _path: Any = None, _target: Any = None) -> ModuleSpec | None:
+        """Return the place of a module that has moved."""
+        if name not in FORMER:
+            return None
+        warnings.warn(f"the module {name} is {FORMER[name]} now; import it from there", FutureWarning, stacklevel=2)
+        return spec_from_loader(name, Former)  # type: ignore[arg-type]
+
+    @staticmethod
+    def create_module(spec: ModuleSpec) -> Any:
+        """Return the module itself."""
+        return import_module(FORMER[spec.name])
+
+    @staticmethod
+    def exec_module(module: Any) -> None:
+        """Give it its own place back, which the import has changed."""
+        module.__spec__ = spec_from_file_location(module.__name__, module.__file__)

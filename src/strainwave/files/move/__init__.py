@@ -1,1 +1,0 @@
-"""Moves in files: the group `move` of a project file, and profiles in CSV."""

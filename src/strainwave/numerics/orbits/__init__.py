@@ -1,1 +1,0 @@
-"""One periodic motion."""

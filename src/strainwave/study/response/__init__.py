@@ -1,1 +1,0 @@
-"""The response through a speed range: curve, jumps, closed branches."""
