@@ -499,13 +499,15 @@ def test_a_command_is_one_file(tmp_path, monkeypatch):
         "@project_argument\n"
         "@json_option\n"
         "def sag(project, as_json):\n"
-        "    'Say how far a torque of 100 N m twists the gear.'\n"
+        '    """Say how far a torque of 100 N m twists the gear."""\n'
         "    twist = 100.0 / read_project(project).drive.law.K\n"
         "    click.echo(to_json({'twist_rad': twist}) if as_json else f'{twist:.3g} rad')\n"
     )
     (tmp_path / "joint.yaml").write_text(JOINT)
     monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
-    monkeypatch.setitem(cli.COMMANDS, "sag", ("sag", "Say how far a torque of 100 N m twists the gear."))
+    (found,) = cli.commands_in(tmp_path).items()
+    assert found == ("sag", ("sag", "Say how far a torque of 100 N m twists the gear."))
+    monkeypatch.setitem(cli.COMMANDS, *found)
     run = CliRunner().invoke(cli.cli, ["sag", str(tmp_path / "joint.yaml"), "--json"])
     assert json.loads(run.stdout) == {"twist_rad": 1e-3}
     assert CliRunner().invoke(cli.cli, ["sag", str(tmp_path / "gone.yaml")]).exit_code == cli.INVALID_PROJECT

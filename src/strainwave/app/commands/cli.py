@@ -1,11 +1,13 @@
 """The command `strainwave`. Results go to stdout, everything else to stderr.
 
-Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. A command is one file, which
-COMMANDS names; it is imported where the command is called, so that `--help` answers at once.
+Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. A command is one file in
+this folder, which is imported where the command is called: `--help` reads what it says, and answers at once.
 """
 
 import os
+import re
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
@@ -20,59 +22,23 @@ EXPECTED = (
     "SolveError", "ValueError", "TypeError", "RuntimeError", "ModuleNotFoundError", "FileNotFoundError", "Unrecordable",
 )  # fmt: skip
 
-# Module below this folder, and what `--help` says: the first sentence of the command's own help.
-COMMANDS = {
-    "analyze": ("analyze", "Analyse the drives of project files and write a report of each."),
-    "app": ("app",
-        "Serve the web app on this machine alone: a page with sliders and pictures of a drive."),
-    "catalogue": ("exchange.catalogue",
-        "List the gears of the catalogue or of a file, or show one."),
-    "compare": ("compare",
-        "Put the response of several project files side by side: one table, one figure."),
-    "compensate": ("compensation.compensate",
-        "Cancel the error with controllers designed on the project, each in closed loop against the plain loop."),
-    "compensate-move": ("compensation.on_the_way",
-        "Move the load along PROFILE in closed loop, under several controllers and with shaped references."),
-    "compensate-run-up": ("compensation.on_the_way",
-        "Run through a range of speeds and back in closed loop: largest errors, and whether the drive still jumps."),
-    "completion": ("exchange.completion",
-        "Print a script that completes commands, options, gears and files in SHELL."),
-    "demo": ("analyze", "Analyse the article's drive and a real catalogue drive."),
-    "derive": ("article",
-        "Derive the error equation from Lagrange's equations and print each step."),
-    "design": ("design",
-        "Search the catalogue for the gears and motors that do what SPECIFICATION asks of an axis."),
-    "doctor": ("doctor", "Report versions, cache, cores, vector units and optional parts."),
-    "error-scan": ("identification.error_scan",
-        "Find the lines of a measured kinematic error, with their uncertainty."),
-    "export": ("exchange.export",
-        "Take the motor, the gear and the load of a project to another program."),
-    "identify": ("identification.identify",
-        "Find numbers of a drive from logs of the angles of its motor and its load."),
-    "log": ("identification.log",
-        "Read a log of measured channels and say what is in it: units, rate, gaps, segments, doubts."),
-    "loop-scan": ("identification.loop_scan",
-        "Identify the torsion law of a gear from a measured loop of torque over torsion, with intervals of 95 %."),
-    "move": ("move",
-        "Move the load along PROFILE: pointing error, settling, torques against the ratings, life, energy."),
-    "new": ("exchange.new", "Write a commented project file."),
-    "order-scan": ("identification.order_scan",
-        "Find the orders of a quantity that was logged while a shaft turned, and tell orders from frequencies."),
-    "order-table": ("exchange.order_table",
-        "Write the order table IN as OUT in a format of drives and controls, and say what is lost."),
-    "reproduce": ("article",
-        "Compute the article's Tables 3 and 4 again and compare every number."),
-    "response": ("response",
-        "Follow the pointing error of the whole drive through the project's speeds: stability, folds, jumps."),
-    "schema": ("exchange.new", "Print the JSON Schema of the project file, for editors."),
-    "speed-map": ("speed_map",
-        "Say which motor speeds are allowed under every load, from all stable motions of the drive."),
-    "sweep": ("sweep",
-        "Integrate a drive over a grid of its parameters, or follow the response of the whole drive, and "
-        "keep the results."),
-    "variability": ("variability",
-        "Say how probable it is that a drive exceeds its limit in its speeds, from the scatter of its numbers."),
-}  # fmt: skip
+# Name if it is given, function, and the first sentence of its help, in the text of a command's file.
+DECLARED = re.compile(
+    r'^@click\.command\((?:"([^"]+)")?\)$.*?^def (\w+)\(.*?"""(.+?\.)(?:"""|\s)', re.DOTALL | re.MULTILINE
+)
+
+
+def commands_in(folder: Path) -> dict[str, tuple[str, str]]:
+    """Commands of the files in a folder by their names, in order: module below it, and what `--help` says."""
+    found = {
+        name or function.replace("_", "-"): (".".join(path.relative_to(folder).with_suffix("").parts), sentence)
+        for path in folder.rglob("*.py")
+        for name, function, sentence in DECLARED.findall(path.read_text(encoding="utf-8"))
+    }
+    return {name: (module, " ".join(said.split())) for name, (module, said) in sorted(found.items())}
+
+
+COMMANDS = commands_in(Path(__file__).parent)
 
 
 class Sentences(click.Group):
