@@ -9,6 +9,7 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, TypeVar
 
+from ..base.facts import number as number
 from ..base.results import Interrupted
 from ..compile.compiling import compiling
 
@@ -17,7 +18,6 @@ T = TypeVar("T")
 EVERY = 10.0  # seconds after which a stage that goes on is told again
 TICK = 0.25  # seconds between looks at what is compiled
 SHORT = 1.0  # seconds of a run whose time left is not told
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # What the errors are, wherever a command or the report shows one.
 WHAT_X_IS = (
     "the pointing error is the reference angle of the load, that of the motor over N, minus the angle of the load; "
@@ -112,24 +112,6 @@ def duration(seconds: float) -> str:
         if seconds > 2.0 * size:
             return f"{math.ceil(seconds / size)} {unit}"
     return f"{math.ceil(seconds)} s"
-
-
-def number(value: float | str | bool | None, digits: int = 4) -> str:
-    """Write a number with at least so many significant digits, from 10 million on by powers of ten; None is a dash."""
-    if value is None:
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, str):
-        return value
-    if not math.isfinite(value):
-        return "–"
-    rounded = float(f"{value:.{digits}g}") + 0.0  # 99.99 may become 100, and -0.0 is 0.0
-    text = f"{value:.0f}" if 10.0**digits <= abs(rounded) < 1e7 else f"{rounded:.{digits}g}"
-    mantissa, mark, exponent = text.partition("e")
-    if not mark:
-        return text.replace("-", "−")
-    return mantissa.replace("-", "−") + "×10" + str(int(exponent)).translate(RAISED)
 
 
 def percent(share: float, digits: int = 4) -> str:

@@ -12,7 +12,6 @@ from ..base.sentences import Angle, Quantity, told
 from ..base.speeds import Speeds
 from ..base.units import ARCSEC
 from ..drive.project import Project
-from ..model.gears.limits import Finding
 from ..study.analysis.analysis import Analysis
 from .console import number
 
@@ -46,11 +45,6 @@ def place(speeds: Speeds, omega: float) -> dict[str, Any]:
 def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
     """An angle [rad] in radians and in arcsec."""
     return {f"{name}_rad": rad, f"{name}_arcsec": None if rad is None else rad / ARCSEC}
-
-
-def finding_data(one: Finding) -> dict[str, Any]:
-    """A comparison with a limit as data; `fails` says whether a drive fails by it."""
-    return {name: getattr(one, name) for name in ("limit", "value", "bound", "unit", "exceeded", "fails")}
 
 
 def quantity(option: str, text: str, unit: str) -> float:

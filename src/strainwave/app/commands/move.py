@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 from pydantic_core import PydanticCustomError
 
-from ...base.units import RPM
+from ...base import facts
 from ...drive.asked import MotorLimits
 from ...drive.project import Project
 from ...files.move_fields import read_part, read_payload, read_profile
@@ -15,10 +14,10 @@ from ...files.reading import read_project
 from ...files.yaml_text import name, read
 from ...study.move.move import move as moved
 from ...study.move.result import Move
-from ..console import Progress, number, percent, to_json
+from ..console import Progress, to_json
 from ..figures.move import move_figure
 from ..output import staged, write_csv
-from ..view import angle_unit, finding_data, quantity, span
+from ..view import quantity, span
 from .options import json_option, output_option, project_argument
 
 CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
@@ -65,9 +64,12 @@ def move(
         progress.show("move", 0.5)
         found = moved(drive, parts or None, bands=avoided, **given)
         progress.show("writing", 0.9)
-        data = _data(drive, found)
+        data = {"title": drive.title} | facts.data(found.facts())
         _write(drive, found, data, output)
-    click.echo(to_json(data) if as_json else _summary(drive, found, output))
+    told, fails = list(facts.lines(found.facts())), len(found.failures)
+    written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"
+    text = "\n".join([*told[:fails], drive.title, *(f"  {line}" for line in (*told[fails:], written))])
+    click.echo(to_json(data) if as_json else text)
 
 
 def profile_part(text: str, table: dict[str, str]) -> Any:
@@ -101,87 +103,3 @@ def _write(project: Project, found: Move, data: dict[str, Any], output: Path) ->
         text = move_figure(found, project.gear, project.motor_limits or MotorLimits())
         (folder / SVG).write_text(text + "\n", encoding="utf-8")
         (folder / JSON).write_text(to_json(data) + "\n", encoding="utf-8")
-
-
-def _data(project: Project, found: Move) -> dict[str, Any]:
-    return {
-        "title": project.title,
-        "passes": found.within_limits,
-        "failures": list(found.failures),
-        "duration_s": found.duration,
-        "window_rad": found.window,
-        "settling_time_s": found.settling_time,
-        "settling_times_s": found.settling_times,
-        "pointing_error_rad": {
-            "peak": found.peak_error, "rms": found.rms_error, "end": found.end_error, "rest": found.rest_error,
-        },
-        "motor": {
-            "peak_torque_N_m": found.peak_motor_torque,
-            "rms_torque_N_m": found.rms_motor_torque,
-            "peak_speed_rpm": found.peak_speed / RPM,
-            "average_speed_rpm": found.average_speed / RPM,
-            "work_J": found.motor_work,
-        },
-        "gear": {
-            "peak_torque_N_m": found.peak_gear_torque,
-            "rms_torque_N_m": found.rms_gear_torque,
-            "cubic_mean_torque_N_m": found.average_gear_torque,
-            "life_L10_h": found.life,
-        },
-        "limits": [finding_data(finding) for finding in found.findings],
-        "speeds_to_avoid": [
-            {"from_rpm": low / RPM, "to_rpm": high / RPM, "time_s": time}
-            for (low, high), time in zip(found.bands, found.time_in_bands, strict=True)
-        ],
-        "resonances_passed": [
-            {
-                "time_s": p.time, "speed_rpm": p.speed / RPM, "order": p.order, "frequency_rad_per_s": p.frequency,
-                "largest_rad": p.largest, "quasi_steady_rad": p.quasi_steady, "amplification": p.amplification,
-            }
-            for p in found.passes
-        ],
-        "energy_J": {
-            "work": found.work, "dissipated": found.dissipated, "stored": found.stored, "imbalance": found.imbalance,
-        },
-        "warnings": list(found.warnings),
-        "remarks": list(map(str, found.remarks)),
-    }  # fmt: skip
-
-
-def _summary(project: Project, found: Move, output: Path) -> str:
-    unit = angle_unit(found.peak_error)
-    window, rest = unit.text(found.window), unit.text(found.rest_error)
-    settled = ", ".join("not within the run" if t is None else f"{number(t)} s" for t in found.settling_times)
-    each = f" after each of {len(found.settling_times)} motions" if len(found.settling_times) > 1 else ""
-    lines = [
-        *(f"FAIL: {sentence}" for sentence in found.failures),
-        f"{project.title}: a move of {number(found.duration)} s",
-        f"  settling time{each}, to {window} about the error at rest: {settled}",
-        f"  pointing error: at most {unit.text(found.peak_error)}, rms {unit.text(found.rms_error)}, at the end of the "
-        f"motion {unit.text(found.end_error)}, at rest {rest}",
-        f"  motor: at most {number(found.peak_motor_torque)} N·m, rms {number(found.rms_motor_torque)} N·m, up to "
-        f"{number(found.peak_speed / RPM)} rpm",
-        f"  gear: at most {number(found.peak_gear_torque)} N·m, rms {number(found.rms_gear_torque)} N·m, cubic mean "
-        f"{number(found.average_gear_torque)} N·m",
-    ]
-    if found.life is not None:
-        lines.append(f"  life of the bearing, if the profile goes on without end: L10 {number(found.life, 3)} h")
-    for (low, high), time in zip(found.bands, found.time_in_bands, strict=True):
-        ends = f"{number(low / RPM)} to {number(high / RPM)} rpm"
-        lines.append(f"  in speeds to avoid, {ends}: {number(time)} s ({percent(time / found.duration, 3)})")
-    for speed in dict.fromkeys((p.order, p.speed) for p in found.passes):
-        every = [p for p in found.passes if (p.order, p.speed) == speed]
-        p = max(every, key=lambda one: one.largest)
-        times = f" {len(every)} times" if len(every) > 1 else ""
-        lines.append(
-            f"  order {p.order} passes {number(p.frequency / (2.0 * np.pi))} Hz at {number(p.speed / RPM)} rpm{times}: "
-            f"at most {unit.text(p.largest)} of error, from {number(p.time)} s on, {number(p.amplification, 3)} times "
-            "that of a slow move"
-        )
-    lines.append(
-        f"  net work of the motor {number(found.motor_work)} J, heat {number(found.dissipated)} J, stored "
-        f"{number(found.stored)} J; balance closed to {number(found.imbalance, 1)}"
-    )
-    lines += [f"  warning: {warning}" for warning in found.warnings if warning not in found.failures]
-    lines += [f"  note: {remark}" for remark in found.remarks]
-    return "\n".join([*lines, f"  written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"])

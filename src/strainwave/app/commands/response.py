@@ -22,7 +22,7 @@ from ..output import staged, write_csv
 from ..report.curve_files import drive_columns
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
-from ..view import angle_unit, finding_data
+from ..view import angle_unit
 from .equation import remarks
 from .options import json_option, output_option, project_argument, written_type
 
@@ -93,7 +93,7 @@ def _asked(project: Project, found: DriveResponse) -> dict[str, Any]:
         else {
             "speed": project.speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding,
         },
-        "limits": [finding_data(one) for one in judged.findings],
+        "limits": [one.data() for one in judged.findings],
         "failures": judged.failures,
         "beyond_limits": judged.remarks,
     }  # fmt: skip

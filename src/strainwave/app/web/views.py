@@ -25,7 +25,6 @@ from ...study.compensation.compensate import compensate
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
-from ..view import finding_data
 
 Progress = Callable[[str, float], None]
 MOST_SHOWN = 4000  # samples of a run
@@ -154,7 +153,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "load_torques": [low, project.mean_load_torque, high],
         "passes": judged.passes,
         "failures": list(judged.failures),
-        "limits": [finding_data(one) for one in judged.findings],
+        "limits": [one.data() for one in judged.findings],
         "required_motor": None
         if motor is None
         else {
@@ -243,7 +242,7 @@ def moved(project: Project) -> dict[str, Any]:
         "rms_arcsec": found.rms_error / ARCSEC,
         "passes": found.within_limits,
         "failures": list(found.failures),
-        "limits": [finding_data(one) for one in found.findings],
+        "limits": [one.data() for one in found.findings],
         "remarks": [*usual, *(w for w in found.warnings if w not in found.failures), *map(str, found.remarks)],
     }
 

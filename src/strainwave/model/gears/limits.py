@@ -56,6 +56,10 @@ class Finding:
         """Whether a drive fails by it: not by the average input speed, beyond which it may turn for a short time."""
         return self.exceeded and self.limit != DUTY
 
+    def data(self) -> dict[str, Any]:
+        """It as plain data; `fails` says whether a drive fails by it."""
+        return {name: getattr(self, name) for name in ("limit", "value", "bound", "unit", "exceeded", "fails")}
+
 
 def check_limits(
     gear: Gear,

@@ -3,20 +3,23 @@
 Resonances that a move passes, and what each costs: the error that the kinematic error causes there.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ...base.facts import Fact, lines, number
 from ...base.protocols import lines_of
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
-from ...base.units import ARCSEC, RPM
+from ...base.units import RPM
 from ...model.gears.limits import Finding, gravest
 from ...model.train.drive_train import DriveTrain
 from .follow import Path
 
+LIFE = "L10 life of the bearing {}, if the profile goes on without end"
 TURN = 2.0 * np.pi * np.arange(4096) / 4096
 
 
@@ -52,6 +55,40 @@ class Pass:
     def amplification(self) -> float:
         """How many times the error of a slow move the pass has."""
         return self.largest / self.quasi_steady
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers."""
+        return (
+            Fact("time_s", self.time), Fact("speed_rpm", self.speed), Fact("order", self.order),
+            Fact("frequency_rad_per_s", self.frequency), Fact("largest_rad", self.largest),
+            Fact("quasi_steady_rad", self.quasi_steady), Fact("amplification", self.amplification),
+        )  # fmt: skip
+
+    def sentence(self, times: int) -> str:
+        """It in words, where it is the worst of so many."""
+        (often,) = lines([Fact("largest_rad", self.largest, "at most {} of error")])
+        return (
+            f"order {self.order} passes {number(self.frequency / (2.0 * np.pi))} Hz at {number(self.speed / RPM)} rpm"
+            f"{f' {times} times' if times > 1 else ''}: {often}, from {number(self.time)} s on, "
+            f"{number(self.amplification, 3)} times that of a slow move"
+        )
+
+
+class InBand(NamedTuple):
+    """Time [s] that a move spends in a band of speeds [rad/s] of the motor, and its share of the profile."""
+
+    low: float
+    high: float
+    time: float
+    share: float
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers."""
+        return Fact("from_rpm", self.low), Fact("to_rpm", self.high), Fact("time_s", self.time)
+
+    def __str__(self) -> str:
+        ends = f"{number(self.low / RPM)} to {number(self.high / RPM)} rpm"
+        return f"{ends}: {number(self.time)} s ({number(100.0 * self.share, 3)} %)"
 
 
 def crossings(train: DriveTrain, path: Path, frequencies: Floats) -> list[tuple[float, float, int, float]]:
@@ -209,20 +246,56 @@ class Move(Result):
             "motor_speed": ("time", self.motor_speed, "rad/s"),
         }
 
-    def __str__(self) -> str:
-        settled = "not within the run" if self.settling_time is None else f"{self.settling_time:.4g} s after its end"
-        life = "" if self.life is None else f", life L10 {self.life:.4g} h"
-        failed = "".join(f"FAIL: {sentence}\n" for sentence in self.failures)
-        return on_screen(
-            f"{failed}Move: {self.duration:.4g} s; settled to {self.window / ARCSEC:.4g} arcsec {settled}\n"
-            f"  pointing error [arcsec]: largest {self.peak_error / ARCSEC:.4g}, rms {self.rms_error / ARCSEC:.4g}, at "
-            f"the end {self.end_error / ARCSEC:.4g}, at rest {self.rest_error / ARCSEC:.4g}\n"
-            f"  motor: {self.peak_motor_torque:.4g} N*m at most, rms {self.rms_motor_torque:.4g} N*m, up to "
-            f"{self.peak_speed / RPM:.4g} rpm\n"
-            f"  gear: {self.peak_gear_torque:.4g} N*m at most, rms {self.rms_gear_torque:.4g} N*m, cubic mean "
-            f"{self.average_gear_torque:.4g} N*m{life}\n"
-            f"  work of the motor {self.motor_work:.4g} J, {self.dissipated:.4g} J lost; balance closed to "
-            f"{self.imbalance:.0e}; {len(self.warnings)} warnings"
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of a move, once."""
+        times = self.settling_times
+        each = f" after each of {len(times)} motions" if len(times) > 1 else ""
+        settled = ", ".join("not within the run" if time is None else f"{number(time)} s" for time in times)
+        return (
+            Fact("failures", self.failures, "FAIL: {}"),
+            Fact("passes", self.within_limits),
+            Fact("duration_s", self.duration, "Move of {}"),
+            Fact("window_rad", self.window, f"settling time{each}, to {{}} about the error at rest: {settled}"),
+            Fact("settling_time_s", self.settling_time),
+            Fact("settling_times_s", times),
+            Fact("pointing_error_rad.peak", self.peak_error, "at most {}"),
+            Fact("pointing_error_rad.rms", self.rms_error, "rms {}"),
+            Fact("pointing_error_rad.end", self.end_error, "at the end of the motion {}"),
+            Fact("pointing_error_rad.rest", self.rest_error, "at rest {}"),
+            Fact("motor.peak_torque_N_m", self.peak_motor_torque, "at most {}"),
+            Fact("motor.rms_torque_N_m", self.rms_motor_torque, "rms {}"),
+            Fact("motor.peak_speed_rpm", self.peak_speed, "up to {}"),
+            Fact("motor.average_speed_rpm", self.average_speed, "{} in the mean"),
+            Fact("motor.work_J", self.motor_work, "net work {}"),
+            Fact("gear.peak_torque_N_m", self.peak_gear_torque, "at most {}"),
+            Fact("gear.rms_torque_N_m", self.rms_gear_torque, "rms {}"),
+            Fact("gear.cubic_mean_torque_N_m", self.average_gear_torque, "cubic mean {}"),
+            Fact("gear.life_L10_h", self.life, "" if self.life is None else LIFE),
+            Fact("limits", tuple(finding.data() for finding in self.findings)),
+            Fact("speeds_to_avoid", tuple(band.facts() for band in self._in_bands())),
+            Fact("", tuple(str(band) for band in self._in_bands()), "in speeds to avoid, {}"),
+            Fact("resonances_passed", tuple(one.facts() for one in self.passes)),
+            Fact("", tuple(self._resonances()), "{}"),
+            Fact("energy_J.work", self.work),
+            Fact("energy_J.dissipated", self.dissipated, "heat {}"),
+            Fact("energy_J.stored", self.stored, "stored {}"),
+            Fact("energy_J.imbalance", self.imbalance, f"balance closed to {number(self.imbalance, 1)}"),
+            Fact("warnings", self.warnings),
+            Fact("", tuple(one for one in self.warnings if one not in self.failures), "warning: {}"),
+            Fact("remarks", tuple(map(str, self.remarks)), "note: {}"),
         )
+
+    def _in_bands(self) -> list["InBand"]:
+        times = zip(self.bands, self.time_in_bands, strict=True)
+        return [InBand(low, high, time, time / self.duration) for (low, high), time in times]
+
+    def _resonances(self) -> Iterator[str]:
+        """A sentence for each speed at which an order meets a resonance."""
+        for speed in dict.fromkeys((p.order, p.speed) for p in self.passes):
+            every = [p for p in self.passes if (p.order, p.speed) == speed]
+            yield max(every, key=lambda one: one.largest).sentence(len(every))
+
+    def __str__(self) -> str:
+        return on_screen("\n".join(lines(self.facts())))
 
     __repr__ = __str__

@@ -10,7 +10,7 @@ from ....base.units import RPM
 from ....drive.asked import MotorLimits
 from ....study.analysis.analysis import Largest
 from ...console import WHAT_X_IS, number, percent
-from ...view import View, finding_data, sizes
+from ...view import View, sizes
 from ..answers import answers
 from ..verdict import verdict_data
 from .whole_train import modes, parts, under_load
@@ -46,7 +46,7 @@ class Opening:
             "largest_error": _largest(view, worst, "peak"),
             "largest_torque": _largest_torque(view),
             "required_motor": _required_motor(view),
-            "limits": [finding_data(finding) for finding in view.analysis.limits],
+            "limits": [finding.data() for finding in view.analysis.limits],
         }
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:

@@ -1,0 +1,109 @@
+"""Facts of a result: each number is told once, with its key in JSON, its value in SI and its words.
+
+The text of a result, the JSON of a command and the page are made of its `facts()`.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from typing import Any, NamedTuple
+
+from .units import ARCSEC, RPM
+
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+UNITS = {  # what keys end in: the unit as it is printed, and its size in SI
+    "_N_m": ("N·m", 1.0), "_rad_per_s": ("rad/s", 1.0), "_rad": ("rad", 1.0), "_arcsec": ("arcsec", ARCSEC),
+    "_rpm": ("rpm", RPM), "_s": ("s", 1.0), "_h": ("h", 1.0), "_J": ("J", 1.0),
+}  # fmt: skip
+
+
+class Fact(NamedTuple):
+    """A number or a sentence of a result.
+
+    Attributes
+    ----------
+    key : str
+        In JSON, groups parted by dots, with the unit of UNITS at the end of the key or of its group; without one it is
+        text alone.
+    value : Any
+        In SI; None where it is not known, several of a tuple, a tuple of facts of each row of a table.
+    words : str
+        Its place in the text, "{}" being the value with its unit; without words it is in JSON alone. Facts of one group
+        that follow each other share a line.
+    """
+
+    key: str
+    value: Any
+    words: str = ""
+
+
+def data(facts: Iterable[Fact]) -> dict[str, Any]:
+    """Facts as plain data, by their keys and in the units of these."""
+    found: dict[str, Any] = {}
+    for fact in facts:
+        if fact.key:
+            *groups, name = fact.key.split(".")
+            place = found
+            for group in groups:
+                place = place.setdefault(group, {})
+            place[name] = _in_unit(fact.value, _unit_of(fact.key)[1])
+    return found
+
+
+def lines(facts: Iterable[Fact]) -> Iterator[str]:
+    """Lines of the text of facts: one for each group that is told, and for each sentence of several."""
+    for group, some in groupby((fact for fact in facts if fact.words), lambda fact: fact.key.rpartition(".")[0]):
+        parts = [part for fact in some for part in _told(fact)]
+        if group:
+            name = group.removesuffix(_ending_of(group)).replace("_", " ")
+            yield f"{name}: {', '.join(parts)}"
+        else:
+            yield from parts
+
+
+def _told(fact: Fact) -> Iterator[str]:
+    several = fact.value if isinstance(fact.value, tuple) else (fact.value,)
+    if all(isinstance(value, str) for value in several):
+        yield from map(fact.words.format, several)
+    else:
+        yield fact.words.format(", ".join(_shown(value, *_unit_of(fact.key)) for value in several))
+
+
+def _shown(value: Any, unit: str, size: float) -> str:
+    if unit == "rad" and value is not None:
+        unit, size = ("arcsec", ARCSEC) if abs(value) < 3600.0 * ARCSEC else ("mrad", 1e-3)
+    return number(value) if value is None or isinstance(value, str) else f"{number(value / size)} {unit}".rstrip()
+
+
+def _ending_of(key: str) -> str:
+    return next((ending for ending in UNITS if key.endswith(ending)), "")
+
+
+def _unit_of(key: str) -> tuple[str, float]:
+    """Unit of a key, or of the innermost of its groups that says one."""
+    return next((UNITS[end] for part in reversed(key.split(".")) if (end := _ending_of(part))), ("", 1.0))
+
+
+def _in_unit(value: Any, size: float) -> Any:
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        rows = value and all(isinstance(item, tuple) and isinstance(item[0], Fact) for item in value)
+        return [data(item) if rows else _in_unit(item, size) for item in value]
+    return value / size if isinstance(value, float) else value
+
+
+def number(value: float | str | bool | None, digits: int = 4) -> str:
+    """Write a number with at least so many significant digits, from 10 million on by powers of ten; None is a dash."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    if not math.isfinite(value):
+        return "–"
+    rounded = float(f"{value:.{digits}g}") + 0.0  # 99.99 may become 100, and -0.0 is 0.0
+    text = f"{value:.0f}" if 10.0**digits <= abs(rounded) < 1e7 else f"{rounded:.{digits}g}"
+    mantissa, mark, exponent = text.partition("e")
+    if not mark:
+        return text.replace("-", "−")
+    return mantissa.replace("-", "−") + "×10" + str(int(exponent)).translate(RAISED)

@@ -1,0 +1,43 @@
+"""Facts are told once: JSON and text are made of them, each number in the unit of its key."""
+
+import pytest
+
+from strainwave.base.facts import Fact, data, lines
+from strainwave.base.units import RPM
+
+FACTS = (
+    Fact("failures", ("The gear breaks.", "The motor stalls."), "FAIL: {}"),
+    Fact("passes", False),
+    Fact("motor.peak_speed_rpm", 3000.0 * RPM, "up to {}"),
+    Fact("motor.peak_torque_N_m", 0.25, "at most {}"),
+    Fact("motor.mean_torque_N_m", 0.1),
+    Fact("error_rad.peak", 1e-3, "at most {}"),
+    Fact("error_rad.rest", None, "at rest {}"),
+    Fact("turn_rad", 1.0, "turned by {}"),
+    Fact("settling_times_s", (0.5, None), "settled after {}"),
+    Fact("passes_of", ((Fact("order", 2), Fact("time_s", 0.1)), (Fact("order", 4), Fact("time_s", 0.2)))),
+    Fact("", (), "note: {}"),
+)
+
+
+def test_data_has_every_key_in_its_group_and_unit():
+    assert data(FACTS) == {
+        "failures": ["The gear breaks.", "The motor stalls."],
+        "passes": False,
+        "motor": {"peak_speed_rpm": pytest.approx(3000.0), "peak_torque_N_m": 0.25, "mean_torque_N_m": 0.1},
+        "error_rad": {"peak": 1e-3, "rest": None},
+        "turn_rad": 1.0,
+        "settling_times_s": [0.5, None],
+        "passes_of": [{"order": 2, "time_s": 0.1}, {"order": 4, "time_s": 0.2}],
+    }
+
+
+def test_facts_of_a_group_share_a_line_and_angles_have_the_unit_of_their_size():
+    assert list(lines(FACTS)) == [
+        "FAIL: The gear breaks.",
+        "FAIL: The motor stalls.",
+        "motor: up to 3000 rpm, at most 0.25 N·m",
+        "error: at most 206.3 arcsec, at rest –",
+        "turned by 1000 mrad",
+        "settled after 0.5 s, –",
+    ]
