@@ -30,6 +30,11 @@ class Result:
 
     rows: ClassVar[str] = "point"
 
+    def __init_subclass__(cls) -> None:
+        """Let a class that says what it prints say the same everywhere: `dataclass` leaves a `__repr__` as it is."""
+        if "__str__" in vars(cls):
+            cls.__repr__ = cls.__str__  # type: ignore[method-assign]
+
     def variables(self) -> Labelled:
         """Arrays of the dataset by name: dimensions, values, unit."""
         return {}

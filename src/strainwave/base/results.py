@@ -169,8 +169,6 @@ class Trajectory(Result):
             f"  status: {self.message}"
         )
 
-    __repr__ = __str__
-
 
 @dataclass(frozen=True, eq=False)
 class Orbit(Result):
@@ -264,8 +262,6 @@ class Orbit(Result):
             f"  {'stable' if self.stable else 'unstable'}: largest multiplier {modulus:.6g}\n"
             f"  {len(self.coefficients) // 2} harmonics, tail {self.tail:.1e}; {self.message}"
         )
-
-    __repr__ = __str__
 
 
 @dataclass(frozen=True, eq=False)
@@ -390,5 +386,3 @@ class Branch(Result):
             f"  {int(np.sum(self.stable))} of {len(self)} points stable\n"
             f"  {self.coefficients.shape[1] // 2} harmonics, tail {self.tail:.1e}; {self.message}"
         )
-
-    __repr__ = __str__

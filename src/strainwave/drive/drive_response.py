@@ -251,8 +251,6 @@ class DriveResponse(Result):
             f"  {turns}; {int(np.sum(self.stable))} motions stable; {self.message}"
         )
 
-    __repr__ = __str__
-
 
 def of_equation(
     system: Any, exact: ExactResponse, has_reference: bool = True, train: DriveTrain | None = None

@@ -197,8 +197,6 @@ class Jumps(Result):
     def __str__(self) -> str:
         return on_screen(self.sentence)
 
-    __repr__ = __str__
-
 
 def jumps(branch: Branch) -> Jumps:
     """Tell what a slow sweep up and down in the parameter of a branch does.

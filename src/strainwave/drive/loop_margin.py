@@ -100,8 +100,6 @@ class Bode(Result):
         lines.append(f"  modes: {modes or 'none that oscillates'}; fastest growth {fastest:.4g} 1/s")
         return on_screen("\n".join([*lines, *(f"  {message}" for message in self.messages[:1])]))
 
-    __repr__ = __str__
-
     def _of(self, shaft: str) -> Complexes:
         if shaft not in SHAFTS:
             raise ValueError(f"shaft is {shown(shaft)}; it must be 'motor' or 'load'")

@@ -119,8 +119,6 @@ class Margins(Result):
             f"  delay margin {self.delay_margin:.4g} s"
         )
 
-    __repr__ = __str__
-
 
 def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.0) -> Margins:
     """Find gain, phase and delay margins of the motor's loop, linear about an operating point.

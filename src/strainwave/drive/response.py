@@ -106,8 +106,6 @@ class ExactResponse(Result):
     def __str__(self) -> str:
         return on_screen(f"Response by {self.method}\n{self.curve}" + ("" if self.sweep is None else f"\n{self.sweep}"))
 
-    __repr__ = __str__
-
     def largest(self) -> int | None:
         """Number of the stable point with the largest |x| that a sweep visits; None where there is no sweep."""
         visited = self.visited()

@@ -167,8 +167,6 @@ class DriveRun(Result):
             f"  heat [J]: {heat}\n  energy balance to {self.imbalance:.1e}; {self.trajectory.message}"
         )
 
-    __repr__ = __str__
-
 
 def drive_run(
     train: DriveTrain,

@@ -113,8 +113,6 @@ class StateSpace(Result):
         lines.append("  poles [1/s]: " + ", ".join(f"{p.real:.4g}" + f" ± {p.imag:.4g}j" * (p.imag > 0) for p in poles))
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
 
 def state_space(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.0) -> StateSpace:
     """Linearise a drive train, without kinematic error, about an operating point.

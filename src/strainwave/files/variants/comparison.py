@@ -102,8 +102,6 @@ class ProjectComparison(Result):
             lines += [f"    {said}" for said in self.failures[i : i + 1] if said]
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
 
 def compare_projects(
     projects: Sequence[Project], *, progress: Callable[[str, float], None] | None = None

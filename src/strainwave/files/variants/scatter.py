@@ -136,8 +136,6 @@ class Exceedance(Result):
         lines += [f"  {row.path}: first-order index {row.index:.2f} +- {row.index_error:.2f}" for row in rows]
         return on_screen("\n".join([*lines, *(f"  {one}" for one in (self.under, self.tuning, *self.errors) if one)]))
 
-    __repr__ = __str__
-
 
 def exceedance(
     project: Project,

@@ -83,8 +83,6 @@ class LoopResponse(Result):
         how = f"stable, slowest time constant {self.slowest:.3g} s" if self.stable else "unstable"
         return on_screen(f"LoopResponse: {len(self.omega)} frequencies, {len(self.poles)} poles, {how}")
 
-    __repr__ = __str__
-
 
 def loop_response(
     loop: Any,

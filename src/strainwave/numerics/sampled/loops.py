@@ -90,8 +90,6 @@ class LoopRun(Result):
             f"{np.max(np.abs(self.torque)):.4g} N*m"
         )
 
-    __repr__ = __str__
-
 
 @dataclass(frozen=True, eq=False)
 class LoopEnsemble(Result):
@@ -155,8 +153,6 @@ class LoopEnsemble(Result):
             f"LoopEnsemble: {len(self.rms)} loops, {int(np.sum(~self.stable))} of them unstable; rms of the error "
             f"{middle:.4g} arcsec (5 to 95 %: {low:.4g} to {high:.4g})"
         )
-
-    __repr__ = __str__
 
 
 def run_loop(

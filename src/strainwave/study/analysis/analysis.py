@@ -260,8 +260,6 @@ class Analysis(Result):
         ]
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about what went wrong or needs care."""

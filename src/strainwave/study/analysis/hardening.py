@@ -114,8 +114,6 @@ class Hardening(Result):
         ]
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
 
 def hardening(
     system: Any, alpha: ArrayLike, span: tuple[float, float], *, speeds: ArrayLike = (), harmonics: int | None = None

@@ -114,8 +114,6 @@ class ValidityMap(Holds):
         )
         return on_screen("\n".join([head, *self._shares()]))
 
-    __repr__ = __str__
-
 
 @dataclass(frozen=True, eq=False)
 class GeneralValidity(Holds):
@@ -163,8 +161,6 @@ class GeneralValidity(Holds):
             f"{self.bend[-1]:.3g}, damping ratio {self.damping_ratio[0]:.3g} .. {self.damping_ratio[-1]:.3g}"
         )
         return on_screen("\n".join([head, *self._shares()]))
-
-    __repr__ = __str__
 
 
 def validity_map(system: Any, resonance: Resonance, speeds: ArrayLike, amplitudes: ArrayLike) -> ValidityMap:

@@ -88,8 +88,6 @@ class Monitored(Result):
             lines.append(f"  {self.lost} samples are NaN; the estimate stays as it is over them")
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
 
 def monitor(
     time: ArrayLike,

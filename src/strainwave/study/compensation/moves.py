@@ -115,8 +115,6 @@ class CompensatedMove(OnTheWay):
         ]
         return on_screen("\n".join([*lines, *(f"  {text}" for text in (*limited, *self.remarks))]))
 
-    __repr__ = __str__
-
 
 def compensated_move(
     project: Project,

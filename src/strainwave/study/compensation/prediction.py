@@ -249,8 +249,6 @@ class PredictionTable(Result):
                 lines[-1] += f", where they differ by up to {100.0 * share:.2g} % of the largest error"
         return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
 
-    __repr__ = __str__
-
 
 def prediction_table(
     project: Project,

@@ -115,8 +115,6 @@ class Units(Result):
             f"(5 to 95 %: {low:.3g} to {high:.3g}), before {np.median(self.before.rms) / ARCSEC:.3g} arcsec"
         )
 
-    __repr__ = __str__
-
 
 @dataclass(frozen=True, eq=False)
 class Compensation(Result):
@@ -226,8 +224,6 @@ class Compensation(Result):
         lines += [f"  Warning: {text}" for text in self.warnings] + [f"  {text}" for text in self.remarks]
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
 
 @dataclass(frozen=True, eq=False)
 class CompensationBench(Result):
@@ -293,8 +289,6 @@ class CompensationBench(Result):
         out = [one for row in self.results for one in row if one.excluded]
         excluded = dict.fromkeys(f"At {one.speed / RPM:.4g} rpm {one.name}: {one.excluded}" for one in out)
         return on_screen("\n".join([*lines, *(f"  {text}" for text in (*excluded, *notes))]))
-
-    __repr__ = __str__
 
 
 def _rank(one: Compensation) -> tuple[bool, bool, float]:

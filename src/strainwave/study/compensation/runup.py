@@ -73,8 +73,6 @@ class CompensatedRunup(OnTheWay):
             lines.append(f"  {name:{width}}  up {np.max(up) / ARCSEC:.4g}, down {np.max(down) / ARCSEC:.4g}; {how}")
         return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
 
-    __repr__ = __str__
-
 
 def compensated_runup(
     project: Project,

@@ -158,8 +158,6 @@ class Design(Result):
         lines += [f"  {self.nearest}"] if self.nearest else []
         return on_screen("\n".join([*lines, *(f"  {remark}" for remark in self.remarks)]))
 
-    __repr__ = __str__
-
 
 def front(candidates: list[Candidate]) -> list[Candidate]:
     """Those that no other beats in oscillation, size and reflected inertia at once, by ascending oscillation."""

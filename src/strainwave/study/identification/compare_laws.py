@@ -65,8 +65,6 @@ class LawComparison(Result):
             lines.append(f"  {name:<{width}}  {many:7.0f}  {fitted:<9.4g}  {held:<9.4g}  {notes}".rstrip())
         return on_screen("\n".join(["Comparison of laws by what was held out", *lines]))
 
-    __repr__ = __str__
-
 
 def compare_laws(
     candidates: Mapping[str, tuple[Any, Sequence[str]]],

@@ -255,8 +255,6 @@ class Identified(Fitted):
             lines.append(f"  {path:<{width}}  {self.value(path):.6g}  (95 %: {low:.6g} to {high:.6g})")
         return on_screen("\n".join([*lines, *(f"  {line}" for line in self.quality())]))
 
-    __repr__ = __str__
-
     def quality(self) -> list[str]:
         """Sentences on what the system leaves of each output, and how the inputs were taken."""
         rows = zip(self.outputs, self.rms, self.size, strict=True)

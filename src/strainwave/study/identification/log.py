@@ -396,5 +396,3 @@ class Log(Result):
                 ]
             )
         )
-
-    __repr__ = __str__

@@ -297,5 +297,3 @@ class Move(Result):
 
     def __str__(self) -> str:
         return on_screen("\n".join(lines(self.facts())))
-
-    __repr__ = __str__

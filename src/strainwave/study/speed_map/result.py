@@ -196,8 +196,6 @@ class SpeedMap(Result):
         lines[1:1] = [f"  FAIL: {sentence}" for sentence in self.failures]
         return on_screen("\n".join([*lines, *(f"  {remark}" for remark in self.remarks)]))
 
-    __repr__ = __str__
-
     @property
     def units_sentence(self) -> str:
         """What the units that scatter make of the map, in one sentence."""

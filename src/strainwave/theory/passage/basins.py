@@ -277,8 +277,6 @@ class SlowBasins(Result):
         )
         return on_screen(f"Basins of the slow flow, {self.label.size} starts up to {self.re[-1]:.6g} rad: {told}")
 
-    __repr__ = __str__
-
 
 def basins(flow: Flow, size: Any, points: Any) -> SlowBasins:
     """Label a grid of starts; see `SlowFlow.basins`."""

@@ -137,8 +137,6 @@ class Passage(Result):
     def __str__(self) -> str:
         return on_screen(self.message)
 
-    __repr__ = __str__
-
 
 @dataclass(frozen=True, eq=False)
 class Passages(Result):
@@ -217,8 +215,6 @@ class Passages(Result):
             f"{int(np.sum(self.jumped))} with a jump, {int(np.sum(self.valid))} valid\n"
             f"  rate above which it passes without a jump: {limit}"
         )
-
-    __repr__ = __str__
 
 
 def moving_rates(flow: Flow, omega: Any, rate: Any, z: Complexes) -> Complexes:

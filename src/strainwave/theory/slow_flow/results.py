@@ -78,8 +78,6 @@ class StatesAtSpeeds(Result):
             f"{int(np.sum(self.stable))} of them stable"
         )
 
-    __repr__ = __str__
-
 
 @dataclass(frozen=True, eq=False)
 class Evolution:
@@ -195,8 +193,6 @@ class SlowResponse(Result):
     def __str__(self) -> str:
         folds = ", ".join(f"{omega:.9g}" for omega in self.folds)
         return on_screen(f"Slow response: {self.message}\n  {f'folds at omega = {folds}' if folds else 'no folds'}")
-
-    __repr__ = __str__
 
     def coordinates(self) -> Labelled:
         """Speed at every point, and the number of its branch; the points of one branch after those of another."""

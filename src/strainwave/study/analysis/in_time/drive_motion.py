@@ -137,8 +137,6 @@ class DriveMotion(Result):
             f"{self.remark or 'it repeats with every turn'}{alone}"
         )
 
-    __repr__ = __str__
-
 
 def drive_motion(project: Project, omega: float, *, load: float | None = None) -> DriveMotion:
     """Integrate a drive at a constant speed from rest until its motion repeats.

@@ -223,8 +223,6 @@ class DecayFit(Fitted):
         ]
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
 
 def fit_decay(time: Any, value: Any, system: Any, *, free: Sequence[str] = ("B", "law.K")) -> DecayFit:
     """Find the frequency and the damping of a free decay against its amplitude, and the law that has them.

@@ -142,8 +142,6 @@ class FrictionFit(ByName, Result):
             lines.append(f"  {self.lack_of_fit}")
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
 
 class Runs(NamedTuple):
     """Constant-speed runs (n,): speed [rad/s], direction, torque [N*m], size of the load [N*m], weight [1/(N*m)], time.

@@ -166,5 +166,3 @@ class LoopFit(ByName, Result):
             lines.append(f"  {name:<26}{value:>12.5g}  ({low:.5g} .. {high:.5g}) {unit}")
         lines += [f"  {sentence}" for sentence in self.sentences()]
         return on_screen("\n".join(lines))
-
-    __repr__ = __str__

@@ -175,5 +175,3 @@ class OrderScan(Result):
             lines.append(f"  delay {1e3 * self.delay:.4g} ms (95 %: {1e3 * low:.4g} to {1e3 * high:.4g})")
         lines.append(f"  left: {self.residual:.4g}{unit} rms")
         return on_screen("\n".join(lines + [f"  {note}" for note in self.notes]))
-
-    __repr__ = __str__

@@ -115,8 +115,6 @@ class ResponseFit(Fitted):
         ]
         return on_screen("\n".join(lines))
 
-    __repr__ = __str__
-
 
 def fit_response(
     omega: Any, amplitude: Any, system: Any, *, free: Sequence[str], phase: Any = None, harmonics: int = 7,
