@@ -4,6 +4,7 @@ import math
 from types import SimpleNamespace
 
 import pytest
+from strainwave.drive.asked import MotorLimits
 
 import strainwave as sw
 from strainwave.app.report.sections.advice import SpeedsToAvoid
@@ -16,11 +17,12 @@ from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.speeds import Speeds
 from strainwave.base.units import ARCSEC, RPM
-from strainwave.drive.drive_response import Usage, limit_findings
+from strainwave.drive.drive_response import MotorUse, Usage, limit_findings
 from strainwave.study.analysis.analyze import _proof
-from strainwave.study.analysis.avoid import Avoid
+from strainwave.study.analysis.avoid import Avoid, merged
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.analysis.verdict import Answer, Verdict
 
 ARCSECONDS = AngleUnit("arcsec", 1.0 / ARCSEC)
 SPEEDS = Speeds((60.0, 200.0))
@@ -143,11 +145,12 @@ def test_jumps_are_told_of_the_computed_curve_first():
     assert verdict({"jumps": at[:1], "folds": []}).endswith("rpm at the motor, that of multiple scales does not.")
 
 
-def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None):
+def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None, beyond=(), exceeded=()):
     avoid = Avoid(bands, largest, 140.0, slow, peaks, limit)
     response = SimpleNamespace(sweep=sweep)
     analysis = SimpleNamespace(
-        avoid=avoid, remedies=remedies, not_tried=(), response=response, speeds=(60.0, 200.0), load_cases=()
+        avoid=avoid, remedies=remedies, not_tried=(), response=response, speeds=(60.0, 200.0), load_cases=(),
+        verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded),
     )  # fmt: skip
     return told(SpeedsToAvoid().data(view(analysis))["advice"])
 
@@ -167,9 +170,18 @@ def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
 
 def test_a_drive_without_a_resonance_in_its_range_has_no_speed_to_avoid():
     assert advised((), 1.5e-4, 1e-4)["sentence"] == (
-        "No speed of the range has to be avoided: the error oscillates with at most 30.94 arcsec, 1.5 times the 20.63 "
-        "arcsec of quasi-static rotation, and nothing jumps."
+        "No speed of the range has to be avoided for its oscillation: the error oscillates with at most 30.94 arcsec, "
+        "1.5 times the 20.63 arcsec of quasi-static rotation, and nothing jumps."
     )
+
+
+def test_speeds_that_only_a_limit_of_the_motor_forbids_are_to_be_avoided_too():
+    motor = MotorUse(torque=0.5, at=100.0, holding=0.4)
+    used = Usage(peak_torque=1.0, at_peak=100.0, average_torque=1.0, at_average=100.0)
+    found = limit_findings(None, used, None, MotorLimits(0.3), motor)
+    said = advised((), 1.5e-4, 1e-4, beyond=((90.0, 155.0),), exceeded=tuple(found))["sentence"]
+    assert said.startswith("No speed of the range has to be avoided for its oscillation: ")
+    assert said.endswith("nothing jumps. With the limits of the motor, keep out of 859.4 to 1480 rpm at the motor.")
 
 
 def test_a_limit_of_the_project_is_the_rule_in_place_of_half_power():

@@ -9,6 +9,7 @@ from ....study.analysis.load_cases import LoadCase
 from ...console import number
 from ...view import View, sizes
 from ..remedies import remedies_data, remedies_figure
+from ..verdict import MOTOR
 
 OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
 APART = "and wherever run-up and run-down are on different motions"
@@ -49,7 +50,7 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
         **_in_run_up(avoid),
         "slow_oscillation_rad": avoid.slow,
         "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
-        "sentence": _avoid(view, avoid),
+        "sentence": _avoid(view, avoid) + _limits(view, avoid),
         "by_load_torque": [
             {"load_torque_Nm": case.torque, "bands": [_band(view, *band) for band in case.bands]}
             for case in view.analysis.load_cases
@@ -104,6 +105,15 @@ def _torques(cases: tuple[LoadCase, ...]) -> str:
     return ", ".join(number(case.torque) for case in cases if not case.bands)
 
 
+def _limits(view: View, avoid: Avoid) -> Sentence:
+    """Say what to keep out of where limits of the gear or the motor add speeds to those of the oscillation."""
+    verdict = view.analysis.verdict
+    if verdict.speeds == avoid.bands:
+        return Sentence("")
+    whose = listed(dict.fromkeys("motor" if one.limit in MOTOR else "gear" for one in verdict.exceeded))
+    return Sentence(" With the limits of the {}, keep out of {} {}.", whose, _ranges(view, verdict.speeds), Speed())
+
+
 def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:
     first, last = view.analysis.speeds
     ends = {last: " (the end of the range)", first: " (from the start of the range)"}
@@ -139,7 +149,7 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
         if avoid.limit is not None:
             beside = "within the limit of " + Angle(avoid.limit)
         return Sentence(
-            "No speed of the range has to be avoided: the error oscillates with at most {}, {}{}.",
+            "No speed of the range has to be avoided for its oscillation: the error oscillates with at most {}, {}{}.",
             Angle(largest), beside, "" if sweep is not None and sweep.alone else ", and nothing jumps",
         )  # fmt: skip
     reasons: list[str] = []
