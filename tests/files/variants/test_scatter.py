@@ -182,8 +182,9 @@ def test_what_is_missing_is_told_in_one_sentence(read, more, options, said):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("load.inertias", "load.inertias is no number of this file; write the number it scatters about, too"),
-        ("damping.ratio", "damping.ratio is no number of this file; write the number it scatters about, too"),
+        ("load.inertias", "load.inertias is no number of this file, which gives load.inertia; let that scatter, or"),
+        ("damping.ratio", "damping.ratio is no number of this file, which gives damping.B; let that scatter, or"),
+        ("limit.oscillation", "limit.oscillation is no number of this file; write the number it scatters about, too"),
         ("nothing", "the project file has no 'nothing'; its numbers are gear.ratio"),
     ],
 )

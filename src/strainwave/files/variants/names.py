@@ -49,16 +49,25 @@ def quantity(text: str) -> tuple[float | None, str]:
 
 def nominal_of(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[float, str]:
     """Number and unit that the content of a file has for a name (ValueError); of a catalogue gear's law in SI."""
-    here: Any = content
     keys = keys_of(content, name)
     if gear is not None and keys[0] == "gear" and len(keys) == 2 and keys[1] in gear.law._fields:
         return float(getattr(gear.law, keys[1])), "N*m" if keys[1].startswith("T") else "N*m/rad"
-    for key in keys:
-        if isinstance(here, list):
-            here = here[int(key)] if key.isdecimal() and int(key) < len(here) else None
-        else:
-            here = here.get(key) if isinstance(here, dict) else None
+    here = _at(content, keys)
     value, unit = quantity(here) if isinstance(here, str) else (None, "")
     if value is None:
-        raise ValueError(f"{name} is no number of this file; write the number it scatters about, too")
+        beside = numbers_of(_at(content, keys[:-1]), ".".join(keys[:-1])) if len(keys) > 1 else []
+        remedy = "; write the number it scatters about, too"
+        if beside:
+            remedy = f", which gives {', '.join(beside)}; let that scatter, or write {name} in the file"
+        raise ValueError(f"{name} is no number of this file{remedy}")
     return value, unit
+
+
+def _at(content: Any, keys: Keys) -> Any:
+    """What stands under keys; None where nothing does."""
+    for key in keys:
+        if isinstance(content, list):
+            content = content[int(key)] if key.isdecimal() and int(key) < len(content) else None
+        else:
+            content = content.get(key) if isinstance(content, dict) else None
+    return content
