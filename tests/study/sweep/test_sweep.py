@@ -546,6 +546,7 @@ def test_a_folder_that_cannot_be_written_is_told_in_one_sentence(tmp_path):
         ({"store": 3}, "store is 3; it must be the path of a folder"),
         ({"store": ""}, "store is ''; it must name a folder"),
         ({"store": "s\0"}, "it must name a folder"),
+        ({"store": "table.CSV"}, "store is 'table.CSV'; a sweep is kept in a folder.* such as 'table.zarr'"),
         ({"seed": -1}, "seed is -1"),
         ({"client": "tcp://127.0.0.1:1"}, "must be a dask.distributed.Client"),
         ({"measure": lambda system: system.J, "processes": True}, "cannot be sent to another process"),

@@ -37,6 +37,7 @@ from .store import SweepStore
 log = logging.getLogger(__name__)
 
 MOST_WORKERS = 1024
+FILES = {".csv", ".txt", ".json", ".yaml", ".nc", ".npz", ".mat", ".xlsx", ".svg", ".png", ".html"}  # never a folder's
 ALONE = "the worker died each time it computed them; ask for less memory, or look at its log"
 
 
@@ -368,6 +369,11 @@ def _folder(store: Any) -> Path:
     path = Path(store)
     if not path.name or "\0" in path.name:
         raise ValueError(f"store is {shown(str(store))}; it must name a folder, such as 'map.zarr'")
+    if path.suffix.lower() in FILES and not path.is_dir():
+        raise ValueError(
+            f"store is {shown(str(store))}; a sweep is kept in a folder, with which it goes on: name one, such as "
+            f"{path.stem + '.zarr'!r}, whose table is xarray.open_zarr({path.stem + '.zarr'!r}).to_dataframe()"
+        )
     return path
 
 
