@@ -266,7 +266,7 @@ def test_the_sentence_about_the_vendor_rule_is_about_every_load(tmp_path):
     sets = [(len(rule.needless), len(rule.misleading)) for rule in found.vendor]
     needless, misleading = (sum(bool(one[i]) for one in sets) for i in (0, 1))
     assert f"needlessly under {needless} of 3 loads" in found.vendor_sentence
-    assert f"which the map forbids under {misleading} of 3 loads" in found.vendor_sentence
+    assert f", parts of which the map forbids under {misleading} of 3 loads" in found.vendor_sentence
     assert found.vendor_sentence in " ".join(str(found).split())
     one = sw.speed_map(project(tmp_path, CUBIC), limit=3.0 * A, search=False)
     assert one.vendor_sentence == one.vendor[0].sentence

@@ -229,13 +229,14 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
     )
     said = []
     for name, text in (
-        ("needless", "forbids {} needlessly under {} of {} loads"),
-        ("misleading", "allows {}, which the map forbids under {} of {} loads"),
+        ("needless", "forbids {1}{0} needlessly under {2} of {3} loads"),
+        ("misleading", "allows {0}, {1}which the map forbids under {2} of {3} loads"),
     ):
         some = [getattr(rule, name) for rule in rules if len(getattr(rule, name))]
         if some:
             spans = merged((float(low), float(high)) for low, high in np.concatenate(some))
-            said.append(text.format(_listed(np.array(spans)), len(some), len(rules)))
+            same = all(np.array_equal(own, spans) for own in some)
+            said.append(text.format(_listed(np.array(spans)), "" if same else "parts of ", len(some), len(rules)))
     return f"The vendors' rule (f_n = {f_n} Hz, {speed} rpm) " + (
         ", and ".join(said) + "." if said else "agrees with the map under every load."
     )
