@@ -1,6 +1,8 @@
 """Benches that are easily got wrong: blind controllers, slow learners, stiff plants, loops that drift, wrong kinds."""
 
 import math
+import re
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from one_bench import DRIVE, GEAR, J_M, LOOP, PD, PERIOD, SAMPLING, loop
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC
+from strainwave.model.controllers.measurement import moved
 from strainwave.study.compensation.bench import bench_of
 
 compiled = pytest.mark.compiled
@@ -178,3 +181,30 @@ def test_an_integral_takes_away_a_torque_that_is_added_around_it():
     around = sw.TorqueTable(cascade, sw.Harmonic(0.0, 1, 0.0, 0.5))
     late = [sw.run_loop(loop(one, sampling=ideal, law=sw.Linear(1e5)), 6.0).error[20000:] for one in (cascade, around)]
     assert np.mean(late[1]) == pytest.approx(np.mean(late[0]), abs=1e-6 * 0.5 / (40.0 * 0.4))
+
+
+class Own(NamedTuple):
+    """A slow integral on the load's error that no design knows."""
+
+    inner: sw.SampledPD
+    gain: float
+
+    def start(self):
+        return self.inner.start(), 0.0
+
+    def update(self, state, m):
+        shift = state[1] + self.gain * PERIOD * (m.reference / 50.0 - m.load)
+        memory, torque = self.inner.update(state[0], moved(m, 50.0 * shift, 0.0, 0.0))
+        return (memory, shift), torque
+
+
+@compiled
+def test_a_controller_of_ones_own_is_judged_when_its_slowest_motion_has_decayed():
+    """Its mean decays with its gain, by a factor e in 8 s; it was measured after the ten time constants of the loop."""
+    found = compensated(LOADED, Own(PD, 0.125), sampling=SAMPLING._replace(load_noise=0.0))
+    assert abs(found.before.mean) > 60.0 * ARCSEC
+    assert abs(found.after.mean) < 1e-3 * abs(found.before.mean)
+    (said,) = [text for text in found.remarks if text.startswith("Own: ")]
+    constant, measured = map(float, re.findall(r"every ([\d.]+) s .* from ([\d.]+) s on", said)[0])
+    assert constant == pytest.approx(8.0, rel=0.05)
+    assert measured == pytest.approx(80.0, rel=0.05)

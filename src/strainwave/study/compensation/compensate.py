@@ -28,6 +28,8 @@ SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the mod
 HERTZ = 2.0 * np.pi
 PLAIN = "loop"  # name of the design that everything is compared with
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at
+SLOWER = 0.5  # of the rate of the plain loop: what a controller of another kind has learns
+LONG = 60.0  # s
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
 
@@ -249,12 +251,14 @@ def _one(
     bench: Bench, design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
 ) -> Compensation:
     """One controller at one speed."""
-    refuse_unstable(bench, speed)
+    slowest = refuse_unstable(bench, speed).slowest
     controller = design.on(bench, speed)
-    rate = own_rate(bench, speed, controller)
-    settle, end = times_of(bench, speed, rate)
     known = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked
     growth = -np.inf if known else bench.growth(controller, speed)
+    rate = own_rate(bench, speed, controller)
+    if not rate and 0.0 < -growth < SLOWER / slowest:
+        rate = -growth
+    settle, end = times_of(bench, speed, rate)
     before = _run(bench, bench.loop, speed, settle, end)
     after = _run(bench, controller, speed, settle, end)
     progress("the drive", 0.3 if robust or units else 1.0)
@@ -282,11 +286,18 @@ def _one(
         units=many,
         controller=controller,
         warnings=(),
-        remarks=bench.remarks,
+        remarks=(*bench.remarks, *_long(design, speed, settle, rate)),
     )
     own = [*_given_up(bench, design, controller, speed, end, before, after)] if rate else []
     own += [*_beyond(bench, design, speed)]
     return replace(found, warnings=(*own, *_warnings(design, found, float(growth))))
+
+
+def _long(design: Compensator, speed: float, settle: float, rate: float) -> Any:
+    """How long a controller takes to settle, where a user would not wait for it, as a sentence."""
+    if rate and settle > LONG:
+        falls = f"its error falls by a factor e every {1.0 / rate:.3g} s at {speed / RPM:.4g} rpm"
+        yield f"{design.name}: {falls}, and is measured from {settle:.4g} s on."
 
 
 def _run(bench: Bench, controller: Any, speed: float, settle: float, end: float) -> LoopEnsemble:
