@@ -2,22 +2,25 @@
 
 import html
 import json
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.app import commands
 from strainwave.app.commands import cli
-from strainwave.app.figures.svg import Panel, figure
 from strainwave.app.report.report import together
 from strainwave.base.choices import larger
+from strainwave.base.records import Result
 from strainwave.base.sentences import Angle, Speed
 from strainwave.maths import cos, sign, tanh
 from strainwave.model.train.train_forms import AtLoad
+from strainwave.plot import Axis, Panel, figure
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 KINKED = DUFFING._replace(law=sw.Backlash(1.0, 0.3))
@@ -460,8 +463,8 @@ class StoredEnergy:
 
     def figures(self, view):
         x = np.linspace(0.0, view.analysis.largest().peak, 50)
-        panel = Panel("", f"torsion ({view.angle.name})", "energy (J)")
-        panel.line(x * view.angle.factor, view.project.drive.law.energy(x), "#0072B2")
+        panel = Panel("", view.angle.axis("torsion"), Axis("energy", "J"))
+        panel.line(x, view.project.drive.law.energy(x))
         return [figure([[panel]], 300.0, "energy over torsion")]
 
 
@@ -514,6 +517,38 @@ def test_a_command_is_one_file(tmp_path, monkeypatch):
     said = CliRunner().invoke(cli.cli, ["--help"]).stdout
     assert "sag" in said
     assert "twists the gear" in said
+
+
+@dataclass(frozen=True, eq=False)
+class Cooling(Result):
+    """A result in the shortest form: what it shows is plain data."""
+
+    time: np.ndarray
+    temperature: np.ndarray
+
+    def panels(self):
+        panel = Panel("after the run", Axis("time", "min", 60.0), Axis("temperature", "K"))
+        panel.line(self.time, self.temperature, label="housing")
+        panel.level(300.0, "#222222", "air")
+        return [panel]
+
+    def __str__(self):
+        return "Cooling"
+
+
+def test_a_result_of_a_user_with_panels_has_its_figure_in_every_renderer():
+    t = np.linspace(0.0, 3600.0, 50)
+    found = Cooling(t, 300.0 + 40.0 * np.exp(-t / 900.0))
+    axes = Figure().add_subplot()
+    assert found.plot(axes) is axes
+    words = axes.get_xlabel(), axes.get_ylabel(), axes.get_title()
+    assert words == ("time (min)", "temperature (K)", "after the run")
+    np.testing.assert_allclose(axes.lines[0].get_xdata(), t / 60.0)
+    assert axes.get_legend_handles_labels()[1] == ["housing", "air"]
+    drawn = figure([found.panels()], 300.0, "cooling")
+    for text in (*words, "housing", "air"):
+        assert f">{text}</text>" in drawn
+        assert f">{text}</text>" in found._repr_html_()
 
 
 def test_two_sections_with_one_key_are_refused():

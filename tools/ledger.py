@@ -34,7 +34,7 @@ import numpy as np
 ROOMS = ("closed_forms", "motions", "studies", "measured", "files", "commands")
 LEFT_OUT = {
     "demo": "the analyses of two of the twelve projects",
-    "draw_...": "pictures; `draw` of the results is called by the commands that write figures",
+    "draw": "pictures; `draw` of the results is called by the commands that write figures",
     "app": "serves a page; its answers are those of the verbs",
     "runge_kutta": "a table of coefficients of the caller",
     "read_specification": "read by the command design",

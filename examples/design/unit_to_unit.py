@@ -38,7 +38,7 @@ def main():
     speeds = np.append(np.linspace(600.0, 2000.0, 19), 1300.0)
     found = sw.variability(drive(), SCATTER, speeds=np.sort(speeds) * RPM, count=1000)
     _, panels = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
-    sw.draw_variability(panels[0], found)
+    sw.draw(found, panels[0])
     for path, marker in zip(SCATTER, "osD^", strict=True):
         shares = [next(r.index for r in s.ranking.rows if r.path == path) for s in found.speeds]
         panels[1].plot([s.omega for s in found.speeds], shares, marker + "-", ms=4, label=path)

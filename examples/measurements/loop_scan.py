@@ -36,11 +36,8 @@ def main():
     fit = sw.fit_loop(torsion, torque, rated_torque=GEAR.rated_torque, ratio=GEAR.ratio)
     low, high = (end / ARCMIN for end in fit.interval("lost_motion"))
 
-    _, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 6.4), sharex=True, layout="constrained")
-    fit.plot(upper)
-    upper.set_title(f"K1 {fit.value('K1'):.0f} N m/rad, lost motion {low:.2f} to {high:.2f} arcmin")
-    lower.plot(torsion / ARCMIN, torque - fit.fitted, "C1", linewidth=0.6)
-    lower.set(xlabel="torsion (arcmin)", ylabel="measured minus fitted (N m)")
+    _, axes = plt.subplots(figsize=(6.4, 6.4), layout="constrained")
+    fit.plot(axes).set_title(f"K1 {fit.value('K1'):.0f} N m/rad, lost motion {low:.2f} to {high:.2f} arcmin")
 
     print(fit)
     print(fit.yaml)

@@ -31,7 +31,7 @@ def drive():
 def main():
     found = sw.basins(drive(), (-4e-3, 4e-3), (-1.2, 1.2), resolution=120)
     _, axes = plt.subplots(figsize=(6, 5.5), layout="constrained")
-    sw.draw_basins(axes, found)
+    sw.draw(found, axes)
     axes.set_title("where 14400 initial states end")
     high = max(range(len(found.attractors)), key=lambda i: found.attractors[i].amplitude)
     share, error = found.share(high)

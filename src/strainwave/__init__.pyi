@@ -14,7 +14,7 @@ from .app import report as report
 from .model.gears import *
 from .model.laws import *
 from .model.train import *
-from .plot import *
+from .plot import draw as draw
 from .numerics.ensemble.measures import Amplitude as Amplitude
 from .numerics.ensemble.measures import Extremes as Extremes
 from .numerics.ensemble.measures import Final as Final

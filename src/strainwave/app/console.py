@@ -9,8 +9,8 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, TypeVar
 
-from ..base.facts import number as number
 from ..base.results import Interrupted
+from ..base.sentences import number as number
 from ..compile.compiling import compiling
 
 T = TypeVar("T")

@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 import click
 
 from ..base.quantities import parse
-from ..base.sentences import Angle, Quantity, told
+from ..base.sentences import Angle, Quantity, number, told
+from ..base.sentences import sign as sign
 from ..base.speeds import Speeds
 from ..base.units import ARCSEC
 from ..drive.project import Project
+from ..plot.panels import Axis
 from ..study.analysis.analysis import Analysis
-from .console import number
 
 
 class AngleUnit(NamedTuple):
@@ -21,6 +22,10 @@ class AngleUnit(NamedTuple):
 
     name: str
     factor: float
+
+    def axis(self, name: str) -> Axis:
+        """Axis of angles in this unit."""
+        return Axis(name, self.name, 1.0 / self.factor)
 
     def text(self, rad: float) -> str:
         """Write an angle [rad] with its unit."""
@@ -30,11 +35,6 @@ class AngleUnit(NamedTuple):
 def angle_unit(largest: float) -> AngleUnit:
     """One unit for a whole report, by its largest angle [rad]: arcsec up to one degree, then mrad."""
     return AngleUnit("arcsec", 1.0 / ARCSEC) if largest / ARCSEC < 3600.0 else AngleUnit("mrad", 1e3)
-
-
-def sign(unit: str) -> str:
-    """A unit such as "kg*m**2" as it is printed."""
-    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")
 
 
 def place(speeds: Speeds, omega: float) -> dict[str, Any]:

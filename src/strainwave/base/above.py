@@ -15,6 +15,7 @@ HOMES = {
     "draw": "plot",
     "html": "app.notebook",
     "judged": "study.analysis.verdict",
+    "panels_of": "plot",
     "project_entry": "files.entries",
     "to_control": "drive.state_space",
 }

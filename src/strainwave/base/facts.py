@@ -3,14 +3,13 @@
 The text of a result, the JSON of a command and the page are made of its `facts()`.
 """
 
-import math
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import Any, NamedTuple
 
+from .sentences import number
 from .units import ARCSEC, RPM
 
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 UNITS = {  # what keys end in: the unit as it is printed, and its size in SI
     "_N_m": ("N·m", 1.0), "_rad_per_s": ("rad/s", 1.0), "_rad": ("rad", 1.0), "_arcsec": ("arcsec", ARCSEC),
     "_rpm": ("rpm", RPM), "_s": ("s", 1.0), "_h": ("h", 1.0), "_J": ("J", 1.0),
@@ -89,21 +88,3 @@ def _in_unit(value: Any, size: float) -> Any:
         rows = value and all(isinstance(item, tuple) and isinstance(item[0], Fact) for item in value)
         return [data(item) if rows else _in_unit(item, size) for item in value]
     return value / size if isinstance(value, float) else value
-
-
-def number(value: float | str | bool | None, digits: int = 4) -> str:
-    """Write a number with at least so many significant digits, from 10 million on by powers of ten; None is a dash."""
-    if value is None:
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, str):
-        return value
-    if not math.isfinite(value):
-        return "–"
-    rounded = float(f"{value:.{digits}g}") + 0.0  # 99.99 may become 100, and -0.0 is 0.0
-    text = f"{value:.0f}" if 10.0**digits <= abs(rounded) < 1e7 else f"{rounded:.{digits}g}"
-    mantissa, mark, exponent = text.partition("e")
-    if not mark:
-        return text.replace("-", "−")
-    return mantissa.replace("-", "−") + "×10" + str(int(exponent)).translate(RAISED)

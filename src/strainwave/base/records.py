@@ -1,7 +1,7 @@
 """What every result can do beside its own numbers: labelled arrays, a table, a file, a figure."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from enum import Enum
 from itertools import chain
@@ -22,7 +22,7 @@ Labelled = Mapping[str, tuple[str | tuple[str, ...], Any, str]]  # by name: dime
 
 
 class Result:
-    """A frozen result: `to_xarray`, `to_dataframe`, `save`, `plot`.
+    """A frozen result: `to_xarray`, `to_dataframe`, `save`, `panels`, `plot`.
 
     A class says in `variables` and `coordinates` what its arrays are, and in `rows` along which of their dimensions its
     table goes.
@@ -95,8 +95,12 @@ class Result:
         write(self, self.to_xarray(), path)
         return path
 
+    def panels(self) -> Sequence[Any]:
+        """Figure of the result as plain data, `strainwave.plot.Panel` from top to bottom; none where it has none."""
+        return tuple(above("panels_of")(self))
+
     def plot(self, axes: Any = None) -> Any:
-        """Draw the result with matplotlib (extra `plot`) on axes, or on those of a new figure; return the axes."""
+        """Draw the panels with matplotlib (extra `plot`) on axes, or on those of a new figure; return the axes."""
         return above("draw")(self, axes)
 
     def _repr_html_(self) -> str:

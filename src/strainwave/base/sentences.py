@@ -3,9 +3,12 @@
 A face renders a sentence once, from the values; nothing reads numbers out of finished text.
 """
 
+import math
 from collections.abc import Callable, Iterable
 from textwrap import wrap
 from typing import Any
+
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class Quantity:
@@ -125,3 +128,26 @@ def on_screen(text: str) -> str:
 
 def _wrapped(line: str) -> list[str]:
     return [line] if len(line) <= WIDTH else wrap(line, WIDTH, subsequent_indent="  ")
+
+
+def number(value: float | str | bool | None, digits: int = 4) -> str:
+    """Write a number with at least so many significant digits, from 10 million on by powers of ten; None is a dash."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    if not math.isfinite(value):
+        return "–"
+    rounded = float(f"{value:.{digits}g}") + 0.0  # 99.99 may become 100, and -0.0 is 0.0
+    text = f"{value:.0f}" if 10.0**digits <= abs(rounded) < 1e7 else f"{rounded:.{digits}g}"
+    mantissa, mark, exponent = text.partition("e")
+    if not mark:
+        return text.replace("-", "−")
+    return mantissa.replace("-", "−") + "×10" + str(int(exponent)).translate(RAISED)
+
+
+def sign(unit: str) -> str:
+    """A unit such as "kg*m**2" as it is printed."""
+    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")

@@ -1,116 +1,215 @@
-"""Response curves, orbits and motions on axes of matplotlib; stable parts are solid, unstable ones dashed.
+"""Figures of response curves, orbits and motions, of ensembles, and of where closed forms hold."""
 
-Results of ensembles on axes of matplotlib: basins, orbit diagrams, quantiles of the variability.
-"""
-
-from typing import Any
+from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.results import Branch, Orbit, Trajectory
-from ..base.units import ARCSEC, RPM
-from ..drive.drive_response import DriveResponse
+from ..base.results import Branch, Floats, Orbit, Trajectory
 from ..drive.loop_margin import Bode
 from ..drive.response import ExactResponse
 from ..drive.run import DriveRun
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
-from ..study.move.result import Move
+from ..numerics.sampled.linear import LoopResponse
+from ..numerics.sampled.loops import LoopEnsemble, LoopRun
+from ..study.analysis.validity import LEVELS, ORDERS, GeneralValidity, ValidityMap
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
+from .panels import (
+    BLACK,
+    BLUE,
+    DASHES,
+    GREEN,
+    GREY,
+    OCHRE,
+    ORANGE,
+    PINK,
+    TIME,
+    Arrow,
+    Axis,
+    Cells,
+    Note,
+    Panel,
+    angle,
+    angle_unit,
+    panels_of,
+)
 
 SAMPLES = 16  # of an orbit, per harmonic
+HERTZ = Axis("frequency", "Hz", 2.0 * np.pi)
 
 # of a basin: neighbours in this list differ in lightness, too, so that they are told apart in print without colour
 BASIN = ("#cfe6f5", "#d9822b", "#00664b", "#e3c93b", "#9a5a86", "#1f63a8")
-STRONG = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#A08A00", "#555555")
 REST = {DIVERGED: ("#ffffff", "diverged"), CHAOTIC: ("#222222", "chaotic"), UNSETTLED: ("#888888", "not settled")}
-MARKERS = "osD^vP"
+MARKERS = "os^v"
 CLEAR = 0.1  # part of neighbouring cells with different labels, beyond which a line between them would hide them
 
+WIDTHS = (0.9, 1.6, 2.4)  # of the levels, from small to large errors
+FLOOR = 1e-6  # of an error on the logarithmic scale on which contours are drawn
+NAMES = ("first", "second")
 
-def draw_basins(axes: Any, found: Basins) -> None:
-    """Draw the plane of initial states, coloured by where they lead, with the attractors' stroboscopic points.
 
-    Parameters
-    ----------
-    axes : matplotlib Axes
-        Where to draw; matplotlib is in the extra `plot`.
-    found : Basins
-        Beyond six attractors the smallest basins share a colour. Small angles are in mrad or arcsec.
+def _parameter(name: str, unit: str = "") -> Axis:
+    return Axis("speed omega", "rad/s") if name == "omega" else Axis(name, unit)
+
+
+@panels_of.register
+def branch_panels(found: Branch) -> list[Panel]:
+    """The largest |first state| over the parameter, with the folds as rings; the first state counts as an angle."""
+    panel = Panel("", _parameter(found.parameter), angle("peak |x|", found.peak))
+    panel.parted(found.values, found.peak, found.stable, label="peak |x|")
+    panel.points([fold.value for fold in found.folds], [fold.peak for fold in found.folds], ORANGE, "fold")
+    return [panel]
+
+
+@panels_of.register
+def orbit_panels(found: Orbit) -> list[Panel]:
+    """The first state over the base angle, for the whole period of the orbit."""
+    phase = np.linspace(0.0, 2.0 * np.pi * found.period, max(64, SAMPLES * len(found.coefficients)))
+    x = found.state(phase)[0]
+    panel = Panel(f"omega = {found.omega:.6g} rad/s", Axis("base angle", "π rad", np.pi), angle("x", x))
+    panel.line(phase, x, dash="" if found.stable else DASHES)
+    return [panel]
+
+
+def _in_time(t: Floats, x: Floats, name: str) -> list[Panel]:
+    panel = Panel("", TIME, angle(name, x))
+    panel.line(t, x, width=0.8)
+    return [panel]
+
+
+@panels_of.register
+def trajectory_panels(found: Trajectory) -> list[Panel]:
+    """The first state over the time."""
+    return _in_time(found.t, found.y[0], "x")
+
+
+@panels_of.register
+def run_panels(found: DriveRun) -> list[Panel]:
+    """The error between motor and load over the time."""
+    return _in_time(found.trajectory.t, found.error, "error between motor and load")
+
+
+@panels_of.register
+def loop_panels(found: LoopRun) -> list[Panel]:
+    """The error over the time."""
+    return _in_time(found.time, found.error, "error")
+
+
+@panels_of.register
+def response_panels(found: ExactResponse) -> list[Panel]:
+    """A response curve, and the jumps of a slow run-up and run-down on it."""
+    (panel,) = branch_panels(found.curve)
+    jumps = () if found.sweep is None else (*found.sweep.on_run_up, *found.sweep.on_run_down)
+    panel.arrows = [Arrow(jump.value, jump.before, jump.after) for jump in jumps]
+    return [panel]
+
+
+@panels_of.register
+def slow_response_panels(found: SlowResponse) -> list[Panel]:
+    """The amplitude of the slow flow over the speed, each branch of it."""
+    sizes = np.concatenate([np.zeros(1), *(branch.amplitude for branch in found.branches)])
+    panel = Panel("", _parameter("omega"), angle("amplitude a", sizes))
+    for branch in found.branches:
+        panel.parted(branch.omega, branch.amplitude, branch.stable, label="amplitude of the slow flow")
+    return [panel]
+
+
+@panels_of.register
+def bode_panels(found: Bode) -> list[Panel]:
+    """Magnitude and phase of the speeds of motor and load over a torque; a held motor has none."""
+    ends, title = (float(found.omega[0]), float(found.omega[-1])), f"torque on the {found.source}"
+    size = Panel(title, HERTZ, Axis("speed per torque", "dB re 1 rad/(N*m*s)"), xlim=ends, xlog=True)
+    phase = Panel("", HERTZ, Axis("phase", "deg"), xlim=ends, xlog=True, ystep=90.0)
+    if np.any(found.motor):
+        size.line(found.omega, found.decibels("motor"), BLUE, "motor speed")
+        phase.line(found.omega, found.degrees("motor"), BLUE, "motor speed")
+    size.line(found.omega, found.decibels("load"), ORANGE, "load speed", DASHES)
+    phase.line(found.omega, found.degrees("load"), ORANGE, "load speed", DASHES)
+    return [size, phase]
+
+
+@panels_of.register
+def loop_response_panels(found: LoopResponse) -> list[Panel]:
+    """The size of the error that a torque of 1 N*m gives, over its frequency."""
+    size = np.abs(found.error_of_torque)
+    panel = Panel("", HERTZ, angle("error over torque", size, "/(N*m)"), log=True)
+    panel.line(found.omega, size)
+    return [panel]
+
+
+@panels_of.register
+def loops_panels(found: LoopEnsemble) -> list[Panel]:
+    """The share of the loops whose rms is below a value."""
+    panel = Panel("", angle("rms of the error", found.rms), Axis("share of the loops", "%"))
+    panel.share(found.rms, BLUE)
+    return [panel]
+
+
+@panels_of.register
+def basins_panels(found: Basins) -> list[Panel]:
+    """The plane of initial states, coloured by where they lead, with the attractors' stroboscopic points.
+
+    Beyond six attractors the smallest basins share a colour.
     """
-    (across, x_unit), (up, v_unit) = (angle_unit(found.spans[0]), angle_unit(found.spans[1]))
-    (x0, x1), (v0, v1) = (np.array(span) / size for span, size in zip(found.spans, (across, up), strict=True))
-    rgb = np.empty((len(found.label), 3))
-    for label in np.unique(found.label):
-        rgb[found.label == label] = _rgb(REST[label][0] if label < 0 else BASIN[min(label, len(BASIN) - 1)])
+    (left, right), (low, high) = found.spans
+    panel = Panel(
+        "", angle("initial x", found.spans[0]), angle("initial x'", found.spans[1], "/s"),
+        xlim=(left, right), ylim=(low, high),
+    )  # fmt: skip
+    colours = [*BASIN, *(colour for colour, _ in REST.values())]
+    numbers = {label: len(BASIN) + i for i, label in enumerate(REST)}
+    shade = np.array([numbers.get(label, min(label, len(BASIN) - 1)) for label in found.label.tolist()])
     if found.shape is None:
-        axes.scatter(found.x / across, found.v / up, s=4.0, c=rgb, linewidths=0.0)
+        for i in np.unique(shade):
+            panel.points(found.x[shade == i], found.v[shade == i], colours[i], "", ".", colours[i])
     else:
-        axes.imshow(rgb.reshape(*found.shape, 3), extent=(x0, x1, v0, v1), origin="lower", aspect="auto")
-        _draw_edges(axes, found, across, up)
-    size, unit = angle_unit([attractor.amplitude for attractor in found.attractors])
+        rows, columns = found.shape
+        edges = np.linspace(left, right, columns + 1), np.linspace(low, high, rows + 1)
+        panel.cells = Cells(*edges, shade.reshape(found.shape), colours)
+        panel.line(*_borders(found.label.reshape(found.shape), *edges), BLACK, width=0.5)
+    unit, size = angle_unit([attractor.amplitude for attractor in found.attractors])
     for i, attractor in enumerate(found.attractors):
-        look = min(i, len(BASIN) - 1)
-        p, error = found.share(i)
-        amplitude = f"{attractor.amplitude / size:.3g} {unit}"
-        axes.plot(
-            attractor.points[:, 0] / across, attractor.points[:, 1] / up, MARKERS[look], ms=8.0, mfc=BASIN[look],
-            mec="black" if _lightness(BASIN[look]) > 0.4 else "white", mew=1.2, ls="none",
-            label=f"period {attractor.period}, amplitude {amplitude}: {p:.3f} ± {error:.3f}",
-        )  # fmt: skip
+        look, (share, error) = min(i, len(BASIN) - 1), found.share(i)
+        name = f"period {attractor.period}, amplitude {attractor.amplitude / size:.3g} {unit}"
+        x, v = attractor.points[:, 0], attractor.points[:, 1]
+        panel.points(x, v, BLACK, f"{name}: {share:.3f} ± {error:.3f}", MARKERS[look % len(MARKERS)], BASIN[look])
     for label, (colour, name) in REST.items():
-        p, error = found.share(label)
-        if p > 0.0:
-            axes.plot([], [], "s", mfc=colour, mec="#222222", ls="none", label=f"{name}: {p:.3f} ± {error:.3f}")
-    axes.set(xlabel=f"initial x ({x_unit})", ylabel=f"initial x' ({v_unit}/s)", xlim=(x0, x1), ylim=(v0, v1))
-    axes.locator_params(axis="x", nbins=7)
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False)
+        share, error = found.share(label)
+        if share > 0.0:
+            panel.points([np.nan], [np.nan], BLACK, f"{name}: {share:.3f} ± {error:.3f}", "s", colour)
+    return [panel]
 
 
-def _draw_edges(axes: Any, found: Basins, across: float, up: float) -> None:
-    """Draw a thin line between basins, where these are no dust."""
-    label = found.label.reshape(found.shape)
-    edges = [label[1:] != label[:-1], label[:, 1:] != label[:, :-1]]
-    if min(label.shape) < 2 or np.mean(np.concatenate([edge.ravel() for edge in edges])) > CLEAR:
-        return
-    x, v = found.x.reshape(found.shape)[0] / across, found.v.reshape(found.shape)[:, 0] / up
-    for name in np.unique(label)[1:]:
-        axes.contour(x, v, label >= name, levels=[0.5], colors="black", linewidths=0.5)
+def _borders(label: NDArray[np.int64], x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Lines between cells with different labels, parted by nan; none where these are dust."""
+    beside, above = np.nonzero(label[:, 1:] != label[:, :-1]), np.nonzero(label[1:] != label[:-1])
+    if min(label.shape) < 2 or len(beside[0]) + len(above[0]) > CLEAR * 2.0 * label.size:
+        return np.empty(0), np.empty(0)
+    (i, j), (k, m) = beside, above
+    gaps = np.full(len(i), np.nan), np.full(len(k), np.nan)
+    across = np.vstack([np.r_[x[j + 1], x[m]], np.r_[x[j + 1], x[m + 1]], np.r_[gaps]])
+    up = np.vstack([np.r_[y[i], y[k + 1]], np.r_[y[i + 1], y[k + 1]], np.r_[gaps]])
+    return across.T.ravel(), up.T.ravel()
 
 
-def draw_orbit_diagram(axes: Any, found: OrbitDiagram) -> None:
-    """Draw the stroboscopic points over the parameter: the sweep up as dots, the sweep down as rings.
-
-    Parameters
-    ----------
-    axes : matplotlib Axes
-        Where to draw.
-    found : OrbitDiagram
-        All its starts in the same two colours. Small angles are in mrad or arcsec.
-    """
-    size, unit = angle_unit([found.up, found.down])
-    each = found.up.shape[1] * found.up.shape[2]
-    values = np.repeat(found.values, each)
-    down = {"ms": 5.5, "mfc": "none", "mec": STRONG[1], "mew": 0.8, "ls": "none", "label": "sweep down"}
-    axes.plot(values, found.down.ravel() / size, "o", **down)
-    axes.plot(values, found.up.ravel() / size, "o", ms=3.0, mew=0.0, color=STRONG[0], label="sweep up")
-    name = "speed omega" if found.parameter == "omega" else found.parameter
-    axes.set(xlabel=f"{name} ({found.unit})" if found.unit else name, ylabel=f"x once per turn ({unit})")
-    axes.legend(fontsize=8, frameon=False)
+@panels_of.register
+def orbit_diagram_panels(found: OrbitDiagram) -> list[Panel]:
+    """The stroboscopic points over the parameter: the sweep up as dots, the sweep down as rings."""
+    values = np.repeat(found.values, found.up.shape[1] * found.up.shape[2])
+    panel = Panel("", _parameter(found.parameter, found.unit), angle("x once per turn", [found.up, found.down]))
+    panel.points(values, found.down.ravel(), ORANGE, "sweep down", "o", "none")
+    panel.points(values, found.up.ravel(), BLUE, "sweep up", ".", BLUE)
+    return [panel]
 
 
-def draw_variability(axes: Any, found: Variability) -> None:
-    """Draw the quantiles of the peak error: over the speed, or of one speed over the number of drives.
+@panels_of.register
+def variability_panels(found: Variability) -> list[Panel]:
+    """The quantiles of the peak error: over the speed, or of one speed over the number of drives.
 
-    Parameters
-    ----------
-    axes : matplotlib Axes
-        Where to draw.
-    found : Variability
-        With two speeds or more the first form is taken. Bars are two standard errors long to each side; the dashed
-        lines only lead the eye. Small angles are in mrad or arcsec.
+    Bars are two standard errors long to each side; the dashed lines only lead the eye.
     """
     by_speed = len(found.speeds) > 1
     if by_speed:
@@ -119,150 +218,90 @@ def draw_variability(axes: Any, found: Variability) -> None:
     else:
         running = found.speeds[0].running
         across, values, errors = running.counts, running.values, running.errors
-    size, unit = angle_unit(values)
+    panel = Panel("", Axis("speed", "rad/s") if by_speed else Axis("drives"), angle("peak |x|", values))
+    panel.xlog = not by_speed
+    colours = (BLUE, ORANGE, GREEN, PINK, OCHRE, GREY)
     for i, share in enumerate(found.speeds[0].shares):
-        look = i % len(STRONG)
-        axes.errorbar(
-            across, values[:, i] / size, 2.0 * errors[:, i] / size, fmt=MARKERS[look], ms=4.5, color=STRONG[look],
-            capsize=2.5, elinewidth=1.0, ls="--", lw=0.6, label=f"{share:.0%} of drives",
-        )  # fmt: skip
-    axes.set(xlabel="speed (rad/s)" if by_speed else "drives", ylabel=f"peak |x| ({unit})")
-    if not by_speed:
-        ticks = [2**k for k in range(int(np.log2(across[0])), int(np.log2(across[-1])) + 1)]
-        ticks += [int(across[-1])] if across[-1] > 1.3 * ticks[-1] else []
-        axes.set_xscale("log", base=2)
-        axes.set_xticks(ticks, [str(count) for count in ticks])
-    axes.legend(fontsize=8, frameon=False)
+        colour = colours[i % len(colours)]
+        panel.bars(across, values[:, i] - 2.0 * errors[:, i], values[:, i] + 2.0 * errors[:, i], colour)
+        panel.line(across, values[:, i], colour, dash=DASHES, width=0.6)
+        panel.points(across, values[:, i], colour, f"{share:.0%} of drives", MARKERS[i % len(MARKERS)], colour)
+    return [panel]
 
 
-def angle_unit(values: Any) -> tuple[float, str]:
-    """Size [rad] and name of the unit that suits angles whose largest is that of `values`."""
-    finite = np.abs(np.asarray(values, float))[np.isfinite(values)]
-    largest = np.max(finite, initial=0.0)
-    if largest == 0.0 or largest >= 0.1:
-        return 1.0, "rad"
-    return (1e-3, "mrad") if largest >= 2e-3 else (ARCSEC, "arcsec")
+@panels_of.register
+def validity_panels(found: ValidityMap) -> list[Panel]:
+    """The contours of 1, 5 and 20 % error of both orders over speed and strength of the excitation.
 
-
-def _lightness(colour: str) -> float:
-    return float(np.dot(_rgb(colour), (0.299, 0.587, 0.114)))
-
-
-def _rgb(colour: str) -> list[float]:
-    return [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
-
-
-def draw_branch(axes: Any, found: Branch) -> None:
-    """Draw the largest |first state| over the parameter, with the folds as rings.
-
-    Parameters
-    ----------
-    axes : matplotlib Axes
-        Where to draw; matplotlib is in the extra `plot`.
-    found : Branch
-        Its first state counts as an angle: small ones are in mrad or arcsec.
+    An order without a contour holds, or fails, in the whole map; the legend says so.
     """
-    size, unit = angle_unit(found.peak)
-    _draw_stability(axes, found.values, found.peak / size, found.stable, "peak |x|")
-    if found.folds:
-        values, peaks = [o.value for o in found.folds], [o.peak / size for o in found.folds]
-        axes.plot(values, peaks, "o", mfc="none", color=STRONG[1], label="fold")
-    axes.set(xlabel=_speed(found.parameter), ylabel=f"peak |x| ({unit})")
-    axes.legend(fontsize=8, frameon=False)
+    panel = Panel("", _parameter("omega"), Axis("excitation over that of the system"))
+    panel.log = bool(found.amplitudes[-1] > 5.0 * found.amplitudes[0])
+    return _contours(panel, found.speeds, found.amplitudes, found.error)
 
 
-def draw_orbit(axes: Any, found: Orbit) -> None:
-    """Draw the first state over the base angle, for the whole period of the orbit."""
-    phase = np.linspace(0.0, 2.0 * np.pi * found.period, max(64, SAMPLES * len(found.coefficients)))
-    x = found.state(phase)[0]
-    size, unit = angle_unit(x)
-    axes.plot(phase / np.pi, x / size, color=STRONG[0], ls="-" if found.stable else "--")
-    axes.set(xlabel="base angle (π rad)", ylabel=f"x ({unit})", title=f"omega = {found.omega:.6g} rad/s")
+@panels_of.register
+def general_validity_panels(found: GeneralValidity) -> list[Panel]:
+    """The contours of 1, 5 and 20 % error of both orders over alpha a^2 and the damping ratio."""
+    panel = Panel("", Axis("alpha a² at the peak"), Axis("damping ratio zeta"), log=True, xlog=True)
+    return _contours(panel, found.bend, found.damping_ratio, found.error)
 
 
-def draw_trajectory(axes: Any, found: Trajectory) -> None:
-    """Draw the first state over the time."""
-    _draw_in_time(axes, found.t, found.y[0], "x")
+def _contours(panel: Panel, x: Floats, y: Floats, error: Floats) -> list[Panel]:
+    panel.xlim, panel.ylim = (float(x[0]), float(x[-1])), (float(y[0]), float(y[-1]))
+    for order, sizes, colour, dash in zip(ORDERS, error, (BLUE, ORANGE), ("", DASHES), strict=True):
+        height = np.log(np.maximum(sizes.T, FLOOR))
+        name, everywhere = f"{NAMES[order - 1]} order", []
+        for level, width in zip(LEVELS, WIDTHS, strict=True):
+            inside = sizes <= 0.01 * level
+            if np.all(inside) or not np.any(inside):
+                everywhere.append(f"{'within' if np.all(inside) else 'beyond'} {level:g} % everywhere")
+                continue
+            lines = list(contours(x, y, height - np.log(0.01 * level)))
+            for across, up in lines:
+                panel.line(across, up, colour, dash=dash, width=width)
+            across, up = max(lines, key=lambda line: len(line[0]))
+            middle = len(across) // 2
+            panel.notes.append(Note(float(across[middle]), float(up[middle]), f"{level:g} %"))
+        # the strictest level within which, and the widest beyond which
+        shown = [part for part in everywhere[:1] if part.startswith("within")] or everywhere[-1:]
+        panel.line([np.nan], [np.nan], colour, ", ".join([name, *shown]), dash)
+    return [panel]
 
 
-def draw_run(axes: Any, found: DriveRun) -> None:
-    """Draw the error between motor and load over the time."""
-    _draw_in_time(axes, found.trajectory.t, found.error, "error between motor and load")
+def contours(x: Floats, y: Floats, height: Floats) -> Iterator[tuple[Floats, Floats]]:
+    """Polylines on which a height (rows, columns) over x (columns,) and y (rows,) is zero.
 
-
-def draw_move(axes: Any, found: Move) -> None:
-    """Draw the pointing error of the load over the time, with the window of a settled load after the profile."""
-    size, _ = angle_unit(found.pointing_error)
-    window = ((found.rest_error + side * found.window) / size for side in (-1.0, 1.0))
-    axes.fill_between([found.duration, found.time[-1]], *window, color="#cccccc", lw=0.0, label="window")
-    _draw_in_time(axes, found.time, found.pointing_error, "pointing error")
-    axes.legend(fontsize=8, frameon=False)
-
-
-def draw_response(axes: Any, found: ExactResponse) -> None:
-    """Draw a response curve, and the jumps of a slow run-up and run-down on it."""
-    draw_branch(axes, found.curve)
-    size, _ = angle_unit(found.curve.peak)
-    for jump in () if found.sweep is None else (*found.sweep.on_run_up, *found.sweep.on_run_down):
-        ends = {"xy": (jump.value, jump.after / size), "xytext": (jump.value, jump.before / size)}
-        axes.annotate("", **ends, arrowprops={"arrowstyle": "->", "color": STRONG[1]})
-
-
-def draw_drive(axes: Any, found: DriveResponse) -> None:
-    """Draw the oscillation of the error of a drive over its speed, and below it the torque in the gear.
-
-    The torque is on axes of its own, at the lower end of those given, which become as much shorter.
+    Each piece crosses a triangle, half a cell, in which the height is linear; pieces that meet are joined.
     """
-    size, unit = angle_unit(found.oscillation)
-    rpm = found.omega / RPM
-    _draw_stability(axes, rpm, found.oscillation / size, found.stable, found.name)
-    axes.set(xlabel="speed of the base angle (rpm)", ylabel=f"oscillation ({unit})")
-    axes.legend(fontsize=8, frameon=False)
-    left, bottom, width, height = axes.get_position().bounds
-    axes.set_position((left, bottom + 0.42 * height, width, 0.58 * height))
-    below = axes.figure.add_axes((left, bottom, width, 0.38 * height), sharex=axes)
-    _draw_stability(below, rpm, found.torque, found.stable, "torque")
-    below.set(xlabel=axes.get_xlabel(), ylabel="torque in\nthe gear (N m)", ylim=(0.0, None))
-    axes.tick_params(labelbottom=False)
-    axes.xaxis.label.set_visible(False)
+    pieces: dict[tuple[float, float], list[tuple[float, float]]] = {}
+    halves = ((0, 0), (0, 1), (1, 1)), ((0, 0), (1, 0), (1, 1))
+    below = (height < 0.0).astype(int)
+    count = below[1:, 1:] + below[1:, :-1] + below[:-1, 1:] + below[:-1, :-1]
+    for (i, j), three in product(np.argwhere(count % 4).tolist(), halves):
+        corners = [(x[j + b], y[i + a], height[i + a, j + b]) for a, b in three]
+        ends = list(_crossings(corners))
+        if len(ends) == 2 and ends[0] != ends[1]:
+            for here, there in (ends, ends[::-1]):
+                pieces.setdefault(here, []).append(there)
+    while pieces:
+        point = next((end for end, others in pieces.items() if len(others) == 1), next(iter(pieces)))
+        line = [point]
+        while point in pieces:
+            following = pieces[point].pop()
+            pieces[following].remove(point)
+            for end in (point, following):
+                if not pieces[end]:
+                    del pieces[end]
+            point = following
+            line.append(point)
+        yield np.array(line)[:, 0], np.array(line)[:, 1]
 
 
-def draw_slow_response(axes: Any, found: SlowResponse) -> None:
-    """Draw the amplitude of the slow flow over the speed, each branch of it."""
-    size, unit = angle_unit(np.concatenate([branch.amplitude for branch in found.branches] or [np.zeros(1)]))
-    for branch in found.branches:
-        _draw_stability(axes, branch.omega, branch.amplitude / size, branch.stable, "amplitude of the slow flow")
-    axes.set(xlabel=_speed("omega"), ylabel=f"amplitude a ({unit})")
-    if found.branches:
-        axes.legend(fontsize=8, frameon=False)
-
-
-def draw_bode(axes: Any, found: Bode) -> None:
-    """Draw the magnitudes of the speeds of motor and load over the torque; a held motor has none."""
-    for shaft, colour in (("motor", STRONG[0]), ("load", STRONG[1])):
-        size = found.decibels(shaft)  # type: ignore[arg-type]
-        if np.any(np.isfinite(size)):
-            axes.plot(found.omega, size, color=colour, label=f"speed of the {shaft}")
-    axes.set(xscale="log", xlabel="frequency (rad/s)", ylabel=f"speed over torque on the {found.source} (dB)")
-    axes.legend(fontsize=8, frameon=False)
-
-
-def _draw_in_time(axes: Any, t: NDArray[np.float64], x: NDArray[np.float64], name: str) -> None:
-    size, unit = angle_unit(x)
-    axes.plot(t, x / size, color=STRONG[0], lw=0.8)
-    axes.set(xlabel="t (s)", ylabel=f"{name} ({unit})")
-
-
-def _draw_stability(axes: Any, across: Any, up: Any, stable: Any, label: str) -> None:
-    """A curve whose unstable stretches are dashed; a stretch ends at the first point of the next."""
-    edges = np.flatnonzero(stable[1:] != stable[:-1])
-    named: set[bool] = set()
-    for begin, end in zip([0, *(edges + 1)], [*(edges + 1), len(across) - 1], strict=True):
-        solid = bool(stable[begin]) if len(stable) else True
-        name = "" if solid in named else label if solid else f"{label}, unstable"
-        named.add(solid)
-        axes.plot(across[begin : end + 1], up[begin : end + 1], "-" if solid else "--", color=STRONG[0], label=name)
-
-
-def _speed(parameter: str) -> str:
-    return "speed omega (rad/s)" if parameter == "omega" else parameter
+def _crossings(corners: list[tuple[float, float, float]]) -> Iterator[tuple[float, float]]:
+    """Places on the sides of a triangle where the third number changes its sign, each side taken in one direction."""
+    for one, other in ((0, 1), (1, 2), (0, 2)):
+        (x0, y0, h0), (x1, y1, h1) = corners[one], corners[other]
+        if (h0 < 0.0) != (h1 < 0.0):
+            share = h0 / (h0 - h1)
+            yield float(x0 + share * (x1 - x0)), float(y0 + share * (y1 - y0))

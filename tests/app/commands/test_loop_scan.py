@@ -10,7 +10,6 @@ from loop_machines import loop
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.figures.identification.loop import panels
 
 ARCMIN = math.pi / 10800.0
 X, T = loop(samples=500)
@@ -100,7 +99,7 @@ def test_a_wrong_file_is_refused_in_one_sentence(tmp_path, head, x, t, sentence)
 
 
 def test_the_figure_has_both_loops_and_the_residual_below():
-    upper, lower = panels(sw.fit_loop(X, T))
+    upper, lower = sw.fit_loop(X, T).panels()
     assert [curve.label for curve in (*upper.curves, *lower.curves)] == ["measured", "fitted", "residual"]
     assert upper.curves[0].y - upper.curves[1].y == pytest.approx(lower.curves[0].y)
     assert "N·m rms" in lower.title

@@ -12,8 +12,9 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands import move as move_command
-from strainwave.app.figures.move import move_figure, panels
 from strainwave.drive.asked import MotorLimits
+from strainwave.plot.studies import move_panels
+from strainwave.plot.svg import stacked
 
 PROJECT = """\
 title: Level axis
@@ -77,15 +78,14 @@ def test_the_figure_has_every_peak_and_the_limits_that_are_near(path):
     rough = sw.Dopri5(rtol=1e-5, atol=1e-8)
     move = sw.move(project, payload=sw.Payload(1.0, 0.1), bands=[(20.0, 30.0)], tail=0.2, method=rough)
     gear = sw.catalogue.gear("CSG-40-50")
-    shown = panels(move, gear, MotorLimits(1.5 * move.peak_motor_torque))
+    shown = move_panels(move, gear, MotorLimits(1.5 * move.peak_motor_torque))
     for panel, values in zip(
         shown[1:], (move.pointing_error, move.motor_torque, move.gear_torque), strict=True
     ):  # fmt: skip
         reach = [np.ptp(c.y) for c in panel.curves if np.all(np.isfinite(c.y)) and c.upper is None and not c.marker]
-        scale = 180.0 * 3600.0 / np.pi if panel is shown[1] else 1.0
-        assert max(reach) == pytest.approx(scale * np.ptp(values), rel=1e-9)
+        assert max(reach) == pytest.approx(np.ptp(values), rel=1e-9)
         assert panel.xlim == shown[0].xlim
-    assert 'viewBox="0 0 430 ' in move_figure(move, gear, MotorLimits())  # narrow, for telephones
+    assert 'viewBox="0 0 430 ' in stacked(move.panels(), 215.0, "")  # narrow, for telephones
     labels = {curve.label for panel in shown for curve in panel.curves}
     assert {"speeds to avoid", "largest torque of the motor", "end of the profile"} <= labels
     assert "momentary torque of the gear" not in labels  # far above

@@ -127,7 +127,7 @@ def test_curve_without_a_stable_motion_is_told_so(project):
 
 
 def test_a_png_asks_for_matplotlib_before_anything_is_computed(project, tmp_path, monkeypatch):
-    monkeypatch.setattr("strainwave.app.figures.png.find_spec", lambda _: None)
+    monkeypatch.setattr("strainwave.plot.axes.find_spec", lambda _: None)
     monkeypatch.setattr("strainwave.drive.project.Project.response", lambda *_: pytest.fail("it was computed"))
     result = invoke(project, "-o", tmp_path / "curve.png")
     assert result.exit_code == 1

@@ -10,7 +10,7 @@ from all_results import RESULTS, WITHOUT_FIGURE, branch
 from matplotlib.figure import Figure
 
 import strainwave as sw
-from strainwave.app.notebook.axes import MOST, Axes, colour, contours, shades
+from strainwave.plot.curves import contours
 
 NO_CONTOUR = ("GeneralValidity", "SlowResponse without states")  # the map, or the response, is empty
 SVG = "{http://www.w3.org/2000/svg}"
@@ -60,15 +60,7 @@ def test_the_axes_have_the_names_that_matplotlib_shows(name):
     figure = next(parsed(name).iter(f"{SVG}svg"))
     said = [" ".join(text.itertext()) for text in figure.iter(f"{SVG}text")]
     assert axes.get_xlabel() in said
-    assert set(axes.get_ylabel().split("\n")) <= set(said)
-
-
-def test_a_branch_has_its_curve_at_the_places_of_its_numbers():
-    axes = Axes()
-    sw.draw_branch(axes, branch())
-    lines = [c for c in axes.panel.curves if not c.marker]
-    assert [c.dash for c in lines] == ["", "6 3", ""]
-    np.testing.assert_array_equal(np.concatenate([c.x[:-1] for c in lines]), branch().omega[:-1])
+    assert axes.get_ylabel().replace("\n", " ") in " ".join(reversed(said))
 
 
 def test_a_branch_is_shown_without_matplotlib(monkeypatch):
@@ -92,35 +84,10 @@ def test_what_a_summary_says_is_escaped():
     ElementTree.fromstring(html)
 
 
-def test_a_long_curve_keeps_its_extremes():
-    axes, x = Axes(), np.linspace(0.0, 1.0, 100_000)
-    y = np.sin(7.0 * x)
-    y[[31_234, 77_777]] = 9.0, -9.0
-    axes.plot(x, y)
-    (drawn,) = axes.panel.curves
-    assert len(drawn.x) <= MOST + 2
-    assert (np.max(drawn.y), np.min(drawn.y), drawn.x[0], drawn.x[-1]) == (9.0, -9.0, 0.0, 1.0)
-    assert np.all(np.diff(drawn.x) > 0.0)
-
-
-def test_a_line_breaks_where_it_has_no_number():
-    axes = Axes()
-    axes.plot([0.0, 1.0, 2.0, 3.0, 4.0], [1.0, 2.0, np.nan, 2.0, 1.0])
-    assert [list(c.x) for c in axes.panel.curves] == [[0.0, 1.0], [3.0, 4.0]]
-
-
-def test_lines_of_equal_height_lie_on_it():
+def test_lines_of_equal_height_lie_on_it_and_are_in_one_piece():
     x, y = np.linspace(-1.0, 1.0, 9), np.linspace(0.0, 1.0, 7)
-    ends = [(a, b) for xs, ys in contours(x, y, 2.0 * x + 3.0 * y[:, None], [1.1]) for a, b in zip(xs, ys, strict=True)]
-    assert len(ends) > 10
-    np.testing.assert_allclose([2.0 * a + 3.0 * b for a, b in ends], 1.1, rtol=1e-12)
-
-
-def test_cells_are_the_darker_the_larger_they_are():
-    cells = shades(np.arange(4.0), np.arange(2.0), np.array([[0.0, np.nan, 1.0]]), (None, None))
-    assert [(list(c.x), c.colour) for c in cells] == [([0.0, 1.0], "#fafafa"), ([2.0, 3.0], "#505050")]
-
-
-@pytest.mark.parametrize(("name", "found"), [("0.5", "#808080"), ("C1", "#D55E00"), ("k", "#000000"), ("#123456",) * 2])
-def test_colours_have_the_names_of_matplotlib(name, found):
-    assert colour(name) == found
+    ((across, up),) = contours(x, y, 2.0 * x + 3.0 * y[:, None] - 1.1)
+    assert len(across) > 10
+    np.testing.assert_allclose(2.0 * across + 3.0 * up, 1.1, rtol=1e-12)
+    (ring,) = contours(x, x, x * x + x[:, None] ** 2 - 0.3)
+    assert (ring[0][0], ring[1][0]) == (ring[0][-1], ring[1][-1])

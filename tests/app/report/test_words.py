@@ -4,7 +4,6 @@ import math
 from types import SimpleNamespace
 
 import pytest
-from strainwave.drive.asked import MotorLimits
 
 import strainwave as sw
 from strainwave.app.report.sections.advice import SpeedsToAvoid
@@ -17,6 +16,7 @@ from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.speeds import Speeds
 from strainwave.base.units import ARCSEC, RPM
+from strainwave.drive.asked import MotorLimits
 from strainwave.drive.drive_response import MotorUse, Usage, limit_findings
 from strainwave.study.analysis.analyze import _proof
 from strainwave.study.analysis.avoid import Avoid, merged

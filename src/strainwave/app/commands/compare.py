@@ -9,8 +9,9 @@ import numpy as np
 from ...base.units import ARCSEC, RPM
 from ...files.reading import read_project
 from ...files.variants.comparison import ProjectComparison, compare_projects
+from ...plot.drive import comparison_panels
+from ...plot.svg import stacked
 from ..console import Progress, finished, number, print_table, to_json
-from ..figures.comparison import comparison_figure
 from ..output import staged
 from ..report.report import comparison_page
 from .design import as_csv
@@ -36,7 +37,8 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
             text = as_csv(list(rows[0]), [row.values() for row in rows])
             (folder / CSV).write_text(text, encoding="utf-8", newline="\n")
             limits = [drive.limit for drive in drives]
-            figure = comparison_figure(found.titles, found.responses, limits, drives[0].speeds)
+            panels = comparison_panels(found.titles, found.responses, limits, drives[0].speeds)
+            figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
             (folder / SVG).write_text(figure + "\n", encoding="utf-8")
             (folder / HTML).write_text(comparison_page(rows, figure), encoding="utf-8", newline="\n")
     if as_json:

@@ -11,10 +11,10 @@ import click
 from ...base.units import ARCSEC, RPM
 from ...files.design.design_project import design_text
 from ...files.design.specification_file import read_specification
+from ...plot.svg import stacked
 from ...study.design.design import design as designed
 from ...study.design.result import Candidate, Design
 from ..console import Progress, finished, number, percent, print_table, to_json
-from ..figures.design import design_figure
 from ..output import slug, staged
 from .options import file_type, json_option, output_option
 
@@ -84,7 +84,7 @@ def _write(found: Design, data: dict[str, Any], output: Path) -> list[str]:
         JSON: to_json(data) + "\n",
     }
     if found.feasible:
-        texts[SVG] = design_figure(found) + "\n"
+        texts[SVG] = stacked(found.panels(), 360.0, "designs that serve, oscillation over inertia") + "\n"
     for i, c in enumerate(found.pareto[:MOST_FILES], 1):
         texts[f"{i:02d}-{slug(c.gear)}.yaml"] = design_text(found.specification, c)
     with staged(output) as folder:

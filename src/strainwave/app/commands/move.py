@@ -12,10 +12,11 @@ from ...drive.project import Project
 from ...files.move_fields import read_part, read_payload, read_profile
 from ...files.reading import read_project
 from ...files.yaml_text import name, read
+from ...plot.studies import move_panels
+from ...plot.svg import stacked
 from ...study.move.move import move as moved
 from ...study.move.result import Move
 from ..console import Progress, to_json
-from ..figures.move import move_figure
 from ..output import staged, write_csv
 from ..view import quantity, span
 from .options import json_option, output_option, project_argument
@@ -100,6 +101,7 @@ def _write(project: Project, found: Move, data: dict[str, Any], output: Path) ->
     ]  # fmt: skip
     with staged(output) as folder:
         write_csv(folder / CSV, columns)
-        text = move_figure(found, project.gear, project.motor_limits or MotorLimits())
+        panels = move_panels(found, project.gear, project.motor_limits or MotorLimits())
+        text = stacked(panels, 215.0, "a move over the time")
         (folder / SVG).write_text(text + "\n", encoding="utf-8")
         (folder / JSON).write_text(to_json(data) + "\n", encoding="utf-8")

@@ -14,10 +14,10 @@ from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...files.notes import load_remark
 from ...files.reading import read_project
+from ...plot import axes
+from ...plot.drive import HEIGHT, drive_panels
+from ...plot.svg import WIDTH, stacked
 from ..console import WHAT_X_IS, Progress, number, to_json
-from ..figures import drive as drive_figure
-from ..figures import png
-from ..figures.svg import figure
 from ..output import staged, write_csv
 from ..report.curve_files import drive_columns
 from ..report.sections.opening import CONVENTIONS
@@ -49,7 +49,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
     """Follow the pointing error of the whole drive through the project's speeds: stability, folds, jumps."""
     drive = read_project(project)
     if output is not None and output.suffix == ".png":
-        png.check()
+        axes.check()
     with Progress(drive.title) as progress:
         progress.show("response curve", 0.0)
         with light_as_python():
@@ -68,13 +68,14 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
     with staged(output.parent) as folder:
         part = folder / output.name
         if output.suffix in FIGURES:
-            panels = drive_figure.panels(project, angle_unit(float(np.max(found.peak))), found, drive_figure.Drawn())
+            y = angle_unit(float(np.max(found.peak))).axis(f"oscillation of the {found.name}")
+            panels = drive_panels(found, project, y)
             panels[-1].caption = [f"{WHAT_X_IS}.", *_remarks(project)]
             if output.suffix == ".svg":
-                text = figure([[panel] for panel in panels], drive_figure.HEIGHT, "error and torque against speed")
+                text = stacked(panels, HEIGHT, "error and torque against speed", WIDTH)
                 part.write_text(text + "\n", encoding="utf-8")
             else:
-                png.write(panels, part)
+                axes.write(panels, part)
         else:
             write_csv(part, drive_columns(project.speeds, found))
 

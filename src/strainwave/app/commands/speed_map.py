@@ -10,11 +10,11 @@ from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.variants.scatter import scattered
+from ...plot.studies import load_text
+from ...plot.svg import stacked
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
 from ..console import WHAT_X_IS, Progress, finished, number, to_json
-from ..figures import speed_map as figures
-from ..figures.svg import figure
 from ..output import staged, write_csv
 from ..view import quantity, span
 from .options import json_option, limit_option, output_option, project_argument
@@ -93,10 +93,9 @@ def write(found: SpeedMap, folder: Path) -> None:
         write_csv(part / "cells.csv", cells)
         write_csv(part / "bands.csv", list(zip((of_load, "allowed", "from_rpm", "to_rpm"), bands.T, strict=True)))
         write_csv(part / "campbell.csv", list(zip(names, table.T, strict=True)))
-        panels = figures.panels(found)
+        panels = found.panels()
         panels[-1].caption = [_sentence(text) for text in (found.rule, WHAT_X_IS, *found.remarks)]
-        rows = [[panel] for panel in panels]
-        text = figure(rows, figures.HEIGHT, "forbidden speeds, oscillation, Campbell diagram", figures.WIDTH)
+        text = stacked(panels, 260.0, "forbidden speeds, oscillation, Campbell diagram")
         (part / "speed-map.svg").write_text(text + "\n", encoding="utf-8")
 
 
@@ -148,7 +147,7 @@ def summary(project: Project, found: SpeedMap, folder: Path) -> str:
     for i, bands in enumerate(found.forbidden):
         text = _listed(bands) or "none"
         jumps = _jumps(found, i)
-        lines.append(f"  {figures.load_text(found, i)}: forbidden {text}" + (f"; the error {jumps}" if jumps else ""))
+        lines.append(f"  {load_text(found, i)}: forbidden {text}" + (f"; the error {jumps}" if jumps else ""))
     lines.append(f"  allowed under every load: {_listed(found.windows) or 'no speed'}")
     lines += [f"  {sentence}" for sentence in (found.units_sentence, found.vendor_sentence) if sentence]
     lines += [f"  note: {remark}" for remark in found.remarks]

@@ -5,7 +5,7 @@ from html import escape
 from textwrap import wrap
 from typing import NamedTuple
 
-from .svg import FONT, GRID, INK, LETTER, WIDTH
+from ...plot.svg import FONT, GRID, INK, LETTER, WIDTH
 
 ROW, LINE, THICK, TOP = 12.0, 16.0, 13.0, 40.0  # space between rows, of a line of text, of a bar, above them [px]
 NAME, GAP = 42, 7.0  # letters of a line of a name, and distance of texts [px]

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from ...base.sentences import WIDTH
-from ...plot.any_result import DRAWN
+from ...plot.svg import stacked
 from ..console import number
 from ..view import sign
-from .axes import Axes
 
 CELL = "text-align:left;vertical-align:top;padding:1px 10px 1px 0"
-CARD = "background:#ffffff;max-width:620px;border-radius:4px;margin:4px 0"
+CARD_WIDTH, TALL, LOW = 620.0, 270.0, 190.0  # of the figure, of a panel on its own, and of one of several [px]
+CARD = f"background:#ffffff;max-width:{CARD_WIDTH:.0f}px;border-radius:4px;margin:4px 0"
 LONGEST_NAME = 40  # letters before a colon, that are the name of a row
 
 
@@ -41,12 +41,8 @@ def html(result: Any) -> str:
 
 def figure(result: Any) -> str:
     """The figure of a result as SVG; "" where it has none."""
-    draw = DRAWN.get(type(result))
-    if draw is None:
-        return ""
-    axes = Axes()
-    draw(axes, result)
-    return axes.figure.svg(f"figure of {str(result).splitlines()[0]}")
+    panels = result.panels()
+    return stacked(panels, TALL if len(panels) < 2 else LOW, f"figure of {str(result).splitlines()[0]}", CARD_WIDTH)
 
 
 def _summary(text: str) -> str:

@@ -12,9 +12,10 @@ from urllib.parse import quote
 from ... import __version__
 from ...drive.project import Project
 from ...files.reading import read_project
+from ...plot.drive import comparison_panels
+from ...plot.svg import stacked
 from ...study.analysis.runup import silent
 from ..console import WHAT_X_IS, number, percent, to_json
-from ..figures.comparison import comparison_figure
 from ..output import staged
 from ..view import View
 from . import curve_files
@@ -201,10 +202,11 @@ def verdicts_page(reports: dict[str, Report]) -> str:
     body = "\n".join(_verdict(i, name, report) for i, (name, report) in enumerate(reports.items(), 1))
     views = [report.view for report in reports.values()]
     passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
-    figure = comparison_figure(
+    panels = comparison_panels(
         [view.project.title for view in views], [view.analysis.loudest for view in views],
         [view.project.limit for view in views], views[0].speeds,
     )  # fmt: skip
+    figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
     said = f"{passed} of {len(reports)} drives pass at all their speeds."
     loads = "".join(_load(i, view) for i, view in enumerate(views, 1))
     note = f"{NOTES['oscillation']} {NOTES['x']}{loads} Each drive has its own report: follow its name."

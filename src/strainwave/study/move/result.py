@@ -9,11 +9,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base.facts import Fact, lines, number
+from ...base.facts import Fact, lines
 from ...base.protocols import lines_of
 from ...base.records import Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import on_screen
+from ...base.sentences import number, on_screen
 from ...base.units import RPM
 from ...model.gears.limits import Finding, gravest
 from ...model.train.drive_train import DriveTrain

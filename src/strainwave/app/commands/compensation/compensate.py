@@ -13,13 +13,14 @@ from ....base.units import RPM
 from ....drive.project import Project
 from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
+from ....plot import compensation as figures
+from ....plot.svg import stacked
 from ....study.compensation.bench import Bench, bench_of, steady_bench_of
 from ....study.compensation.compensate import benches_of, compensation_bench, resonance_speed
 from ....study.compensation.compensate import compensate as compensated
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import CompensationBench
 from ...console import Progress, to_json
-from ...figures import compensation as figures
 from ...output import staged
 from ...view import quantity
 from ..design import as_csv
@@ -183,15 +184,16 @@ def _write(run: Run, output: Path, *, figured: bool) -> None:
 
 def _figures(run: Run) -> dict[str, str]:
     drawn = {
-        "speeds": figures.speed_figure(run.found, load_encoder=False),
-        "speeds-load-encoder": figures.speed_figure(run.found, load_encoder=True),
+        name: stacked(figures.speed_panels(run.found, load_encoder=seeing), 300.0, "residual error over the speed")
+        for name, seeing in (("speeds", False), ("speeds-load-encoder", True))
     }
     if run.best:
         speed, benches = run.best[0].speed, [run.benches[one.load_angle] for one in run.best]
         before = figures.motion(benches[0], "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
         after = [figures.motion(at, one.name, speed, one.name) for at, one in zip(benches, run.best, strict=True)]
-        drawn["error"] = figures.error_figure(before, after)
-        drawn["orders"] = figures.order_figure(run.best)
+        drawn["error"] = stacked(figures.error_panels(before, after), 240.0, "pointing error before and after")
+        drawn["orders"] = stacked(figures.order_panels(run.best), 240.0, "amplitudes by order before and after")
     if any(one.units for one in run.details):
-        drawn["units"] = figures.units_figure({one.name: one.units for one in run.details if one.units is not None})
+        units = figures.units_panels({one.name: one.units for one in run.details if one.units is not None})
+        drawn["units"] = stacked(units, 240.0, "residual errors of many units")
     return {name: text for name, text in drawn.items() if text}

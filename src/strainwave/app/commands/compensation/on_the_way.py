@@ -8,10 +8,10 @@ import numpy as np
 
 from ....base.units import ARCSEC, RPM
 from ....files.reading import read_project
+from ....plot.svg import stacked
 from ....study.compensation.moves import WINDOW, compensated_move
 from ....study.compensation.runup import compensated_runup
 from ...console import Progress, to_json
-from ...figures.compensation import move_figure, run_up_figure
 from ...output import staged, write_csv
 from ...view import quantity
 from ..move import profile_part
@@ -76,7 +76,15 @@ def compensate_move(
     columns: list[tuple[str, Any]] = [("time_s", found.time[take])]
     for name, error, torque in zip(found.names, found.error, found.torque, strict=True):
         columns += [(f"error_arcsec {name}", error[take] / ARCSEC), (f"motor_torque_N_m {name}", torque[take])]
-    _done("move", columns, move_figure(found), data, str(found), output, as_json)
+    _done(
+        "move",
+        columns,
+        stacked(found.panels(), 240.0, "a move under several controllers"),
+        data,
+        str(found),
+        output,
+        as_json,
+    )
 
 
 @click.command("compensate-run-up")
@@ -123,7 +131,15 @@ def compensate_run_up(
     columns: list[tuple[str, Any]] = [("motor_speed_rpm", found.speed / RPM)]
     for name, up, down in zip(found.names, found.up, found.down, strict=True):
         columns += [(f"up_arcsec {name}", up / ARCSEC), (f"down_arcsec {name}", down / ARCSEC)]
-    _done("run-up", columns, run_up_figure(found), data, str(found), output, as_json)
+    _done(
+        "run-up",
+        columns,
+        stacked(found.panels(), 300.0, "a run-up and a run-down under several controllers"),
+        data,
+        str(found),
+        output,
+        as_json,
+    )
 
 
 def _done(

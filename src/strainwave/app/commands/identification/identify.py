@@ -12,9 +12,10 @@ from ....files.identified.identify_drive import IdentifiedDrive, identify_drive,
 from ....files.logs.read import read_log
 from ....files.project_text import project_text
 from ....files.reading import read_project
+from ....plot.fits import torsion_panels
+from ....plot.svg import figure
 from ....study.identification.identified import channels_of
 from ...console import Progress, number, print_table, to_json
-from ...figures.identification.identified import identified_figure
 from ...output import staged
 from ...view import sign
 from ..options import file_type, json_option, output_option, project_argument, reading_options
@@ -58,7 +59,10 @@ def identify(
         if found.usable:
             (folder / YAML).write_text(project_text(found.project), encoding="utf-8")
             (folder / JSON).write_text(to_json(data(found)) + "\n", encoding="utf-8")
-        (folder / SVG).write_text(identified_figure(found.found, torsions) + "\n", encoding="utf-8")
+        (folder / SVG).write_text(
+            figure(torsion_panels(found.found, torsions), 230.0, "measured and computed torsion") + "\n",
+            encoding="utf-8",
+        )
     if not found.usable:
         for old in (YAML, JSON):  # of an earlier log: they would pass for this one's
             (output / old).unlink(missing_ok=True)

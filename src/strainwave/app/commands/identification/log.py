@@ -7,9 +7,10 @@ import click
 import numpy as np
 
 from ....files.logs.read import read_log
+from ....plot.fits import log_panels
+from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
 from ...console import number, print_table, to_json
-from ...figures.identification.log import log_figure
 from ...output import staged
 from ..options import file_type, json_option, output_option, reading_options
 
@@ -38,7 +39,9 @@ def log(
     if output is not None:
         with staged(output) as folder:
             read.save(folder / CSV)
-            (folder / SVG).write_text(log_figure(read, parts) + "\n", encoding="utf-8")
+            (folder / SVG).write_text(
+                stacked(log_panels(read, parts), 165.0, "a log over the time", WIDTH) + "\n", encoding="utf-8"
+            )
     if as_json:
         click.echo(to_json(_data(file, read, parts)))
         return

@@ -9,12 +9,12 @@ import click
 from ....files.logs.read import read_log
 from ....files.scan_file import name_and_unit
 from ....files.yaml_text import FileError, Problem, complaint
+from ....plot.svg import stacked
 from ....study.identification.lack_of_fit import LackOfFit
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop
 from ....study.identification.loops.loop_result import LoopFit
 from ...console import number, print_table, to_json
-from ...figures.identification.loop import loop_figure
 from ...output import staged, write_csv
 from ...view import quantity, sign
 from ..options import dialect_options, file_type, json_option, output_option
@@ -95,7 +95,9 @@ def _lack(lack: LackOfFit | None) -> dict[str, Any] | None:
 def write(file: Path, found: LoopFit, folder: Path) -> None:
     """Write figure, samples, numbers and the block of a project file; they appear when they are complete."""
     with staged(folder) as part:
-        (part / "loop.svg").write_text(loop_figure(found), encoding="utf-8")
+        (part / "loop.svg").write_text(
+            stacked(found.panels(), 300.0, "a measured loop and its law", 560.0), encoding="utf-8"
+        )
         (part / "gear.yaml").write_text(found.yaml, encoding="utf-8")
         (part / "loop.json").write_text(to_json({"file": file.name} | data(found)) + "\n", encoding="utf-8")
         columns = [("torsion_rad", found.torsion), ("torque_N_m", found.torque), ("fitted_N_m", found.fitted)]

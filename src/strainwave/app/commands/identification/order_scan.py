@@ -9,13 +9,14 @@ import numpy as np
 from ....base.units import ARCSEC
 from ....files.identified.identify_drive import with_torsion
 from ....files.logs.read import read_log
+from ....plot.fits import order_scan_panels
+from ....plot.svg import WIDTH, stacked
 from ....study.identification.identified import channels_of
 from ....study.identification.log import Log
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as scanned
 from ....study.identification.run import Run
 from ...console import number, print_table, to_json
-from ...figures.identification.orders import orders_figure
 from ...output import staged, write_csv
 from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
@@ -54,7 +55,10 @@ def order_scan(
         with staged(output) as folder:
             write_csv(folder / CSV, _columns(found))
             (folder / JSON).write_text(to_json(data(found, channel)) + "\n", encoding="utf-8")
-            (folder / SVG).write_text(orders_figure(found, channel) + "\n", encoding="utf-8")
+            (folder / SVG).write_text(
+                stacked(order_scan_panels(found, channel), 320.0, "lines of an order scan", WIDTH) + "\n",
+                encoding="utf-8",
+            )
     if as_json:
         click.echo(to_json(data(found, channel)))
         return

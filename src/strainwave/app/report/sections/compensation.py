@@ -4,11 +4,12 @@ from collections.abc import Iterable
 from typing import Any
 
 from ....base.units import RPM
+from ....plot.compensation import error_panels, motion
+from ....plot.svg import figure
 from ....study.compensation.bench import steady_bench_of
 from ....study.compensation.compensate import compensate
 from ....study.compensation.result import Compensation as Found
 from ...console import number
-from ...figures.compensation import error_figure, motion
 from ...view import View, sizes
 
 BLIND, SEEING = "inverse", "adaptive-inverse"  # without and with an encoder on the load
@@ -42,7 +43,8 @@ class Compensation:
         except ValueError:
             return []
         before, *after = (motion(bench, name, speed, name) for name in ("loop", *_names(view)))
-        return [error_figure(before._replace(name="plain loop"), after, wide=True)]
+        panels = error_panels(before._replace(name="plain loop"), after)
+        return [figure([panels], 240.0, "pointing error before and after")]
 
     def lines(self, _view: View, data: dict[str, Any]) -> Iterable[str]:
         """One line for each controller."""

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from ...figures.curves import BLACK, BLUE
-from ...figures.svg import Panel, figure
+from ....plot.panels import BLACK, BLUE, Axis, Panel
+from ....plot.svg import figure
 from ...view import View, sizes
 
 
@@ -25,16 +25,16 @@ class Hysteresis:
 
     def figures(self, view: View) -> list[str]:
         """The loop at full load and at 4 % of it, and that of the steady motion."""
-        loop, factor, torsion = view.analysis.loop, view.angle.factor, f"torsion ({view.angle.name})"
+        loop, torsion, torque = view.analysis.loop, view.angle.axis("torsion"), Axis("torque", "N*m")
         if loop is None:
             return []
         rows: list[list[Panel]] = [[]]
         for title, side in (("input locked, slowly 0, +T, −T, +T", loop.full), ("the same at 4 % of it", loop.small)):
-            rows[0].append(Panel(title, torsion, "torque (N·m)"))
-            rows[0][-1].line(side.torsion * factor, side.torque, BLUE)
+            rows[0].append(Panel(title, torsion, torque))
+            rows[0][-1].line(side.torsion, side.torque, BLUE)
         if cycles := [case.cycle for case in view.analysis.cases if case.cycle is not None]:
             cycle = max(cycles, key=lambda c: c.peak)
-            below = Panel("steady motion, largest |x| of the cases, damping included", torsion, "torque (N·m)")
-            below.line(cycle.u * factor, cycle.torque, BLACK, width=1.3)
+            below = Panel("steady motion, largest |x| of the cases, damping included", torsion, torque)
+            below.line(cycle.u, cycle.torque, BLACK, width=1.3)
             rows.append([below])
         return [figure(rows, 260.0, "hysteresis loop")]

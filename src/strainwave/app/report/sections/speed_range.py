@@ -7,9 +7,9 @@ from ....base.results import Status
 from ....base.sentences import Angle, Sentence, Speed
 from ....base.speeds import Speeds
 from ....drive.response import ExactResponse
+from ....plot import drive
+from ....plot.svg import WIDTH, stacked
 from ...console import number
-from ...figures import drive
-from ...figures.svg import figure
 from ...view import View, place, sizes
 from .whole_train import under_load
 
@@ -26,8 +26,9 @@ class SpeedRange:
     def figures(self, view: View) -> list[str]:
         """Oscillation of the error, and torque in the gear, against speed."""
         analysis = view.analysis
-        panels = drive.panels(view.project, view.angle, analysis.drive, drive.of_analysis(analysis))
-        return [figure([[panel] for panel in panels], drive.HEIGHT, "error and torque against speed")]
+        y = view.angle.axis(f"oscillation of the {analysis.drive.name}")
+        panels = drive.drive_panels(analysis.drive, view.project, y, drive.of_analysis(analysis))
+        return [stacked(panels, drive.HEIGHT, "error and torque against speed", WIDTH)]
 
     def sentences(self, view: View) -> list[str]:
         """What the figure shows, and what a sweep does."""

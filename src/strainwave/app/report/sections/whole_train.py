@@ -1,6 +1,6 @@
 """The whole drive train beside its error equation: modes, Bode plot, steady curve and run-up."""
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from ....drive.train_curve import follows_its_angle
 from ....model.excitation import NoError
 from ....model.laws.meshing import NO_FRICTION
 from ....model.train.shafts import NO_DRAG
+from ....plot.panels import BLACK, BLUE, DASHES, MOTOR, ORANGE, Panel
+from ....plot.svg import figure
 from ....study.analysis.avoid import turns
 from ....study.analysis.resonances import active_orders
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ...console import number, percent
-from ...figures.curves import BLACK, BLUE, DASHES, ORANGE, envelope
-from ...figures.svg import Curve, Panel, figure
+from ...figures.curves import envelope
 from ...view import View, sign, sizes
 from .resonances import jump_speeds
 
@@ -43,7 +44,8 @@ class WholeTrain:
         study = view.analysis.train
         if study is None:
             return []
-        return [_bode_figure(study), *([] if study.ramp is None else [_run_figure(view, study, study.ramp)])]
+        bode = figure([study.bode.panels()], 290.0, "Bode plot")
+        return [bode, *([] if study.ramp is None else [_run_figure(view, study, study.ramp)])]
 
     def gains(self, study: TrainStudy) -> str:
         """Gains of the control, with their units, as a sentence; empty without any."""
@@ -246,28 +248,13 @@ def train_warning(view: View) -> list[str]:
     ]
 
 
-def _bode_figure(study: TrainStudy) -> str:
-    plot = study.bode
-    hertz = plot.omega / (2.0 * np.pi)
-    ends = float(hertz[0]), float(hertz[-1])
-    size = Panel("", "frequency (Hz)", "speed per torque\n(dB re 1 rad/(N·m·s))", xlim=ends, xlog=True)
-    phase = Panel("", "frequency (Hz)", "phase (deg)", xlim=ends, xlog=True, ystep=90.0)
-    lines: tuple[tuple[Literal["motor", "load"], str, str], ...] = (("motor", BLUE, ""), ("load", ORANGE, DASHES))
-    for shaft, colour, dash in lines:
-        if shaft == "motor" and not np.any(plot.motor):
-            continue
-        size.line(hertz, plot.decibels(shaft), colour, f"{shaft} speed", dash)
-        phase.line(hertz, plot.degrees(shaft), colour, f"{shaft} speed", dash)
-    return figure([[size, phase]], 290.0, "Bode plot")
-
-
 def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
-    run, angle = ramp.run, view.angle
+    run = ramp.run
     keep = run.trajectory.t >= ramp.begin
-    speed, error = run.motor_speed[keep] / RPM, run.pointing[keep] * angle.factor
-    panel = Panel("", "motor speed (rpm)", f"pointing error\n({angle.name})")
-    low, high, at = envelope(speed, error, turns(run.trajectory.t[keep], run.motor_speed[keep]))
-    panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its turns)", upper=high))
+    speed = run.motor_speed[keep]
+    panel = Panel("", MOTOR, view.angle.axis("pointing error"))
+    low, high, at = envelope(speed, run.pointing[keep], turns(run.trajectory.t[keep], speed))
+    panel.band(at, low, high, BLUE, "run-up of the whole train (band of its turns)")
     curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |error|", DASHES)]
     if study.curve is not None:
         name = "whole train, steady, largest |error|" + (" without gravity" if study.curve.without_angle else "")
@@ -275,6 +262,5 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
     for response, colour, name, dash in curves:
         if response.sweep is not None:
             path = response.sweep.run_up
-            x, y = response.curve.omega[path] / RPM, response.curve.peak[path] * angle.factor
-            panel.line(x, y, colour, name, dash, 1.3)
+            panel.line(response.curve.omega[path], response.curve.peak[path], colour, name, dash, 1.3)
     return figure([[panel]], 300.0, "run-up of the drive train")

@@ -7,7 +7,8 @@ import pytest
 from all_results import RESULTS, compensation
 
 import strainwave as sw
-from strainwave.app.figures import compensation as figures
+from strainwave.plot import compensation as figures
+from strainwave.plot.svg import stacked
 from strainwave.study.compensation.bench import bench_of
 
 ARCSEC, RPM = math.pi / 648_000.0, math.pi / 30.0
@@ -33,9 +34,9 @@ def test_the_error_in_time_has_the_size_that_the_ensemble_measures():
     for motion, residual in ((before, found.before), (after, found.after)):
         assert np.sqrt(np.mean(motion.error**2)) == pytest.approx(residual.rms, rel=0.02)
     above, below = figures.error_panels(before, [after])
-    np.testing.assert_allclose(named(above, "loop").y * ARCSEC, before.error, rtol=1e-12)
-    np.testing.assert_allclose(named(below, "angle").y * ARCSEC, after.error, rtol=1e-12)
-    assert (above.ylabel, below.xlabel) == ("arcsec", "turns of the motor")
+    np.testing.assert_allclose(named(above, "loop").y, before.error, rtol=1e-12)
+    np.testing.assert_allclose(named(below, "angle").y, after.error, rtol=1e-12)
+    assert (str(above.y), str(below.x)) == ("arcsec", "turns of the motor")
 
 
 def test_controllers_stand_beside_the_plain_loop_by_the_encoder_that_they_need():
@@ -47,34 +48,33 @@ def test_controllers_stand_beside_the_plain_loop_by_the_encoder_that_they_need()
         for name, seeing in (("loop", False), ("a", False), ("b", True))
     )  # fmt: skip
     found = type(other)(np.array([15.0, 150.0]), ("loop", "a", "b"), results)
-    blind, seeing = (figures.speed_panel(found, load_encoder=side) for side in (False, True))
-    np.testing.assert_allclose(named(blind, "plain loop").y * ARCSEC, [1e-4, 1e-4], rtol=1e-12)
-    np.testing.assert_allclose(named(blind, "a").y * ARCSEC, [1e-6, 1e-6], rtol=1e-12)
-    np.testing.assert_allclose(named(seeing, "b").x * RPM, [15.0, 150.0], rtol=1e-12)
+    blind, seeing = found.panels()
+    np.testing.assert_allclose(named(blind, "plain loop").y, [1e-4, 1e-4], rtol=1e-12)
+    np.testing.assert_allclose(named(blind, "a").y, [1e-6, 1e-6], rtol=1e-12)
+    np.testing.assert_allclose(named(seeing, "b").x, [15.0, 150.0], rtol=1e-12)
     assert {curve.label for curve in blind.curves} == {"plain loop", "a", ""}
     assert "limit met, or error grew" in {curve.label for curve in seeing.curves}
     assert blind.log
     assert blind.xlog
-    assert 'viewBox="0 0 430 ' in figures.speed_figure(found, load_encoder=True)
+    assert (str(blind.x), str(blind.y)) == ("motor speed (rpm)", "rms of the error (arcsec)")
+    assert 'viewBox="0 0 430 ' in stacked([seeing], 300.0, "")
     alone = type(other)(np.array([15.0, 150.0]), ("loop",), results[:1])
-    assert figures.speed_figure(alone, load_encoder=False) == ""
+    assert stacked(figures.speed_panels(alone, load_encoder=False), 300.0, "") == ""
 
 
 def test_amplitudes_stand_at_their_orders_before_and_after():
     found = compensation()
-    panel = figures.order_panel([found])
+    (panel,) = found.panels()
     rings = {marker: [curve for curve in panel.curves if curve.marker == marker] for marker in ("o", "^")}
     for marker, amplitudes in (("o", found.amplitude_before), ("^", found.amplitude_after)):
-        np.testing.assert_allclose([curve.y[0] * ARCSEC for curve in rings[marker]], amplitudes, rtol=1e-12)
+        np.testing.assert_allclose([curve.y[0] for curve in rings[marker]], amplitudes, rtol=1e-12)
         assert [round(float(curve.x[0])) for curve in rings[marker]] == [2, 4]
-    assert figures.order_figure([found]).startswith("<svg")
 
 
 def test_the_share_of_units_reaches_all_of_them():
     units = RESULTS["Units"]()
-    panel = figures.units_panel({"adaptive": units})
+    (panel,) = figures.units_panels({"adaptive": units})
     curve = named(panel, "adaptive")
     assert curve.y[-1] == pytest.approx(100.0)
-    assert curve.x[-1] * ARCSEC == pytest.approx(np.max(units.after.rms), rel=1e-12)
+    assert curve.x[-1] == pytest.approx(np.max(units.after.rms), rel=1e-12)
     assert panel.xlog
-    assert figures.units_figure({"adaptive": units}).startswith("<svg")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from strainwave.app.figures.curves import PARTS, fine
 from strainwave.base.results import Branch, Status
 from strainwave.drive.response import ExactResponse
+from strainwave.plot.drive import PARTS, fine
 
 ZETA = 0.05
 

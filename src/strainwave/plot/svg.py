@@ -1,4 +1,4 @@
-"""Line figures as SVG text: panels with ticks, a legend below them, and the same bytes every time.
+"""Panels as SVG text, with ticks, a legend below them, and the same bytes every time.
 
 The report's dozen figures take a few milliseconds each; matplotlib's, with 33 axes, took a third of the whole analysis.
 
@@ -6,19 +6,21 @@ Where a label beside a point of a figure crosses the fewest lines.
 """
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
+from itertools import pairwise
 from textwrap import wrap
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.results import Floats
-from ..console import number
+from ..base.results import Floats
+from ..base.sentences import number
+from .panels import Axis, Cells, Curve, Panel, placed_above
 
 WIDTH, FONT, LETTER = 760.0, 12.5, 6.9  # of a figure, of its text, of a letter on average [px]
+NARROW = 430.0  # of a figure whose text is read on a telephone, too [px]
+ACROSS = 1500  # bins across a panel: of more points the smallest and the largest in each are drawn
 LEFT, RIGHT, TOP, BOTTOM = 74.0, 12.0, 24.0, 44.0  # margins of a panel [px]
 LEGEND_ROW, SAMPLE = 19.0, 30.0
 CAPTION_ROW, LINE = 17.0, 104  # height of a line of the caption [px], and its letters
@@ -78,87 +80,6 @@ def _dense(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     return np.interp(at, far, x), np.interp(at, far, y)
 
 
-class Curve(NamedTuple):
-    """A polyline, a row of markers, or (with `upper`) the band between two curves."""
-
-    x: Floats
-    y: Floats
-    colour: str
-    label: str = ""
-    dash: str = ""
-    width: float = 1.6
-    marker: str = ""  # "o", "s", "^" or "v" instead of a line
-    face: str = ""
-    upper: Floats | None = None
-
-
-class Note(NamedTuple):
-    """A text beside a point; `above` the panel, y is the number of the row of text instead."""
-
-    x: float
-    y: float
-    text: str
-    above: bool = False
-
-
-class Arrow(NamedTuple):
-    """A dashed upright arrow."""
-
-    x: float
-    start: float
-    end: float
-
-
-@dataclass
-class Panel:
-    """One pair of axes with what is drawn in it; limits that are None follow from the curves."""
-
-    title: str
-    xlabel: str
-    ylabel: str  # its lines are parted by "\n"
-    curves: list[Curve] = field(default_factory=list)
-    notes: list[Note] = field(default_factory=list)
-    arrows: list[Arrow] = field(default_factory=list)
-    xlim: tuple[float, float] | None = None
-    ylim: tuple[float, float] | None = None
-    log: bool = False
-    xlog: bool = False
-    ystep: float = 0.0  # of which the distance of the ticks is a multiple, where round numbers do not suit
-    caption: Sequence[str] = ()  # sentences below the figure
-
-    def line(
-        self, x: ArrayLike, y: ArrayLike, colour: str, label: str = "", dash: str = "", width: float = 1.6
-    ) -> None:
-        """Add a polyline; infinite values reach the edge of the panel."""
-        self.curves.append(Curve(np.asarray(x, float), np.asarray(y, float), colour, label, dash, width))
-
-    def points(self, x: ArrayLike, y: ArrayLike, colour: str, label: str, marker: str, face: str) -> None:
-        """Add a row of markers."""
-        self.curves.append(
-            Curve(np.asarray(x, float), np.asarray(y, float), colour, label, marker=marker, face=face, width=1.1)
-        )
-
-    def limits(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Ends of both axes: those given, or the reach of the curves with a margin."""
-        if self.xlim and self.ylim:
-            return self.xlim, self.ylim
-        across = np.concatenate([c.x[np.isfinite(c.x)] for c in self.curves])
-        up = np.concatenate([v[np.isfinite(v)] for c in self.curves for v in (c.y, c.upper) if v is not None])
-        if self.log:
-            low, high = np.log10(np.min(up[up > 0.0])), np.log10(np.max(up))
-            pad = 0.05 * (high - low)
-            ends = (10.0 ** (low - pad), 10.0 ** (high + pad))
-        else:
-            ends = _padded(up)
-        return self.xlim or _padded(across), self.ylim or ends
-
-
-def _padded(values: Floats) -> tuple[float, float]:
-    low, high = float(np.min(values)), float(np.max(values))
-    pad = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
-    return low - pad, high + pad
-
-
 def ticks(low: float, high: float, most: int, unit: float = 0.0) -> tuple[list[float], list[str]]:
     """Round numbers between two ends, about so many, or multiples of a unit, with their labels."""
     rough = (high - low) / most
@@ -177,7 +98,7 @@ def log_ticks(low: float, high: float) -> tuple[list[float], list[str]]:
     parts = (1.0,) if high > 1e4 * low else (1.0, 2.0, 5.0) if high > 10.0 * low else (1.0, 2.0, 3.0, 5.0, 7.0)
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     values = [m * 10.0**k for k in decades for m in parts if low <= m * 10.0**k <= high]
-    return values, [number(v) for v in values]
+    return (values, [number(v) for v in values]) if len(values) > 1 else ticks(low, high, 4)
 
 
 def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: float = WIDTH) -> str:
@@ -199,18 +120,21 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
     str
         One SVG element.
     """
-    entries: dict[str, Curve] = {}
-    parts = []
+    if all(panel.empty for row in rows for panel in row):
+        return ""
+    parts, every = [], [panel for row in rows for panel in row]
     for i, row in enumerate(rows):
         each = width / len(row)
         for j, panel in enumerate(row):
-            parts.append(_panel(panel, j * each, i * height, each, height))
-            for curve in panel.curves:
-                if curve.label:
-                    entries.setdefault(curve.label, curve)
+            under = rows[i + 1] if i + 1 < len(rows) else []
+            named = len(under) != len(row) or under[j].x != panel.x
+            parts.append(_panel(panel, j * each, i * height, each, height, named))
+    entries: dict[str, Curve] = {}
+    for curve in (curve for panel in every for curve in panel.curves if curve.label):
+        entries.setdefault(curve.label, curve)
     legend, more = _legend(entries, len(rows) * height, width)
     letters = int(LINE * width / WIDTH)
-    said = [line for row in rows for panel in row for text in panel.caption for line in wrap(text, letters)]
+    said = [line for panel in every for text in panel.caption for line in wrap(text, letters)]
     top = len(rows) * height + more + 4.0
     below = legend + "".join(_text(LEFT, top + CAPTION_ROW * i, line, "start") for i, line in enumerate(said))
     more += CAPTION_ROW * len(said)
@@ -221,24 +145,29 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
     )
 
 
-def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str:
+def stacked(panels: Sequence[Panel], height: float, label: str, width: float = NARROW) -> str:
+    """Draw panels below each other; the width of a telephone unless another is given."""
+    return figure([[panel] for panel in panels], height, label, width)
+
+
+def _panel(panel: Panel, x: float, y: float, width: float, height: float, named: bool) -> str:
     w, h = width - LEFT - RIGHT, height - TOP - BOTTOM
-    (left, right), (bottom, top) = panel.limits()
-    xlog = panel.xlog and left > 0.0  # what is negative has no logarithm: backward motion
+    (left, right, xlog), (bottom, top, ylog) = panel.scales()
 
     def across(values: ArrayLike) -> Floats:
         v = np.asarray(values, float)
-        share = np.log(v / left) / math.log(right / left) if xlog else (v - left) / (right - left)
-        return np.asarray(np.clip(share * w, -4.0 * w, 5.0 * w))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.log(v / left) / math.log(right / left) if xlog else (v - left) / (right - left)
+        return np.asarray(np.clip(np.nan_to_num(share, nan=-4.0), -4.0, 5.0) * w)
 
     def up(values: ArrayLike) -> Floats:
         v = np.asarray(values, float)
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.log(v / bottom) / math.log(top / bottom) if panel.log else (v - bottom) / (top - bottom)
+            share = np.log(v / bottom) / math.log(top / bottom) if ylog else (v - bottom) / (top - bottom)
         return np.asarray(h - np.clip(np.nan_to_num(share, nan=-4.0), -4.0, 5.0) * h)
 
-    xs, names = log_ticks(left, right) if xlog else ticks(left, right, max(4, round(w / 75.0)))
-    ys, heights = log_ticks(bottom, top) if panel.log else ticks(bottom, top, max(4, round(h / 45.0)), panel.ystep)
+    xs, names = _shown_ticks(panel.x, left, right, xlog, max(4, round(w / 75.0)))
+    ys, heights = _shown_ticks(panel.y, bottom, top, ylog, max(4, round(h / 45.0)), panel.ystep)
     px, py = across(xs).tolist(), up(ys).tolist()
     grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)
     out = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
@@ -247,14 +176,18 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
         out.append(_text(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
     out += [_text(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
     out.append(_text(0.0, -9.0, panel.title, "start"))
-    out.append(_text(w / 2.0, h + 35.0, panel.xlabel, "middle"))
-    for i, text in enumerate(reversed(panel.ylabel.split("\n"))):
-        out.append(_text(-44.0 - 15.0 * i, h / 2.0, text, "middle", turned=True))
+    if named:
+        out.append(_text(w / 2.0, h + 35.0, str(panel.x), "middle"))
+    beside_ticks = -max(44.0, 12.0 + 7.4 * max(map(len, heights), default=0))
+    for i, text in enumerate(reversed(panel.y.lines(int((h + TOP + 24.0) / LETTER)))):
+        out.append(_text(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True))
     # an inner svg clips what leaves the panel
     out.append(f'<svg width="{w:.1f}" height="{h:.1f}" overflow="hidden">')
-    out += [
-        _line(across(c.x), up(c.y), c, None if c.upper is None else up(c.upper)) for c in panel.curves if not c.marker
-    ]
+    if panel.cells is not None:
+        out += _cells(panel.cells, across, up)
+    for c in panel.curves:
+        if not c.marker:
+            out.append(_line(c, across, up))
     out += [_arrow(float(across(a.x)), float(up(a.start)), float(up(a.end))) for a in panel.arrows]
     out.append("</svg>")
     for c in panel.curves:
@@ -266,6 +199,38 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
     return "".join(out) + "</g>"
 
 
+def _shown_ticks(
+    axis: Axis, low: float, high: float, log: bool, most: int, step: float = 0.0
+) -> tuple[Floats, list[str]]:  # fmt: skip
+    """Places [SI] of the ticks of an axis, and their names in its unit."""
+    ends = low / axis.size, high / axis.size
+    values, names = log_ticks(*ends) if log else ticks(*ends, most, step)
+    return axis.size * np.array(values), names
+
+
+def _cells(cells: Cells, across: Scale, up: Scale) -> Iterator[str]:
+    """Runs of cells of one colour in a row."""
+    x, y = across(cells.x).tolist(), up(cells.y).tolist()
+    for row, (bottom, top) in zip(np.asarray(cells.shade), pairwise(y), strict=True):
+        for a, b in pairwise([0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), len(row)]):
+            if row[a] >= 0:
+                size = f'width="{x[b] - x[a] + 0.2:.1f}" height="{bottom - top + 0.2:.1f}"'  # no seams
+                yield f'<rect x="{x[a]:.1f}" y="{top:.1f}" {size} fill="{cells.colours[row[a]]}"/>'
+
+
+def thin(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """The points of a curve, or of many the smallest and the largest of each bin of them."""
+    if len(x) <= 4 * ACROSS:
+        return x, y
+    each = -(-len(x) // ACROSS)
+    bins = -(-len(x) // each)
+    rows = np.append(y, np.full(bins * each - len(y), y[-1])).reshape(bins, each)
+    first = each * np.arange(bins)
+    keep = np.unique(np.concatenate([[0], first + np.argmin(rows, 1), first + np.argmax(rows, 1), [len(x) - 1]]))
+    keep = keep[keep < len(x)]
+    return x[keep], y[keep]
+
+
 def _notes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float]) -> list[str]:
     """Texts above the panel, and those beside a point where they cross the fewest lines, arrows and edges."""
     w, h = size
@@ -273,12 +238,12 @@ def _notes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float]) ->
     lines += [(across([a.x, a.x]), up([a.start, a.end])) for a in panel.arrows]
     edge = np.array([0.0, w, w, 0.0, 0.0]), np.array([0.0, 0.0, h, h, 0.0])
     lines.append(edge)
-    out = []
+    high = [note for note in panel.notes if note.above]
+    rows = placed_above(high, across([note.x for note in high]), w, LETTER)
+    out = [_text(middle, -4.0 - 13.0 * row, text, "middle") for text, middle, row in rows]
     for note in panel.notes:
         at = float(across(note.x))
-        if note.above:
-            out.append(_text(at, -4.0 - 13.0 * note.y, note.text, "middle"))
-        elif -1.0 < at < w + 1.0:
+        if not note.above and -1.0 < at < w + 1.0:
             u, v, anchor = beside(at, float(up(note.y)), LETTER * len(note.text), lines, w)
             out.append(_text(u, v, note.text, anchor, halo=True))
     return out
@@ -298,13 +263,16 @@ def _stroke(curve: Curve) -> str:
     return f'stroke="{curve.colour}" stroke-width="{curve.width:g}"{dash}'
 
 
-def _line(x: Floats, y: Floats, curve: Curve, upper: Floats | None) -> str:
-    if not len(x):
-        return ""  # it stands in the legend alone
-    if upper is not None:
-        x, y = np.concatenate([x, x[::-1]]), np.concatenate([y, upper[::-1]])
+def _line(curve: Curve, across: Scale, up: Scale) -> str:
+    x, y = curve.x, curve.y
+    if curve.upper is not None:
+        x, y = across(np.concatenate([x, x[::-1]])), up(np.concatenate([y, curve.upper[::-1]]))
         return f'<path d="{_path(x, y)}Z" fill="{curve.colour}" fill-opacity="0.45"/>'
-    return f'<path d="{_path(x, y)}" fill="none" stroke-linejoin="round" {_stroke(curve)}/>'
+    good = ~(np.isnan(x) | np.isnan(y))
+    parts = np.split(np.arange(len(x)), np.flatnonzero(np.diff(good)) + 1)
+    pieces = [thin(x[part], y[part]) for part in parts if len(part) and good[part[0]]]
+    path = "".join(_path(across(u), up(v)) for u, v in pieces)
+    return f'<path d="{path}" fill="none" stroke-linejoin="round" {_stroke(curve)}/>' if path else ""
 
 
 def _path(x: Floats, y: Floats) -> str:
@@ -326,6 +294,8 @@ def _marker(x: float, y: float, curve: Curve) -> str:
     look = f'fill="{curve.face}" {_stroke(curve)}'
     if curve.marker == "o":
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" {look}/>'
+    if curve.marker == ".":
+        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="1.6" fill="{curve.face}"/>'
     if curve.marker == "s":
         return f'<rect x="{x - 3.5:.1f}" y="{y - 3.5:.1f}" width="7" height="7" {look}/>'
     s = 1.0 if curve.marker == "^" else -1.0

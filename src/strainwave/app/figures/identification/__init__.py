@@ -1,1 +1,0 @@
-"""Figures of measurements and of what they tell."""

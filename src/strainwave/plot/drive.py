@@ -1,0 +1,235 @@
+"""The figure of a drive: oscillation of its error and torque in its gear against speed; several drives side by side.
+
+The mean of the error, its static wind-up, is left out: it is told beside the figure. Stable parts are full lines,
+unstable ones dashed. Curves have more points than were computed: between those their harmonics follow a smooth curve.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.results import Floats
+from ..base.sentences import number
+from ..base.speeds import Speeds
+from ..base.units import RPM
+from ..drive.drive_response import DriveResponse
+from ..drive.project import Project
+from ..drive.response import ExactResponse
+from ..numerics.balance.fourier import synthesis, to_blocks
+from ..study.analysis.analysis import Analysis
+from ..study.analysis.avoid import Avoid
+from ..study.analysis.load_cases import LoadCase
+from ..study.analysis.resonances import Regime
+from ..study.analysis.runup import RunUp
+from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE, Arrow, Axis, Note, Panel, angle, panels_of
+
+SHADE = "#d9d9d9"  # speeds to avoid
+HEIGHT = 290.0  # of a panel [px]
+NEAR = 2.0  # times the largest torque: limits up to there are drawn
+FAR = 3.0  # times the largest oscillation of the drive: the error equation is drawn up to there
+PARTS, SAMPLES = 5, 128  # of each step, and of the period of the highest harmonic
+SHORTEST = 1e-9  # step along the arc, of the curve's extent
+COLOURS, STYLES = (BLUE, ORANGE, BLACK, GREY), ("", DASHES, DOT_DASH, "2 3")  # of several drives
+THIN, THICK = 0.9, 2.0  # of unstable and stable motions
+LONGEST = 44  # letters of a title in the legend
+
+
+def fine(response: ExactResponse) -> ExactResponse:
+    """Draw a curve with cubics between its points.
+
+    Speed and harmonics are smooth along the arc where the largest |x| has corners, so they are what is interpolated.
+    Computed points stay what they are.
+    """
+    curve = response.curve
+    if len(curve) < 3:
+        return response
+    speed, size = np.ptp(curve.omega), np.max(np.ptp(curve.coefficients, axis=0))
+    if not (speed > 0.0 and size > 0.0):
+        return response
+    found = _between(np.column_stack([curve.omega / speed, curve.coefficients / size])) * np.array(
+        [speed, *[size] * curve.coefficients.shape[1]]
+    )
+    found[::PARTS] = np.column_stack([curve.omega, curve.coefficients])
+    series = to_blocks(found[:, 1:].T).T
+    peak = np.max(np.abs(series @ synthesis(series.shape[1] // 2, SAMPLES * (series.shape[1] // 2))), axis=1)
+    peak[::PARTS] = curve.peak
+    own = np.arange(len(found)) // PARTS  # a step is drawn as its first point is
+    drawn = replace(
+        curve, values=found[:, 0], omega=found[:, 0], coefficients=found[:, 1:], peak=peak,
+        multipliers=curve.multipliers[own], stable=curve.stable[own],
+    )  # fmt: skip
+    return replace(response, curve=drawn)
+
+
+def _between(points: Floats) -> Floats:
+    """Points (rows) with others between them, evenly along the chord."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    place = np.concatenate([[0.0], np.cumsum(np.maximum(steps, SHORTEST))])
+    h, rise = np.diff(place)[:, None], np.diff(points, axis=0)
+    slope = rise / h
+    # Tangents of the cubic spline: its curvature has no jumps; at the ends those of parabolas through three points.
+    matrix, right = np.eye(len(points)), np.empty_like(points)
+    i = np.arange(1, len(points) - 1)
+    matrix[i, i - 1], matrix[i, i], matrix[i, i + 1] = h[1:, 0], 2.0 * (h[1:, 0] + h[:-1, 0]), h[:-1, 0]
+    right[i] = 3.0 * (h[1:] * slope[:-1] + h[:-1] * slope[1:])
+    right[0] = slope[0] - h[0] * (slope[1] - slope[0]) / (h[0] + h[1])
+    right[-1] = slope[-1] + h[-1] * (slope[-1] - slope[-2]) / (h[-1] + h[-2])
+    tangents = np.linalg.solve(matrix, right)
+    s = (np.arange(PARTS) / PARTS)[:, None]
+    start, end = (h * tangents[:-1] - rise)[:, None], (h * tangents[1:] - rise)[:, None]
+    among = points[:-1, None] + s * (rise[:, None] + (1.0 - s) * (start * (1.0 - s) - end * s))
+    return np.concatenate([among.reshape(-1, points.shape[1]), points[-1:]])
+
+
+class Drawn(NamedTuple):
+    """What the figure has beside the curve of the drive: nothing of it where there is no analysis."""
+
+    cases: tuple[LoadCase, ...] = ()
+    avoid: Avoid | None = None
+    run: RunUp | None = None
+    reduced: ExactResponse | None = None
+    regimes: tuple[Regime, ...] = ()
+
+
+def of_analysis(analysis: Analysis) -> Drawn:
+    """The same curve under other torques of the load, speeds to avoid, and what checks it or is compared with it."""
+    cases, whole = analysis.load_cases, analysis.train_curve is not None
+    if whole:
+        return Drawn(cases, analysis.avoid, None, analysis.exact)
+    return Drawn(cases, analysis.avoid, analysis.run_up, None, analysis.regimes)
+
+
+def of_speeds(speeds: Speeds) -> Axis:
+    """Axis of the speed of the base angle: motor rpm, or rad/s where that angle is a forcing phase."""
+    return Axis(speeds.name, speeds.unit, 1.0 / speeds.scale)
+
+
+NOTHING = Drawn()
+
+
+@panels_of.register
+def drive_panels(
+    drive: DriveResponse, project: Project | None = None, y: Axis | None = None, more: Drawn = NOTHING
+) -> list[Panel]:
+    """Oscillation of the error above, the largest torque in the gear below, over the same speeds.
+
+    Limits come from the project, and `y` is the axis of the oscillation in a unit that a report chose.
+    """
+    y = y or angle(f"oscillation of the {drive.name}", drive.oscillation)
+    x = Axis("speed of the base angle", "rpm", RPM) if project is None else of_speeds(project.speeds)
+    above, below = Panel("", x, y), Panel("", x, Axis("largest torque in the gear", "N*m"))
+    if project is not None:
+        low, high = project.speeds.limits
+        above.xlim = below.xlim = low - 0.02 * (high - low), high + 0.02 * (high - low)
+    _error(above, project, drive, more)
+    _torque(below, project, drive, more)
+    for panel in (above, below):
+        panel.fit()
+        for i, band in enumerate(() if more.avoid is None else more.avoid.bands):
+            panel.band(band, -np.inf, np.inf, SHADE, "" if i else "speeds to avoid")
+    for i, regime in enumerate(more.regimes, 1):  # numbered as in the table
+        if regime.inside:
+            above.upright(regime.place, GREY, "", "5 4", 0.9)
+            above.notes.append(Note(regime.place, 0.0, str(i), above=True))
+    return [above, below]
+
+
+def shows_reduced(drive: DriveResponse, more: Drawn) -> bool:
+    """Whether the error equation is drawn beside the whole drive, whose own curve it would flatten if it were far."""
+    if more.reduced is None or not len(more.reduced.curve):
+        return False
+    largest = (np.max(fine(response).curve.oscillation) for response in (more.reduced, drive.response))
+    return bool(next(largest) <= FAR * next(largest))
+
+
+def _error(panel: Panel, project: Project | None, drive: DriveResponse, more: Drawn) -> None:
+    smooth = fine(drive.response)
+    for case in more.cases:
+        near = fine(case.drive.response).curve
+        name = f"load torque {number(more.cases[0].torque)} to {number(more.cases[-1].torque)} N·m"
+        panel.parted(near.omega, near.oscillation, True, ORANGE, name, widths=(1.0, 1.0), keep=near.stable)
+    name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if project and more.cases else "")
+    draw_exact(panel, name, smooth.curve.omega, smooth.curve.oscillation, smooth.curve.stable)
+    if more.reduced is not None and shows_reduced(drive, more):
+        other = fine(more.reduced).curve
+        panel.line(other.omega, other.oscillation, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
+    for motions, marker in ((more.run.up, "^"), (more.run.down, "v")) if more.run is not None else ():
+        good = [m for m in motions if m.status]
+        heights = [float(np.max(np.abs(m.x - np.mean(m.x[:-1])))) for m in good]
+        simulated(panel, [m.omega for m in good], heights, marker)
+    own, omega = drive.oscillation, drive.omega
+    folds = [(fold.omega, float(own[np.argmin(np.abs(omega - fold.omega))])) for fold in drive.folds]
+    draw_folds(panel, [w for w, _ in folds], [y for _, y in folds])
+    sweep = drive.response.sweep
+    for jump in (*sweep.on_run_up, *sweep.on_run_down) if sweep else ():
+        before, after = (own[_nearest(drive, jump.value, peak)] for peak in (jump.before, jump.after))
+        panel.arrows.append(Arrow(jump.value, float(before), float(after)))
+    if project is None:
+        return
+    if project.limit is not None:
+        panel.level(project.limit, BLACK, "limit of the project", DOTS, 1.6)
+    gear = project.gear
+    limit = gear.max_rpm if gear is not None and project.speeds.by_motor else None
+    if gear is not None and limit is not None and limit <= 1.05 * project.speeds.scale * project.speeds.limits[1]:
+        panel.upright(limit / project.speeds.scale, BLACK, f"largest input speed of {gear.name}", DOTS, 1.6)
+
+
+def _nearest(drive: DriveResponse, omega: float, peak: float) -> int:
+    """Number of the motion next to a speed [rad/s] and a largest |error| [rad]."""
+    return int(np.argmin(np.abs(drive.omega / omega - 1.0) + np.abs(drive.peak - peak) / np.max(drive.peak)))
+
+
+def _torque(panel: Panel, project: Project | None, drive: DriveResponse, more: Drawn) -> None:
+    for case in more.cases:
+        there = case.drive
+        panel.parted(there.omega, there.torque, True, ORANGE, widths=(1.0, 1.0), keep=there.stable)
+    panel.parted(drive.omega, drive.torque, drive.stable, widths=(2.2, 1.9))
+    if project is None or project.gear is None:
+        return
+    top = max(float(np.max(case.torque)) for case in (drive, *(case.drive for case in more.cases)))
+    limits = {
+        "repeated peak torque": (project.gear.repeated_peak_torque, "8 3"),
+        "momentary torque": (project.gear.momentary_torque, DOTS),
+    }
+    for name, (limit, dash) in limits.items():
+        if limit is not None and limit < NEAR * top:
+            panel.level(limit, BLACK, f"{name} of {project.gear.name}", dash)
+
+
+def draw_exact(panel: Panel, method: str, x: Floats, y: Floats, stable: Any, keep: Any = True) -> None:
+    """A computed arc, its stable and its unstable parts."""
+    panel.parted(x, y, stable, BLUE, method, (", stable", ", unstable"), (2.2, 1.9), keep=keep)
+
+
+def simulated(panel: Panel, x: list[float], y: list[float], marker: str) -> None:
+    """Markers of motions that were integrated, on a run-up or a run-down."""
+    name, face = ("run-up (integration)", BLACK) if marker == "^" else ("run-down (integration)", "#ffffff")
+    panel.points(x, y, BLACK, name, marker, face)
+
+
+def draw_folds(panel: Panel, folds: list[float], heights: list[float]) -> None:
+    """Rings at the folds with their speeds."""
+    panel.points(folds, heights, BLUE, "fold, where the curve turns")
+    panel.notes += [Note(u, v, f"{u / panel.x.size:.5g}") for u, v in zip(folds, heights, strict=True)]
+
+
+def comparison_panels(
+    titles: Sequence[str], responses: Sequence[DriveResponse], limits: Sequence[float | None], speeds: Speeds
+) -> list[Panel]:
+    """The oscillation of every drive over the speed, each with its own line, and their limit [rad] if they share it."""
+    largest = [float(np.max(response.oscillation)) for response in responses]
+    panel = Panel("largest oscillation of the error", of_speeds(speeds), angle("", largest))
+    for i, (title, response) in enumerate(zip(titles, responses, strict=True)):
+        name = f"{i + 1}: {title}"
+        name = name if len(name) <= LONGEST else name[: LONGEST - 3] + "..."
+        x, y, dash = response.omega, response.oscillation, STYLES[(i + i // len(COLOURS)) % len(STYLES)]
+        colour = COLOURS[i % len(COLOURS)]
+        panel.parted(x, y, response.stable, colour, name, ("", ""), (THICK, THIN), (dash, dash))
+        panel.notes.append(Note(float(x[np.argmax(y)]), float(np.max(y)), str(i + 1)))
+    known = {limit for limit in limits if limit is not None}
+    if len(known) == 1:
+        panel.level(known.pop(), GREY, "limit", "8 4")
+    panel.fit()
+    return [panel]
