@@ -86,7 +86,7 @@ def test_a_drive_has_its_torque_below_the_oscillation_over_the_same_speeds(axes)
     assert below.get_xlim() == above.get_xlim()
     drawn = np.concatenate([line.get_ydata()[:-1] for line in below.lines])
     np.testing.assert_array_equal(drawn, found.torque[:-1])
-    assert below.get_ylabel() == "largest torque in the gear (N·m)"
+    assert below.get_ylabel().replace("\n", " ") == "largest torque in the gear (N·m)"
     assert below.get_xlabel() == "speed of the base angle (rpm)"
     stable = [line.get_linestyle() == "-" for line in below.lines]
     assert stable == [bool(part[0]) for part in np.split(found.stable, np.flatnonzero(np.diff(found.stable)) + 1)]

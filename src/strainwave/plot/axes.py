@@ -52,6 +52,12 @@ def draw(result: Any, axes: Any = None) -> Any:
             raise ModuleNotFoundError("figures need the extra `plot`: pip install 'strainwave[plot]'") from None
         size = (WIDTH, max(4.8, 2.4 * len(panels)))
         axes = pyplot.subplots(figsize=size if len(panels) > 1 else None, layout="constrained")[1]
+    _draw_all(axes, panels)
+    return axes
+
+
+def _draw_all(axes: Any, panels: Sequence[Panel]) -> None:
+    """Draw panels below each other in the place of the axes, with one legend."""
     named: dict[str, Any] = {}
     places = _places(axes, len(panels))
     for place, panel in zip(places, panels, strict=True):
@@ -60,14 +66,14 @@ def draw(result: Any, axes: Any = None) -> Any:
         place.tick_params(labelbottom=below.x != panel.x)
         place.xaxis.label.set_visible(below.x != panel.x)
     if named:
-        _legend(places[-1], named, sum(len(curve.x) for curve in panels[0].curves), panels)
-    return axes
+        _legend(places[-1], named, panels)
 
 
-def _legend(axes: Any, named: dict[str, Any], points: int, panels: Sequence[Panel]) -> None:
+def _legend(axes: Any, named: dict[str, Any], panels: Sequence[Panel]) -> None:
     """Names within a panel on its own, if they are few, or below all panels."""
     look: dict[str, Any] = {"fontsize": 8, "frameon": False}
     if len(panels) == 1 and panels[0].cells is None and len(named) <= FEW and max(map(len, named)) <= LONG:
+        points = sum(len(curve.x) for curve in panels[0].curves)
         axes.legend(loc="best" if points < MANY else "upper right", **look)
         return
     from matplotlib.transforms import ScaledTranslation
@@ -105,18 +111,15 @@ def write(panels: Sequence[Panel], path: Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, HEIGHT * len(panels)), layout="constrained")
-    entries: dict[str, Any] = {}
-    for axes, panel in zip(figure.subplots(len(panels), 1, squeeze=False)[:, 0], panels, strict=True):
+    _draw_all(figure.add_subplot(), panels)
+    for axes in figure.axes:
         axes.grid(color="#dddddd")
-        _draw(axes, panel, entries)
-    said = [line for panel in panels for text in panel.caption for line in wrap(text, LINE)]
-    figure.legend(entries.values(), entries.keys(), loc="outside upper center", fontsize=8, frameon=False, ncols=2)
-    if said:
+    if said := [line for panel in panels for text in panel.caption for line in wrap(text, LINE)]:
         figure.supxlabel("\n".join(said), fontsize=7, x=0.02, ha="left")
     figure.savefig(path, dpi=DOTS)
 
 
-def _draw(axes: Any, panel: Panel, named: dict[str, Any], letters: int = LETTERS) -> None:
+def _draw(axes: Any, panel: Panel, named: dict[str, Any], letters: int) -> None:
     """Draw one panel, in the units of its axes, and add what is new in a legend to the names."""
     (left, right, xlog), (bottom, top, ylog) = panel.scales()
     across, up = panel.x.size, panel.y.size

@@ -17,23 +17,8 @@ from ..study.compensation.moves import CompensatedMove
 from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units
 from ..study.compensation.runup import CompensatedRunup
-from .panels import (
-    BLACK,
-    BLUE,
-    DASHES,
-    DOT_DASH,
-    DOTS,
-    GREEN,
-    GREY,
-    LOOKS,
-    MOTOR,
-    ORANGE,
-    TIME,
-    Axis,
-    Panel,
-    angle,
-    panels_of,
-)
+from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREEN, GREY, LOOKS, ORANGE
+from .panels import MOTOR, TIME, Axis, Panel, angle, panels_of
 
 TURNS = 2  # of the motor that are shown
 PLAIN = "loop"

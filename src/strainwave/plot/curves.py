@@ -17,25 +17,8 @@ from ..numerics.sampled.loops import LoopEnsemble, LoopRun
 from ..study.analysis.validity import LEVELS, ORDERS, GeneralValidity, ValidityMap
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
-from .panels import (
-    BLACK,
-    BLUE,
-    DASHES,
-    GREEN,
-    GREY,
-    OCHRE,
-    ORANGE,
-    PINK,
-    TIME,
-    Arrow,
-    Axis,
-    Cells,
-    Note,
-    Panel,
-    angle,
-    angle_unit,
-    panels_of,
-)
+from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PINK
+from .panels import TIME, Arrow, Axis, Cells, Note, Panel, angle, angle_unit, panels_of
 
 SAMPLES = 16  # of an orbit, per harmonic
 HERTZ = Axis("frequency", "Hz", 2.0 * np.pi)

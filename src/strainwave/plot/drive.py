@@ -23,7 +23,8 @@ from ..study.analysis.avoid import Avoid
 from ..study.analysis.load_cases import LoadCase
 from ..study.analysis.resonances import Regime
 from ..study.analysis.runup import RunUp
-from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE, Arrow, Axis, Note, Panel, angle, panels_of
+from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE
+from .panels import Arrow, Axis, Note, Panel, angle, panels_of
 
 SHADE = "#d9d9d9"  # speeds to avoid
 HEIGHT = 290.0  # of a panel [px]

@@ -14,7 +14,8 @@ from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_result import LoopFit
 from ..study.identification.orders.order_result import OrderScan
 from ..study.identification.response_curve.response_fit import ResponseFit
-from .panels import BLACK, BLUE, DASHES, GREY, ORANGE, PALE, TIME, Axis, Note, Panel, angle, panels_of
+from .colours import BLACK, BLUE, DASHES, GREY, ORANGE, PALE
+from .panels import TIME, Axis, Note, Panel, angle, panels_of
 
 TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
 REACH = 1.96  # standard errors of an interval of 95 %

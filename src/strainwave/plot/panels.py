@@ -1,8 +1,6 @@
 """Figures as plain data: what a result shows, in SI, with the unit of each axis. Any renderer draws them.
 
 A figure is told once, by `panels()` of a result or by a function that is registered here for its class.
-
-Colours are told apart by colour-blind people (Okabe and Ito); what colour tells apart, dashes or markers do too.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,14 +16,8 @@ from numpy.typing import ArrayLike
 from ..base.results import Floats
 from ..base.sentences import sign
 from ..base.units import ARCSEC, RPM
+from .colours import BLUE, DASHES
 
-BLUE, ORANGE, GREEN, PINK, OCHRE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#A08A00"
-BLACK, GREY, PALE = "#222222", "#777777", "#c0c0c0"
-DASHES, DOT_DASH, DOTS = "6 3", "8 3 2 3", "2 2"
-LOOKS = (
-    (BLUE, ""), (ORANGE, DASHES), (GREEN, DOTS), (PINK, "10 3"), (GREY, ""), (BLUE, DOTS), (ORANGE, DOT_DASH),
-    (GREEN, ""), (PINK, DASHES), (GREY, DOTS),
-)  # fmt: skip
 ROWS = 2  # of texts above a panel
 Ends = tuple[float | None, float | None]
 
@@ -199,7 +191,7 @@ class Panel:
         heights = np.concatenate([np.zeros(1), *inside])
         positive = heights[heights > 0.0]
         self.log = len(positive) > 0 and bool(np.max(positive) > spread * np.min(positive))
-        self.ylim = (None, None) if self.log else (0.0, room * float(np.max(heights)))
+        self.ylim = (None, None) if self.log else (0.0, room * float(np.max(heights)) or 1.0)
 
     def scales(self) -> tuple[tuple[float, float, bool], tuple[float, float, bool]]:
         """Ends of both axes, those given or the reach of the curves with a margin, and whether each is logarithmic."""

@@ -10,24 +10,8 @@ from ..model.gears.gear import Gear
 from ..study.design.result import Design
 from ..study.move.result import Move
 from ..study.speed_map.result import SpeedMap
-from .panels import (
-    BLACK,
-    BLUE,
-    DOT_DASH,
-    DOTS,
-    GREEN,
-    GREY,
-    MOTOR,
-    ORANGE,
-    PINK,
-    TIME,
-    Axis,
-    Cells,
-    Note,
-    Panel,
-    angle,
-    panels_of,
-)
+from .colours import BLACK, BLUE, DOT_DASH, DOTS, GREEN, GREY, ORANGE, PINK
+from .panels import MOTOR, TIME, Axis, Cells, Note, Panel, angle, panels_of
 
 AFTER = 0.4  # durations of the profile shown after its end, and twice the time to settle
 NEAR = 2.0  # times the largest value: limits up to there are drawn
@@ -135,12 +119,14 @@ def _bands(found: SpeedMap, ends: tuple[float, float]) -> Panel:
     for load, some in zip(found.loads.tolist(), found.forbidden, strict=True):
         for band in some:
             panel.band(band, load - BAR * step, load + BAR * step, BAND, "forbidden")
-    size = np.log10(np.where(found.oscillation > 0.0, found.oscillation, np.nan))
-    share = (size - np.nanmin(size)) / (np.nanmax(size) - np.nanmin(size) or 1.0)
-    shade = np.where(np.isfinite(share), np.round((len(GREYS) - 1) * share), -1.0).astype(int)
-    middle = np.concatenate([found.speeds[:1], 0.5 * (found.speeds[1:] + found.speeds[:-1]), found.speeds[-1:]])
-    edges = np.append(found.loads - 0.5 * step, found.loads[-1] + 0.5 * step)
-    panel.cells = Cells(middle, edges, shade, [f"#{3 * f'{grey:02x}'}" for grey in GREYS])
+    good = np.isfinite(found.oscillation) & (found.oscillation > 0.0)
+    if np.any(good):
+        size = np.log10(np.where(good, found.oscillation, np.min(found.oscillation[good])))
+        share = (size - np.min(size)) / (np.ptp(size) or 1.0)
+        shade = np.where(good, np.round((len(GREYS) - 1) * share), -1.0).astype(int)
+        middle = np.concatenate([found.speeds[:1], 0.5 * (found.speeds[1:] + found.speeds[:-1]), found.speeds[-1:]])
+        edges = np.append(found.loads - 0.5 * step, found.loads[-1] + 0.5 * step)
+        panel.cells = Cells(middle, edges, shade, [f"#{3 * f'{grey:02x}'}" for grey in GREYS])
     if found.vendor:
         loads = np.array([rule.load for rule in found.vendor])
         up = np.column_stack([loads - 0.5 * step, loads + 0.5 * step]).ravel()

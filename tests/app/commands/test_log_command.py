@@ -34,7 +34,7 @@ def test_the_command_tells_channels_segments_and_notes_and_writes_what_it_read(t
     assert all(np.array_equal(again.channels[name], values) for name, values in log.channels.items())
     figure = ET.parse(tmp_path / "out/log.svg").getroot()
     texts = ["".join(node.itertext()) for node in figure.iter() if node.tag.endswith("text")]
-    for text in ("load angle", "(rad)", "torque", "time (s)", "run-up", "constant speed, 0.366 rad/s"):
+    for text in ("load angle (rad)", "torque (N·m)", "time (s)", "run-up", "constant speed, 0.366 rad/s"):
         assert text in texts
     bands = [node for node in figure.iter() if node.get("fill-opacity") and node.tag.endswith("path")]
     assert len(bands) == 2 * len(log.channels)  # run-up and run-down in every panel

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from ....plot.panels import BLACK, BLUE, Axis, Panel
+from ....plot.colours import BLACK, BLUE
+from ....plot.panels import Axis, Panel
 from ....plot.svg import figure
 from ...view import View, sizes
 
