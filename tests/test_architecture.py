@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import strainwave
-from strainwave.base.above import HOMES, above
+from strainwave.base.above import DRAWERS, HOMES, above
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
@@ -131,3 +131,9 @@ def test_modules_are_found_by_their_former_names_with_a_warning_that_says_the_ne
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "the module strainwave.quantities is strainwave.base.quantities now; import it from there\n"
+
+
+@pytest.mark.parametrize("name", sorted(DRAWERS))
+def test_functions_that_drew_one_class_are_found_with_a_warning(name):
+    with pytest.warns(FutureWarning, match=f"strainwave.{name}.axes, result. is result.plot.axes. now"):
+        assert callable(getattr(strainwave, name))

@@ -22,6 +22,12 @@ HOMES = {
 IN_BASE = ("choices", "law", "protocols", "quantities", "records", "results", "sentences", "series", "units")
 FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {f"{ROOT}.tree": f"{ROOT}.compile.tree"}
 
+DRAWN = (
+    "basins bode branch decay design drive general_validity identified log orbit orbit_diagram order_scan response "
+    "response_fit run slow_response speed_map trajectory validity variability"
+)
+DRAWERS = {f"draw_{what}" for what in DRAWN.split()}  # public functions of version 0.2, in the place of `draw`
+
 
 def above(name: str) -> Any:
     """One of the functions of HOMES."""
@@ -31,6 +37,12 @@ def above(name: str) -> Any:
 def thing(module: str, name: str) -> Any:
     """What a module has under a name, the module loaded where it was not."""
     return getattr(import_module(module), name)
+
+
+def drawer(name: str) -> Any:
+    """Return a function of DRAWERS, with a warning that says what is in its place."""
+    warnings.warn(f"{ROOT}.{name}(axes, result) is result.plot(axes) now", FutureWarning, stacklevel=3)
+    return lambda axes, result: above("draw")(result, axes)
 
 
 class Former:
