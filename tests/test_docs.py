@@ -20,8 +20,8 @@ import strainwave as sw
 from strainwave.app.commands.cli import COMMANDS, cli
 from strainwave.base.quantities import parse
 from strainwave.files import reading
-from strainwave.files.complaints import EXAMPLES
-from strainwave.files.entries import fields_of, law_types
+from strainwave.files.fields.rows import examples, law_types, rows_of
+from strainwave.files.fields.schema import ProjectSpec
 
 matplotlib.use("Agg")
 
@@ -157,9 +157,9 @@ def test_every_command_and_option_is_on_the_command_line_page():
 
 
 def test_every_field_of_a_project_file_is_on_its_page():
-    fields = {field.replace("[]", "") for field in EXAMPLES}
+    fields = {field.replace("[]", "") for field, _ in examples(ProjectSpec)}
     fields = {re.sub(r"excitation\.(motor|load)_torque\.", "", field) for field in fields}  # described once for both
-    laws = {field for cls in law_types().values() for field in fields_of(cls)}
+    laws = {field for cls in law_types().values() for field in rows_of(cls)}
     assert not_on("project-file.md", fields | laws | set(law_types())) == []
 
 

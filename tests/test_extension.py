@@ -2,6 +2,7 @@
 
 import html
 import json
+import re
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,9 +16,17 @@ import strainwave as sw
 from strainwave.app import commands
 from strainwave.app.commands import cli
 from strainwave.app.report.report import together
+from strainwave.app.web.parameters import parameters
 from strainwave.base.choices import larger
 from strainwave.base.records import Result
 from strainwave.base.sentences import Angle, Speed
+from strainwave.files.fields.kinds import Quantity
+from strainwave.files.fields.rows import field, group_text, read_file, rows_of
+from strainwave.files.fields.schema import LoadSpec, ProjectSpec
+from strainwave.files.reading import ProjectError, from_text
+from strainwave.files.reference import project_schema, reference, template
+from strainwave.files.variants.names import keys_of
+from strainwave.files.yaml_text import read
 from strainwave.maths import cos, sign, tanh
 from strainwave.model.train.train_forms import AtLoad
 from strainwave.plot import Axis, Panel, figure
@@ -549,6 +558,46 @@ def test_a_result_of_a_user_with_panels_has_its_figure_in_every_renderer():
     for text in (*words, "housing", "air"):
         assert f">{text}</text>" in drawn
         assert f">{text}</text>" in found._repr_html_()
+
+
+@pytest.fixture
+def brake(monkeypatch):
+    """A field more of the group `load`: one row."""
+    rows_of.cache_clear()
+    row = field(Quantity("N*m", "positive"), "5 N*m", "Torque at which the brake of the load slips.")
+    monkeypatch.setattr(LoadSpec, "brake", row, raising=False)
+    yield
+    monkeypatch.undo()
+    rows_of.cache_clear()
+
+
+@pytest.mark.usefixtures("brake")
+def test_a_project_field_is_one_row(tmp_path):
+    text = JOINT.replace("drag:", "brake: 30 N*cm, drag:")
+    project = from_text(text, tmp_path / "joint.yaml")
+    spec, problems = read_file(read(text).content, ProjectSpec, read(text))
+    assert (spec.load.brake, problems) == (0.3, [])
+    assert "brake: 0.3 N*m" in group_text(spec.load)
+    for wrong, said in (
+        ("30", "4:34: load.brake: '30' has no unit; write for example 0.5 N*m or 20 N*cm"),
+        ("-3 N*m", "4:34: load.brake: '-3 N*m' is not positive"),
+        ("3 N*m, braek: 3 N*m", "4:41: load.braek: unknown field; did you mean 'brake'?"),
+    ):
+        with pytest.raises(ProjectError, match=re.escape(said)):
+            from_text(text.replace("30 N*cm", wrong), tmp_path / "joint.yaml")
+    schema = project_schema()["properties"]["load"]["properties"]["brake"]
+    assert schema["description"] == "Torque at which the brake of the load slips [N*m], above 0."
+    assert re.fullmatch(schema["pattern"] + ".*", "30 N*cm")
+    assert "| `load.brake` | Torque at which the brake of the load slips. | N*m | above 0 |  |" in reference()
+    assert "#  brake: 5 N*m" in template({"load.inertia": "1 kg*m^2", "load.brake": ""})
+    slider = next(one for one in parameters(project) if one["name"] == "load.brake")
+    assert (slider["si_unit"], slider["sign"], slider["help"]) == (
+        "N*m", "positive", "Torque at which the brake of the load slips.",
+    )  # fmt: skip
+    assert keys_of(read(text).content, "brake") == ("load", "brake")
+    assert sw.replaced(project, {"brake": "7 N*m"}).text.count("7 N*m") == 1
+    with pytest.raises(ValueError, match=r"load\.brake: '7' has no unit"):
+        sw.replaced(project, {"brake": "7"})
 
 
 def test_two_sections_with_one_key_are_refused():

@@ -257,9 +257,9 @@ from .study.design.specification import Specification as Specification
 from .model.train.controls import Tuning as Tuning
 
 # Files
-from .files.entries import project_entry as project_entry
-from .files.design.design_project import design_text as design_text
-from .files.design.specification_file import read_specification as read_specification
+from .files.fields.entries import project_entry as project_entry
+from .files.design import design_text as design_text
+from .files.design import read_specification as read_specification
 from .files.own_gears import read_gears as read_gears
 from .drive.project import Project as Project
 from .files.reading import read_project as read_project
@@ -273,7 +273,7 @@ from .files.variants.scatter import Exceedance as Exceedance
 from .files.variants.scatter import exceedance as exceedance
 from .files.variants.scatter import scattered as scattered
 from .files.variants.project_sweep import sweep_project as sweep_project
-from .files.move_fields import read_profile as read_profile
+from .files.profile_file import read_profile as read_profile
 from .files.order_tables.order_table import OrderTable as OrderTable
 from .files.order_tables.format import OrderFormat as OrderFormat
 from .files.order_tables.format import TableResidual as TableResidual

@@ -17,7 +17,8 @@ from canonical import DISSIPATIVE, LAWS
 
 import strainwave as sw
 from strainwave.base.law import depends
-from strainwave.files.entries import law_types, loop_types
+from strainwave.files.fields.entries import loop_types
+from strainwave.files.fields.rows import law_types
 from strainwave.files.reading import ProjectError, from_text
 
 SCRIPT = Path(__file__).parent.parent / "typed_code.py"

@@ -92,8 +92,8 @@ def complaint(motor="", load=""):
 @pytest.mark.parametrize(
     ("loop", "said"),
     [
-        ("30 Hz", "2:37: motor.loop: '30 Hz' is not a group of fields; write for example {bandwidth: 30 Hz"),
-        ("{damping: 0.7}", "2:37: motor.loop.bandwidth: is missing; write it, for example 30 Hz"),
+        ("30 Hz", "2:37: motor.loop: '30 Hz' is not a group of fields; write for example 'loop: {bandwidth: 30 Hz"),
+        ("{damping: 0.7}", "2:37: motor.loop.bandwidth: is missing; write for example 'bandwidth: 30 Hz'"),
         ("{bandwidth: 30}", "2:49: motor.loop.bandwidth: '30' has no unit; write for example 30 Hz"),
         ("{bandwidth: 30 rpm}", "motor.loop.bandwidth: '30 rpm' is a speed of a shaft, not a bandwidth; write 30 Hz"),
         ("{bandwidth: -3 Hz}", "motor.loop.bandwidth: '-3 Hz' is not positive"),
@@ -101,7 +101,7 @@ def complaint(motor="", load=""):
         ("{bandwidth: 30 Hz, type: torque}", "motor.loop.type: 'torque' is not known; write one of position, speed"),
         ("{bandwidth: 30 Hz, lag: 1 mm}", "motor.loop.lag: '1 mm' is not a time; write for example 0.5 ms"),
         ("{bandwidth: 30 Hz, K_p: 1 N*m}", "2:56: motor.loop.K_p: is a gain, and bandwidth and damping give the gains"),
-        ("{bandwidth: 30 Hz, lags: 1 ms}", "motor.loop.lags: unknown field; known: type, bandwidth, damping, lag"),
+        ("{bandwidth: 30 Hz, lags: 1 ms}", "motor.loop.lags: unknown field; did you mean 'lag'?"),
         (
             "{bandwidth: 200 Hz, lag: 0.5 ms}",
             "is too large: a bandwidth of 200 Hz is above half the inverse lag, 159.2",

@@ -704,7 +704,7 @@ WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*
             "damping",
             "hysteresis: 5\ndamping",
             "4:13",
-            "hysteresis: '5' is not a group of fields; write for example {typ",
+            "hysteresis: '5' is not a group of fields; write for example 'hysteresis: {typ",
         ),
         ("damping", "backlash: {half_gap: 0 rad}\ndamping", "4:22", "backlash.half_gap: '0 rad' is not positive"),
         (
@@ -790,7 +790,11 @@ HYSTERESIS = "{type: bouc_wen, K: 1e5 N*m/rad, ratio: 0.5, yield_twist: 1 mrad}"
         ("mode: held", f"drag: {SPRING}", "motor.drag: Linear is a spring, which ties a shaft to the ground"),
         ("CSG-40-50", "{ratio: 50, law: {type: angle_torque, amplitude: 1 N*m}}", "gear.law: AngleTorque follows the"),
         ("ratio: 0.02", "ratio: 0.02, ripples: [{order: 2, depth: 120 %}]", "damping.ripples: the depths of a Vari"),
-        ("ratio: 0.02", "ratio: 0.02, ripples: [2]", "damping.ripples[0]: '2' is not a group of fields; write {order"),
+        (
+            "ratio: 0.02",
+            "ratio: 0.02, ripples: [2]",
+            "damping.ripples[0]: '2' is not a group of fields; write for",
+        ),
         ("ratio: 0.02", "ratio: 0.02, warming: 20 deg", "damping.warming: '20 deg' is not a difference of temperature"),
     ],
 )

@@ -150,7 +150,7 @@ def test_a_gear_of_the_catalogue_keeps_its_record_with_a_measured_law(tmp_path):
     assert project.gear == sw.catalogue.gear(name)
     assert project.drive.law == sw.PiecewiseLinear(9e4, 15e4, 17e4, 54.0, 196.0)
     written = sw.project_text(replace(project, title="measured"))
-    assert f"name: {name}" in written
+    assert f'name: "{name}"' in written
     again = from_text(written, project.path)
     assert (again.gear, again.drive, again.rated_torque) == (project.gear, project.drive, project.rated_torque)
 

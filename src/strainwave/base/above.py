@@ -16,7 +16,7 @@ HOMES = {
     "html": "app.notebook",
     "judged": "study.analysis.verdict",
     "panels_of": "plot",
-    "project_entry": "files.entries",
+    "project_entry": "files.fields.entries",
     "to_control": "drive.state_space",
 }
 IN_BASE = ("choices", "law", "protocols", "quantities", "records", "results", "sentences", "series", "units")

@@ -1,6 +1,5 @@
 """A project, or a whole drive train built in Python, written as a project file."""
 
-import json
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,14 +14,27 @@ from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.meshing import LoadFriction, NoFriction
 from ..model.laws.springs import Play
-from ..model.train.controls import Lagged
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
-from ..model.varying import Variation
-from .controller import controller_text
-from .entries import deviation_text, project_entry
-from .move_fields import task_text
+from ..model.varying import NoVariation
+from .fields.controller import ControllerSpec
+from .fields.excitation import ErrorLine, ExcitationSpec, LoadTorqueSpec, TorqueLine, TorqueRange, TorqueSpec
+from .fields.rows import texts_of
+from .fields.schema import (
+    BacklashSpec,
+    CouplingSpec,
+    DampingSpec,
+    ExplicitGear,
+    LimitSpec,
+    LoadSpec,
+    MotorSpec,
+    MoveSpec,
+    NamedGear,
+    ProjectSpec,
+    SpeedSpec,
+    StiffnessSpec,
+)
 from .reading import ProjectError, from_text
 
 NEIGHBOURS = (0.0, -math.inf, math.inf)
@@ -68,17 +80,20 @@ def project_text(
         raise ValueError(
             f"a project file has constant speeds, and this train follows {train.reference}; use it in Python"
         )
-    groups = {
-        "title": json.dumps(title, ensure_ascii=False) if title else "",
-        "gear": f"{{ratio: {train.N!r}, law: {project_entry(train.law)}}}",
-        "load_friction": _friction(train.friction),
-        "motor": _motor(train.motor),
-        "load": _load(train.load),
-        "damping": f"{{B: {train.B!r} N*m*s/rad}}",
-        "speed": _speed(train.omega if omega is None else omega),
-        "excitation": _excitation(train),
-    }
-    text = "".join(f"{name}: {group}\n" for name, group in groups.items() if group)
+    text = _file(
+        title=title or None,
+        gear=ExplicitGear(ratio=train.N, law=train.law),
+        load_friction=_friction(train.friction),
+        motor=_motor(train.motor, "free" if train.motor.free else "held"),
+        load=_load(train.load),
+        damping=DampingSpec(B=train.B),
+        speed=_speed(train.omega if omega is None else omega),
+        excitation=ExcitationSpec(
+            kinematic_error=_error(train.error),
+            motor_torque=_torque("the motor", train.motor.excitation),
+            load_torque=_torque("the load", train.load.end().excitation),
+        ),
+    )
     try:
         from_text(text, Path("project.yaml"))
     except ProjectError as error:
@@ -91,7 +106,7 @@ def _of_project(project: Project) -> str:
     if _reads_as(project, project.text):
         return project.text
     for gear in _gears(project):
-        text = "".join(f"{name}: {group}\n" for name, group in {**gear, **_parts(project)}.items() if group)
+        text = _file(**gear, **_parts(project))
         if _reads_as(project, text):
             return text
     raise ValueError(
@@ -109,79 +124,67 @@ def _reads_as(project: Project, text: str) -> bool:
     return replace(found, text=project.text, notes=project.notes, gear=project.gear) == project
 
 
-def _gears(project: Project) -> Iterator[dict[str, str]]:
+def _file(**groups: Any) -> str:
+    return "".join(f"{name}: {text}\n" for name, text in texts_of(ProjectSpec(**groups)).items())
+
+
+def _gears(project: Project) -> Iterator[dict[str, Any]]:
     """Ways to write the gear, the shortest first: by its name in the catalogue, with a law of its own, in full."""
-    whole = project.drive.law
-    beside, law = _beside(whole)
-    ratio = repr(project.drive.N)
-    rated = "" if project.rated_torque is None else f"{project.rated_torque!r} N*m"
+    law, beside = project.drive.law, dict[str, Any]()
+    ratio, rated = project.drive.N, project.rated_torque
+    in_full = {"gear": ExplicitGear(ratio=ratio, law=law, rated_torque=rated)}
+    if isinstance(law, Parallel):
+        beside["hysteresis"], law = law.second, law.first
+    if isinstance(law, Play):
+        beside["backlash"], law = BacklashSpec(half_gap=law.half_gap), law.law
     if project.gear is not None:
         yield {"gear": project.gear.name, **beside}
-        yield {"gear": _group(name=project.gear.name, law=project_entry(law)), **beside}
-    yield {"gear": _group(ratio=ratio, law=project_entry(whole), rated_torque=rated)}
-    yield {"gear": _group(ratio=ratio, law=project_entry(law), rated_torque=rated), **beside}
+        yield {"gear": NamedGear(name=project.gear.name, law=law), **beside}
+    yield in_full
+    yield {"gear": ExplicitGear(ratio=ratio, law=law, rated_torque=rated), **beside}
 
 
-def _beside(law: Any) -> tuple[dict[str, str], Any]:
-    """Hysteresis and backlash as a file has them beside a gear, and the law without them."""
-    beside = {}
-    if isinstance(law, Parallel):
-        beside["hysteresis"], law = project_entry(law.second), law.first
-    if isinstance(law, Play):
-        beside["backlash"], law = f"{{half_gap: {law.half_gap!r} rad}}", law.law
-    return beside, law
-
-
-def _parts(project: Project) -> dict[str, str]:
+def _parts(project: Project) -> dict[str, Any]:
     """Every group of a project but the gear."""
-    drive = project.drive
+    drive, load = project.drive, project.load_torque or Harmonics((Harmonic(0.0),))
     train = project.whole or drive.train(motor_torque=project.motor_torque, load_torque=project.load_torque)
-    mode = project.motor if project.motor_named else ""
-    motor = train.motor._replace(J=drive.J_m)
-    errors = project.kinematic_error
+    motor, free = train.motor._replace(J=drive.J_m), project.motor_torque
     return {
-        "title": json.dumps(project.title, ensure_ascii=False),
+        "title": project.title,
         "load_friction": _friction(train.friction),
-        "motor": _motor(motor, mode, project.motor_limits),
-        "controller": "" if project.sampling is None else controller_text(project.sampling),
+        "motor": _motor(motor, project.motor if project.motor_named else None, project.motor_limits),
+        "controller": project.sampling and ControllerSpec.of(project.sampling),
         "load": _load(train.load),
         "damping": _damping(project),
-        "stiffness": "" if project.stiffness is None else f"{{ripples: {_ripples(project.stiffness)}}}",
+        "stiffness": project.stiffness and StiffnessSpec(ripples=project.stiffness),
         "speed": _speeds(project.speeds),
-        "excitation": _group(
-            kinematic_error="" if errors is None else _lines(errors.lines, "rad"),
-            motor_torque="" if project.motor_torque is None else _torque("the motor", project.motor_torque),
-            load_torque=_torque("the load", project.load_torque or Harmonics((Harmonic(0.0),)), project.mean_range),
+        "excitation": ExcitationSpec(
+            kinematic_error=_error(project.kinematic_error),
+            motor_torque=None if free is None else _torque("the motor", free),
+            load_torque=_torque("the load", load, project.mean_range),
         ),
-        "scatter": _group(**{name: deviation_text(d) for name, d in project.scatter}) if project.scatter else "",
-        "scatter_correlation": "" if project.correlation is None else json.dumps(project.correlation),
-        "limit": "" if project.limit is None else f"{{oscillation: {project.limit!r} rad}}",
-        "move": "" if project.move is None else task_text(project.move),
+        "scatter": dict(project.scatter) or None,
+        "scatter_correlation": project.correlation,
+        "limit": None if project.limit is None else LimitSpec(oscillation=project.limit),
+        "move": project.move and MoveSpec.of(project.move),
     }
 
 
-def _damping(project: Project) -> str:
-    varying, B = project.damping, f"{project.drive.B!r} N*m*s/rad"
+def _damping(project: Project) -> DampingSpec:
+    varying, B = project.damping, project.drive.B
     if varying is None:
-        return _group(B=B)
-    names = {"warming": " K", "per_kelvin": " 1/K", "fast": "", "v_fast": " rad/s"}
-    numbers = {name: f"{getattr(varying, name)!r}{unit}" for name, unit in names.items()}
-    return _group(B=B, ripples=_ripples(varying.variation), **numbers)
+        return DampingSpec(B=B)
+    numbers = varying._asdict() | {"B": B}
+    ripples = numbers.pop("variation")
+    return DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **numbers)
 
 
-def _ripples(variation: Any) -> str:
-    """Ripples of a variation; empty where it has none."""
-    lines = variation.ripples if isinstance(variation, Variation) else ()
-    groups = [_group(order=str(r.order), depth=repr(r.depth), phase=f"{r.phase!r} rad") for r in lines]
-    return f"[{', '.join(groups)}]" if groups else ""
-
-
-def _speeds(speeds: Speeds) -> str:
+def _speeds(speeds: Speeds) -> SpeedSpec:
     """Speeds of the shaft that they were given for: the numbers that times the ratio give those of the base angle."""
-    own = [f"{_share(omega, speeds.ratio)!r} rad/s" for omega in speeds.given]
+    own = tuple(_share(omega, speeds.ratio) for omega in speeds.given)
     if speeds.single:
-        return _group(at=f"[{', '.join(own)}]", shaft=speeds.shaft)
-    return _group(**{"from": own[0], "to": own[1], "shaft": speeds.shaft})
+        return SpeedSpec(at=own, shaft=speeds.shaft)
+    return SpeedSpec(**{"from": own[0], "to": own[1], "shaft": speeds.shaft})
 
 
 def _share(omega: float, ratio: float) -> float:
@@ -190,91 +193,65 @@ def _share(omega: float, ratio: float) -> float:
     return next((value for value in near if value * ratio == omega), near[0])
 
 
-def _group(**fields: str) -> str:
-    return "{" + ", ".join(f"{name}: {text}" for name, text in fields.items() if text) + "}"
+def _drag(law: Any) -> Any:
+    return None if (type(law), law) == (type(NO_DRAG), NO_DRAG) else law  # equal numbers make no equal law
 
 
-def _drag(law: Any) -> str:
-    return "" if (type(law), law) == (type(NO_DRAG), NO_DRAG) else project_entry(law)  # equal numbers make no equal law
-
-
-def _friction(friction: Any) -> str:
+def _friction(friction: Any) -> float | None:
     if isinstance(friction, NoFriction):
-        return ""
+        return None
     if not isinstance(friction, LoadFriction) or friction != LoadFriction(friction.mu):
         usual = LoadFriction(0.0).width
         raise ValueError(
             f"a project file holds load-proportional friction smoothed over {usual:g} rad/s, and this train has "
             f"{shown(friction)}; use it in Python"
         )
-    return repr(friction.mu)
+    return friction.mu
 
 
-def _motor(motor: Any, mode: str | None = None, limits: MotorLimits | None = None) -> str:
-    loop = "" if motor.free or motor.held else loop_text(motor.control)
-    if mode is None:
-        mode = "free" if motor.free else "held"
-    inertia = f"{motor.J!r} kg*m^2" if motor.J else ""
+def _motor(motor: Any, mode: str | None, limits: MotorLimits | None = None) -> MotorSpec:
     most = limits or MotorLimits()
-    torque = f"{most.torque!r} N*m" if math.isfinite(most.torque) else ""
-    speed = f"{most.speed!r} rad/s" if math.isfinite(most.speed) else ""
-    return _group(
-        inertia=inertia, mode=mode, loop=loop, drag=_drag(motor.drag), max_torque=torque, max_speed=speed
-    )  # fmt: skip
+    return MotorSpec(
+        inertia=motor.J or None,
+        mode=mode,
+        loop=None if motor.free or motor.held else motor.control,
+        drag=_drag(motor.drag),
+        max_torque=most.torque if math.isfinite(most.torque) else None,
+        max_speed=most.speed if math.isfinite(most.speed) else None,
+    )
 
 
-def loop_text(control: Any) -> str:
-    """A loop of the motor by its gains, as a project file has it."""
-    if isinstance(control, Lagged):
-        return project_entry(control.loop).removesuffix("}") + f", lag: {control.lag!r} s}}"
-    return project_entry(control)
-
-
-def _load(load: Any) -> str:
-    couplings = []
+def _load(load: Any) -> LoadSpec:
+    chain = []
     while not isinstance(load, Load):
-        B, law = f"{load.B!r} N*m*s/rad", project_entry(load.law)
-        couplings.append(_group(inertia=f"{load.J!r} kg*m^2", B=B, law=law))
+        chain.append(CouplingSpec(inertia=load.J, B=load.B, law=load.law))
         load = load.load
-    one, more = (couplings[0], "") if len(couplings) == 1 else ("", ", ".join(couplings))
-    chain = f"[{more}]" if more else ""
-    return _group(inertia=f"{load.J!r} kg*m^2", drag=_drag(load.drag), coupling=one, couplings=chain)
+    chained = {"coupling": chain[0]} if len(chain) == 1 else {"couplings": chain or None}
+    return LoadSpec(inertia=load.J, drag=_drag(load.drag), **chained)
 
 
-def _speed(omega: Any) -> str:
+def _speed(omega: Any) -> SpeedSpec:
     if isinstance(omega, tuple | list):
         low, high = interval("omega [rad/s]", omega, positive=True)
-        return _group(**{"from": f"{low!r} rad/s", "to": f"{high!r} rad/s", "shaft": "motor"})
-    return f"{{at: [{number('omega [rad/s]', omega, positive=True)!r} rad/s], shaft: motor}}"
+        return SpeedSpec(**{"from": low, "to": high, "shaft": "motor"})
+    return SpeedSpec(at=(number("omega [rad/s]", omega, positive=True),), shaft="motor")
 
 
-def _lines(lines: Any, unit: str) -> str:
-    written = []
-    for line in lines:
-        phase = line.phase if line.amplitude >= 0.0 else line.phase + math.pi
-        at = f"{phase!r} rad" if phase else ""
-        written.append(_group(order=str(line.order), amplitude=f"{abs(line.amplitude)!r} {unit}", phase=at))
-    return "[" + ", ".join(written) + "]"
-
-
-def _torque(where: str, torque: Any, means: tuple[float, float] | None = None) -> str:
+def _torque(where: str, torque: Any, means: tuple[float, float] | None = None) -> TorqueSpec | None:
     if not isinstance(torque, Harmonic | Harmonics):
         raise ValueError(
             f"a project file holds torques as harmonics, and {where} has {shown(torque)}; use it in Python"
         )
     terms = torque.terms if isinstance(torque, Harmonics) else (torque,)
-    mean, lines = sum(term.mean for term in terms), [term for term in terms if term.amplitude]
-    said = f"{{from: {means[0]!r} N*m, to: {means[1]!r} N*m}}" if means else f"{mean!r} N*m" if mean else ""
-    given = {"mean": said, "lines": _lines(lines, "N*m") if lines else ""}
-    return _group(**given) if any(given.values()) else ""
+    lines = [TorqueLine.of(term) for term in terms if term.amplitude]
+    span = means and TorqueRange(**{"from": means[0], "to": means[1]})
+    found = LoadTorqueSpec(mean=span or sum(term.mean for term in terms) or None, lines=lines or None)
+    return found if found.given else None
 
 
-def _excitation(train: Any) -> str:
-    if not isinstance(train.error, KinematicError | NoError):
-        raise ValueError(f"a project file holds lines of a kinematic error, not {shown(train.error)}; use it in Python")
-    load = train.load.end()
-    return _group(
-        kinematic_error=_lines(train.error.lines, "rad") if isinstance(train.error, KinematicError) else "",
-        motor_torque=_torque("the motor", train.motor.excitation),
-        load_torque=_torque("the load", load.excitation),
-    )
+def _error(error: Any) -> list[ErrorLine] | None:
+    if error is None or isinstance(error, NoError):
+        return None
+    if not isinstance(error, KinematicError):
+        raise ValueError(f"a project file holds lines of a kinematic error, not {shown(error)}; use it in Python")
+    return [ErrorLine.of(line) for line in error.lines]

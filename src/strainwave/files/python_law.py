@@ -19,8 +19,9 @@ import numpy as np
 
 from ..base.law import check_law, states_of, torque_of
 from ..base.quantities import checked
-from .entries import Wrong, of_class
-from .yaml_text import Keys, Located, Problem, name, read_text, shown
+from .fields.kinds import Place, Wrong
+from .fields.rows import problems_of, read_group
+from .yaml_text import Located, Problem, read_text, shown
 
 PLACES = ("law", "hysteresis", "drag", "first", "second")  # where "mylaws.py:MyLaw" alone is a law
 NAMED = re.compile(r"(.+\.py):(\w+)")
@@ -35,44 +36,34 @@ def with_python_laws(located: Located, folder: Path) -> tuple[Any, list[Problem]
     Where something is wrong there is None, which has been told of.
     """
     found: list[Wrong] = []
-    content = _replaced(located.content, (), folder, found)
-    return content, [
-        Problem(*(located.keys[w.keys] if w.on_key else located.place(w.keys)), name(w.keys), w.sentence)
-        for w in found
-        if w.sentence
-    ]
+    content = _replaced(located.content, Place((), found), folder)
+    return content, list(problems_of(found, located))
 
 
-def _replaced(value: Any, keys: Keys, folder: Path, found: list[Wrong]) -> Any:
+def _replaced(value: Any, place: Place, folder: Path) -> Any:
     if isinstance(value, list):
-        return [_replaced(item, (*keys, i), folder, found) for i, item in enumerate(value)]
+        return [_replaced(item, place.at(i), folder) for i, item in enumerate(value)]
     if isinstance(value, dict):
-        inside = {key: _replaced(item, (*keys, key), folder, found) for key, item in value.items()}
-        return _law(inside, keys, folder, found) if "python" in inside else inside
-    if isinstance(value, str) and keys and keys[-1] in PLACES and NAMED.fullmatch(value.strip()):
-        return _law({"python": value}, keys, folder, found)
+        inside = {key: _replaced(item, place.at(key), folder) for key, item in value.items()}
+        return _law(inside, place, folder) if "python" in inside else inside
+    if isinstance(value, str) and place.keys and place.keys[-1] in PLACES and NAMED.fullmatch(value.strip()):
+        return _law({"python": value}, place, folder)
     return value
 
 
-def _law(entry: dict[str, Any], keys: Keys, folder: Path, found: list[Wrong]) -> Any:
-    """Law of an entry with the field `python`; None with what is wrong in `found`."""
+def _law(entry: dict[str, Any], place: Place, folder: Path) -> Any:
+    """Law of an entry with the field `python`; None with what is wrong at its place."""
     given = entry["python"]
-    place = (*keys, "python") if len(entry) > 1 else keys
+    at = place.at("python") if len(entry) > 1 else place
     try:
         cls = _class(given, folder)
         _fields(cls)
-    except ValueError as error:
-        return found.append(Wrong(place, "" if given is None else str(error)))
-    before = len(found)
-    rest = {key: item for key, item in entry.items() if key != "python"}
-    law = of_class(rest, cls, keys, found, ("python",))
-    if len(found) > before:
-        return None
-    try:
-        _try(law)
+        law = read_group({key: item for key, item in entry.items() if key != "python"}, cls, place, ("python",))
+        if law is not None:
+            _try(law)
+        return law
     except (TypeError, ValueError) as error:
-        return found.append(Wrong(place, str(error)))
-    return law
+        return at.wrong("" if given is None else str(error))
 
 
 def _class(given: Any, folder: Path) -> Any:

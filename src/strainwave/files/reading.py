@@ -5,9 +5,6 @@ From the fields of a project file to the project in SI: speeds, excitation, damp
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-from pydantic import ValidationError, create_model
 
 from ..base.quantities import checked, convert
 from ..base.speeds import Speeds
@@ -15,7 +12,7 @@ from ..drive.asked import Task
 from ..drive.loop_margin import unstable
 from ..drive.project import Project
 from ..model.drive import Drive
-from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
+from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears import catalogue
 from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
@@ -23,25 +20,13 @@ from ..model.laws.meshing import NO_FRICTION, LoadFriction, NoFriction
 from ..model.train.controls import FREE, Held, control_of
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG, Elastic
-from .complaints import complaints
 from .contradictions import contradictions, train_fields
-from .controller import limited
-from .move_fields import task_of
+from .fields.excitation import CATALOGUE, TorqueRange, TorqueSpec
+from .fields.rows import read_file
+from .fields.schema import ExplicitGear, LoadSpec, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes
 from .own_gears import read_gears
 from .python_law import with_python_laws
-from .schema import (
-    CATALOGUE,
-    ExplicitGear,
-    LoadSpec,
-    LoadTorqueSpec,
-    NamedGear,
-    ProjectSpec,
-    Spec,
-    SpeedSpec,
-    TorqueRange,
-    TorqueSpec,
-)
 from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, read_text, shown
 
 ACCURACY_NOTE = (
@@ -55,7 +40,7 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
     """Return the project that the fields of a file describe, with its notes; `text` is that of the file."""
     gear, ratio = own if isinstance(own, Gear) else None, float(own.ratio)
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
-    accuracy = spec.excitation.accuracy
+    excited, accuracy = spec.excitation, spec.excitation.accuracy
     if isinstance(accuracy, str):  # CATALOGUE
         accuracy = None if gear is None else gear.accuracy
     drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
@@ -71,9 +56,9 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
         gear=gear,
         motor=spec.motor.mode,
         speeds=through,
-        motor_torque=torque(spec.excitation.motor_torque),
-        load_torque=torque(spec.excitation.load_torque),
-        mean_range=mean_range(spec.excitation.load_torque),
+        motor_torque=torque(excited.motor_torque),
+        load_torque=torque(excited.load_torque),
+        mean_range=None if excited.load_torque is None else excited.load_torque.range,
         kinematic_error=error,
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
@@ -83,14 +68,14 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
         whole=whole,
         motor_named=spec.motor.named,
         motor_limits=spec.motor.limits,
-        sampling=limited(spec.controller, spec.motor.limits),
+        sampling=None if spec.controller is None else spec.controller.sampling(spec.motor.limits),
         scatter=tuple((spec.scatter or {}).items()),
         correlation=spec.scatter_correlation,
     )
     said = tuple(notes(project))
     if accuracy is not None:
         said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
-    if spec.speed.low == 0.0:
+    if spec.speed.from_ == 0.0:
         begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
         said = (*said, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
     return replace(project, notes=said)
@@ -100,33 +85,28 @@ def kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError
     """Lines of the file, or those of an accuracy class [rad]."""
     if accuracy is not None:
         return accuracy_spectrum(accuracy)
-    error = tuple(Line(line.order, line.amplitude, line.phase) for line in spec.excitation.kinematic_error)
+    error = tuple(line.line for line in spec.excitation.kinematic_error)
     return KinematicError(error) if error else None
 
 
 def speeds(spec: SpeedSpec, ratio: float) -> Speeds:
     """The range or the single speeds, of the base angle."""
     factor = ratio if spec.shaft == "load" else 1.0
-    if spec.high is not None and spec.low == 0.0:
-        return Speeds((FROM_REST * factor * spec.high, factor * spec.high), (), spec.shaft, factor)
-    given = sorted({factor * s for s in spec.at or (spec.low, spec.high) if s is not None})
+    if spec.to is not None and spec.from_ == 0.0:
+        return Speeds((FROM_REST * factor * spec.to, factor * spec.to), (), spec.shaft, factor)
+    given = sorted({factor * s for s in spec.at or (spec.from_, spec.to) if s is not None})
     if spec.at is not None:
         return Speeds.at(tuple(given), spec.shaft, factor)
     return Speeds((given[0], given[-1]), (), spec.shaft, factor)
 
 
-def torque(spec: TorqueSpec | LoadTorqueSpec | None) -> Harmonics | None:
+def torque(spec: TorqueSpec | None) -> Harmonics | None:
     """A torque [N*m] with its mean, the middle of a range of means, in the first line."""
     if spec is None or (not spec.lines and not spec.mean):
         return None
     lines = [Harmonic(line.amplitude, line.order, line.phase) for line in spec.lines] or [Harmonic(0.0)]
-    mean = 0.5 * (spec.mean.low + spec.mean.high) if isinstance(spec.mean, TorqueRange) else spec.mean
+    mean = 0.5 * (spec.mean.from_ + spec.mean.to) if isinstance(spec.mean, TorqueRange) else spec.mean
     return Harmonics((lines[0]._replace(mean=mean), *lines[1:]))
-
-
-def mean_range(spec: LoadTorqueSpec | None) -> tuple[float, float] | None:
-    """Least and largest mean [N*m] of a torque that has a range of them."""
-    return (spec.mean.low, spec.mean.high) if spec is not None and isinstance(spec.mean, TorqueRange) else None
 
 
 def whole_inertia(load: LoadSpec) -> float:
@@ -158,12 +138,12 @@ def whole_train(
     spec: ProjectSpec, drive: Drive, gear: Gear | None, error: KinematicError | None, omega: float
 ) -> DriveTrain:  # fmt: skip
     """The train with all that the file has, at a motor speed [rad/s]."""
-    control: Any = FREE if spec.motor.mode == "free" else Held()
+    excited, control = spec.excitation, FREE if spec.motor.mode == "free" else Held()
     if spec.motor.loop is not None:
         control = control_of(spec.motor.loop, drive.loop_inertia)
     train = drive._replace(J_l=spec.load.inertia).train(
-        motor_torque=torque(spec.excitation.motor_torque),
-        load_torque=torque(spec.excitation.load_torque),
+        motor_torque=torque(excited.motor_torque),
+        load_torque=torque(excited.load_torque),
         kinematic_error=error,
         omega=omega,
         control=control,
@@ -221,18 +201,15 @@ def from_located(located: Located, text: str, path: Path) -> Project:
         if not problems:
             problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
         raise _error(path, problems)
-    try:
-        spec = ProjectSpec.model_validate(content)
-    except ValidationError as error:
-        problems += complaints(error, located)
-        if not isinstance(located.content, dict):
-            raise _error(path, problems) from None
-        spec = _what_is_right(content)
+    spec, found = read_file(content, ProjectSpec, located)
+    problems += found
+    if spec is None:
+        raise _error(path, problems)
     gear: Gear | ExplicitGear | None = None
     elsewhere: list[str] = []
     task: Task | None = None
     try:
-        task = task_of(spec.move, path.parent)
+        task = None if spec.move is None else spec.move.task(path.parent)
     except FileError as error:
         elsewhere.append(str(error))
     try:
@@ -242,27 +219,14 @@ def from_located(located: Located, text: str, path: Path) -> Project:
     except ValueError as error:
         problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
     else:
-        found = contradictions(spec, gear if isinstance(gear, Gear) else None, located.content)
-        problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
+        wrong_together = contradictions(spec, gear if isinstance(gear, Gear) else None, located.content)
+        problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in wrong_together]
     if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), *elsewhere) if part))
     project = replace(resolved(spec, gear, path, text), move=task)
     if project.train is not None and (sentence := unstable(project.train, project.loop_inertia)):
         raise _error(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)])
     return project
-
-
-def _what_is_right(content: dict[str, Any]) -> ProjectSpec:
-    """The groups of a file that are right by themselves; None in place of the others."""
-    right: dict[str, Any] = {}
-    for group, info in ProjectSpec.model_fields.items():
-        one = create_model(group, __base__=Spec, **{group: (info.annotation, info)})  # type: ignore[call-overload]
-        try:
-            given = {group: content[group]} if group in content else {}
-            right[group] = getattr(one.model_validate(given), group)
-        except ValidationError:
-            right[group] = None
-    return ProjectSpec.model_construct(**right)
 
 
 def _gear(spec: ProjectSpec, path: Path) -> Gear | ExplicitGear | None:

@@ -15,7 +15,7 @@ from strainwave.app.commands import cli as command
 from strainwave.app.commands.exchange.completion import SHELLS, PowerShellComplete
 from strainwave.app.commands.exchange.new import QUESTIONS, new
 from strainwave.files.reading import read_project
-from strainwave.files.reference.json_schema import project_schema
+from strainwave.files.reference import project_schema
 
 GIVEN = ("--gear", "CSG-40-50", "--load-inertia", "10 kg m^2")
 SOURCE = str(Path(command.__file__).parents[3])

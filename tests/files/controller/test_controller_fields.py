@@ -69,18 +69,21 @@ def test_steps_that_are_no_whole_number_are_not_written():
 
 
 WRONG = {
-    "none": ["3:13: controller: 'none' is not a group of fields; write for example {period: 250 us, "],
+    "none": ["3:13: controller: 'none' is not a group of fields; write for example 'controller: {period: 250 us, "],
     "{period: 0 s}": ["3:22: controller.period: '0 s' is not positive"],
     "{period: 250}": ["3:22: controller.period: '250' has no unit"],
-    "{dela: 250 us}": ["3:14: controller.dela: unknown field; known: period, delay, motor_encoder, load_encoder, loss"],
+    "{dela: 250 us}": ["3:14: controller.dela: unknown field; did you mean 'delay'?"],
     "{delay: 2 ms}": ["3:21: controller.delay: is 0.002 s; it must be at most 7 periods, 0.00175 s"],
+    "{zebra: 2}": [
+        "3:14: controller.zebra: unknown field; known here: period, delay, motor_encoder, load_encoder, loss"
+    ],
     "{loss: 2}": ["3:20: controller.loss: is 2; it is a share, from 0 to below 1"],
     "{motor_encoder: 16}": ["3:29: controller.motor_encoder: '16' is not an encoder; write 16 bit, or {steps: 65536, "],
     "{motor_encoder: none}": ["3:29: controller.motor_encoder: 'none' is not an encoder"],
     "{motor_encoder: 99 bit}": ["3:29: controller.motor_encoder: '99 bit' is not between 1 and 40 bit"],
     "{motor_encoder: {}}": ["3:29: controller.motor_encoder.steps: is missing; write steps a turn, for example 65536"],
     "{load_encoder: {step: 3, steps: 1}}": [
-        "3:29: controller.load_encoder.step: unknown field; known: steps, noise",
+        "3:29: controller.load_encoder.step: unknown field; did you mean 'steps'?",
         "3:45: controller.load_encoder.steps: '1' is not between 2 and 2^40 steps a turn",
     ],
     "{load_encoder: {steps: 2.5, noise: -1 arcsec}}": [

@@ -100,7 +100,10 @@ WRONG = [
     ("profile: [{type: dwell, time: -1 s}]", "move.profile[0].time: is -1 s; it must be positive"),
     ("profile: [{type: trapezoid, angle: 1 rad}]", "neither a time nor limits"),
     ("profile: [{type: trapezoid, angle: 1 rad, time: .inf s}]", "does not begin with a finite number"),
-    ("profile: [{type: angle_profile, file: ../back.csv}]", "'../back.csv' is not a plain file name"),
+    (
+        "profile: [{type: angle_profile, file: ../back.csv}]",
+        "'../back.csv' is no plain file name; put the file",
+    ),
     ("profile: [{type: angle_profile}]", "move.profile[0].file: is missing"),
     ("profile: [{type: angle_profile, file: back.csv, time: 1 s}]", "move.profile[0].time: unknown field"),
     ("profile: [{type: angle_profile, file: gone.csv}]", "gone.csv:1:1: file: does not exist"),

@@ -10,12 +10,12 @@ from ruamel.yaml import YAML
 from twelve_projects import PROJECTS
 
 from strainwave.base.quantities import parse
-from strainwave.files.complaints import EXAMPLES
-from strainwave.files.entries import fields_of, law_types, loop_types
+from strainwave.files.fields.entries import loop_types
+from strainwave.files.fields.kinds import Quantity
+from strainwave.files.fields.rows import examples, law_types, rows_of
+from strainwave.files.fields.schema import ProjectSpec
 from strainwave.files.reading import ProjectError, from_text
-from strainwave.files.reference.json_schema import project_schema, quantity
-from strainwave.files.reference.markdown import reference
-from strainwave.files.reference.template import template
+from strainwave.files.reference import project_schema, reference, template
 
 ROOT = Path(__file__).resolve().parents[3]
 FILES = [*(ROOT / "examples/projects").glob("*.yaml"), *(ROOT / "src/strainwave/app/projects").glob("*.yaml")]
@@ -28,6 +28,7 @@ TEXTS |= {
     )
     if "51" not in text and "2 %}\nspeed: {from: 3000 rpm, to: 1000" not in text  # the files that are refused there
 }
+EXAMPLES = dict(examples(ProjectSpec))
 SCHEMA = Draft202012Validator(project_schema())
 
 GOOD = """\
@@ -103,8 +104,7 @@ def test_every_field_that_a_complaint_knows_is_in_the_schema():
     fields = {re.sub(r"\[\]", "", field) for field in EXAMPLES}
     known = set(re.findall(r"^\| `([\w.]+)`", reference(), re.MULTILINE))
     loops = {f"motor.loop.{field}" for field in ("type", "bandwidth", "damping", "lag")}  # in a table of their own
-    no_range = {"excitation.motor_torque.mean.from", "excitation.motor_torque.mean.to"}  # only the load has one
-    assert fields - known == loops | no_range
+    assert fields - known == loops
 
 
 def test_every_field_of_a_law_and_of_a_loop_has_its_unit_and_its_default():
@@ -112,7 +112,7 @@ def test_every_field_of_a_law_and_of_a_loop_has_its_unit_and_its_default():
     schemas = [(cls, defs[f"law_{name}"]) for name, cls in law_types().items()]
     schemas += list(zip(loop_types().values(), defs["loop"]["anyOf"][1:], strict=True))
     for cls, schema in schemas:
-        assert set(fields_of(cls)) <= set(schema["properties"])
+        assert set(rows_of(cls)) <= set(schema["properties"])
         for field, value in cls._field_defaults.items():
             item = schema["properties"][field]
             unit = item["x-unit"]
@@ -131,7 +131,7 @@ def test_every_field_of_a_law_and_of_a_loop_has_its_unit_and_its_default():
     ],
 )  # fmt: skip
 def test_quantities_of_the_schema(unit, sign, text, good):
-    assert Draft202012Validator(quantity(unit, sign)).is_valid(text) is good
+    assert Draft202012Validator(Quantity(unit, sign).schema()).is_valid(text) is good
     if good:
         assert isinstance(parse(text, unit), float)
 

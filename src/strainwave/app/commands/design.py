@@ -9,8 +9,7 @@ from typing import Any
 import click
 
 from ...base.units import ARCSEC, RPM
-from ...files.design.design_project import design_text
-from ...files.design.specification_file import read_specification
+from ...files.design import design_text, read_specification
 from ...plot.svg import stacked
 from ...study.design.design import design as designed
 from ...study.design.result import Candidate, Design

@@ -4,12 +4,14 @@ from pathlib import Path
 from typing import Any
 
 import click
-from pydantic_core import PydanticCustomError
 
 from ...base import facts
 from ...drive.asked import MotorLimits
 from ...drive.project import Project
-from ...files.move_fields import read_part, read_payload, read_profile
+from ...files.fields.kinds import Kind, Place, Wrong
+from ...files.fields.kinds import read as read_value
+from ...files.fields.schema import PART, PAYLOAD
+from ...files.profile_file import read_profile
 from ...files.reading import read_project
 from ...files.yaml_text import name, read
 from ...plot.studies import move_panels
@@ -56,7 +58,7 @@ def move(
         name: quantity(f"--{name}", text, "rad") for name, text in angles.items() if text is not None
     }
     if payload is not None:
-        given["payload"] = _read(payload, f"{{{payload}}}", read_payload, "payload")
+        given["payload"] = _read(payload, f"{{{payload}}}", PAYLOAD, "payload")
     avoided = [span("--band", ends, "rad/s", 'for example "500 rpm" "700 rpm"') for ends in bands]
     with Progress(drive.title) as progress:
         if avoid:
@@ -77,18 +79,18 @@ def profile_part(text: str, table: dict[str, str]) -> Any:
     """One part of a profile: of a CSV file, or of fields such as "trapezoid, angle: 90 deg, time: 0.6 s"."""
     if text.lower().endswith(".csv"):
         return read_profile(text, **table)
-    return _read(text, f"{{type: {text}}}", read_part, "profile")
+    return _read(text, f"{{type: {text}}}", PART, "profile")
 
 
-def _read(text: str, fields: str, reader: Any, what: str) -> Any:
+def _read(text: str, fields: str, kind: Kind, what: str) -> Any:
     """Read fields as a project file has them, or say in one sentence what is wrong with a text."""
-    located = read(f"{what}: {fields}")
-    try:
-        problems = [(problem.field, problem.sentence) for problem in located.problems]
-        if not problems and located.content is not None:
-            return reader(located.content[what])
-    except PydanticCustomError as error:
-        problems = [(name(p.keys), p.sentence) for p in (error.context or {})["problems"] if p.sentence]
+    located, found = read(f"{what}: {fields}"), list[Wrong]()
+    problems = [(problem.field, problem.sentence) for problem in located.problems]
+    if not problems and located.content is not None:
+        value = read_value(kind, located.content[what], Place((), found))
+        if not found:
+            return value
+        problems = [(name(wrong.keys), wrong.sentence) for wrong in found if wrong.sentence]
     said = "; ".join(sentence if field == "file" else f"{field}: {sentence}" for field, sentence in problems)
     raise click.BadParameter(f"the {what} {text!r} is wrong: {said}")
 

@@ -1,26 +1,25 @@
 """Names of the numbers of a project file, as a sweep and a scatter use them, and where they stand in its content."""
 
 import re
+from functools import reduce
 from typing import Any
 
 from ...base.units import NUMBER
 from ...model.gears.gear import Gear
-from ..schema import ExcitationSpec, ExplicitGear, LoadSpec, MotorSpec, ProjectSpec, Spec
+from ..fields.excitation import ExcitationSpec
+from ..fields.rows import inside, rows_of
+from ..fields.schema import ExplicitGear, LoadSpec, MotorSpec, ProjectSpec
 
 Keys = tuple[str, ...]
 
-GROUPS: dict[str, type[Spec]] = {
-    "motor": MotorSpec,
-    "load": LoadSpec,
-    "excitation": ExcitationSpec,
-}  # whose names may be left out
+GROUPS = {"motor": MotorSpec, "load": LoadSpec, "excitation": ExcitationSpec}  # whose names may be left out
 
 
 def keys_of(content: dict[str, Any], path: str) -> Keys:
     """Where a name of the file stands in its content (ValueError)."""
     keys = tuple(path.strip().split("."))
-    groups = [group for group, spec in GROUPS.items() if keys[0] in spec.model_fields]
-    if keys[0] not in ProjectSpec.model_fields:
+    groups = [group for group, spec in GROUPS.items() if keys[0] in rows_of(spec)]
+    if keys[0] not in rows_of(ProjectSpec):
         if len(groups) > 1:
             said = " or ".join(f"{group}.{path}" for group in groups)
             raise ValueError(f"{path!r} is in several groups of the file; write {said}")
@@ -28,7 +27,7 @@ def keys_of(content: dict[str, Any], path: str) -> Keys:
             raise ValueError(f"the project file has no {path!r}; its numbers are {', '.join(numbers_of(content))}")
         keys = (groups[0], *keys)
     gear = content.get("gear")
-    if keys[0] == "gear" and len(keys) == 2 and isinstance(gear, dict) and keys[1] not in ExplicitGear.model_fields:
+    if keys[0] == "gear" and len(keys) == 2 and isinstance(gear, dict) and keys[1] not in rows_of(ExplicitGear):
         keys = ("gear", "law", keys[1]) if "law" in gear else keys
     return ("speed", "at") if keys == ("speed",) else keys
 
@@ -52,22 +51,12 @@ def nominal_of(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[f
     keys = keys_of(content, name)
     if gear is not None and keys[0] == "gear" and len(keys) == 2 and keys[1] in gear.law._fields:
         return float(getattr(gear.law, keys[1])), "N*m" if keys[1].startswith("T") else "N*m/rad"
-    here = _at(content, keys)
+    here = reduce(inside, keys, content)
     value, unit = quantity(here) if isinstance(here, str) else (None, "")
     if value is None:
-        beside = numbers_of(_at(content, keys[:-1]), ".".join(keys[:-1])) if len(keys) > 1 else []
+        beside = numbers_of(reduce(inside, keys[:-1], content), ".".join(keys[:-1])) if len(keys) > 1 else []
         remedy = "; write the number it scatters about, too"
         if beside:
             remedy = f", which gives {', '.join(beside)}; let that scatter, or write {name} in the file"
         raise ValueError(f"{name} is no number of this file{remedy}")
     return value, unit
-
-
-def _at(content: Any, keys: Keys) -> Any:
-    """What stands under keys; None where nothing does."""
-    for key in keys:
-        if isinstance(content, list):
-            content = content[int(key)] if key.isdecimal() and int(key) < len(content) else None
-        else:
-            content = content.get(key) if isinstance(content, dict) else None
-    return content

@@ -15,8 +15,10 @@ from typing import Any
 
 from ...compile.tree import is_model
 from ...drive.project import Project
-from ..entries import number
-from ..project_text import loop_text
+from ...model.laws.springs import PiecewiseLinear
+from ..fields.entries import Loop
+from ..fields.kinds import Place
+from ..fields.rows import rows_of
 from ..reading import ProjectError, from_located
 from ..yaml_text import read, read_again
 from .names import Keys, keys_of, numbers_of
@@ -24,7 +26,7 @@ from .names import Keys, keys_of, numbers_of
 Placed = dict[str, tuple[Keys, str]]  # by its name in the file: where a text belongs, and the text
 LOOP, DAMPING = ("motor", "loop"), ("damping",)
 GEAR = ("gear",), ("gear", "name")  # what names another gear of the catalogue
-OF_RECORD = {"K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m"}  # of a catalogue gear's law
+OF_RECORD = rows_of(PiecewiseLinear)  # of a catalogue gear's law
 PLACE = re.compile(r"^.*?:\d+:\d+: ", re.MULTILINE)  # of a complaint, in a file that nobody wrote
 
 
@@ -116,7 +118,7 @@ def _as_built(project: Project, content: dict[str, Any], placed: Placed, found: 
     if _has_bandwidth(content) and found.whole is not None:
         tuned = _read(project, _with(content, _within(placed, LOOP))).whole
         if tuned is not None and tuned.motor.control != found.whole.motor.control:
-            changed["motor"]["loop"] = read(loop_text(tuned.motor.control)).content
+            changed["motor"]["loop"] = read(Loop().text(tuned.motor.control)).content
             kept.append("the gains of the motor's loop")
     if ratios := _ratios(content):
         B = _read(project, _with(content, _within(placed, DAMPING, *GEAR))).drive.B
@@ -184,9 +186,8 @@ def _set(content: dict[str, Any], path: str, keys: Keys, text: str) -> None:
 
 
 def _of_record(path: str, text: str) -> float:
-    unit = OF_RECORD[path.rpartition(".")[2]]
     try:
-        return number(text, unit, "positive")
+        return float(OF_RECORD[path.rpartition(".")[2]].kind.read(text, Place((), [])))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 

@@ -18,7 +18,7 @@ from ...study.analysis.avoid import band_above
 from ...study.analysis.runup import silent
 from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking
-from ..entries import Radians
+from ..fields.scatter import Radians
 from ..yaml_text import read
 from .names import nominal_of
 from .replaced import replaced, tuning

@@ -10,13 +10,11 @@ from typing import Any, NamedTuple
 import click
 
 from ....base.archive import atomic
-from ....files.entries import number
-from ....files.loop_fields import bandwidth
+from ....files.fields.entries import BANDWIDTH
+from ....files.fields.kinds import Place, number
+from ....files.fields.schema import TITLE
 from ....files.reading import from_text
-from ....files.reference.json_schema import NAME, project_schema
-from ....files.reference.markdown import reference
-from ....files.reference.template import template
-from ....files.schema import read_title
+from ....files.reference import NAME, project_schema, reference, template
 from ....model.gears import catalogue
 from ...console import to_json
 from ..options import output_option, together, written_type
@@ -165,15 +163,14 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
     if name == "gear":
         return _gear(text)
     if name == "title":
-        title: str = read_title("" if text == NONE else text)
-        return title
+        return TITLE.read("" if text == NONE else text, Place((), []))
     if text == NONE and question.default == NONE:
         return ""
     if text == "catalogue" and question.default == "catalogue":
         return _of_catalogue(name, answers["gear"])
     text = _with_unit(text, question.unit)
     if name == "loop":
-        bandwidth(text)
+        BANDWIDTH.read(text, Place((), []))
     else:
         unit = {"load_inertia": "kg*m**2", "motor_inertia": "kg*m**2", "gravity": "N*m", "damping": ""}.get(name, "rad")
         unit = "rad/s" if name.startswith("speed") else unit

@@ -1,18 +1,69 @@
-"""The reference of the project file as Markdown, from its JSON Schema."""
+"""What a project file may hold, from its table: a JSON Schema for editors, the reference page, a commented template."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from itertools import groupby
+from textwrap import wrap
 from typing import Any
 
-from .json_schema import Schema, project_schema
+from ..drive.asked import Payload
+from ..model.varying import Ripple
+from .fields.entries import Loop
+from .fields.kinds import Schema
+from .fields.rows import law_types, row_at, schema_of
+from .fields.schema import PARTS, ProjectSpec
+from .python_law import NAMED
 
-HEAD = """# Fields of the project file
+NAME = "strainwave.schema.json"
+PAGE = """# Fields of the project file
 
-`strainwave schema --markdown` writes this page from the models that read a project file; [](project-file.md) explains
+`strainwave schema --markdown` writes this page from the table that reads a project file; [](project-file.md) explains
 them. A unit stands for every unit of its kind, a unit of 1 for a plain number or %.
 """
 COLUMNS = "| field | what | unit or values | range | without it |\n|---|---|---|---|---|\n"
 PLACES = {"ripple": "Of `damping.ripples` and `stiffness.ripples`.", "payload": "Of `move.payload`."}
+HEAD = """\
+# A drive with a strain wave gear. Every quantity is a number with its unit; other units of the same kind do as well.
+# What a line with '#' before a field shows may be written too.
+"""
+WIDTH = 110
+
+
+def _definitions() -> dict[str, Schema]:
+    """Entries that stand in more than one place, by name."""
+    laws = {name: schema_of(cls, name) for name, cls in law_types().items()}
+    own = {"python": {"type": "string", "pattern": f"^{NAMED.pattern}$", "description": "Law of a Python file."}}
+    ways = [
+        *({"$ref": f"#/$defs/law_{name}"} for name in laws),
+        {"type": "object", "properties": own, "required": ["python"]},
+        {"type": "string", "pattern": f"^{NAMED.pattern}$"},
+    ]
+    return {
+        **{f"law_{name}": law for name, law in laws.items()},
+        "law": {"anyOf": ways},
+        "ripple": schema_of(Ripple),
+        "payload": schema_of(Payload),
+        "loop": {"anyOf": Loop().schemas()},
+        "part": {"oneOf": [schema_of(cls, name) for name, cls in PARTS.items()]},
+    }
+
+
+def project_schema() -> Schema:
+    """JSON Schema (draft 2020-12) of a project file, with a description, the unit and the range of every field.
+
+    Returns
+    -------
+    dict
+        As `json.dumps` takes it. `x-unit` has the unit of a field in SI and `x-range` the range of its number.
+    """
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": NAME,
+        "title": "strainwave project file",
+        "description": "A drive with a strain wave gear, its speeds and what excites it.",
+        **schema_of(ProjectSpec),
+        "$defs": _definitions(),
+    }
 
 
 def reference() -> str:
@@ -20,7 +71,7 @@ def reference() -> str:
     whole = project_schema()
     defs, fields = whole["$defs"], whole["properties"]
     top = [_row(name, item, whole["required"]) for name, item in fields.items()]
-    parts = [HEAD, f"## Top level\n\n{COLUMNS}" + "".join(top)]
+    parts = [PAGE, f"## Top level\n\n{COLUMNS}" + "".join(top)]
     for name, item in fields.items():
         for i, group in enumerate(_groups(item)):
             by = ("", " by its law", " by its record")[i + 1 if name == "gear" else 0]
@@ -102,3 +153,38 @@ def _extent(item: Schema) -> str:
 
 def _plain(text: Any) -> str:
     return str(text).replace("|", "\\|").replace("*", "\\*").replace("_", "\\_").replace("<", "\\<")
+
+
+def template(values: Mapping[str, str], schema_file: str = "") -> str:
+    """Text of a project file with comments.
+
+    Parameters
+    ----------
+    values : dict
+        Text of every field by its path, "speed.from", in the order of the file; "" for one that is left as an example.
+    schema_file : str
+        Name of the JSON Schema that lies beside the file, for editors; "" for none.
+    """
+    lines = [f"# yaml-language-server: $schema={schema_file}"] if schema_file else []
+    lines += [HEAD]
+    for name, paths in groupby(values, key=lambda path: path.split(".")[0]):
+        inside = list(paths)
+        if inside != [name]:
+            lines += [*_comment(name), f"{name}:" if any(values[path] for path in inside) else f"# {name}:"]
+        for path in inside:
+            indent, key = "  " * path.count("."), path.split(".")[-1]
+            example = f"#{indent or ' '}{key}: {_row_at(path).example}"
+            lines += [*_comment(path), f"{indent}{key}: {values[path]}" if values[path] else example]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _row_at(path: str) -> Any:
+    return row_at(ProjectSpec, None, path.split("."))
+
+
+def _comment(path: str) -> list[str]:
+    """The description, with the words that a field may have."""
+    item, indent = _row_at(path).schema(), "  " * path.count(".")
+    words = f" One of: {', '.join(item['enum'])}." if "enum" in item and len(item["enum"]) < 9 else ""
+    return [f"{indent}# {line}" for line in wrap(item["description"] + words, WIDTH - len(indent))]

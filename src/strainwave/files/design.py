@@ -1,0 +1,242 @@
+"""A specification of a design in YAML with units, read as a project file is; and a design as a project file."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..model.excitation import KinematicError
+from ..model.gears import catalogue
+from ..study.design.result import Candidate
+from ..study.design.specification import DutySegment, Specification
+from .fields.entries import EXAMPLE_LOOP, Loop
+from .fields.excitation import CATALOGUE, TORQUE, ErrorLine, ExcitationSpec, LoadTorqueSpec, ascending
+from .fields.kinds import Items, Quantity, Text, Whole, Wrong
+from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
+from .fields.schema import INERTIA, SPEED, TITLE, DampingSpec, LimitSpec, LoadSpec, MotorSpec, ProjectSpec, SpeedSpec
+from .reading import ProjectError
+from .yaml_text import Keys, Problem, as_path, complaint, name, read, read_text
+
+KIND = "specification"
+MOST = 1000  # inertias of one kind, and segments
+COUNT = Whole(1, 10**9, "write for example 50", "is not positive; write a whole number from 1")
+SEGMENT = "{torque: 60 N*m, speed: 20 rpm, duration: 2 s}"
+INERTIAS = Items(INERTIA, 1, MOST)
+
+
+def _series(value: str) -> str:
+    known = sorted({gear.series for gear in catalogue.select()})
+    if value.upper() not in known:
+        raise ValueError(f"{value!r} is no series of the catalogue; write one of {', '.join(known)}")
+    return value.upper()
+
+
+class LoadsSpec(Group):
+    """One load or several."""
+
+    inertia: float | None = field(INERTIA, "1.3 kg*m^2", "Inertia of the load.")
+    inertias: tuple[float, ...] | None = field(INERTIAS, "[0.8 kg*m^2, 1.3 kg*m^2]", "Inertias of several loads.")
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse both, and neither."""
+        if (self.inertia is None) == (self.inertias is None):
+            yield Wrong((), "needs either one 'inertia' or a list 'inertias'; write {inertia: 1.3 kg*m^2}")
+
+
+class RangeSpec(Group):
+    """Speeds of the load."""
+
+    from_: float = needed(SPEED, "2 rpm", "Lower end of the range.")
+    to: float = needed(SPEED, "40 rpm", "Upper end of the range.")
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse a range that does not ascend."""
+        return ascending(self.from_, self.to, "speed")
+
+
+class MotorsSpec(Group):
+    """Motors to choose from, and their loop; without one they are ideally held."""
+
+    inertias: tuple[float, ...] = needed(INERTIAS, "[0.5 kg*cm^2, 2 kg*cm^2]", "Inertias of the motors.")
+    loop: Any = field(Loop(), EXAMPLE_LOOP, "Loop that keeps the speed of the motor.")
+
+
+class RatioSpec(Group):
+    """Damping of the gear as a share of the critical one on the held load."""
+
+    ratio: float = needed(Quantity("", "positive"), "3 %", "Share of the critical damping.")
+
+
+class SegmentSpec(Group):
+    """A stretch of the duty cycle."""
+
+    torque: float = needed(TORQUE, "60 N*m", "Torque of the load.")
+    speed: float = needed(Quantity("rad/s"), "20 rpm", "Speed of the load.")
+    duration: float = needed(Quantity("s", "positive"), "2 s", "Time that it takes.")
+
+
+class TorquesSpec(Group):
+    """Torques of the load in place of a duty cycle, and what comes on top."""
+
+    mean: float | None = field(TORQUE, "40 N*m", "Mean torque.")
+    peak: float | None = field(TORQUE, "90 N*m", "Largest torque.")
+    momentary: float | None = field(TORQUE, "200 N*m", "Torque of a collision.")
+    preload: float = field(TORQUE, "5 N*m", "Constant torque on top.", 0.0)
+    average_speed: float | None = field(SPEED, "15 rpm", "Average speed of the load.")
+
+
+class LargestSpec(Group):
+    """Room for the gear."""
+
+    size: int | None = field(COUNT, "40", "Largest size.")
+    mass: float | None = field(Quantity("kg", "positive"), "3 kg", "Largest mass.")
+
+
+class ErrorSpec(Group):
+    """Kinematic error: an accuracy class, or lines."""
+
+    accuracy: Any = rows_of(ExcitationSpec)["accuracy"]
+    kinematic_error: tuple[ErrorLine, ...] = rows_of(ExcitationSpec)["kinematic_error"]  # type: ignore[assignment]
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse both."""
+        if self.accuracy is not None and self.kinematic_error:
+            yield Wrong((), "gives an accuracy and the lines of a kinematic error; write one of them")
+
+
+class SpecificationSpec(Group):
+    """The whole file."""
+
+    title: str = field(TITLE, "Elbow of a robot", "Title of the answer.", "")
+    load: LoadsSpec = needed(LoadsSpec, "{inertias: [0.8 kg*m^2, 1.3 kg*m^2]}")
+    speed: RangeSpec = needed(RangeSpec, "{from: 2 rpm, to: 40 rpm}")
+    limit: LimitSpec = needed(LimitSpec, "{oscillation: 60 arcsec}")
+    motor: MotorsSpec = needed(MotorsSpec, "{inertias: [0.5 kg*cm^2, 2 kg*cm^2]}")
+    damping: RatioSpec = needed(RatioSpec, "{ratio: 3 %}")
+    duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), most=MOST), f"[{SEGMENT}]", "Duty cycle.", ())
+    torque: TorquesSpec = field(TorquesSpec, "{mean: 40 N*m, peak: 90 N*m}", default=TorquesSpec())
+    life: float | None = field(Quantity("h", "positive"), "10000 h", "Life of the gear.")
+    largest: LargestSpec = field(LargestSpec, "{size: 40, mass: 3 kg}", default=LargestSpec())
+    ratios: tuple[int, ...] = field(Items(COUNT), "[50, 80, 100]", "Ratios to choose from.", ())
+    series: tuple[str, ...] = field(Items(Text(_series)), "[CSG]", "Series to choose from.", ())
+    excitation: ErrorSpec = field(ErrorSpec, "{accuracy: catalogue}", default=ErrorSpec())
+
+
+def read_specification(path: str | Path) -> Specification:
+    """Read a specification of a design.
+
+    Parameters
+    ----------
+    path : str or Path
+        YAML file of at most 256 KiB, see `examples/projects/elbow.yaml`.
+
+    Raises
+    ------
+    ProjectError
+        If the file cannot be read or specifies nothing; all problems found, one line each.
+    """
+    path = as_path(path)
+    text = read_text(path, KIND)
+    if isinstance(text, Problem):
+        raise _error(path, [text])
+    located = read(text)
+    problems = list(located.problems)
+    if located.content is None:
+        if not problems:
+            begin = f"load: {rows_of(SpecificationSpec)['load'].example}"
+            problems.append(Problem(1, 1, "file", f"is empty; begin with a line such as {begin!r}"))
+        raise _error(path, problems)
+    spec, found = read_file(located.content, SpecificationSpec, located)
+    problems += found
+    if problems:
+        raise _error(path, problems)
+    problems += [Problem(*located.place(keys), name(keys), said) for keys, said in _contradictions(spec)]
+    if problems:
+        raise _error(path, problems)
+    return _resolved(spec, path)
+
+
+def _contradictions(spec: SpecificationSpec) -> Iterator[tuple[Keys, str]]:
+    torque = spec.torque
+    if spec.duty and (torque.mean is not None or torque.peak is not None):
+        yield ("torque",), "gives a mean or a peak, which the duty cycle gives already; remove one or the other"
+    elif (torque.mean is None) != (torque.peak is None):
+        yield ("torque",), "gives one of mean and peak; write both, for example {mean: 40 N*m, peak: 90 N*m}"
+    elif abs(torque.mean or 0.0) > abs(torque.peak or 0.0):
+        yield ("torque", "mean"), "is larger than the peak; exchange them, or check both"
+    if spec.duty and not any(part.speed for part in spec.duty):
+        yield ("duty",), "nothing turns in it; write the speed of at least one segment"
+
+
+def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
+    lines = tuple(line.line for line in spec.excitation.kinematic_error)
+    accuracy = spec.excitation.accuracy
+    inertias = [*(spec.load.inertias or ()), *([] if spec.load.inertia is None else [spec.load.inertia])]
+    return Specification(
+        title=spec.title or path.stem,
+        load_inertias=tuple(inertias),
+        speeds=(spec.speed.from_, spec.speed.to),
+        limit=spec.limit.oscillation,
+        motor_inertias=tuple(spec.motor.inertias),
+        loop=spec.motor.loop,
+        damping_ratio=spec.damping.ratio,
+        duty=tuple(DutySegment(part.torque, part.speed, part.duration) for part in spec.duty),
+        mean_torque=spec.torque.mean,
+        peak_torque=spec.torque.peak,
+        momentary_torque=spec.torque.momentary,
+        preload=spec.torque.preload,
+        average_speed=spec.torque.average_speed,
+        life=spec.life,
+        largest_size=spec.largest.size,
+        largest_mass=spec.largest.mass,
+        ratios=tuple(spec.ratios),
+        series=tuple(spec.series),
+        accuracy=None if accuracy == CATALOGUE else accuracy,
+        kinematic_error=KinematicError(lines) if lines else None,
+    )
+
+
+def _error(path: Path, problems: list[Problem]) -> ProjectError:
+    return ProjectError(complaint(path, problems))
+
+
+def design_text(specification: Specification, candidate: Candidate) -> str:
+    """Write a design as a project file: its drive under the worst load and the mean torque, through the speeds.
+
+    Parameters
+    ----------
+    specification : Specification
+        What was asked.
+    candidate : Candidate
+        A design of the answer.
+
+    Returns
+    -------
+    str
+        YAML that `read_project` reads.
+
+    Raises
+    ------
+    ValueError
+        If a project file does not take the loop of the motor.
+    """
+    spec, c = specification, candidate
+    low, high = spec.speeds
+    usual = CATALOGUE if spec.accuracy is None else spec.accuracy
+    error = spec.kinematic_error
+    file = ProjectSpec(
+        title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
+        gear=c.gear,
+        motor=MotorSpec(
+            inertia=c.motor_inertia + (catalogue.gear(c.gear).input_inertia or 0.0),
+            **({"mode": "held"} if spec.loop is None else {"loop": spec.loop}),
+        ),
+        load=LoadSpec(inertia=c.load_inertia),
+        damping=DampingSpec(B=c.B),
+        speed=SpeedSpec(**{"from": low, "to": high, "shaft": "load"}),
+        excitation=ExcitationSpec(
+            **({"accuracy": usual} if error is None else {"kinematic_error": list(map(ErrorLine.of, error.lines))}),
+            load_torque=LoadTorqueSpec(mean=c.load_torque) if c.load_torque else None,
+        ),
+        limit=LimitSpec(oscillation=spec.limit),
+    )
+    return "".join(f"{key}: {text}\n" for key, text in texts_of(file).items())

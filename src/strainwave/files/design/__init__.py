@@ -1,1 +1,0 @@
-"""Specifications of a design in files, and designs as project files."""

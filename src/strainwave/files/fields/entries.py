@@ -1,0 +1,231 @@
+"""Objects of the model in a project file: laws by the place where they stand, and the loop of the motor.
+
+In {type: linear, K: 7160 N*m/rad} `type` is the name of a class of the model; the other fields are the class's own, in
+the units of their annotations. A new law is known here without a line of code. A loop is given by bandwidth and by
+damping, or by gains; and either with the lag of a current loop.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from ...base.law import depends
+from ...base.quantities import checked
+from ...model.laws.hysteresis import BoucWen
+from ...model.train.controls import HERTZ, KINDS, USUAL, Lagged, PositionLoop, SpeedLoop, Tuning, control_of
+from ...model.train.motion import AngleTorque
+from ...model.varying import Ripple, Variation
+from ..yaml_text import Keys, shown
+from ..yaml_text import read as read_yaml
+from .kinds import Items, Kind, Place, Quantity, Row, Schema, Word, Wrong, near, number, read
+from .rows import LAW, TYPE, Fields, Group, Typed, field, group_text, name_of, needed, read_group, rows_of, schema_of
+
+EXAMPLE_HYSTERESIS = "{type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}"
+EXAMPLE_DRAG = "{type: coulomb, T_c: 0.05 N*m, width: 1 rad/s}"
+EXAMPLE_LOOP = "{bandwidth: 30 Hz, damping: 0.7}"
+
+
+def _parts(law: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
+    """Laws that a law is made of, at any depth, with their places in its entry; itself where it is made of none."""
+    inside = [(name, part) for name, part in zip(law._fields, law, strict=True) if hasattr(part, "torque")]
+    for name, part in inside:
+        yield from _parts(part, (*keys, name))
+    if not inside:
+        yield keys, law
+
+
+def _not_of_a_shaft(law: Any) -> Iterator[Wrong]:
+    for keys, part in _parts(law):
+        if isinstance(part, AngleTorque):
+            yield Wrong(keys, "AngleTorque follows the angle of a shaft; write it as drag under motor or load")
+
+
+def _drag(law: Any) -> Iterator[Wrong]:
+    """What does not oppose a shaft: a spring."""
+    for keys, part in _parts(law):
+        if depends(part) == 1 and not isinstance(part, AngleTorque):
+            remedy = "write friction, or angle_torque for gravity"
+            yield Wrong(keys, f"{type(part).__name__} is a spring, which ties a shaft to the ground; {remedy}")
+        if isinstance(part, BoucWen) and part.ratio > 0.0:
+            what = f"{part.ratio:g} of this torque is a spring, which ties a shaft to the ground"
+            yield Wrong((*keys, "ratio"), f"{what}; write 'ratio: 0', or lugre")
+
+
+def _gear_law(law: Any) -> Iterator[Wrong]:
+    """What does not hold a gear together."""
+    yield from (wrong := list(_not_of_a_shaft(law)))
+    rest = float(law.stiffness(0.0))
+    if not wrong and not rest > 0.0 and not (hasattr(law, "breakpoints") and law.breakpoints()):
+        remedy = "; write {type: parallel, first: a spring, second: the friction}" if depends(law) > 1 else ""
+        yield Wrong((), f"the stiffness at rest is {rest:g} N*m/rad; it must be positive{remedy}")
+
+
+def _hysteresis(law: Any) -> Iterator[Wrong]:
+    """What does not lose energy beside a gear's law."""
+    if depends(law) == 1:
+        said = f"is a spring, which loses no energy; write for example {EXAMPLE_HYSTERESIS}, and a spring as gear.law"
+        return iter((Wrong((), f"{type(law).__name__} {said}"),))
+    return _not_of_a_shaft(law)
+
+
+GEAR_LAW, HYSTERESIS, DRAG = (Typed(wrong=wrong) for wrong in (_gear_law, _hysteresis, _drag))
+
+
+def loop_types() -> dict[str, type]:
+    """Control loops of the motor by their name in a project file."""
+    return {name_of(c): c for c in (SpeedLoop, PositionLoop)}
+
+
+LOOPS = Typed(loop_types)
+
+
+@dataclass(frozen=True)
+class Bandwidth(Quantity):
+    """A bandwidth in rad/s: of a loop, unlike a shaft, it may be in Hz."""
+
+    def read(self, value: Any, place: Place) -> float:
+        if isinstance(value, str) and "rad" in value:
+            return number(value, "rad/s", "positive")
+        if isinstance(value, str) and re.search("rpm|rev|turn|deg", value):
+            raise ValueError(f"{shown(value)} is a speed of a shaft, not a bandwidth; write 30 Hz or 188 rad/s")
+        return HERTZ * number(value, "Hz", "positive")
+
+    def text(self, value: Any) -> str:
+        return f"{value!r} rad/s"
+
+
+@dataclass(frozen=True)
+class LoopKind(Word):
+    """Kind of a loop, with or without the word "loop"."""
+
+    def read(self, value: Any, place: Place) -> str:
+        word = value.removesuffix("_loop") if isinstance(value, str) else ""
+        if word not in KINDS:
+            raise ValueError(f"{shown(value)} is not known{near(value, list(KINDS))}")
+        return word
+
+
+BANDWIDTH = Bandwidth("Hz", "positive")
+
+
+class LoopSpec(Group):
+    """A loop by its bandwidth."""
+
+    type: Any = field(LoopKind(words=KINDS), "position", TYPE, USUAL.kind)
+    bandwidth: float = needed(BANDWIDTH, "30 Hz",
+        "Frequency of the closed loop on a rigid gear, in Hz or rad/s, in place of gains.")  # fmt: skip
+    damping: float = field(Quantity("", "positive"), "0.7",
+        "Damping ratio of the closed loop on a rigid gear.", USUAL.damping)  # fmt: skip
+    lag: float = field(Quantity("s", "positive"), "0.5 ms", "First-order lag of the torque, of the current loop.")
+
+    @property
+    def tuning(self) -> Tuning:
+        """The loop, whose gains follow from the inertia that it turns."""
+        return Tuning(self.bandwidth, self.damping, self.type, self.lag or 0.0)
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse a bandwidth beyond what the lag allows."""
+        try:
+            control_of(self.tuning, 1.0)
+        except ValueError as error:
+            yield Wrong(("bandwidth",), f"is too large: {error}")
+
+
+@dataclass(frozen=True)
+class Loop(Kind):
+    """The loop of a motor: a `Tuning`, or a control with gains, with the lag of a current loop."""
+
+    ways = (Fields(LoopSpec),)
+
+    def read(self, value: Any, place: Place) -> Any:
+        if isinstance(value, dict) and {"bandwidth", "damping"} & set(value):
+            gains = {key: item for key, item in value.items() if key in ("K_p", "K_i", "K_d")}
+            for gain in gains:
+                said = "is a gain, and bandwidth and damping give the gains already; remove one or the other"
+                place.at(gain).wrong(said, on_key=True)
+            spec = read_group({key: item for key, item in value.items() if key not in gains}, LoopSpec, place)
+            return spec and spec.tuning
+        lag, row = None, rows_of(LoopSpec)["lag"]
+        if isinstance(value, dict):
+            lag = read(row.kind, value["lag"], place.at("lag")) if "lag" in value else None
+            kind = {"type": f"{value['type']}_loop"} if value.get("type") in KINDS else {}
+            value = {key: item for key, item in value.items() if key != "lag"} | kind
+        loop = LOOPS.read(value, place)
+        return loop if lag is None or loop is None else checked(Lagged(loop, lag))
+
+    def schema(self) -> Schema:
+        return {"$ref": "#/$defs/loop"}
+
+    def schemas(self) -> list[Schema]:
+        """JSON Schemas of a loop by its bandwidth, and by its gains."""
+        lag = {"lag": rows_of(LoopSpec)["lag"].schema()}
+        ways = [schema_of(LoopSpec), *(schema_of(cls, name, lag) for name, cls in loop_types().items())]
+        ways[0]["description"] = LoopSpec.__doc__
+        for way, name in zip(ways[1:], loop_types(), strict=True):
+            way["properties"]["type"] = {
+                "enum": [name, name.removesuffix("_loop")],
+                "description": "Kind of the entry.",
+            }
+        return ways
+
+    def text(self, value: Any) -> str:
+        if isinstance(value, Lagged):
+            return f"{LOOPS.text(value.loop).removesuffix('}')}, lag: {value.lag!r} s}}"
+        if isinstance(value, Tuning):
+            given = {"lag": value.lag} if value.lag else {}
+            return group_text(LoopSpec(type=value.kind, bandwidth=value.bandwidth, damping=value.damping, **given))
+        return LOOPS.text(value)
+
+    def part(self, value: Any, key: str) -> Row | None:
+        gains = LOOPS.part(value, key) if isinstance(value, dict) else None
+        return gains or rows_of(LoopSpec).get(key)
+
+
+@dataclass(frozen=True)
+class Ripples(Items):
+    """Lines of what varies with the base angle."""
+
+    def read(self, value: Any, place: Place) -> Any:
+        before, ripples = len(place.found), Items.read(self, value, place)
+        return None if len(place.found) > before else checked(Variation(ripples))
+
+    def schema(self) -> Schema:
+        return Items.schema(self) | {"minItems": 1}
+
+    def text(self, value: Variation) -> str:
+        return Items.text(self, value.ripples)
+
+
+RIPPLES = Ripples(Fields(Ripple, "ripple"))
+
+
+def project_entry(model: Any) -> str:
+    """Write a law as the entry of a project file that reads back as the same law.
+
+    Parameters
+    ----------
+    model : NamedTuple
+        A law of this package, of any kind, for `gear: {ratio: 50, law: ...}`; laws inside it too. Fields that have
+        their default are left out.
+
+    Returns
+    -------
+    str
+        One line of YAML, for example "{type: cubic, K: 7160.0 N*m/rad, alpha: 0.1 1/rad^2}".
+
+    Raises
+    ------
+    ValueError
+        If it is no such law, a table whose slopes are not those that `tabulated` finds, or one with numbers that a
+        project file refuses.
+    TypeError
+        If it is not a model object.
+    """
+    kind = LOOPS if isinstance(model, SpeedLoop | PositionLoop) else LAW
+    text, found = kind.text(checked(model)), list[Wrong]()
+    read(kind, read_yaml(f"law: {text}").content["law"], Place((), found))
+    if found:
+        place = " ".join([type(model).__name__, *map(str, found[0].keys)])
+        raise ValueError(f"a project file does not take this law: {place} {found[0].sentence}")
+    return text

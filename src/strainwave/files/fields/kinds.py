@@ -1,0 +1,329 @@
+"""Kinds of what a field of a file may hold: numbers with units, words, texts, lists, a group or something plain.
+
+A kind reads a value, says its unit and sign and its JSON Schema, and writes it.
+"""
+
+import difflib
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import tau
+from typing import Any, NamedTuple
+
+from ...base.quantities import example, parse
+from ..yaml_text import Keys, kind_of, shown
+
+Schema = dict[str, Any]
+MOST_TURNS = 1000  # of a phase
+ANGLE = "(rad|deg|°|arc|rev|turn|[\"'′″])"
+HINTS = {  # what the spelling of a unit holds
+    "rad": ANGLE + "[^/]*$",
+    "rad/s": f"({ANGLE}|rpm)",
+    "N*m": "(N|lb|oz|gf)",
+    "kg*m**2": "(g|lb|oz)",
+    "s": "(s|min|h)",
+    "Hz": "(Hz|rad)",
+    "K": "K",
+}
+SIGNS = {"any": "[+\\-−]?", "positive": "\\+?(?=[^A-Za-z]*[1-9])", "not negative": "\\+?"}
+LOW: dict[str, Schema] = {"any": {}, "positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}}
+RANGES = {"any": "", "positive": "above 0", "not negative": "from 0"}
+
+
+class Wrong(NamedTuple):
+    """One thing that is wrong below an entry: keys from the entry on, a sentence; empty where it was told before."""
+
+    keys: Keys
+    sentence: str
+    on_key: bool = False
+
+
+class NotA(ValueError):
+    """A value is not of the kind that the argument names, such as "a list"; the complaint shows the row's example."""
+
+
+class Place(NamedTuple):
+    """Where a value stands, and what is wrong so far: `top` are the fields at the top of the file."""
+
+    keys: Keys
+    found: list[Wrong]
+    example: str = ""
+    top: tuple[str, ...] = ()
+
+    def at(self, key: str | int, example: str = "") -> "Place":
+        """The place of a field or an item inside, whose example is given."""
+        return self._replace(keys=(*self.keys, key), example=example)
+
+    def wrong(self, sentence: str, *, on_key: bool = False) -> None:
+        """Add a sentence about this place, or about its key."""
+        self.found.append(Wrong(self.keys, sentence, on_key))
+
+    def remedy(self, kind: "Kind") -> str:
+        """What to write here: the example of the row, or else of the kind."""
+        if not self.example:
+            return f"write it, {kind.example()}"
+        key = self.keys[-1] if self.keys else 0
+        return f"write for example {self.example if isinstance(key, int) else repr(f'{key}: {self.example}')}"
+
+
+class Kind:
+    """What a field may hold, with the unit and the sign ("any", "positive", "not negative") of a number."""
+
+    unit: str = ""
+    sign: str = "any"
+
+    def read(self, value: Any, place: Place) -> Any:
+        """The value in SI; what is wrong is raised (ValueError), or added to the place."""
+        raise NotImplementedError
+
+    def schema(self) -> Schema:
+        """JSON Schema of the field."""
+        raise NotImplementedError
+
+    def text(self, value: Any) -> str:
+        """The value as a file has it."""
+        return str(value)
+
+    def example(self) -> str:
+        """What to write, where a row has no example."""
+        return example(self.unit)
+
+    def part(self, value: Any, key: str) -> "Row | None":
+        """The row of a field inside a value that a file has."""
+        return None
+
+
+class Row(NamedTuple):
+    """A field: what it may hold, an example, a sentence, and its value without it, or its text in a file."""
+
+    kind: Kind
+    example: str = ""
+    says: str = ""
+    default: Any = None
+    needed: bool = False
+
+    def without(self) -> Any:
+        """Value of the field where the file does not give it."""
+        return self.kind.read(self.default, Place((), [])) if isinstance(self.default, str) else self.default
+
+    def schema(self) -> Schema:
+        """JSON Schema with the sentence, the unit and the range."""
+        inside = self.kind.schema()
+        unit, span = inside.get("x-unit", "1"), inside.get("x-range", "")
+        said = self.says.removesuffix(".") + f" [{unit}]" * (unit != "1") + f", {span}" * bool(span) + "."
+        found = {"description": said} | inside | {"description": said}
+        if isinstance(self.default, int | float | str) and self.default != "":
+            plain = isinstance(self.default, str) or unit == "1"
+            found["default"] = self.default if plain else f"{self.default:g} {unit}"
+        return found
+
+
+def number(value: Any, unit: str, sign: str = "any") -> float:
+    """Read a number with its unit ("any", "positive" or "not negative"), or say what is wrong (ValueError)."""
+    if not isinstance(value, str):
+        raise ValueError(f"is {kind_of(value)}, not a number with its unit; write {example(unit)}")
+    result = parse(value, unit)
+    if sign == "positive" and result <= 0.0:
+        raise ValueError(f"{value!r} is not positive; write a value above zero")
+    if sign == "not negative" and result < 0.0:
+        raise ValueError(f"{value!r} is negative; write zero or more")
+    most = 1e30 if "rad**" in unit else 1e15  # of a polynomial's coefficients, and of everything else
+    if result and not 1.0 / most <= abs(result) <= most:
+        raise ValueError(f"{value!r} is beyond any drive; check the number and its unit")
+    return result
+
+
+def near(value: Any, known: list[str]) -> str:
+    """End of a sentence about a word that is not known: the nearest, or else all that are."""
+    found = difflib.get_close_matches(str(value).lower().replace("-", "_").replace(" ", "_"), known, n=1)
+    return f"; did you mean {found[0]!r}?" if found else f"; write one of {', '.join(known)}"
+
+
+@dataclass(frozen=True)
+class Quantity(Kind):
+    """A number with its unit, or a word in its place."""
+
+    unit: str = ""
+    sign: str = "any"
+    word: str = ""
+    check: Callable[[float, str], Any] | None = None  # of the number and its text (ValueError)
+    ends: tuple[tuple[str, float], ...] = ()  # of the JSON Schema
+
+    def read(self, value: Any, place: Place) -> Any:
+        if self.word and value == self.word:
+            return value
+        result = number(value, self.unit, self.sign)
+        if self.check is not None:
+            self.check(result, value)
+        return result
+
+    def schema(self) -> Schema:
+        start, ends = f"^\\s*{SIGNS[self.sign]}[0-9.]", dict(self.ends)
+        span = f"from {ends['minimum']}" if "minimum" in ends else RANGES[self.sign]
+        about = {"x-unit": self.unit.replace("**", "^") or "1", "x-range": span}
+        if "maximum" in ends:
+            about["x-range"] += f" to {ends['maximum']}"
+        if self.unit:
+            typical = example(self.unit).removeprefix("for example ").split(" or ")[0]
+            pattern = f"{start}.*{HINTS.get(self.unit, '[A-Za-z°/]')}"
+            found: Schema = {"type": "string", "pattern": pattern, "examples": [typical], **about}
+        else:
+            text = {"type": "string", "pattern": start + "[^A-Za-z]*([eE]|%|percent)?[^A-Za-z]*$"}
+            found = {"anyOf": [{"type": "number", **LOW[self.sign], **ends}, text], **about}
+        return {"anyOf": [{"const": self.word}, found], **about} if self.word else found
+
+    def text(self, value: Any) -> str:
+        return str(value) if isinstance(value, str) else f"{value!r} {self.unit}".rstrip().replace("**", "^")
+
+
+@dataclass(frozen=True)
+class Whole(Kind):
+    """A whole number between two ends, with what to write for one, and what to say of one beyond the ends."""
+
+    low: int | None = None
+    high: int | None = None
+    remedy: str = "write for example 2"
+    beyond: str = ""
+
+    def read(self, value: Any, place: Place) -> int:
+        if not isinstance(value, str) or not re.fullmatch(r"[+-]?[0-9]{1,9}", value.strip()):
+            raise ValueError(f"{shown(value)} is not a whole number; {self.remedy}")
+        low, high = (int(value) if end is None else end for end in (self.low, self.high))
+        if self.beyond and not low <= int(value) <= high:
+            raise ValueError(f"{value!r} {self.beyond}")
+        return int(value)
+
+    def schema(self) -> Schema:
+        ends = {"minimum": self.low, "maximum": self.high}
+        low = "" if self.low is None else f"from {self.low}"
+        span = low if self.high is None else f"{low} to {self.high}"
+        return {"type": "integer", **_known(ends), "x-unit": "1", "x-range": span}
+
+    def example(self) -> str:
+        return "for example 2"
+
+
+@dataclass(frozen=True)
+class Word(Kind):
+    """One of some words."""
+
+    words: tuple[str, ...]
+
+    def read(self, value: Any, place: Place) -> Any:
+        if value not in self.words:
+            raise ValueError(f"{shown(value)} is not known{near(value, list(self.words))}")
+        return value
+
+    def schema(self) -> Schema:
+        return {"enum": list(self.words)}
+
+
+@dataclass(frozen=True)
+class Text(Kind):
+    """A text that a function passes or refuses."""
+
+    passed: Callable[[str], str] = str
+    more: Callable[[], Schema] = dict
+    what: str = "a text"
+
+    def read(self, value: Any, place: Place) -> str:
+        if not isinstance(value, str):
+            raise NotA(self.what)
+        return self.passed(value)
+
+    def schema(self) -> Schema:
+        return self.more() if "enum" in self.more() else {"type": "string", **self.more()}
+
+    def text(self, value: str) -> str:
+        return json.dumps(value, ensure_ascii=False)
+
+
+@dataclass(frozen=True)
+class Items(Kind):
+    """A list."""
+
+    item: Kind
+    least: int | None = None
+    most: int | None = None
+
+    def read(self, value: Any, place: Place) -> Any:
+        if not isinstance(value, list):
+            raise NotA("a list")
+        for limit, outside, which in ((self.least, -1, "least"), (self.most, 1, "most")):
+            if limit is not None and outside * (len(value) - limit) > 0:
+                raise ValueError(f"has {len(value)} items; write at {which} {limit}")
+        return tuple(read(self.item, item, place.at(i, place.example[1:-1])) for i, item in enumerate(value))
+
+    def schema(self) -> Schema:
+        return {"type": "array", "items": self.item.schema(), **_known({"minItems": self.least, "maxItems": self.most})}
+
+    def text(self, value: Any) -> str:
+        return f"[{', '.join(map(self.item.text, value))}]"
+
+    def part(self, value: Any, key: str) -> Row:
+        return Row(self.item)
+
+
+@dataclass(frozen=True)
+class Either(Kind):
+    """A group of fields, or something plain; or a word in their place."""
+
+    plain: Kind
+    group: Kind
+    word: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "unit", self.plain.unit)
+
+    def read(self, value: Any, place: Place) -> Any:
+        if self.word and value == self.word:
+            return value
+        return (self.group if isinstance(value, dict) else self.plain).read(value, place)
+
+    def schema(self) -> Schema:
+        plain, group = self.plain.schema(), self.group.schema()
+        kept: Schema = {key: plain[key] for key in ("x-unit", "x-range") if key in plain}
+        words = [{"const": self.word}] * bool(self.word)
+        return {"anyOf": [plain, group, *words], **kept}
+
+    def text(self, value: Any) -> str:
+        if isinstance(value, str):
+            return value
+        return (self.plain if isinstance(value, int | float) else self.group).text(value)
+
+    def part(self, value: Any, key: str) -> Row | None:
+        return self.group.part(value, key)
+
+
+def read(kind: Kind, value: Any, place: Place) -> Any:
+    """Read a value at its place; None where it is wrong, which the place then has, or where it was told before."""
+    before = len(place.found)
+    try:
+        result = place.wrong("") if value is None else kind.read(value, place)
+        return result if len(place.found) == before else None
+    except NotA as error:
+        place.wrong(f"{shown(value)} is not {error}; {place.remedy(kind)}")
+    except ValueError as error:
+        place.wrong(str(error))
+    return None
+
+
+def _turns(angle: float, text: str) -> None:
+    if abs(angle) > MOST_TURNS * tau:
+        raise ValueError(f"{text!r} is more than {MOST_TURNS} turns; write a phase within one turn, for example 90 deg")
+
+
+def plain_file(text: str) -> str:
+    """Pass the name of a file in the folder of the project file (ValueError)."""
+    if re.search(r"[/\\:]|^\.", text):
+        raise ValueError(f"{shown(text)} is no plain file name; put the file beside the project file")
+    return text
+
+
+def _known(ends: Schema) -> Schema:
+    return {key: end for key, end in ends.items() if end is not None}
+
+
+PHASE = Quantity("rad", check=_turns)
+FILE_NAME = Text(plain_file, lambda: {"pattern": "^[^/\\\\:.][^/\\\\:]*$"})

@@ -1,0 +1,376 @@
+"""Fields of a file, one row each: what reads it, an example, a sentence, and what holds without it.
+
+Reader, complaints, JSON Schema, reference page, template, page form, names of a sweep and writer follow from the rows.
+A group of fields is a class with rows (`Group`), or a class of the model, whose rows are its annotations.
+"""
+
+import difflib
+import re
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar, get_args, get_origin, get_type_hints
+
+from ...base.quantities import checked
+from ...compile.tree import is_model
+from ...model.laws import friction, hysteresis, measured, springs
+from ...model.train import motion
+from ..yaml_text import Located, Problem, kind_of, name, shown
+from .kinds import (
+    FILE_NAME,
+    PHASE,
+    Either,
+    Items,
+    Kind,
+    NotA,
+    Place,
+    Quantity,
+    Row,
+    Schema,
+    Whole,
+    Wrong,
+    near,
+    read,
+)
+from .sentences import SENTENCES
+
+SPRINGS = (springs.__name__, measured.__name__)
+SIGN_OF = {"N*m/rad": "positive", "N*m": "positive", "rad": "not negative"}  # of numbers of a spring, by their unit
+TYPE = "Kind of the entry."
+EXAMPLE_LAW = "{type: linear, K: 7160 N*m/rad}"
+
+
+def field(kind: Any, example: str, says: str = "", default: Any = None) -> Any:
+    """Row of a field that may be left out; a class stands for the group of its fields and says what its name says."""
+    of = Fields(kind) if isinstance(kind, type) else kind
+    return Row(of, example, says or line_of(kind), default)
+
+
+def needed(kind: Any, example: str, says: str = "") -> Any:
+    """Row of a field that must be given."""
+    return field(kind, example, says)._replace(needed=True)
+
+
+class Group:
+    """A group of fields of a file; `given` are the names of those that the file gives."""
+
+    conditions: ClassVar[Schema] = {}  # between the fields, of the JSON Schema
+
+    def __init__(self, **given: Any) -> None:
+        self.given = {key for key, value in given.items() if value is not None}
+        cls: Any = type(self)
+        for key, row in rows_of(cls).items():
+            own = key if hasattr(cls, key) else f"{key}_"
+            setattr(self, own, given[key] if key in given else row.without())
+
+    def check(self) -> Iterable[Wrong]:
+        """What is wrong between the fields; a ValueError does as well."""
+        return ()
+
+
+@cache
+def rows_of(cls: Any) -> dict[str, Row]:
+    """Rows of a class by the names that a file has: its own, or those of a model's annotations."""
+    if not issubclass(cls, Group):
+        return _rows_of_model(cls)
+    found = {key: row for base in reversed(cls.__mro__) for key, row in vars(base).items()}
+    return {key.rstrip("_"): row for key, row in found.items() if isinstance(row, Row)}
+
+
+def _rows_of_model(cls: Any) -> dict[str, Row]:
+    """Rows of a class of the model; a table is given by its points."""
+    table = cls is measured.Tabulated
+    hints, defaults = {"points": None} if table else get_type_hints(cls, include_extras=True), cls._field_defaults
+    return {
+        key: Row(
+            Points() if table else _kind_of(hint, cls, key),
+            says=SENTENCES.get(f"{cls.__name__}.{key}") or SENTENCES.get(key, ""),
+            default=defaults.get(key),
+            needed=key not in defaults,
+        )
+        for key, hint in hints.items()
+    }
+
+
+def _kind_of(hint: Any, cls: type, key: str) -> Kind:
+    """What a field of a model's class holds, by its annotation."""
+    if hint is Any:
+        return LAW
+    if get_origin(hint) is tuple:
+        item = get_args(hint)[0]
+        return Coefficients() if item is float else Items(Fields(item))
+    if hint is str:
+        return FILE_NAME
+    if hint is int:
+        return Whole(1 if key in ("n", "order") else None)
+    unit = get_args(hint)[1]
+    return PHASE if key == "phase" else Quantity(unit, SIGN_OF.get(unit, "any") if cls.__module__ in SPRINGS else "any")
+
+
+def line_of(thing: Any) -> str:
+    """First line of the docstring."""
+    return " ".join((thing.__doc__ or "").split("\n")[0].split())
+
+
+@dataclass(frozen=True)
+class Fields(Kind):
+    """A group of the fields of a class; `ref` is the name of its JSON Schema where that stands apart."""
+
+    cls: Any
+    ref: str = ""
+
+    def read(self, value: Any, place: Place) -> Any:
+        return read_group(value, self.cls, place)
+
+    def schema(self) -> Schema:
+        return {"$ref": f"#/$defs/{self.ref}"} if self.ref else schema_of(self.cls)
+
+    def text(self, value: Any) -> str:
+        return group_text(value)
+
+    def part(self, value: Any, key: str) -> Row | None:
+        return rows_of(self.cls).get(key)
+
+
+@cache
+def name_of(cls: type) -> str:
+    """Name of a class in a project file: "bouc_wen" for `BoucWen`, "lugre" for `LuGre`."""
+    return re.sub(r"(?<=[a-z]{3})(?=[A-Z])", "_", cls.__name__).lower()
+
+
+@cache
+def law_types() -> dict[str, type]:
+    """Laws by their name in a project file: springs, friction, memory, and what follows a shaft's own angle."""
+    found = (c for m in (springs, measured, friction, hysteresis, motion) for c in vars(m).values())
+    return {name_of(c): c for c in found if isinstance(c, type) and hasattr(c, "stiffness")}
+
+
+@dataclass(frozen=True)
+class Typed(Kind):
+    """A group with a `type`, the name of a class of the model whose fields are the others."""
+
+    known: Callable[[], dict[str, type]] = law_types
+    ref: str = "law"
+    wrong: Callable[[Any], Iterable[Wrong]] | None = None  # with what was read
+
+    def read(self, value: Any, place: Place) -> Any:
+        model = value if is_model(value) else self._typed(value, place)  # a law of the user's own was read before
+        if model is not None and self.wrong is not None:
+            place.found.extend(wrong._replace(keys=(*place.keys, *wrong.keys)) for wrong in self.wrong(model))
+        return model
+
+    def _typed(self, value: Any, place: Place) -> Any:
+        if not isinstance(value, dict):
+            raise NotA("a group of fields")
+        known, at = self.known(), place.at("type")
+        if "type" not in value:
+            return at.wrong(f"is missing; write one of {', '.join(known)}")
+        word = value["type"]
+        cls = self.of(word)
+        if cls is None:
+            return at.wrong("" if word is None else f"{shown(word)} is not known{near(word, list(known))}")
+        return read_group({key: item for key, item in value.items() if key != "type"}, cls, place, ("type",))
+
+    def of(self, word: Any) -> type | None:
+        """The class of a type, in any spelling of its name."""
+        plain = re.sub("[-_]", "", word).lower() if isinstance(word, str) else ""
+        return next((cls for key, cls in self.known().items() if key.replace("_", "") == plain), None)
+
+    def schema(self) -> Schema:
+        return {"$ref": f"#/$defs/{self.ref}"}
+
+    def example(self) -> str:
+        return f"for example {EXAMPLE_LAW}"
+
+    def text(self, value: Any) -> str:
+        named = next((key for key, cls in self.known().items() if cls is type(value)), "")
+        if not named:
+            said = f"the laws of a project file ({', '.join(self.known())}); use it in Python"
+            raise ValueError(f"{type(value).__name__} is not among {said}")
+        if isinstance(value, measured.Tabulated):
+            points = [(knot.x, knot.T) for knot in value.knots]
+            if measured.tabulated(points) != value:
+                raise ValueError("this table has slopes of its own and a project file holds points; use it in Python")
+            return f"{{type: {named}, points: [{', '.join(f'[{x!r} rad, {T!r} N*m]' for x, T in points)}]}}"
+        return group_text(value, named)
+
+    def part(self, value: Any, key: str) -> Row | None:
+        cls = self.of(value.get("type")) if isinstance(value, dict) else None
+        return rows_of(cls).get(key) if cls else None
+
+
+LAW = Typed()
+
+
+@dataclass(frozen=True)
+class Coefficients(Kind):
+    """Coefficients of a polynomial, whose unit follows from their place."""
+
+    def read(self, value: Any, place: Place) -> Any:
+        if not isinstance(value, list) or not 2 <= len(value) <= 16:
+            what = f"has {len(value)} items" if isinstance(value, list) else f"is {kind_of(value)}"
+            raise ValueError(f"{what}; write {self.example()}")
+        return tuple(read(self._of(i), item, place.at(i)) for i, item in enumerate(value))
+
+    def _of(self, power: int) -> Quantity:
+        return Quantity(("N*m", "N*m/rad")[power] if power < 2 else f"N*m/rad**{power}")
+
+    def schema(self) -> Schema:
+        one = {"type": "string", "pattern": "^\\s*[+\\-−]?[0-9.].*[Nl]"}
+        return {"type": "array", "items": one, "minItems": 2, "maxItems": 16}
+
+    def text(self, value: Any) -> str:
+        return f"[{', '.join(self._of(i).text(c) for i, c in enumerate(value))}]"
+
+    def example(self) -> str:
+        return "2 to 16 coefficients, for example [0 N*m, 7160 N*m/rad]"
+
+
+@dataclass(frozen=True)
+class Points(Kind):
+    """Pairs of a torsion and a torque."""
+
+    def read(self, value: Any, place: Place) -> Any:
+        if not isinstance(value, list):
+            raise ValueError(f"is {kind_of(value)}; write {self.example()}")
+        return tuple(self._pair(pair, place.at(i)) for i, pair in enumerate(value))
+
+    def _pair(self, pair: Any, at: Place) -> Any:
+        if not isinstance(pair, list) or len(pair) != 2:
+            return at.wrong("is no pair of a torsion and a torque; write [0.54 mrad, 54 N*m]")
+        return tuple(read(Quantity(unit), pair[j], at.at(j)) for j, unit in enumerate(("rad", "N*m")))
+
+    def schema(self) -> Schema:
+        pair = [Quantity("rad").schema(), Quantity("N*m").schema()]
+        one = {"type": "array", "prefixItems": pair, "minItems": 2, "maxItems": 2}
+        return {"type": "array", "items": one, "minItems": 2}
+
+    def example(self) -> str:
+        return "points such as [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad, 100 N*m]]"
+
+
+def schema_of(cls: Any, named: str = "", also: Schema | None = None) -> Schema:
+    """JSON Schema of the fields of a class, with its `type` where it has a name."""
+    rows = rows_of(cls)
+    kind: Schema = {"type": {"const": named, "description": TYPE}} if named else {}
+    needs = ["type"] * bool(named) + [key for key, row in rows.items() if row.needed]
+    properties = {**kind, **{key: row.schema() for key, row in rows.items()}, **(also or {})}
+    found: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+    of_file = cls.conditions if issubclass(cls, Group) else {"description": line_of(cls)}
+    return found | ({"required": needs} if needs else {}) | of_file
+
+
+def group_text(value: Any, named: str = "") -> str:
+    """A group as a file has it: the fields that are given, of a model those that differ from their defaults."""
+    parts = [f"type: {named}"] if named else []
+    return "{" + ", ".join(parts + [f"{key}: {text}" for key, text in texts_of(value).items()]) + "}"
+
+
+def texts_of(value: Any) -> dict[str, str]:
+    """Texts of the fields of a group that are given, of a model of those that differ from their defaults, by name."""
+    cls: Any = type(value)
+    texts = {}
+    for key, row in rows_of(cls).items():
+        own = getattr(value, key if hasattr(value, key) else f"{key}_")
+        if own is not None and (key in value.given if isinstance(value, Group) else row.needed or own != row.default):
+            texts[key] = row.kind.text(own)
+    return texts
+
+
+def read_group(value: Any, cls: Any, place: Place, also: tuple[str, ...] = ()) -> Any:
+    """Read the fields of a class; None where something is wrong. `also` are fields that were read before."""
+    before = len(place.found)
+    given = _given(value, cls, place, also)
+    if len(place.found) > before:
+        return None
+    try:
+        if issubclass(cls, Group):
+            made = cls(**given)
+            place.found.extend(wrong._replace(keys=(*place.keys, *wrong.keys)) for wrong in made.check())
+            return made
+        return checked(measured.tabulated(**given) if cls is measured.Tabulated else cls(**given))
+    except (TypeError, ValueError) as error:
+        text = str(error)
+        at = re.match(r"\w+\.(\w+) (?=is )", text)
+        if at and at[1] in given:
+            return place.at(at[1]).wrong(text[at.end() :])
+        return place.wrong(text)
+
+
+def _given(value: Any, cls: Any, place: Place, also: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Values of the fields that a file gives, None for what is wrong."""
+    if not isinstance(value, dict):
+        raise NotA("a group of fields")
+    rows = rows_of(cls)
+    for key in value:
+        if key not in rows:
+            place.at(key).wrong(_unknown(key, [*also, *rows], place), on_key=True)
+    given = {}
+    for key, row in rows.items():
+        at = place.at(key, row.example)
+        if key in value:
+            given[key] = read(row.kind, value[key], at)
+        elif row.needed:
+            at.wrong(f"is missing; {at.remedy(row.kind)}")
+    return given
+
+
+def _unknown(key: str, here: list[str], place: Place) -> str:
+    """Sentence for a field that nobody knows: the nearest field here, else the nearest at the top, else all of them."""
+    spelt = {field.lower(): field for field in (*place.top, *here)}
+    close = difflib.get_close_matches(key.lower(), list(spelt), n=1)
+    if close and spelt[close[0]] in here:
+        return f"unknown field; did you mean {spelt[close[0]]!r}?"
+    if close:
+        return f"unknown field; did you mean {close[0]!r}? It stands at the top level, not in {name(place.keys)!r}"
+    return f"unknown field; known here: {', '.join(here)}"
+
+
+def problems_of(found: Iterable[Wrong], located: Located) -> Iterator[Problem]:
+    """What is wrong with its places in a file."""
+    for keys, sentence, on_key in found:
+        if sentence:
+            yield Problem(*(located.keys[keys] if on_key else located.place(keys)), name(keys), sentence)
+
+
+def read_file(content: Any, cls: Any, located: Located) -> tuple[Any, list[Problem]]:
+    """Read the content of a file; fields that are wrong are None, and what holds no fields at all gives none."""
+    rows, found = rows_of(cls), list[Wrong]()
+    try:
+        given = _given(content, cls, Place((), found, "", tuple(rows)))
+    except NotA:
+        first = next(key for key, row in rows.items() if row.needed)
+        said = f"holds {shown(content)}, not fields; begin with a line such as '{first}: {rows[first].example}'"
+        return None, [Problem(*located.place(()), "file", said)]
+    wanted = {key: None for key, row in rows.items() if row.needed}
+    return cls(**wanted | given), list(problems_of(found, located))
+
+
+def row_at(cls: Any, content: Any, keys: Iterable[str]) -> Row | None:
+    """The row of a field by its path in the content of a file; None where the path leads to no field."""
+    row: Row | None = Row(Fields(cls))
+    for key in keys:
+        row = row and row.kind.part(content, key)
+        content = inside(content, key)
+    return row
+
+
+def inside(content: Any, key: str) -> Any:
+    """What a file has in a group or a list; None where there is nothing."""
+    if isinstance(content, list):
+        return content[int(key)] if key.isdecimal() and int(key) < len(content) else None
+    return content.get(key) if isinstance(content, dict) else None
+
+
+def examples(cls: Any, before: str = "") -> Iterator[tuple[str, str]]:
+    """Path and example of every field that has one, items of lists as "lines[].order"."""
+    for key, row in rows_of(cls).items():
+        path, kind = f"{before}{key}", row.kind
+        if row.example:
+            yield path, row.example
+        if isinstance(kind, Items):
+            path, kind = f"{path}[]", kind.item
+        kind = kind.group if isinstance(kind, Either) else kind
+        for one in getattr(kind, "ways", (kind,)):
+            if isinstance(one, Fields) and issubclass(one.cls, Group):
+                yield from examples(one.cls, f"{path}.")

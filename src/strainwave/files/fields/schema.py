@@ -1,0 +1,329 @@
+"""The table of a project file: a row for every field, with what it holds, an example and a sentence."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from ...base.quantities import checked
+from ...drive.asked import MotorLimits, Payload, Task
+from ...model.gears import catalogue
+from ...model.gears.gear import Gear
+from ...model.laws.hysteresis import Parallel
+from ...model.laws.meshing import LoadFriction
+from ...model.laws.springs import Play
+from ...model.varying import GearDamping, Variation
+from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
+from ..profile_file import ProfileFile, read_profile
+from .controller import ControllerSpec
+from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
+from .excitation import CATALOGUE, LINE, ExcitationSpec, ascending
+from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Word, Wrong
+from .rows import Fields, Group, Typed, field, group_text, needed, rows_of
+from .scatter import Correlation, Scatter
+
+MOST_COUPLINGS = 4  # in series: each is a class of its own to the compiler
+WAYS = ("name", "file", "law", "ratio", "rated_torque")  # to give a gear: of the first three, or of the last three
+EXAMPLE_RIPPLES = "[{order: 2, depth: 5 %}]"
+COUPLING = "{inertia: 0.1 kg*m^2, law: {type: linear, K: 2e5 N*m/rad}}"
+
+INERTIA = Quantity("kg*m**2", "positive")
+SPEED = Quantity("rad/s", "positive")
+ANGLE = Quantity("rad", "positive")
+DAMPING = Quantity("N*m*s/rad", "not negative")
+
+
+def _ratio(ratio: float, text: str) -> None:
+    if ratio < 1.0:
+        raise ValueError(f"{text!r} is less than 1; write motor turns per output turn, for example 50")
+
+
+def _title(text: str) -> str:
+    if len(text) > 200 or "\n" in text.strip():
+        raise ValueError("is longer than one line of 200 characters; shorten it")
+    if strange := next((c for c in text.strip() if not c.isprintable()), ""):
+        raise ValueError(f"has the character U+{ord(strange):04X}, which cannot be printed; remove it")
+    return text.strip()
+
+
+TITLE = Text(_title, lambda: {"maxLength": 200})
+
+
+class ExplicitGear(Group):
+    """A gear given by its ratio and law."""
+
+    ratio: float = needed(Quantity("", "positive", check=_ratio, ends=(("minimum", 1),)), "50",
+        "Motor turns per output turn.")  # fmt: skip
+    law: Any = needed(GEAR_LAW, "{type: cubic, K: 7160 N*m/rad, alpha: 0.1 1/rad^2}",
+        "Torsion law of the gear: its type and its fields.")  # fmt: skip
+    rated_torque: float | None = field(Quantity("N*m", "positive"), "178 N*m",
+        "Full load of the hysteresis loop, for a law with memory.")  # fmt: skip
+
+
+class NamedGear(Group):
+    """A gear of the catalogue, or of a file of the user's own beside the project file, with a law of its own or not."""
+
+    name: str = needed(Text(), "MY-40-50", "Name of the gear in the catalogue or in the file.")
+    file: str | None = field(FILE_NAME, "my_gears.yaml", "File with gears of your own beside the project file.")
+    law: Any = rows_of(ExplicitGear)["law"]._replace(needed=False)
+
+    conditions: ClassVar[Schema] = {"anyOf": [{"required": ["file"]}, {"required": ["law"]}]}
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse a name that the catalogue does not have."""
+        if self.file is None:
+            catalogue.gear(self.name)
+        yield from ()
+
+
+@dataclass(frozen=True)
+class GearKind(Kind):
+    """A gear by its name, or by a group that describes it in one of two ways."""
+
+    ways = Fields(ExplicitGear), Fields(NamedGear)
+
+    def _way(self, value: Any) -> Fields:
+        return self.ways["file" in value or "name" in value]
+
+    def read(self, value: Any, place: Place) -> Any:
+        if isinstance(value, str):
+            gear = catalogue.gear(value)
+            gear.check_law()
+            return gear.name
+        if not isinstance(value, dict):
+            raise NotA("a group of fields")
+        given = [key for key in value if key in WAYS]
+        named = {"name", "file"} & set(given)
+        if (named and set(given) & {"ratio", "rated_torque"}) or set(given) == {"name"}:
+            said = " and ".join(given) if len(given) > 1 else "name alone"
+            raise ValueError(
+                f"gives {said}; write 'gear: CSG-40-50' for a gear of the catalogue, {{name, law}} for its record with "
+                "a measured law, {file, name} for one of your own, or {ratio, law}: hysteresis and backlash of any "
+                "gear are fields beside 'gear'"
+            )
+        return self._way(value).read(value, place)
+
+    def schema(self) -> Schema:
+        return {"anyOf": [{"enum": catalogue.names()}, *(way.schema() for way in self.ways)]}
+
+    def text(self, value: Any) -> str:
+        return value if isinstance(value, str) else group_text(value)
+
+    def part(self, value: Any, key: str) -> Row | None:
+        return self._way(value).part(value, key) if isinstance(value, dict) else None
+
+
+class BacklashSpec(Group):
+    """Backlash in series with the law of the gear."""
+
+    half_gap: float = needed(ANGLE, "10 arcsec", "Half of the backlash, on the output side.")
+
+
+class MotorSpec(Group):
+    """What turns with the motor shaft, and how it is driven."""
+
+    inertia: float | None = field(
+        INERTIA,
+        "4.5 kg*cm^2",
+        "Inertia of motor and wave generator, on the motor side; without it that of the catalogue's gear.",
+    )
+    mode: Literal["free", "held"] = field(Word(("free", "held")), "held",
+        "Whether the motor keeps its speed (held) or follows its torque (free).", "held")  # fmt: skip
+    loop: Any = field(Loop(), EXAMPLE_LOOP,
+        "Loop that keeps the speed of the motor, by bandwidth or by gains; without it an ideal one.")  # fmt: skip
+    drag: Any = field(DRAG, EXAMPLE_DRAG, "Friction or cogging that opposes the motor shaft.")
+    max_torque: float | None = field(Quantity("N*m", "positive"), "3 N*m", "Largest torque of the motor.")
+    max_speed: float | None = field(SPEED, "6000 rpm", "Largest speed of the motor.")
+
+    @property
+    def limits(self) -> MotorLimits | None:
+        """Largest torque and speed of the motor, where the file gives one of them."""
+        given = {"torque": self.max_torque, "speed": self.max_speed}
+        known = {name: value for name, value in given.items() if value is not None}
+        return MotorLimits(**known) if known else None
+
+    @property
+    def named(self) -> bool:
+        """Whether the file says how the motor is driven."""
+        return bool(self.given & {"mode", "loop"})
+
+
+class CouplingSpec(Group):
+    """Coupling or structure between gear and load: the inertia on the gear's side, then a law and its damping."""
+
+    inertia: float = needed(INERTIA, "0.1 kg*m^2", "Inertia on the gear's side of the coupling.")
+    B: float = field(DAMPING, "5 N*m*s/rad", "Damping of the coupling.", 0.0)
+    law: Any = needed(GEAR_LAW, "{type: linear, K: 2e5 N*m/rad}", "Torsion law of the coupling.")
+
+
+class LoadSpec(Group):
+    """The load."""
+
+    inertia: float = needed(INERTIA, "1.3 kg*m^2", "Inertia of the load, on the output side.")
+    drag: Any = field(DRAG, "{type: angle_torque, amplitude: 40 N*m}",
+        "Friction, gravity or imbalance that opposes the load.")  # fmt: skip
+    coupling: CouplingSpec | None = field(CouplingSpec, COUPLING, "Coupling or structure between gear and load.")
+    couplings: tuple[CouplingSpec, ...] | None = field(Items(Fields(CouplingSpec), 1, MOST_COUPLINGS),
+        f"[{COUPLING}]", "Couplings in series, from the gear on.")  # fmt: skip
+
+    conditions: ClassVar[Schema] = {"not": {"required": ["coupling", "couplings"]}}
+
+    @property
+    def chain(self) -> tuple[CouplingSpec, ...]:
+        """Couplings in series, from the gear on."""
+        return self.couplings or (() if self.coupling is None else (self.coupling,))
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse both."""
+        if self.coupling is not None and self.couplings is not None:
+            yield Wrong((), "gives coupling and couplings; write one coupling, or all of them in 'couplings'")
+
+
+def one_of(*ways: tuple[str, ...]) -> Schema:
+    """Condition of a JSON Schema that the fields of exactly one way are given."""
+    return {"oneOf": [{"required": list(way)} for way in ways]}
+
+
+class DampingSpec(Group):
+    """Damping across the spring: exactly one of B, ratio, quality."""
+
+    B: float | None = field(DAMPING, "10 N*m*s/rad", "Damping coefficient.")
+    ratio: float | None = field(Quantity("", "not negative"), "0.02",
+        "Share of the critical damping, with the stiffness at zero torque.")  # fmt: skip
+    quality: float | None = field(Quantity("", "positive"), "25", "Quality factor, 1/(2 ratio).")
+    ripples: Variation | None = field(RIPPLES, EXAMPLE_RIPPLES, "Lines of the damping over the base angle.")
+    warming: float = field(Quantity("K"), "20 K", "Temperature above the one at which the damping holds.", 0.0)
+    per_kelvin: float = field(Quantity("1/K"), "0.035 1/K",
+        "Relative fall of the damping per kelvin.", GearDamping._field_defaults["per_kelvin"])  # fmt: skip
+    fast: float = field(Quantity("", "not negative"), "0.5",
+        "Factor of the damping well above the speed v_fast of the torsion.", 1.0)  # fmt: skip
+    v_fast: float = field(SPEED, "1 rad/s", "Speed of the torsion about which the damping changes.", 1.0)
+
+    conditions: ClassVar[Schema] = one_of(("B",), ("ratio",), ("quality",))
+
+    @property
+    def varies(self) -> bool:
+        """Whether it is more than one number."""
+        return bool(self.given - {"B", "ratio", "quality"})
+
+    def of(self, B: float) -> GearDamping:
+        """The damping as an object of the model, of the size B [N*m*s/rad]."""
+        parts = {} if self.ripples is None else {"variation": self.ripples}
+        return GearDamping(
+            B, warming=self.warming, per_kelvin=self.per_kelvin, fast=self.fast, v_fast=self.v_fast, **parts
+        )
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse several sizes, or none, and a variation that is none."""
+        ways = self.given & {"B", "ratio", "quality"}
+        if len(ways) != 1:
+            given = " and ".join(sorted(ways)) or "nothing"
+            yield Wrong((), f"gives {given}; write exactly one of B, ratio, quality")
+        checked(self.of(self.B or 0.0))
+
+
+class StiffnessSpec(Group):
+    """How the stiffness varies with the base angle."""
+
+    ripples: Variation = needed(RIPPLES, EXAMPLE_RIPPLES, "Lines of the stiffness over the base angle.")
+
+
+class SpeedSpec(Group):
+    """Speeds of one shaft: a range from and to, or a list at."""
+
+    from_: float | None = field(Quantity("rad/s", "not negative"), "100 rpm",
+        "Lower end of the range; 0 begins at 1 % of its end.")  # fmt: skip
+    to: float | None = field(SPEED, "3000 rpm", "Upper end of the range.")
+    at: tuple[float, ...] | None = field(Items(SPEED, 1, 100), "[1000 rpm, 2000 rpm]",
+        "Single speeds in place of a range.")  # fmt: skip
+    shaft: Literal["motor", "load", "forcing"] = needed(Word(("motor", "load", "forcing")), "motor",
+        "Shaft whose speed that is; forcing is the phase of the forcing itself.")  # fmt: skip
+
+    conditions: ClassVar[Schema] = one_of(("from", "to", "shaft"), ("at", "shaft"))
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse both a range and a list, neither, and half a range."""
+        if (self.at is None) == (self.from_ is None and self.to is None):
+            yield Wrong((), "needs either a range 'from' and 'to' or a list 'at'; write {from: 100 rpm, to: 3000 rpm}")
+        elif self.at is None and (self.from_ is None or self.to is None):
+            yield Wrong((), "has one end of the range only; write both 'from' and 'to'")
+        elif self.from_ is not None and self.to is not None:
+            yield from ascending(self.from_, self.to, "speed")
+
+
+class LimitSpec(Group):
+    """What the drive may have at most."""
+
+    oscillation: float = needed(ANGLE, "60 arcsec", "Largest distance of the error from its mean, in a steady motion.")
+
+
+PARTS = {"trapezoid": Trapezoid, "s_curve": SCurve, "dwell": Dwell, "angle_profile": ProfileFile}
+PART = Typed(lambda: PARTS, "part")
+PAYLOAD = Fields(Payload, "payload")
+
+
+class MoveSpec(Group):
+    """A move of the load."""
+
+    profile: tuple[Any, ...] = needed(Items(PART, 1, 1000), "[{type: trapezoid, angle: 90 deg, time: 0.6 s}]",
+        "Parts of the profile, one after the other.")  # fmt: skip
+    start: float | None = field(Quantity("rad"), "-45 deg", "Angle of the load at the begin.")
+    payload: Payload | None = field(PAYLOAD, "{mass: 2 kg, radius: 0.4 m}", "What the load carries.")
+    window: float | None = field(ANGLE, "30 arcsec", "Largest distance of a settled load from rest.")
+
+    def task(self, folder: Path) -> Task:
+        """What is asked of the move, its files read from a folder (FileError)."""
+        parts = (read_profile(folder / part.file) if isinstance(part, ProfileFile) else part for part in self.profile)
+        files = tuple(part.file if isinstance(part, ProfileFile) else "" for part in self.profile)
+        return Task(tuple(parts), self.start, self.payload, self.window, files)
+
+    @staticmethod
+    def of(task: Task) -> "MoveSpec":
+        """The group of a task; ValueError if a part is an `AngleProfile` of no file, which a project file lacks."""
+        parts = [ProfileFile(file) if file else part for part, file in zip(task.profile, task.files, strict=True)]
+        if any(isinstance(part, AngleProfile) for part in parts):
+            raise ValueError(
+                "a project file holds an AngleProfile as a CSV file beside it; write one and name it there"
+            )
+        return MoveSpec(profile=parts, start=task.start, payload=task.payload, window=task.window)
+
+
+class ProjectSpec(Group):
+    """The whole project file."""
+
+    title: str = field(TITLE, "Azimuth axis", "Title of the report, one line; without it the name of the file.", "")
+    gear: str | ExplicitGear | NamedGear = needed(GearKind(), "CSG-40-50",
+        "Name of a gear of the catalogue, or a group that describes a gear.")  # fmt: skip
+    hysteresis: Any = field(HYSTERESIS, EXAMPLE_HYSTERESIS,
+        "Hysteresis or friction of the gear, in parallel with its law.")  # fmt: skip
+    backlash: BacklashSpec | None = field(BacklashSpec, "{half_gap: 10 arcsec}")
+    load_friction: float | str | None = field(
+        Quantity("", "not negative", CATALOGUE, lambda mu, _: checked(LoadFriction(mu))),
+        "5 %",
+        "Friction of the meshing as a share of the torque, or that of the catalogue's efficiency.",
+    )
+    motor: MotorSpec = field(MotorSpec, "{inertia: 4.5 kg*cm^2, mode: held}", default=MotorSpec())
+    controller: ControllerSpec | None = field(ControllerSpec,
+        "{period: 250 us, delay: 250 us, motor_encoder: 16 bit, load_encoder: 24 bit}")  # fmt: skip
+    load: LoadSpec = needed(LoadSpec, "{inertia: 1.3 kg*m^2}")
+    damping: DampingSpec = needed(DampingSpec, "{ratio: 0.02}")
+    stiffness: StiffnessSpec | None = field(StiffnessSpec, f"{{ripples: {EXAMPLE_RIPPLES}}}")
+    speed: SpeedSpec = needed(SpeedSpec, "{from: 100 rpm, to: 3000 rpm, shaft: motor}")
+    excitation: ExcitationSpec = needed(ExcitationSpec, f"{{kinematic_error: [{LINE}]}}")
+    limit: LimitSpec | None = field(LimitSpec, "{oscillation: 60 arcsec}")
+    move: MoveSpec | None = field(MoveSpec, "{profile: [{type: trapezoid, angle: 90 deg, time: 0.6 s}]}")
+    scatter: dict[str, float] | None = field(
+        Scatter(),
+        "{load.inertia: 5 %}",
+        "Standard deviations by the names of numbers of this file: relative to these, of a phase an angle.",
+    )
+    scatter_correlation: tuple[tuple[float, ...], ...] | None = field(Correlation(), "[[1, -0.5], [-0.5, 1]]",
+        "Correlation matrix of the numbers of scatter, in their order.")  # fmt: skip
+
+    def law(self, gear: Gear | None) -> Any:
+        """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""
+        own = None if isinstance(self.gear, str) else self.gear.law
+        law = (gear and gear.law) if own is None else own
+        if self.backlash is not None:
+            law = Play(self.backlash.half_gap, law)
+        return law if self.hysteresis is None else Parallel(law, self.hysteresis)
