@@ -14,13 +14,14 @@ from pathlib import Path
 import matplotlib
 import pytest
 from click.testing import CliRunner
+from field_examples import examples
 from printed import differences, same, says
 
 import strainwave as sw
 from strainwave.app.commands.cli import COMMANDS, cli
 from strainwave.base.quantities import parse
 from strainwave.files import reading
-from strainwave.files.fields.rows import examples, law_types, rows_of
+from strainwave.files.fields.rows import law_types, rows_of
 from strainwave.files.fields.schema import ProjectSpec
 
 matplotlib.use("Agg")

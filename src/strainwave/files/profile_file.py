@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from ..base.quantities import checked, convert
+from ..base.quantities import checked
 from ..study.move.profiles import AngleProfile
-from .scan_file import Column, check_signs, from_header, name_and_unit, read_numbers, read_rows
-from .yaml_text import FileError, Problem, as_path, complaint, read_text, shown
+from .scan_file import check_signs, find_columns, from_header, read_numbers, read_rows
+from .yaml_text import FileError, Problem, as_path, complaint, read_text
 
 LARGEST = 64 * 1024 * 1024
-UNITS = {"time": "s", "angle": "rad"}
+COLUMNS = {"time": ("time", "s"), "angle": ("angle", "rad")}
 HINT = "name the columns with their units: time [s], angle [deg]"
 
 
@@ -45,7 +45,7 @@ def read_profile(path: str | Path, *, delimiter: str = ",", decimal: str = ".") 
     rows = from_header(list(read_rows(text, delimiter, problems)), "time")
     if not problems and len(rows) < 3:
         problems.append(Problem(1, 1, "file", f"has fewer than two points; {HINT}, and give one line per point"))
-    columns = [] if problems else _columns(*rows[0], delimiter, problems)
+    columns = [] if problems else find_columns(*rows[0], COLUMNS, delimiter, problems, HINT)
     table = None if problems else read_numbers(rows, columns, decimal, problems)
     if problems or table is None:
         raise FileError(complaint(path, problems))
@@ -59,31 +59,6 @@ def read_profile(path: str | Path, *, delimiter: str = ",", decimal: str = ".") 
         raise FileError(complaint(path, [place]))
     profile: AngleProfile = checked(AngleProfile(tuple(times), tuple(angles)))
     return profile
-
-
-def _columns(line: int, header: list[str], delimiter: str, problems: list[Problem]) -> list[Column]:
-    """Columns of time and angle, with their factors to SI."""
-    parts = [name_and_unit(cell) for cell in header]
-    names = [name for name, _ in parts]
-    other = next((d for d in ";,\t" if d != delimiter and d in header[0]), None)
-    if len(header) == 1 and other is not None:
-        problems.append(Problem(line, 1, "file", f"has one column; if {other!r} parts them, say so with --delimiter"))
-        return []
-    found = []
-    for name, kind in UNITS.items():
-        if names.count(name) != 1:
-            fact = "is there twice" if name in names else f"is missing; the file has {', '.join(map(shown, names[:8]))}"
-            problems.append(Problem(line, 1, name, f"column {shown(name)} {fact}; {HINT}"))
-            continue
-        place = names.index(name)
-        unit = parts[place][1]
-        try:
-            if not unit:
-                raise ValueError(f"column {shown(name)} has no unit; {HINT}")
-            found.append(Column(name, place, float(convert(1.0, unit, kind))))
-        except ValueError as wrong:
-            problems.append(Problem(line, place + 1, name, str(wrong)))
-    return found
 
 
 class ProfileFile(NamedTuple):

@@ -164,37 +164,45 @@ def _columns(
     line: int, header: list[str], wanted: dict[str, str | None], delimiter: str, problems: list[Problem]
 ) -> tuple[list[Column], bool]:
     """Columns of angle, error and, if there is one, the way back; and whether the error is the vendors' by its name."""
+    names = [name_and_unit(cell)[0] for cell in header]
+    vendors = wanted[OURS] is None and OURS not in names and VENDORS in names
+    asked = dict(wanted) | {OURS: wanted[OURS] or (VENDORS if vendors else OURS)}
+    if asked[BACKWARD] is None and BACKWARD in names:
+        asked[BACKWARD] = BACKWARD
+    given = {field: (text, "rad") for field, text in asked.items() if text is not None}
+    return find_columns(line, header, given, delimiter, problems, HINT, ", or give --{}"), vendors
+
+
+def find_columns(
+    line: int, header: list[str], wanted: dict[str, tuple[str, str]], delimiter: str, problems: list[Problem],
+    hint: str, option: str = "",
+) -> list[Column]:  # fmt: skip
+    """Columns of some fields, each with its name in the file and its kind of unit, with their factors to SI."""
     parts = [name_and_unit(cell) for cell in header]
     names = [name for name, _ in parts]
     other = next((d for d in ";,\t" if d != delimiter and d in header[0]), None)
     if len(header) == 1 and other is not None:
         problems.append(Problem(line, 1, "file", f"has one column; if {other!r} parts them, say so with --delimiter"))
-        return [], False
-    vendors = wanted[OURS] is None and OURS not in names and VENDORS in names
-    asked = dict(wanted) | {OURS: wanted[OURS] or (VENDORS if vendors else OURS)}
-    if asked[BACKWARD] is None and BACKWARD in names:
-        asked[BACKWARD] = BACKWARD
+        return []
     found = []
-    for field, text in asked.items():
-        if text is None:
-            continue
+    for field, (text, kind) in wanted.items():
         name, unit = name_and_unit(text)
         if names.count(name) != 1:
             fact = "is there twice" if name in names else f"is missing; the file has {_list(names)}"
-            problems.append(Problem(line, 1, field, f"column {shown(name)} {fact}; {HINT}, or give --{field}"))
+            said = f"column {shown(name)} {fact}; {hint}{option.format(field)}"
+            problems.append(Problem(line, 1, field, said))
             continue
         place = names.index(name)
         given = parts[place][1]
-        if unit and given and unit != given:
-            problems.append(Problem(line, 1, field, f"column {shown(name)} is in {given} and was requested in {unit}"))
-            continue
         try:
+            if unit and given and unit != given:
+                raise ValueError(f"column {shown(name)} is in {given} and was requested in {unit}")
             if not (unit or given):
-                raise ValueError(f"column {shown(name)} has no unit; {HINT}")
-            found.append(Column(name, place, float(convert(1.0, unit or given, "rad"))))
+                raise ValueError(f"column {shown(name)} has no unit; {hint}")
+            found.append(Column(name, place, float(convert(1.0, unit or given, kind))))
         except ValueError as wrong:
-            problems.append(Problem(line, 1, field, str(wrong)))
-    return found, vendors
+            problems.append(Problem(line, place + 1, field, str(wrong)))
+    return found
 
 
 def from_header(rows: list[tuple[int, list[str]]], angle: str) -> list[tuple[int, list[str]]]:

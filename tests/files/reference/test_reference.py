@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+from field_examples import examples
 from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 from twelve_projects import PROJECTS
@@ -12,7 +13,7 @@ from twelve_projects import PROJECTS
 from strainwave.base.quantities import parse
 from strainwave.files.fields.entries import loop_types
 from strainwave.files.fields.kinds import Quantity
-from strainwave.files.fields.rows import examples, law_types, rows_of
+from strainwave.files.fields.rows import law_types, rows_of
 from strainwave.files.fields.schema import ProjectSpec
 from strainwave.files.reading import ProjectError, from_text
 from strainwave.files.reference import project_schema, reference, template

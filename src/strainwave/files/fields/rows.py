@@ -19,7 +19,6 @@ from ..yaml_text import Located, Problem, kind_of, name, shown
 from .kinds import (
     FILE_NAME,
     PHASE,
-    Either,
     Items,
     Kind,
     NotA,
@@ -360,17 +359,3 @@ def inside(content: Any, key: str) -> Any:
     if isinstance(content, list):
         return content[int(key)] if key.isdecimal() and int(key) < len(content) else None
     return content.get(key) if isinstance(content, dict) else None
-
-
-def examples(cls: Any, before: str = "") -> Iterator[tuple[str, str]]:
-    """Path and example of every field that has one, items of lists as "lines[].order"."""
-    for key, row in rows_of(cls).items():
-        path, kind = f"{before}{key}", row.kind
-        if row.example:
-            yield path, row.example
-        if isinstance(kind, Items):
-            path, kind = f"{path}[]", kind.item
-        kind = kind.group if isinstance(kind, Either) else kind
-        for one in getattr(kind, "ways", (kind,)):
-            if isinstance(one, Fields) and issubclass(one.cls, Group):
-                yield from examples(one.cls, f"{path}.")
