@@ -385,10 +385,8 @@ def _warnings(design: Compensator, found: Compensation, growth: float) -> Any:
     elif grows(found.before.rms, found.after.rms):
         yield f"{design.name}: the error is {share:.3g} times that of the plain loop {at}; do not use it there."
     elif not found.gains and design.name != PLAIN:
-        yield (
-            f"{design.name}: no gain {at}: {100.0 * share:.3g} % of the error is left, and two runs differ by up to "
-            f"{100.0 * DIFFER:.0f} %; compare the model with the drive, or let the controller adapt."
-        )
+        left = f"{100.0 * share:.3g} % of the error is left, and two runs differ by up to {100.0 * DIFFER:.0f} %"
+        yield f"{design.name}: no gain {at}: {left}; compare the model with the drive, or let the controller adapt."
     for r in found.robustness if design.name != PLAIN else ():
         gear = f"on a gear {abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
         change = f"{r.before / ARCSEC:.3g} to {r.after / ARCSEC:.3g} arcsec"
