@@ -9,6 +9,7 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, TypeVar
 
+from ..base.facts import data, lines
 from ..base.results import Interrupted
 from ..base.sentences import number as number
 from ..compile.compiling import compiling
@@ -140,6 +141,16 @@ def plain(value: Any) -> Any:
 def to_json(value: Any) -> str:
     """Write a value as JSON without NaN."""
     return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def reported(title: str, result: Any, as_json: bool, *more: str) -> str:
+    """Facts of a result as JSON, or as text: by what it fails, then a title with the rest and more lines below it."""
+    facts = result.facts()
+    if as_json:
+        return to_json({"title": title} | data(facts))
+    fails = len(result.failures)
+    told = [*lines(facts), *more]
+    return "\n".join([*told[:fails], title, *(f"  {line}" for line in told[fails:])])
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:

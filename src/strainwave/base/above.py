@@ -20,7 +20,9 @@ HOMES = {
     "to_control": "drive.state_space",
 }
 IN_BASE = ("choices", "law", "protocols", "quantities", "records", "results", "sentences", "series", "units")
-FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {f"{ROOT}.tree": f"{ROOT}.compile.tree"}
+FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {
+    f"{ROOT}.tree": f"{ROOT}.compile.tree", f"{ROOT}.app.figures.svg": f"{ROOT}.plot",
+}  # fmt: skip
 
 DRAWN = (
     "basins bode branch decay design drive general_validity identified log orbit orbit_diagram order_scan response "

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from .sentences import number
 from .units import ARCSEC, RPM
 
@@ -87,4 +89,4 @@ def _in_unit(value: Any, size: float) -> Any:
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
         rows = value and all(isinstance(item, tuple) and isinstance(item[0], Fact) for item in value)
         return [data(item) if rows else _in_unit(item, size) for item in value]
-    return value / size if isinstance(value, float) else value
+    return value / size if size != 1.0 and isinstance(value, float | np.ndarray) else value

@@ -289,11 +289,11 @@ class Project:
         return of_equation(system, exact, self.motor == "held", None if self.train else self.whole)
 
     def judged(self, found: DriveResponse, turns: int = 1) -> Any:
-        """The verdict on one curve of the drive, by the rules of `analyze`; `turns` as of `judged`."""
+        """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`; `turns` as of `judged`."""
         return above("judged")(self, found, turns)
 
     def analyze(self, progress: Callable[[str, float], None] | None = None, *, advice: bool = True) -> Any:
-        """Analyse the drive through its speeds; arguments and errors as `study.analysis.analyze.analyze`."""
+        """Analyse the drive through its speeds, an `Analysis`; arguments and errors as of `study.analysis.analyze`."""
         return above("analyze")(self, progress, advice=advice)
 
     def equation_of(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..base.results import Floats
-from ..base.sentences import number, sign
+from ..base.sentences import number
 from ..base.units import RPM
 from ..drive.asked import MotorLimits
 from ..model.gears.gear import Gear
@@ -95,11 +95,6 @@ def shown_loads(found: SpeedMap) -> list[int]:
     return sorted({0, last // 2, last})
 
 
-def load_text(found: SpeedMap, i: int) -> str:
-    """A load with its unit."""
-    return f"{number(float(found.loads[i]), 3)} {sign(found.load_unit.replace('^', '**'))}"
-
-
 @panels_of.register
 def speed_map_panels(found: SpeedMap) -> list[Panel]:
     """Forbidden speeds on shades of the oscillation, its largest values, and where orders meet resonances."""
@@ -144,7 +139,7 @@ def _oscillation(found: SpeedMap, ends: tuple[float, float]) -> Panel:
     panel.line(found.speeds, worst, BLACK, "worst load", width=2.6)
     if len(found.loads) > 1:
         for i, colour, dash in zip(shown_loads(found), LOADS, STYLES, strict=False):
-            panel.line(found.speeds, _filled(rows[i]), colour, load_text(found, i), dash)
+            panel.line(found.speeds, _filled(rows[i]), colour, found.load_text(i), dash)
     if found.scatter is not None:
         share, some = found.scatter.shares[-1], np.max(found.scatter.oscillation[-1], axis=0)
         name = f"{100 * share:.0f} % of units are below"
@@ -165,7 +160,7 @@ def _campbell(found: SpeedMap, ends: tuple[float, float]) -> Panel:
             continue
         if len(up) == 1:  # one speed at every amplitude
             speed, up = np.repeat(speed, 2), np.array([0.0, largest])
-        look, name = some.index(line.load), load_text(found, int(np.argmin(np.abs(found.loads - line.load))))
+        look, name = some.index(line.load), found.load_text(int(np.argmin(np.abs(found.loads - line.load))))
         panel.line(speed, up, LOADS[look], name, STYLES[look], 2.0 if line.excited else 1.0)
         if look == len(some) - 1:
             height = float(up[-1]) * (0.98 - 0.09 * (int(line.order) % 3))

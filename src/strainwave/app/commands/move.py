@@ -5,7 +5,6 @@ from typing import Any
 
 import click
 
-from ...base import facts
 from ...drive.asked import MotorLimits
 from ...drive.project import Project
 from ...files.fields.kinds import Kind, Place, Wrong
@@ -18,7 +17,7 @@ from ...plot.studies import move_panels
 from ...plot.svg import stacked
 from ...study.move.move import move as moved
 from ...study.move.result import Move
-from ..console import Progress, to_json
+from ..console import Progress, reported
 from ..output import staged, write_csv
 from ..view import quantity, span
 from .options import json_option, output_option, project_argument
@@ -67,12 +66,9 @@ def move(
         progress.show("move", 0.5)
         found = moved(drive, parts or None, bands=avoided, **given)
         progress.show("writing", 0.9)
-        data = {"title": drive.title} | facts.data(found.facts())
-        _write(drive, found, data, output)
-    told, fails = list(facts.lines(found.facts())), len(found.failures)
+        _write(drive, found, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"
-    text = "\n".join([*told[:fails], drive.title, *(f"  {line}" for line in (*told[fails:], written))])
-    click.echo(to_json(data) if as_json else text)
+    click.echo(reported(drive.title, found, as_json, written))
 
 
 def profile_part(text: str, table: dict[str, str]) -> Any:
@@ -95,7 +91,7 @@ def _read(text: str, fields: str, kind: Kind, what: str) -> Any:
     raise click.BadParameter(f"the {what} {text!r} is wrong: {said}")
 
 
-def _write(project: Project, found: Move, data: dict[str, Any], output: Path) -> None:
+def _write(project: Project, found: Move, output: Path) -> None:
     columns = [
         ("time_s", found.time), ("reference_rad", found.reference), ("pointing_error_rad", found.pointing_error),
         ("motor_speed_rad_per_s", found.motor_speed), ("motor_torque_N_m", found.motor_torque),
@@ -106,4 +102,4 @@ def _write(project: Project, found: Move, data: dict[str, Any], output: Path) ->
         panels = move_panels(found, project.gear, project.motor_limits or MotorLimits())
         text = stacked(panels, 215.0, "a move over the time")
         (folder / SVG).write_text(text + "\n", encoding="utf-8")
-        (folder / JSON).write_text(to_json(data) + "\n", encoding="utf-8")
+        (folder / JSON).write_text(reported(project.title, found, True) + "\n", encoding="utf-8")

@@ -6,21 +6,18 @@ from typing import Any
 import click
 import numpy as np
 
-from ...base.units import ARCSEC, RPM
-from ...drive.project import Project
+from ...base.units import RPM
 from ...files.reading import read_project
 from ...files.variants.scatter import scattered
-from ...plot.studies import load_text
 from ...plot.svg import stacked
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
-from ..console import WHAT_X_IS, Progress, finished, number, to_json
+from ..console import WHAT_X_IS, Progress, finished, reported
 from ..output import staged, write_csv
 from ..view import quantity, span
 from .options import json_option, limit_option, output_option, project_argument
 
 MOST_LOADS = 1000  # of a range
-WAYS = {True: "jumps up", False: "drops"}  # of the error at a jump
 
 
 @click.command("speed-map")
@@ -54,7 +51,7 @@ def speed_map(
         found, stop = finished(lambda: mapped(drive, **given, progress=progress.show))
         progress.show("writing", 1.0)
         write(found, output)
-    click.echo(to_json(report(drive, found)) if as_json else summary(drive, found, output))
+    click.echo(reported(drive.title, found, as_json, f"written: {output}"))
     if stop is not None:
         raise stop
 
@@ -99,77 +96,9 @@ def write(found: SpeedMap, folder: Path) -> None:
         (part / "speed-map.svg").write_text(text + "\n", encoding="utf-8")
 
 
-def report(project: Project, found: SpeedMap) -> dict[str, Any]:
-    """Return the numbers of the command."""
-    rules = found.rules
-
-    def rpm(bands: Any) -> Any:
-        return bands / RPM
-
-    loads = [
-        {
-            found.load_name.replace(" ", "_"): float(load), "forbidden_rpm": rpm(found.forbidden[i]),
-            "allowed_rpm": rpm(found.allowed[i]), "largest_oscillation_arcsec": np.max(found.oscillation[i]) / ARCSEC,
-            "largest_gear_torque_N_m": np.max(found.torque[i]), "most_stable_motions": int(np.max(found.motions[i])),
-            "subharmonics": bool(np.any(found.subharmonic[i])),
-            "jumps": [
-                {"rpm": j.speed / RPM, "run": "up" if j.up else "down", "error": WAYS[j.rises]}
-                for j in found.jumps if j.load == i
-            ],
-        }
-        for i, load in enumerate(found.loads)
-    ]  # fmt: skip
-    vendor = [
-        {
-            "f_n_Hz": rule.frequency, "speed_rpm": rule.speed / RPM, "safe_rpm": rpm(rule.safe),
-            "needless_rpm": rpm(rule.needless), "misleading_rpm": rpm(rule.misleading), "sentence": rule.sentence,
-            "meets": rule.meets,
-        }
-        for rule in found.vendor
-    ]  # fmt: skip
-    return {
-        "title": project.title, "shaft": "motor", "load_unit": found.load_unit, "rule": found.rule,
-        "limit_rad": rules.limit, "amplification": rules.amplification, "margin": rules.margin,
-        "allowed_under_every_load_rpm": rpm(found.windows), "loads": loads, "vendor": vendor,
-        "units": None if found.scatter is None else found.scatter.units,
-        "allowed_for_every_unit_rpm": rpm(found.unit_windows),
-        "worst_unit_arcsec": None if found.scatter is None else float(np.max(found.scatter.worst)) / ARCSEC,
-        "largest_speed_rpm": None if rules.speed is None else rules.speed / RPM,
-        "largest_motor_torque_N_m": rules.motor_torque, "failures": found.failures,
-        "vendor_sentence": found.vendor_sentence, "remarks": found.remarks,
-    }  # fmt: skip
-
-
-def summary(project: Project, found: SpeedMap, folder: Path) -> str:
-    """Return the bands as text."""
-    lines = [f"{project.title}: speeds of the motor, {found.rule}"]
-    lines += [f"  FAIL: {sentence}" for sentence in found.failures]
-    for i, bands in enumerate(found.forbidden):
-        text = _listed(bands) or "none"
-        jumps = _jumps(found, i)
-        lines.append(f"  {load_text(found, i)}: forbidden {text}" + (f"; the error {jumps}" if jumps else ""))
-    lines.append(f"  allowed under every load: {_listed(found.windows) or 'no speed'}")
-    lines += [f"  {sentence}" for sentence in (found.units_sentence, found.vendor_sentence) if sentence]
-    lines += [f"  note: {remark}" for remark in found.remarks]
-    return "\n".join([*lines, f"  written: {folder}"])
-
-
-def _jumps(found: SpeedMap, i: int) -> str:
-    """Where the error jumps under a load, in the words of `strainwave response`."""
-    said = []
-    for rises, way in WAYS.items():
-        speeds = sorted({number(j.speed / RPM, 5) for j in found.jumps if j.load == i and j.rises == rises}, key=float)
-        said += [f"{way} at {', '.join(speeds)} rpm"] if speeds else []
-    return " and ".join(said)
-
-
 def _sentence(text: str) -> str:
     """A text as a sentence."""
     return text[0].upper() + text[1:].removesuffix(".") + "."
-
-
-def _listed(bands: Any) -> str:
-    return ", ".join(f"{number(low / RPM, 5)} to {number(high / RPM, 5)} rpm" for low, high in bands)
 
 
 def _range(option: str, text: str | None, unit: str) -> Any:

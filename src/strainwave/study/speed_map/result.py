@@ -7,13 +7,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...base.facts import Fact, lines
 from ...base.records import Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import on_screen
+from ...base.sentences import number, on_screen, sign
 from ...base.units import ARCSEC, RPM
-from .rules import Rules, VendorRule, common, swept, vendor_sentence
+from .rules import Rules, VendorRule, common, listed, swept, vendor_sentence
 from .under_load import CampbellLine
 
+WAYS = {True: "jumps up", False: "drops"}  # of the error at a jump
 UNITS = {"load torque": "N*m", "load inertia": "kg*m^2"}
 
 
@@ -27,6 +29,10 @@ class JumpSpeed(NamedTuple):
     speed: float
     up: bool
     rises: bool = False
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers."""
+        return Fact("rpm", self.speed / RPM), Fact("run", "up" if self.up else "down"), Fact("error", WAYS[self.rises])
 
 
 class Scatter(NamedTuple):
@@ -179,29 +185,69 @@ class SpeedMap(Result):
         found = super().to_xarray()
         return found if self.scatter is None else found.assign_coords(share=self.scatter.shares)
 
-    def __str__(self) -> str:
-        top = np.unravel_index(
-            np.argmax(np.where(np.isfinite(self.oscillation), self.oscillation, 0.0)), self.motions.shape
+    def load_text(self, i: int) -> str:
+        """A load with its unit."""
+        return f"{number(float(self.loads[i]), 3)} {sign(self.load_unit.replace('^', '**'))}"
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of a map, once."""
+        rules, scatter, loads = self.rules, self.scatter, range(len(self.loads))
+        return (
+            Fact("failures", self.failures, "FAIL: {}"),
+            Fact("shaft", "motor"),
+            Fact("load_unit", self.load_unit),
+            Fact("rule", self.rule, "speeds of the motor, {}"),
+            Fact("limit_rad", rules.limit),
+            Fact("amplification", rules.amplification),
+            Fact("margin", rules.margin),
+            Fact("largest_speed_rpm", rules.speed),
+            Fact("largest_motor_torque_N_m", rules.motor_torque),
+            Fact("loads", tuple(self._under(i) for i in loads)),
+            Fact("", tuple(self._sentence(i) for i in loads), "{}"),
+            Fact("allowed_under_every_load_rpm", self.windows),
+            Fact("", listed(self.windows) or "no speed", "allowed under every load: {}"),
+            Fact("units", None if scatter is None else scatter.units),
+            Fact("allowed_for_every_unit_rpm", self.unit_windows),
+            Fact("worst_unit_arcsec", None if scatter is None else float(np.max(scatter.worst))),
+            Fact("", self.units_sentence, "{}" if scatter else ""),
+            Fact("vendor", tuple(rule.facts() for rule in self.vendor)),
+            Fact("vendor_sentence", self.vendor_sentence, "{}" if self.vendor else ""),
+            Fact("remarks", self.remarks, "note: {}"),
         )
-        lines = [
-            f"SpeedMap: {len(self.loads)} x {len(self.speeds)} cells of {self.load_name} and motor speed, "
-            f"{self.speeds[0]:.6g} to {self.speeds[-1]:.6g} rad/s; {self.rule}",
-            f"  largest oscillation {self.oscillation[top]:.6g} rad at {self.speeds[top[1]]:.6g} rad/s under "
-            f"{self.loads[top[0]]:.6g} {self.load_unit}; up to {self.motions.max()} stable motions",
-            "  allowed under every load: " + (listed_spans(self.windows) or "no speed"),
-        ]
-        if self.scatter is not None:
-            lines.append(f"  {self.units_sentence}")
-        lines += [f"  {self.vendor_sentence}"] * bool(self.vendor)
-        lines[1:1] = [f"  FAIL: {sentence}" for sentence in self.failures]
-        return on_screen("\n".join([*lines, *(f"  {remark}" for remark in self.remarks)]))
+
+    def _under(self, i: int) -> tuple[Fact, ...]:
+        """Facts under one load."""
+        jumps = tuple(jump.facts() for jump in self.jumps if jump.load == i)
+        return (
+            Fact(self.load_name.replace(" ", "_"), float(self.loads[i])),
+            Fact("forbidden_rpm", self.forbidden[i]),
+            Fact("allowed_rpm", self.allowed[i]),
+            Fact("largest_oscillation_arcsec", float(np.max(self.oscillation[i]))),
+            Fact("largest_gear_torque_N_m", float(np.max(self.torque[i]))),
+            Fact("most_stable_motions", int(np.max(self.motions[i]))),
+            Fact("subharmonics", bool(np.any(self.subharmonic[i]))),
+            Fact("jumps", jumps),
+        )
+
+    def _sentence(self, i: int) -> str:
+        """What is forbidden under a load, and where the error jumps, in the words of a response."""
+        said = []
+        for rises, way in WAYS.items():
+            speeds = sorted({j.speed for j in self.jumps if j.load == i and j.rises == rises})
+            each = dict.fromkeys(number(speed / RPM, 5) for speed in speeds)
+            said += [f"{way} at {', '.join(each)} rpm"] if speeds else []
+        text = f"{self.load_text(i)}: forbidden {listed(self.forbidden[i]) or 'none'}"
+        return text + (f"; the error {' and '.join(said)}" if said else "")
+
+    def __str__(self) -> str:
+        return on_screen("\n".join(lines(self.facts())))
 
     @property
     def units_sentence(self) -> str:
         """What the units that scatter make of the map, in one sentence."""
         if self.scatter is None:
             return ""
-        spans, worst = listed_spans(self.unit_windows) or "no speed", float(np.max(self.scatter.worst))
+        spans, worst = listed(self.unit_windows) or "no speed", float(np.max(self.scatter.worst))
         size = f"at most {worst / ARCSEC:.4g} arcsec" if np.isfinite(worst) else "unknown at some speeds"
         return (
             f"allowed for all {self.scatter.units} units under every load, by their main curves: {spans}; their "
@@ -224,8 +270,3 @@ class SpeedMap(Result):
         if rules.motor_torque is not None:
             said.append(f"motor torque above {rules.motor_torque:.4g} N*m")
         return "forbidden: " + " or ".join(said)
-
-
-def listed_spans(intervals: Floats) -> str:
-    """Intervals of the motor speed in rpm."""
-    return ", ".join(f"{low / RPM:.5g} to {high / RPM:.5g} rpm" for low, high in intervals)

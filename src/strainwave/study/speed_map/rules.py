@@ -15,8 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.facts import Fact
 from ...base.quantities import number
 from ...base.results import Floats
+from ...base.sentences import number as written
 from ...base.units import RPM
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
@@ -204,6 +206,14 @@ class VendorRule:
     needless: Floats
     misleading: Floats
 
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers."""
+        return (
+            Fact("f_n_Hz", self.frequency), Fact("speed_rpm", self.speed), Fact("safe_rpm", self.safe),
+            Fact("needless_rpm", self.needless), Fact("misleading_rpm", self.misleading),
+            Fact("sentence", self.sentence), Fact("meets", self.meets),
+        )  # fmt: skip
+
     @property
     def meets(self) -> tuple[str, ...]:
         """Applications whose required f_n the drive has."""
@@ -213,8 +223,8 @@ class VendorRule:
     def sentence(self) -> str:
         """What the rule is worth here, in one sentence."""
         speed = f"f_n = {self.frequency:.4g} Hz, {self.speed / RPM:.5g} rpm"
-        said = [f"forbids {_listed(self.needless)} needlessly"] * bool(len(self.needless))
-        said += [f"allows {_listed(self.misleading)} although the map forbids it"] * bool(len(self.misleading))
+        said = [f"forbids {listed(self.needless)} needlessly"] * bool(len(self.needless))
+        said += [f"allows {listed(self.misleading)} although the map forbids it"] * bool(len(self.misleading))
         return f"The vendors' rule ({speed}) " + (" and ".join(said) if said else "agrees with the map") + "."
 
 
@@ -236,7 +246,7 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
         if some:
             spans = merged((float(low), float(high)) for low, high in np.concatenate(some))
             same = all(np.array_equal(own, spans) for own in some)
-            said.append(text.format(_listed(np.array(spans)), "" if same else "parts of ", len(some), len(rules)))
+            said.append(text.format(listed(np.array(spans)), "" if same else "parts of ", len(some), len(rules)))
     return f"The vendors' rule (f_n = {f_n} Hz, {speed} rpm) " + (
         ", and ".join(said) + "." if said else "agrees with the map under every load."
     )
@@ -253,8 +263,9 @@ def vendor_rule(load: float, K1: float, J_l: float, bands: Bands, span: Span) ->
     return VendorRule(load, frequency, speed, band, safe, needless, misleading)
 
 
-def _listed(intervals: Floats) -> str:
-    return ", ".join(f"{low / RPM:.4g} to {high / RPM:.4g} rpm" for low, high in np.asarray(intervals))
+def listed(intervals: Floats) -> str:
+    """Intervals of the motor speed in rpm."""
+    return ", ".join(f"{written(low / RPM, 5)} to {written(high / RPM, 5)} rpm" for low, high in np.asarray(intervals))
 
 
 def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
