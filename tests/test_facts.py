@@ -38,6 +38,6 @@ def test_facts_of_a_group_share_a_line_and_angles_have_the_unit_of_their_size():
         "FAIL: The motor stalls.",
         "motor: up to 3000 rpm, at most 0.25 N·m",
         "error: at most 206.3 arcsec, at rest –",
-        "turned by 1000 mrad",
+        "turned by 1 rad",
         "settled after 0.5 s, –",
     ]

@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from .base.above import DRAWERS, Former, drawer
+from .base.above import DRAWERS, FORMER, Former, drawer
 
 __version__ = "0.2.0"
 
@@ -34,6 +34,8 @@ __all__ = list(_HOME)
 def __getattr__(name: str) -> Any:
     if name in DRAWERS:
         return drawer(name)
+    if f"{__name__}.{name}" in FORMER:
+        return import_module(f"{__name__}.{name}")
     if name not in _HOME:
         raise AttributeError(f"strainwave has no name {name!r}; dir(strainwave) lists what it has")
     home = import_module(_HOME[name] or ".", __name__)

@@ -169,3 +169,15 @@ def test_a_project_that_contradicts_itself_is_refused(tmp_path):
 
 def test_there_are_twelve_projects():
     assert len(PROJECTS) == 12
+
+
+def test_a_variation_of_ones_own_is_in_no_project_file(tmp_path):
+    class Own(NamedTuple):
+        share: float
+
+        def factor(self, phase):
+            return 1.0 + self.share
+
+    project = written(tmp_path / "drive.yaml", PROJECTS["varying stiffness and damping"])
+    with pytest.raises(ValueError, match="no project file says what Own holds; it has ripples of a Variation"):
+        sw.project_text(replace(project, stiffness=Own(0.1)))

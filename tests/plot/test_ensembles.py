@@ -71,7 +71,7 @@ def test_neighbouring_basins_differ_without_colour():
     assert abs(grey[0] - grey[1]) > 0.3
 
 
-@pytest.mark.parametrize(("largest", "unit"), [(0.0, "rad"), (0.5, "rad"), (0.05, "mrad"), (5e-4, "arcsec")])
+@pytest.mark.parametrize(("largest", "unit"), [(0.0, "arcsec"), (0.5, "rad"), (0.05, "mrad"), (5e-4, "arcsec")])
 def test_small_angles_are_in_small_units(largest, unit):
     name, size = curves.angle_unit([np.nan, 0.0, -largest])
     assert name == unit

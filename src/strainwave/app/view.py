@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import click
 
+from ..base import units
 from ..base.quantities import parse
 from ..base.sentences import Angle, Quantity, number, told
 from ..base.sentences import sign as sign
@@ -33,8 +34,9 @@ class AngleUnit(NamedTuple):
 
 
 def angle_unit(largest: float) -> AngleUnit:
-    """One unit for a whole report, by its largest angle [rad]: arcsec up to one degree, then mrad."""
-    return AngleUnit("arcsec", 1.0 / ARCSEC) if largest / ARCSEC < 3600.0 else AngleUnit("mrad", 1e3)
+    """One unit for a whole report, by its largest angle [rad]."""
+    name, size = units.angle_unit(largest)
+    return AngleUnit(name, 1.0 / size)
 
 
 def place(speeds: Speeds, omega: float) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from typing import Any
 
 ROOT = __package__.partition(".")[0]
 HOMES = {
+    "figures": "plot.every_figure",
     "analyze": "study.analysis.analyze",
     "draw": "plot",
     "html": "app.notebook",

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .sentences import number
-from .units import ARCSEC, RPM
+from .units import ARCSEC, RPM, angle_unit
 
 UNITS = {  # what keys end in: the unit as it is printed, and its size in SI
     "_N_m": ("N·m", 1.0), "_rad_per_s": ("rad/s", 1.0), "_rad": ("rad", 1.0), "_arcsec": ("arcsec", ARCSEC),
@@ -72,7 +72,7 @@ def _told(fact: Fact) -> Iterator[str]:
 
 def _shown(value: Any, unit: str, size: float) -> str:
     if unit == "rad" and value is not None:
-        unit, size = ("arcsec", ARCSEC) if abs(value) < 3600.0 * ARCSEC else ("mrad", 1e-3)
+        unit, size = angle_unit(abs(value))
     return number(value) if value is None or isinstance(value, str) else f"{number(value / size)} {unit}".rstrip()
 
 

@@ -232,3 +232,10 @@ def _matches(given: str, unit: str) -> bool:
 
 def _for_pint(unit: str) -> str:
     return re.sub("^/", "1/", unit).replace("^", "**")
+
+
+def angle_unit(largest: float) -> tuple[str, float]:
+    """Name and size [rad] of the unit that suits angles by their largest: arcsec up to a degree, mrad up to 0.1 rad."""
+    if largest < 3600.0 * ARCSEC:
+        return "arcsec", ARCSEC
+    return ("mrad", 1e-3) if largest < 0.1 else ("rad", 1.0)

@@ -1,6 +1,5 @@
 """The response of a whole drive train through a speed range: pointing error of the load, and torque in the gear.
 
-A load torque that lies anywhere in a range, as that of gravity on an arm does, takes a curve at several torques.
 Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant torque,
 another one at every angle (quasi-static). Its own stiffness is left out: that of a gear is hundreds of times larger.
 """
@@ -26,9 +25,6 @@ from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
 from .reductions import left_out
 from .response import turn_response
-
-LEAST, WITH_MEMORY, MOST = 9, 5, 13  # torques of a range with a curve each; of laws with friction or memory; at most
-ROUNDING = 1e-9
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
 SAMPLES, FEWEST = 32, 8  # of a period of the highest harmonic, or of this one, for the largest torque

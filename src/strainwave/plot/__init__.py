@@ -1,6 +1,5 @@
 """Figures of results: plain panels, drawn as SVG or on axes of matplotlib."""
 
-from . import compensation, curves, drive, fits, studies  # noqa: F401
 from .axes import draw as draw
 from .panels import Axis as Axis
 from .panels import Panel as Panel

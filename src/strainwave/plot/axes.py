@@ -1,7 +1,6 @@
 """Panels on axes of matplotlib (extra `plot`), and as a PNG file for slides and word processors."""
 
 from collections.abc import Sequence
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from textwrap import wrap
@@ -41,7 +40,8 @@ def draw(result: Any, axes: Any = None) -> Any:
     ModuleNotFoundError
         If axes are to be made and matplotlib is missing.
     """
-    panels = getattr(result, "panels", partial(panels_of, result))()
+    own = None if isinstance(result, type) else getattr(result, "panels", None)
+    panels = panels_of(result) if own is None else own()
     if not panels:
         known = ", ".join(cls.__name__ for cls in panels_of.registry if cls is not object)
         raise TypeError(f"there is no figure of {shown(result)}; there is one of each of {known}")

@@ -13,9 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.above import above
 from ..base.results import Floats
 from ..base.sentences import sign
-from ..base.units import ARCSEC, RPM
+from ..base.units import RPM
+from ..base.units import angle_unit as unit_of
 from .colours import BLUE, DASHES
 
 ROWS = 2  # of texts above a panel
@@ -48,10 +50,7 @@ TIME = Axis("time", "s")
 def angle_unit(values: ArrayLike) -> tuple[str, float]:
     """Name and size [rad] of the unit that suits angles whose largest is that of `values`."""
     finite = np.abs(np.asarray(values, float))
-    largest = np.max(finite[np.isfinite(finite)], initial=0.0)
-    if largest == 0.0 or largest >= 0.1:
-        return "rad", 1.0
-    return ("mrad", 1e-3) if largest >= 3600.0 * ARCSEC else ("arcsec", ARCSEC)
+    return unit_of(float(np.max(finite[np.isfinite(finite)], initial=0.0)))
 
 
 def angle(name: str, values: ArrayLike, per: str = "") -> Axis:
@@ -235,6 +234,9 @@ def placed_above(
 
 
 @singledispatch
-def panels_of(_result: Any) -> list[Panel]:
+def panels_of(result: Any) -> list[Panel]:
     """Panels of the figure of a result, from top to bottom; none where nothing is drawn of it."""
-    return []
+    above("figures")  # figures of other classes are loaded where one is drawn: they know all studies
+    known = panels_of.dispatch(type(result))
+    found: list[Panel] = [] if known is panels_of.dispatch(object) else known(result)
+    return found

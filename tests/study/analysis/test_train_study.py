@@ -1,10 +1,12 @@
 """A whole train beside its error equation: which of the two is compared with what."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from strainwave import BoucWen, SolveError
 from strainwave.app.report.sections.whole_train import WholeTrain, motor_in_words, parts, reduction
 from strainwave.app.view import AngleUnit, View
 from strainwave.drive.loop_margin import motor_name
@@ -84,3 +86,16 @@ def test_the_error_of_a_free_motor_is_no_pointing_error_under_any_torque_of_the_
     cases = load_cases(of, own, lambda _: None)
     assert len(cases) > 2
     assert {case.drive.name for case in cases} == {"error between motor and load"}
+
+
+@pytest.mark.parametrize("motor", ["mode: held", "loop: {bandwidth: 30 Hz, damping: 0.7}"])
+def test_a_torque_that_the_law_cannot_bear_is_said_before_a_curve_is_looked_for(motor):
+    excitation = (
+        "{kinematic_error: [{order: 2, amplitude: 20 arcsec}], load_torque: {mean: {from: -60 N*m, to: 60 N*m}}}"
+    )
+    of = project(motor, excitation=excitation)
+    law = BoucWen(6e4, 0.0, 5e-4)
+    whole = of.whole._replace(law=law)
+    of = replace(of, drive=of.drive._replace(law=law), whole=whole, train=of.train and whole)
+    with pytest.raises(SolveError, match=r"BoucWen carries at most -?30 N\*m"):
+        load_cases(of, LoadCase(0.0, None, None), lambda _: None)

@@ -194,6 +194,8 @@ class Ripples(Items):
         return Items.schema(self) | {"minItems": 1}
 
     def text(self, value: Variation) -> str:
+        if not isinstance(value, Variation):
+            raise ValueError(f"no project file says what {type(value).__name__} holds; it has ripples of a Variation")
         return Items.text(self, value.ripples)
 
 

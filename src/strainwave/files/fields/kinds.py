@@ -226,6 +226,7 @@ class Text(Kind):
     passed: Callable[[str], str] = str
     more: Callable[[], Schema] = dict
     what: str = "a text"
+    sample: str = "a text"
 
     def read(self, value: Any, place: Place) -> str:
         if not isinstance(value, str):
@@ -234,6 +235,9 @@ class Text(Kind):
 
     def schema(self) -> Schema:
         return self.more() if "enum" in self.more() else {"type": "string", **self.more()}
+
+    def example(self) -> str:
+        return self.sample
 
     def text(self, value: str) -> str:
         return json.dumps(value, ensure_ascii=False)
@@ -326,4 +330,6 @@ def _known(ends: Schema) -> Schema:
 
 
 PHASE = Quantity("rad", check=_turns)
-FILE_NAME = Text(plain_file, lambda: {"pattern": "^[^/\\\\:.][^/\\\\:]*$"})
+FILE_NAME = Text(
+    plain_file, lambda: {"pattern": "^[^/\\\\:.][^/\\\\:]*$"}, sample="the name of a file beside the project file"
+)

@@ -13,8 +13,9 @@ from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import on_screen
 from ...compile.jit import load
 from ...drive.project import Project
-from ...drive.train_curve import WITH_MEMORY, refuse_free
+from ...drive.train_curve import refuse_free
 from ...study.analysis.avoid import band_above
+from ...study.analysis.load_cases import WITH_MEMORY
 from ...study.analysis.runup import silent
 from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking

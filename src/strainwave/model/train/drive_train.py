@@ -225,7 +225,7 @@ class DriveTrain(NamedTuple):
         return linear_part(self)
 
     def to_control(self, **options: Any) -> Any:
-        """Linear train as a `control.StateSpace` of python-control; see `study.train.to_control`."""
+        """Linear train as a `control.StateSpace` of python-control; see `drive.state_space`."""
         return above("to_control")(self, **options)
 
     def check(self) -> None:

@@ -173,7 +173,8 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     motor = _asked_of_motor(drive, by_load, study)
     fastest = speeds.given[-1] if speeds.by_motor else None
     findings = limit_findings(project.gear, used, fastest, project.motor_limits, motor)
-    progress("what would help", 0.9)
+    if advice:
+        progress("what would help", 0.9)
     helps, not_tried = (
         what_helps(subject, drive, avoid, by_load, used, lambda what: progress(f"what would help: {what}", 0.9))
         if advice

@@ -108,12 +108,12 @@ def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
 def _case(loaded: Project, torque: float) -> LoadCase:
     train, limits = loaded.train, loaded.speeds.limits
     system = loaded.system(0.5 * (limits[0] + limits[1]), reduced=True)
-    others = searched(system.law)
+    point, others = operating_point(system), searched(system.law)
     curve = train_curve(train, limits, coexisting=others) if train is not None and has_curve(train) else None
     if curve is None:
         exact = exact_response(system, limits, coexisting=others)
         curve = of_equation(system, exact, loaded.motor == "held", None if train else loaded.whole)
-    return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, operating_point(system), loaded.limit))
+    return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, loaded.limit))
 
 
 def searched(law: Any) -> bool:

@@ -29,6 +29,7 @@ HERTZ = 2.0 * np.pi
 PLAIN = "loop"  # name of the design that everything is compared with
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at
 SLOWER = 0.5  # of the rate of the plain loop: what a controller of another kind has learns
+SLOWEST = 100.0  # of the longest run that is taken: what is slower is not waited for
 LONG = 60.0  # s
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
@@ -256,7 +257,7 @@ def _one(
     known = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked
     growth = -np.inf if known else bench.growth(controller, speed)
     rate = own_rate(bench, speed, controller)
-    if not rate and 0.0 < -growth < SLOWER / slowest:
+    if not rate and SLOWEST / (MOST_SAMPLES * bench.sampling.period) < -growth < SLOWER / slowest:
         rate = -growth
     settle, end = times_of(bench, speed, rate)
     before = _run(bench, bench.loop, speed, settle, end)
