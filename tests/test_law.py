@@ -125,3 +125,8 @@ def test_the_slope_is_compared_between_breakpoints_too():
 
     with pytest.raises(ValueError, match=r"at 0\.035 rad gives 2 N\*m/rad and its torque rises by 1 N\*m/rad"):
         check_law("law", Between(1.0, 0.04))
+
+
+def test_the_slopes_of_the_packages_own_laws_are_not_looked_at_again(monkeypatch):
+    monkeypatch.setattr("strainwave.base.law._check_slope", lambda law: pytest.fail(f"{law} was differentiated"))
+    check_law("law", sw.Cubic(1e5, 1.0))

@@ -25,7 +25,7 @@ def _contents(file: Path, room: str = "") -> Iterator[tuple[str, str]]:
                 yield name, (room + home).rstrip(".")
 
 
-sys.meta_path.append(Former)  # type: ignore[arg-type]
+sys.meta_path.append(Former())
 _HOME = dict(_contents(Path(__file__).with_suffix(".pyi")))
 
 __all__ = list(_HOME)

@@ -5,6 +5,7 @@ Modules by the names that they had in version 0.2, too.
 
 import warnings
 from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location, spec_from_loader
 from typing import Any
@@ -48,23 +49,20 @@ def drawer(name: str) -> Any:
     return lambda axes, result: above("draw")(result, axes)
 
 
-class Former:
+class Former(MetaPathFinder, Loader):
     """Finder of the modules of FORMER by their former names: importing one warns and says where it is now."""
 
-    @staticmethod
-    def find_spec(name: str, _path: Any = None, _target: Any = None) -> ModuleSpec | None:
+    def find_spec(self, name: str, _path: Any = None, _target: Any = None) -> ModuleSpec | None:
         """Return the place of a module that has moved."""
         if name not in FORMER:
             return None
         warnings.warn(f"the module {name} is {FORMER[name]} now; import it from there", FutureWarning, stacklevel=2)
-        return spec_from_loader(name, Former)  # type: ignore[arg-type]
+        return spec_from_loader(name, self)
 
-    @staticmethod
-    def create_module(spec: ModuleSpec) -> Any:
+    def create_module(self, spec: ModuleSpec) -> Any:
         """Return the module itself."""
         return import_module(FORMER[spec.name])
 
-    @staticmethod
-    def exec_module(module: Any) -> None:
+    def exec_module(self, module: Any) -> None:
         """Give it its own place back, which the import has changed."""
         module.__spec__ = spec_from_file_location(module.__name__, module.__file__)

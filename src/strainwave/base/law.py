@@ -15,6 +15,7 @@ from typing import Any
 
 from ..compile.jit import chosen, kernel
 from ..compile.tuples import alike, axpy
+from .above import ROOT
 
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
 TORSIONS = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # times SEEN, rad, to both sides: where a slope is compared
@@ -238,7 +239,7 @@ def check_law(where: str, law: Any) -> None:
                 f"{where}: {name} has {n} internal states but z_rate does not give as many rates; write `states = 2` "
                 "in the class for two of them and return a tuple of two"
             )
-    if depends(law) == 1 and has(law, "stiffness") and type(law).__module__.partition(".")[0] != __package__:
+    if depends(law) == 1 and has(law, "stiffness") and not type(law).__module__.startswith(f"{ROOT}."):
         _check_slope(law)
 
 
