@@ -118,6 +118,11 @@ def told(data: Any, written: Callable[[Quantity], str]) -> Any:
 WIDTH, HEIGHT = 120, 25  # letters of a line and lines of a screen
 
 
+def printable(name: str) -> str:
+    """A file's name as text of UTF-8; bytes of it that are none are escaped."""
+    return name.encode("utf-8", "backslashreplace").decode()
+
+
 def on_screen(text: str) -> str:
     """Text as a result prints it: long lines wrapped, and of more lines than a screen has the first ones."""
     lines = [part for line in text.split("\n") for part in _wrapped(line)]

@@ -143,17 +143,25 @@ def hash_of(home: Path) -> str:
 
 @cache
 def cache_folder() -> Path:
-    """Folder of compiled code: STRAINWAVE_CACHE_DIR, or the user's cache folder of the operating system."""
-    home = os.environ.get("STRAINWAVE_CACHE_DIR")
-    if home:
-        root = Path(home)
-    elif sys.platform == "win32":
-        root = Path(os.environ.get("LOCALAPPDATA", Path.home())) / "strainwave" / "cache"
-    elif sys.platform == "darwin":
-        root = Path.home() / "Library" / "Caches" / "strainwave"
-    else:
-        root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "strainwave"
-    return root / source_hash()
+    """Folder of compiled code: STRAINWAVE_CACHE_DIR, or the user's cache folder of the operating system.
+
+    The XDG Base Directory Specification ignores an XDG_CACHE_HOME that is empty or relative.
+    """
+    if own := os.environ.get("STRAINWAVE_CACHE_DIR"):
+        return Path(own) / source_hash()
+    variable, inside, after = {
+        "win32": ("LOCALAPPDATA", "", "strainwave/cache"), "darwin": ("", "Library/Caches", "strainwave"),
+    }.get(sys.platform, ("XDG_CACHE_HOME", ".cache", "strainwave"))  # fmt: skip
+    place = Path(os.environ.get(variable, ""))
+    return (place if place.is_absolute() else _home() / inside) / after / source_hash()
+
+
+def _home() -> Path:
+    """Folder of the user; of one without any, as in some containers, a place where nothing can be kept."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return Path(os.devnull)
 
 
 @cache

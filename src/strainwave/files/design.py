@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ..base.sentences import printable
 from ..model.excitation import KinematicError
 from ..model.gears import catalogue
 from ..study.design.result import Candidate
@@ -172,7 +173,7 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
     accuracy = spec.excitation.accuracy
     inertias = [*(spec.load.inertias or ()), *([] if spec.load.inertia is None else [spec.load.inertia])]
     return Specification(
-        title=spec.title or path.stem,
+        title=spec.title or printable(path.stem),
         load_inertias=tuple(inertias),
         speeds=(spec.speed.from_, spec.speed.to),
         limit=spec.limit.oscillation,

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..base.quantities import checked, convert
+from ..base.sentences import printable
 from ..base.speeds import Speeds
 from ..drive.asked import Task
 from ..drive.loop_margin import unstable
@@ -49,7 +50,7 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
     varies = spec.damping.varies or spec.stiffness is not None
     whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
     project = Project(
-        title=spec.title or path.stem,
+        title=spec.title or printable(path.stem),
         path=path,
         text=text,
         drive=drive,

@@ -94,3 +94,26 @@ def test_long_paths_and_files_in_a_folders_place(drive, tmp_path):
     told = complaint(10**9, "response", drive, "-o", tmp_path / "file" / "curve.csv")
     assert told.endswith(": file exists; a file stands where a folder is to go; choose another place")
     assert (tmp_path / "file").read_text(encoding="utf-8") == "old"
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="the system has no device that is always full")
+def test_a_full_standard_output_is_named_and_the_files_are_there(drive, tmp_path):
+    call = [sys.executable, "-m", "strainwave", "response", str(drive), "-o", str(tmp_path / "curve.csv")]
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        run = subprocess.run(call, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert run.returncode == 1
+    assert run.stderr.splitlines()[-1].startswith("strainwave: standard output: no space left on device; files")
+    assert (tmp_path / "curve.csv").is_file()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its shell closes no streams")
+def test_streams_that_the_shell_has_closed_are_empty(drive, tmp_path):
+    def run(call):
+        call = f'"{sys.executable}" -m strainwave {call}'
+        return subprocess.run(call, shell=True, capture_output=True, text=True, check=False)
+
+    curve = run(f'response "{drive}" 2>&-')
+    assert (curve.returncode, "pointing error" in curve.stdout) == (0, True)
+    new = run(f'new -o "{tmp_path}/n.yaml" <&-')
+    assert new.returncode == 2
+    assert new.stderr.endswith("must be given, where no terminal can be asked\n")

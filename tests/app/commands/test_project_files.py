@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from linear_drive import LINEAR
 
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.exchange.completion import SHELLS, PowerShellComplete
@@ -221,3 +222,10 @@ def test_bash_completes(tmp_path, words, found):
         ["bash", "--norc", "-c", script], capture_output=True, text=True, check=False, env=environment, cwd=tmp_path
     )
     assert run.stdout.split() == found, run.stderr
+
+
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="names of files are text there")
+def test_a_file_name_that_is_no_text_is_escaped(tmp_path):
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/ax\xff.yaml"))
+    path.write_text(LINEAR, encoding="utf-8")
+    assert read_project(path).title == "ax\\udcff"

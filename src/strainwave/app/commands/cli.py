@@ -88,10 +88,20 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         from ..output import sentence
 
+        if _stdout_fails():
+            return f"standard output: {error.strerror.lower()}; files that the command has written are whole"
         return sentence(error)
     text = " ".join(str(error).split()) or type(error).__name__
     name = type(error).__name__
     return text if name in EXPECTED else f"{name}: {text} (this is unexpected; --debug shows where)"
+
+
+def _stdout_fails() -> bool:
+    try:
+        print(flush=True)
+    except OSError:
+        return True
+    return False
 
 
 @click.group(
@@ -112,5 +122,8 @@ add_completion_class(PowerShellComplete)  # click has the other shells
 
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line; streams that the shell has closed are empty."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 (open as long as the process)
     cli(prog_name="strainwave")

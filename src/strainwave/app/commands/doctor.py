@@ -37,7 +37,7 @@ def report() -> dict[str, Any]:
     units, cpu = target_cpu()
     folder = cache.cache_folder()
     writable, why = _writable(folder)
-    size = sum(f.stat().st_size for f in folder.glob("**/*") if f.is_file()) if folder.is_dir() else 0
+    size = sum(f.stat().st_size for f in folder.glob("**/*") if f.is_file()) if os.path.isdir(folder) else 0
     return {
         "strainwave": __version__,
         "python": platform.python_version(),
@@ -66,9 +66,9 @@ def _usable_cores() -> int | None:
 
 
 def _writable(folder: Path) -> tuple[bool, str]:
-    """Whether compiled code can be kept, tried in the nearest folder that exists."""
+    """Whether compiled code can be kept, tried in the nearest folder that is seen."""
     place = folder
-    while not place.exists() and place != place.parent:
+    while not os.path.exists(place) and place != place.parent:
         place = place.parent
     try:
         with tempfile.TemporaryFile(dir=place):

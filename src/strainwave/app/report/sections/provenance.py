@@ -7,6 +7,7 @@ from shlex import quote
 from typing import Any
 
 from .... import __version__
+from ....base.sentences import printable
 from ...view import View
 
 SOFTWARE = ("numpy", "scipy", "numba")
@@ -36,4 +37,4 @@ class Provenance:
 
 def _word(name: str) -> str:
     """A file name as one word of a shell, which no command takes for an option."""
-    return quote(f"./{name}" if name.startswith("-") else name)
+    return quote(printable(f"./{name}" if name.startswith("-") else name))
