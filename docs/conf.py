@@ -4,6 +4,9 @@ import re
 import sys
 from pathlib import Path
 
+from docutils import nodes
+from sphinx import addnodes
+
 import strainwave
 
 DOCS = Path(__file__).parent
@@ -89,7 +92,18 @@ def add_summary(app, docname, source):
     source[0] = source[0].replace("{{ summary }}", "\n".join(lines))
 
 
+def link_names(app, doctree):
+    """Make `sw.name` and `sw.name(...)` links to the page of that name; `project` is a Project, `drive` a Drive."""
+    for code in list(doctree.findall(nodes.literal)):
+        match = re.match(r"(?:sw\.([\w.]+)|((?:project|drive)\.\w+)\()", code.astext())
+        if match and not isinstance(code.parent, (nodes.reference, nodes.title, addnodes.pending_xref)):
+            name = (match[1] or match[2].capitalize()).replace("report.", "app.report.")
+            where = {"refdomain": "py", "reftype": "obj", "reftarget": f"strainwave.{name}", "refdoc": app.env.docname}
+            code.replace_self(addnodes.pending_xref("", code.deepcopy(), refexplicit=True, **where))
+
+
 def setup(app):
+    app.connect("doctree-read", link_names)
     app.connect("source-read", add_summary)
     app.connect("autodoc-process-docstring", escape_formulas, priority=400)  # before napoleon writes its own markup
     app.connect("autodoc-process-docstring", join_names, priority=600)

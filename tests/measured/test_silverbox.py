@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 matplotlib.use("Agg")
 RECORD = os.environ.get("STRAINWAVE_SILVERBOX", "")
 SCRIPT = Path(__file__).resolve().parents[2] / "benchmarks" / "silverbox.py"
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "silverbox.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "validation.md"
 
 
 def script():

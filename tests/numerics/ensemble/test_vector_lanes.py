@@ -13,7 +13,7 @@ from strainwave.compile import lanes
 from strainwave.numerics.ensemble import fixed_step
 from strainwave.numerics.integration.schemes import Classical
 
-SCALAR: set[str] = set()  # laws whose loop is known to stay scalar, with the reason in docs/ensembles.md
+SCALAR: set[str] = set()  # laws whose loop is known to stay scalar, with the reason in docs/sweeps.md
 TORQUE, NO_ERROR = sw.Harmonic(0.3), sw.NoError()
 CASES = {
     **{name: sw.Oscillator(1.0, 0.1, law, TORQUE, 1.1) for name, law in (LAWS | DISSIPATIVE).items()},
