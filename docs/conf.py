@@ -98,8 +98,10 @@ def link_names(app, doctree):
         match = re.match(r"(?:sw\.([\w.]+)|((?:project|drive)\.\w+)\()", code.astext())
         if match and not isinstance(code.parent, (nodes.reference, nodes.title, addnodes.pending_xref)):
             name = (match[1] or match[2].capitalize()).replace("report.", "app.report.")
-            where = {"refdomain": "py", "reftype": "obj", "reftarget": f"strainwave.{name}", "refdoc": app.env.docname}
-            code.replace_self(addnodes.pending_xref("", code.deepcopy(), refexplicit=True, **where))
+            page = app.env.docname
+            where = {"refdomain": "py", "reftype": "obj", "reftarget": f"strainwave.{name}", "refdoc": page}
+            link = addnodes.pending_xref("", code.deepcopy(), refexplicit=True, refwarn=page == "which-verb", **where)
+            code.replace_self(link)
 
 
 def setup(app):
