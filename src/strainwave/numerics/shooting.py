@@ -32,6 +32,9 @@ from .labels import END
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
 STEPS = 30
+HALVINGS = 5  # of a step of Newton's method that leads away from the orbit
+REACH = 3.0  # largest step of it, in sizes of the motion
+CLOSE = 1e-6  # of a state's size: steps below it are taken whole
 DIFFERENCE = 1e-5  # of a state's size
 
 
@@ -131,7 +134,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
         If Newton's method fails and `throw` is true.
     """
     system = periodic("shoot", with_parts("shoot", system, "rhs"), period)
-    y = start = numbers("y0", y0)
+    y = numbers("y0", y0)
     n = len(y)
     smooth = n == 2 and has_jacobian(system)
     positive_count("period", period)
@@ -140,29 +143,57 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     duration = 2.0 * np.pi * period / omega
     matrix = np.full((n, n), 1e300)
     status, last = Status.NO_CONVERGENCE, np.inf
+
+    def mapped(y: Floats) -> tuple[Floats, Floats, Floats] | None:
+        return (period_map if smooth else differenced_map)(system, y, duration, rtol)
+
+    after, turns = mapped(y), 1
     for _ in range(STEPS):
-        mapped = (period_map if smooth else differenced_map)(system, y, duration, rtol)
-        if mapped is None:
+        if after is None:
             status = Status.DIVERGED
             break
-        end, matrix, sizes = mapped
+        end, matrix, sizes = after
         try:
-            step = np.linalg.solve(matrix - np.eye(n), end - y)
+            step = np.asarray(np.linalg.solve(matrix - np.eye(n), end - y), float)
         except np.linalg.LinAlgError:
-            break
-        y = y - step
-        if not np.all(np.isfinite(y)):
-            y = start
             break
         moved = float(np.max(np.abs(step) / sizes))
         if moved <= 10.0 * rtol or (not smooth and 0.5 * last < moved <= 1e3 * rtol):
-            status = Status.OK
+            y, status = y - step, Status.OK
             break
         last = moved
+        nearer = _nearer(mapped, y, after, step)
+        if nearer is None:  # as beside a fold, where an orbit has just vanished: the motion leads away from there
+            y, turns = _gone_on(system, y, turns * duration, rtol), 2 * turns
+            nearer = y, mapped(y)
+        y, after = nearer
     orbit = _sampled(system, y, omega, period, matrix, rtol, status)
     if throw and not orbit.status:
         raise SolveError(orbit.message)
     return orbit
+
+
+def _gone_on(system: Any, y: Floats, time: float, rtol: float) -> Floats:
+    """State after a time [s]; the state itself where the motion ends before."""
+    run = simulate(system, y, (0.0, time), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y)))
+    return run.y[:, -1] if run.status else y
+
+
+def _nearer(mapped: Any, y: Floats, now: tuple[Floats, Floats, Floats], step: Floats) -> tuple[Floats, Any] | None:
+    """State after a step of Newton's method, and its map; None if the whole step and its halves open the orbit."""
+    end, _, sizes = now
+    sizes = sizes * max(1.0, float(np.max(np.abs([y, end]) / sizes)))  # a motion may begin and end at x = 0
+    gap, moved = np.max(np.abs(end - y) / sizes), np.max(np.abs(step) / sizes)
+    share = min(1.0, REACH / moved)
+    for _ in range(HALVINGS):
+        trial = y - share * step
+        after = mapped(trial)
+        if after is not None:
+            left = np.max(np.abs(after[0] - trial) / sizes)
+            if moved <= CLOSE or left <= (1.0 - 0.1 * share) * gap:
+                return trial, after
+        share *= 0.5
+    return None
 
 
 def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, rtol: float, status: Status) -> Orbit:

@@ -27,3 +27,17 @@ def test_an_orbit_with_hysteresis_is_that_of_an_integration_that_has_settled():
     assert orbit.status
     assert orbit.peak == pytest.approx(np.max(np.abs(end.y[0])), rel=1e-6)
     assert orbit.state(0.0)[:2] == pytest.approx(end.y[:2, 0], rel=1e-6)
+
+
+@pytest.mark.parametrize("start", [(-2.0, 0.0), (2.0, 1.0), (0.0, -2.0), (0.5, 2.0)])
+def test_shooting_from_far_away_finds_the_motion_on_which_an_integration_settles(start):
+    system = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.1)
+    period = 2.0 * np.pi / 1.1
+
+    def rates(t, y):
+        return y[1], 0.2 * np.cos(1.1 * t) - 0.1 * y[1] - y[0] - 0.1 * y[0] ** 3
+
+    settled = solve_ivp(rates, (0.0, 100.0 * period), start, rtol=1e-10, atol=1e-12).y[:, -1]
+    orbit = sw.shoot(system, start)
+    assert orbit.status
+    assert orbit.state(0.0) == pytest.approx(settled, abs=1e-6)
