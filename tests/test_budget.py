@@ -1,8 +1,10 @@
 """The budget counts code as its page says, and is only lowered."""
 
+import ast
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -57,7 +59,22 @@ def test_code_lines_rooms_arrows_and_imports_by_string_are_counted(budget, packa
     assert now["size"]["code_lines"] == 12
     assert now["counts"] == {
         "lines_over_100": 0, "imports_by_string": 1, "files": 5, "rooms_of_second_level": 3, "arrows_between_them": 2,
-        "longest_function": 4, "median_function": 2,
+        "longest_function": 4, "median_function": 2, "percent_of_parameters_any": 0,
+    }  # fmt: skip
+
+
+def test_what_plain_code_has_not_is_counted(budget):
+    text = """def f(x: Any, at, b):
+    first, second = (g(y) for y in x)
+    found = first + (b > 2)
+
+
+
+    return found, at, not b, 3 * (not b)
+"""
+    assert Counter(budget.style(list(ast.walk(ast.parse(text))))) == {
+        "function_words": 1, "unpacked_generators": 1, "arithmetic_on_booleans": 2, "parameters": 3,
+        "parameters_any": 1,
     }  # fmt: skip
 
 

@@ -25,6 +25,13 @@ COMMENTS = re.compile(r"/\*.*?\*/|<!--.*?-->|\{#.*?#\}|^\s*//[^\n]*", re.DOTALL 
 LAYOUT = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER, tokenize.COMMENT}
 KINDS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 BY_STRING_HERE = "base/above.py"  # the file that may import by string
+SCOPE = 5  # lines over which a name may be a function word
+WORDS = """
+found said told own here rest near at way out given known kept seen taken wanted used made done shown asked there every
+one each some any all both other others what which who why how when where now then also even more many much few enough
+of to from with without by in on off over under above below beyond beside this that these those thus so as if but and
+or not only just such them they it its again once still
+"""
 HEAD = """# Largest sizes of the package, which `python tools/budget.py --check` holds and `--write` lowers.
 # Rooms have code lines. What is under `size` is compared, and fails nothing.
 
@@ -81,6 +88,35 @@ def by_string(nodes: list[ast.AST], package: Path) -> int:
     return sum(text.startswith((".", package.name)) for text in texts)
 
 
+def style(nodes: list[ast.AST]) -> Iterator[str]:
+    """What plain code has not, each time by its name, and parameters, of which few are `Any`."""
+    for node in nodes:
+        match node:
+            case ast.FunctionDef() | ast.AsyncFunctionDef():
+                yield from function_words(node)
+                for argument in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
+                    yield "parameters"
+                    if isinstance(argument.annotation, ast.Name) and argument.annotation.id == "Any":
+                        yield "parameters_any"
+            case ast.Assign(targets=[ast.Tuple()], value=ast.GeneratorExp()):
+                yield "unpacked_generators"
+            case ast.BinOp(op=ast.Add() | ast.Sub() | ast.Mult(), left=left, right=right):
+                if any(isinstance(n, ast.Compare) or isinstance(getattr(n, "op", 0), ast.Not) for n in (left, right)):
+                    yield "arithmetic_on_booleans"
+
+
+def function_words(function: ast.FunctionDef | ast.AsyncFunctionDef) -> Iterator[str]:
+    """One for each name of a function that is a function word, over more than SCOPE lines."""
+    lines: dict[str, list[int]] = {}
+    for node in ast.walk(function):
+        name = node.id if isinstance(node, ast.Name) else node.arg if isinstance(node, ast.arg) else None
+        if name in WORDS.split():
+            lines.setdefault(name, []).append(node.lineno)
+    for places in lines.values():
+        if max(places) - min(places) > SCOPE:
+            yield "function_words"
+
+
 def measured(package: Path = PACKAGE) -> dict[str, dict[str, int]]:
     """Numbers of the package: code lines of rooms, counts, and size in other units."""
     rooms, counts, size = Counter[str](), Counter[str](), Counter[str]()
@@ -93,6 +129,7 @@ def measured(package: Path = PACKAGE) -> dict[str, dict[str, int]]:
         rooms[room_of(path, package, 1)] += len(lines)
         counts["lines_over_100"] += sum(len(line) > 100 for i, line in enumerate(text.splitlines(), 1) if i in lines)
         counts["imports_by_string"] += by_string(nodes, package) * (path != package / BY_STRING_HERE)
+        counts.update(style(nodes))
         size.update(tokens=len(found), ast_nodes=len(nodes))
         own = quarter_of(path, package)
         arrows |= {(own, quarter_of(file, package)) for file in imported(path, nodes, package, files)} - {(own, own)}
@@ -105,6 +142,8 @@ def measured(package: Path = PACKAGE) -> dict[str, dict[str, int]]:
             rooms[room_of(path, package, 1)] += other_lines(path.read_text(encoding="utf-8"))
     quarters = {quarter_of(path, package) for path in files} - {"__init__"}
     counts.update(files=len(files), rooms_of_second_level=len(quarters), arrows_between_them=len(arrows))
+    every, untyped = counts.pop("parameters", 0), counts.pop("parameters_any", 0)
+    counts.update(percent_of_parameters_any=round(100 * untyped / max(every, 1)))
     counts.update(longest_function=max(functions), median_function=int(statistics.median(functions)))
     return {"rooms": {**rooms}, "counts": {**counts}, "size": {"code_lines": rooms.total(), **size}}
 
