@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from linear_drive import LINEAR
 
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.exchange.completion import SHELLS, PowerShellComplete
+from strainwave.app.commands.exchange.completion import SHELLS
 from strainwave.app.commands.exchange.new import QUESTIONS, new
 from strainwave.files.reading import read_project
 from strainwave.files.reference import project_schema
@@ -175,22 +175,6 @@ def test_the_schema_command_prints_the_schema():
 @pytest.mark.parametrize("shell", SHELLS)
 def test_completion_has_a_script_for_every_shell(shell):
     assert "strainwave" in invoke("completion", shell).output
-
-
-def completed(monkeypatch, words, typed):
-    monkeypatch.setenv("COMP_WORDS", words)
-    monkeypatch.setenv("COMP_CWORD", typed)
-    kind = PowerShellComplete(command.cli, {}, "strainwave", "_STRAINWAVE_COMPLETE")
-    return [line.split("\t") for line in kind.complete().splitlines()]
-
-
-def test_powershell_gets_kind_value_and_help(monkeypatch):
-    assert ["plain", "analyze"] in [line[:2] for line in completed(monkeypatch, "strainwave an", "an")]
-    assert [line[1] for line in completed(monkeypatch, "strainwave catalogue csg-40-1", "csg-40-1")] == [
-        "CSG-40-100", "CSG-40-120", "CSG-40-160",
-    ]  # fmt: skip
-    assert completed(monkeypatch, "strainwave analyze ", "") == [["file", "", ""]]
-    assert all(len(line) == 3 and line[2] for line in completed(monkeypatch, "strainwave export --to ", ""))
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")

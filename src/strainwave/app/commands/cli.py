@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.shell_completion import CompletionItem, add_completion_class
+from click.shell_completion import CompletionItem
 
 from ... import __version__
 from ...base.above import thing
-from .exchange.completion import PowerShellComplete
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (
@@ -116,9 +115,6 @@ def cli(debug: bool) -> None:
 
     Start with `strainwave demo`, then write a project file and run `strainwave analyze PROJECT.yaml -o report`.
     """
-
-
-add_completion_class(PowerShellComplete)  # click has the other shells
 
 
 def main() -> None:
