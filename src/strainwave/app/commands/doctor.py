@@ -87,17 +87,19 @@ def doctor(as_json: bool) -> None:
         click.echo(to_json(facts))
         return
     cache, cores = facts["cache"], facts["cores"]
-    click.echo(f"strainwave {facts['strainwave']}, Python {facts['python']} ({facts['executable']})")
-    click.echo(f"system       {facts['system']}")
-    click.echo(f"cpu          {facts['cpu']}, {cores['usable']} of {cores['machine']} cores usable")
-    click.echo(f"simd         {' '.join(facts['simd']) or 'none known'}")
-    click.echo(f"compilation  {facts['compilation']}")
-    click.echo(f"gpu          {facts['gpu']}")
-    state = (
+    kept = (
         "writable" if cache["writable"] else f"NOT writable, so code is compiled again at every start: {cache['why']}"
     )
-    click.echo(f"cache        {cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {state})")
-    click.echo("packages     " + ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()))
+    rows = {
+        "system": facts["system"],
+        "cpu": f"{facts['cpu']}, {cores['usable']} of {cores['machine']} cores usable",
+        "simd": " ".join(facts["simd"]) or "none known",
+        "compilation": facts["compilation"],
+        "gpu": facts["gpu"],
+        "cache": f"{cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {kept})",
+        "packages": ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()),
+    }
     for extra, there in facts["extras"].items():
-        hint = "installed" if there else f"not installed; pip install 'strainwave[{extra}]'"
-        click.echo(f"extra {extra:<8}{hint}")
+        rows[f"extra {extra}"] = "installed" if there else f"not installed; pip install 'strainwave[{extra}]'"
+    click.echo(f"strainwave {facts['strainwave']}, Python {facts['python']} ({facts['executable']})")
+    click.echo("\n".join(f"{name:<13} {value}" for name, value in rows.items()))
