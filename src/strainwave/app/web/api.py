@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from functools import cache
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
@@ -36,15 +36,27 @@ from .workers import Abandoned, Work, Workers
 
 Handler = Callable[[Request], Awaitable[Response]]
 OF_STATE, RESPONSE = Work("state", "of_state"), Work("views", "response")
-WHOLE = {"compensation": Work("views", "compensated"), "report": Work("exports", "report_of")}
-BODIES: dict[str, type[Body]] = {
-    "/api/project": OfState,
-    "/api/response": ResponseRequest,
-    "/api/motion": MotionRequest,
-    "/api/move": OfState,
-    "/api/jobs": JobRequest,
-    "/api/export/project": OfState,
-    "/api/export/script": ScriptRequest,
+JOBS = {
+    "map": Work("views", "two_parameters"), "speed-map": Work("views", "mapped"),
+    "compensation": Work("views", "compensated"), "report": Work("exports", "report_of"),
+}  # fmt: skip
+
+
+class Answer(NamedTuple):
+    """The body that an address takes, the work that answers it, and the fields that this is given; all where none."""
+
+    body: type[Body]
+    work: tuple[Work, ...]
+    fields: tuple[str, ...] = ("state",)
+
+
+ANSWERS = {
+    "/api/project": Answer(OfState, (Work("parameters", "about"),)),
+    "/api/response": Answer(ResponseRequest, (OF_STATE, RESPONSE), ("state", "whole")),
+    "/api/motion": Answer(MotionRequest, (OF_STATE, Work("views", "motion")), ("state", "speed")),
+    "/api/move": Answer(OfState, (OF_STATE, Work("views", "moved"))),
+    "/api/export/project": Answer(OfState, (OF_STATE, Work("state", "yaml_of"))),
+    "/api/export/script": Answer(ScriptRequest, (Work("exports", "script_of"),), ()),
 }
 
 MOST, AT_ONCE = 16, 1  # jobs that are held, and that run
@@ -157,10 +169,6 @@ class Jobs:
             job.state, job.error = "failed", f"the job failed unexpectedly ({error})"
 
 
-def _sentence(error: Exception) -> str:
-    return " ".join(str(error).split())
-
-
 def guarded(handler: Handler) -> Handler:
     """Turn what a handler raises about its input into a sentence."""
 
@@ -168,7 +176,7 @@ def guarded(handler: Handler) -> Handler:
         try:
             return await handler(request)
         except (ValueError, SolveError) as error:
-            return refusal(422, _sentence(error))
+            return refusal(422, " ".join(str(error).split()))
         except Full as error:
             return refusal(429, str(error))
         except Abandoned:
@@ -188,11 +196,12 @@ async def _computed(request: Request, work: Callable[..., Any], *args: Any) -> t
 
 
 async def _view(request: Request, work: Callable[..., Any], *args: Any) -> Response:
-    """Answer with what `work` gives, and the processor time that it took."""
+    """Answer with what `work` gives, an export as text, and the processor time that it took."""
     content, took = await _computed(request, work, *args)
-    return Response(
-        content, media_type="application/json", headers={"server-timing": f"compute;dur={1e3 * took:.2f}"}
-    )  # fmt: skip
+    if request.url.path.startswith("/api/export/"):
+        return PlainTextResponse(json.loads(content))
+    timing = {"server-timing": f"compute;dur={1e3 * took:.2f}"}
+    return Response(content, media_type="application/json", headers=timing)
 
 
 @cache
@@ -210,27 +219,11 @@ async def gears(_request: Request) -> Response:
     return JSONResponse(_gears())
 
 
-async def project(request: Request) -> Response:
-    """Title, numbers with their ranges, and notes of a project."""
-    return await _view(request, Work("parameters", "about"), (await asked(request, OfState)).state)
-
-
-async def response(request: Request) -> Response:
-    """The response of the drive over its speeds."""
-    body = await asked(request, ResponseRequest)
-    return await _view(request, OF_STATE, RESPONSE, body.state, body.whole)
-
-
-async def motion(request: Request) -> Response:
-    """The motion at one speed."""
-    body = await asked(request, MotionRequest)
-    return await _view(request, OF_STATE, Work("views", "motion"), body.state, body.speed)
-
-
-async def move(request: Request) -> Response:
-    """The move of the project."""
-    body = await asked(request, OfState)
-    return await _view(request, OF_STATE, Work("views", "moved"), body.state)
+async def answer(request: Request) -> Response:
+    """What one of ANSWERS gives."""
+    kind, work, fields = ANSWERS[request.url.path]
+    body = await asked(request, kind)
+    return await _view(request, *work, *([getattr(body, name) for name in fields] or [body]))
 
 
 async def log(request: Request) -> Response:
@@ -250,32 +243,17 @@ async def identify(request: Request) -> Response:
     return JSONResponse({"id": jobs.begin("identify", *work, state, name, content)}, 201)
 
 
-async def project_file(request: Request) -> Response:
-    """The project file with the changed values."""
-    text, _ = await _computed(request, OF_STATE, Work("state", "yaml_of"), (await asked(request, OfState)).state)
-    return PlainTextResponse(json.loads(text))
-
-
-async def script(request: Request) -> Response:
-    """The Python script that computes what a view shows."""
-    text, _ = await _computed(request, Work("exports", "script_of"), await asked(request, ScriptRequest))
-    return PlainTextResponse(json.loads(text))
-
-
 async def begin(request: Request) -> Response:
     """Start a job."""
     body = await asked(request, JobRequest)
     jobs: Jobs = request.app.state.jobs
     await _computed(request, OF_STATE, bool, body.state)
-    work: tuple[Any, ...]
+    args: tuple[Any, ...] = ()
     if body.kind == "map":
-        axes = [(axis.name, list(axis.values)) for axis in two_axes(body.axes)]
-        work = Work("views", "two_parameters"), body.state, axes
+        args = ([(axis.name, list(axis.values)) for axis in two_axes(body.axes)],)
     elif body.kind == "speed-map":
-        work = Work("views", "mapped"), body.state, body.search, list(body.loads)
-    else:
-        work = WHOLE[body.kind], body.state
-    return JSONResponse({"id": jobs.begin(body.kind, OF_STATE, *work)}, 201)
+        args = body.search, list(body.loads)
+    return JSONResponse({"id": jobs.begin(body.kind, OF_STATE, JOBS[body.kind], body.state, *args)}, 201)
 
 
 async def job(request: Request) -> Response:
@@ -296,7 +274,8 @@ async def status(request: Request) -> Response:
 
 async def schema(_request: Request) -> Response:
     """JSON Schemas of the bodies of all requests."""
-    posts = {path: body.model_json_schema() for path, body in BODIES.items()}
+    bodies: dict[str, type[Body]] = {path: one.body for path, one in ANSWERS.items()} | {"/api/jobs": JobRequest}
+    posts = {path: body.model_json_schema() for path, body in bodies.items()}
     others = {
         "/api/gears": "GET: gears of the catalogue",
         "/api/jobs/{id}": "GET: state, progress, result; DELETE: cancel",
@@ -308,18 +287,11 @@ async def schema(_request: Request) -> Response:
     return JSONResponse({"post": posts, "other": others})
 
 
+POSTS = dict.fromkeys(ANSWERS, answer) | {"/api/log": log, "/api/identify": identify, "/api/jobs": begin}
 routes = [
     Route("/api/gears", gears),
     Route("/api/schema", schema),
     Route("/api/status", status),
-    Route("/api/project", guarded(project), methods=["POST"]),
-    Route("/api/response", guarded(response), methods=["POST"]),
-    Route("/api/motion", guarded(motion), methods=["POST"]),
-    Route("/api/move", guarded(move), methods=["POST"]),
-    Route("/api/log", guarded(log), methods=["POST"]),
-    Route("/api/identify", guarded(identify), methods=["POST"]),
-    Route("/api/export/project", guarded(project_file), methods=["POST"]),
-    Route("/api/export/script", guarded(script), methods=["POST"]),
-    Route("/api/jobs", guarded(begin), methods=["POST"]),
+    *(Route(path, guarded(handler), methods=["POST"]) for path, handler in POSTS.items()),
     Route("/api/jobs/{name:str}", job, methods=["GET", "DELETE"]),
 ]
