@@ -3,7 +3,7 @@
 import pytest
 
 from strainwave.base.facts import Fact, data, lines
-from strainwave.base.units import RPM
+from strainwave.base.units import ARCSEC, RPM
 
 FACTS = (
     Fact("failures", ("The gear breaks.", "The motor stalls."), "FAIL: {}"),
@@ -41,3 +41,22 @@ def test_facts_of_a_group_share_a_line_and_angles_have_the_unit_of_their_size():
         "turned by 1 rad",
         "settled after 0.5 s, –",
     ]
+
+
+def test_rows_of_facts_are_a_table_in_text_and_a_list_in_data():
+    rows = (
+        (Fact("name", "loop", "controller"), Fact("time_s", None, "settling"), Fact("rms_arcsec", 20.0 * ARCSEC, "rms"),
+         Fact("limited", 0.0)),
+        (Fact("name", "inverse", "controller"), Fact("time_s", 0.25, "settling"), Fact("rms_arcsec", -ARCSEC, "rms"),
+         Fact("limited", 0.5)),
+    )  # fmt: skip
+    assert list(lines([Fact("controllers", rows, "{}")])) == [
+        "controller  settling [s]  rms [arcsec]",
+        "loop                   –            20",
+        "inverse             0.25            −1",
+    ]
+    assert data([Fact("controllers", rows, "{}")])["controllers"] == [
+        {"name": "loop", "time_s": None, "rms_arcsec": pytest.approx(20.0), "limited": 0.0},
+        {"name": "inverse", "time_s": 0.25, "rms_arcsec": pytest.approx(-1.0), "limited": 0.5},
+    ]
+    assert list(lines([Fact("controllers", (), "{}")])) == []

@@ -9,7 +9,7 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, TypeVar
 
-from ..base.facts import data, lines
+from ..base.facts import Fact, data, lines
 from ..base.results import Interrupted
 from ..base.sentences import number as number
 from ..compile.compiling import compiling
@@ -143,12 +143,11 @@ def to_json(value: Any) -> str:
     return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
 
 
-def reported(title: str, result: Any, as_json: bool, *more: str) -> str:
+def reported(title: str, facts: Sequence[Fact], as_json: bool, *more: str) -> str:
     """Facts of a result as JSON, or as text: by what it fails, then a title with the rest and more lines below it."""
-    facts = result.facts()
     if as_json:
         return to_json({"title": title} | data(facts))
-    fails = len(result.failures)
+    fails = len(facts[0].value) if facts[0].key == "failures" else 0
     told = [*lines(facts), *more]
     return "\n".join([*told[:fails], title, *(f"  {line}" for line in told[fails:])])
 

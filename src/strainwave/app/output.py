@@ -7,9 +7,10 @@ import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -84,6 +85,18 @@ def _remove(made: list[Path]) -> None:
             folder.rmdir()
         except OSError:
             return
+
+
+def write_all(folder: Path, contents: Mapping[str, Any]) -> None:
+    """Write texts, columns as of `write_csv`, and what has `write`, by the names of their files, all at once."""
+    with staged(folder) as part:
+        for name, content in contents.items():
+            if isinstance(content, str):
+                (part / name).write_text(content.removesuffix("\n") + "\n", encoding="utf-8", newline="\n")
+            elif isinstance(content, list):
+                write_csv(part / name, content)
+            else:
+                content.write(part / name)
 
 
 def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:

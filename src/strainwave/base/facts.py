@@ -3,7 +3,7 @@
 The text of a result, the JSON of a command and the page are made of its `facts()`.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -14,7 +14,8 @@ from .units import ARCSEC, RPM, angle_unit
 
 UNITS = {  # what keys end in: the unit as it is printed, and its size in SI
     "_N_m": ("N·m", 1.0), "_rad_per_s": ("rad/s", 1.0), "_rad": ("rad", 1.0), "_arcsec": ("arcsec", ARCSEC),
-    "_rpm": ("rpm", RPM), "_s": ("s", 1.0), "_h": ("h", 1.0), "_J": ("J", 1.0),
+    "_rpm_per_s": ("rpm/s", RPM), "_rpm": ("rpm", RPM), "_s": ("s", 1.0), "_h": ("h", 1.0), "_J": ("J", 1.0),
+    "_kg_m2": ("kg·m²", 1.0),
 }  # fmt: skip
 
 
@@ -29,8 +30,8 @@ class Fact(NamedTuple):
     value : Any
         In SI; None where it is not known, several of a tuple, a tuple of facts of each row of a table.
     words : str
-        Its place in the text, "{}" being the value with its unit; without words it is in JSON alone. Facts of one group
-        that follow each other share a line.
+        Its place in the text, "{}" being the value with its unit; in a row of a table the head of its column. Without
+        words it is in JSON alone. Facts of one group that follow each other share a line.
     """
 
     key: str
@@ -62,9 +63,23 @@ def lines(facts: Iterable[Fact]) -> Iterator[str]:
             yield from parts
 
 
+def table(rows: Sequence[Sequence[Fact]]) -> list[list[str]]:
+    """Cells of rows of facts as texts, their heads with the units first; facts without words are left out."""
+    told = [[fact for fact in row if fact.words] for row in rows]
+    columns = [(fact.words, *_unit_of(fact.key)) for fact in told[0]]
+    heads = [f"{words} [{unit}]" if unit else words for words, unit, _ in columns]
+    sizes = [size for *_, size in columns]
+    return [heads, *([number(_in_unit(f.value, size)) for f, size in zip(row, sizes, strict=True)] for row in told)]
+
+
 def _told(fact: Fact) -> Iterator[str]:
     several = fact.value if isinstance(fact.value, tuple) else (fact.value,)
-    if all(isinstance(value, str) for value in several):
+    if _is_table(fact.value):
+        cells = table(fact.value)
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        for first, *others in cells:
+            yield "  ".join([first.ljust(widths[0]), *map(str.rjust, others, widths[1:])])
+    elif all(isinstance(value, str) for value in several):
         yield from map(fact.words.format, several)
     else:
         yield fact.words.format(", ".join(_shown(value, *_unit_of(fact.key)) for value in several))
@@ -87,6 +102,10 @@ def _unit_of(key: str) -> tuple[str, float]:
 
 def _in_unit(value: Any, size: float) -> Any:
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
-        rows = value and all(isinstance(item, tuple) and isinstance(item[0], Fact) for item in value)
-        return [data(item) if rows else _in_unit(item, size) for item in value]
+        return [data(item) if _is_table(value) else _in_unit(item, size) for item in value]
     return value / size if size != 1.0 and isinstance(value, float | np.ndarray) else value
+
+
+def _is_table(value: Any) -> bool:
+    rows = value if isinstance(value, tuple) else ()
+    return bool(rows) and all(isinstance(row, tuple) and bool(row) and isinstance(row[0], Fact) for row in rows)

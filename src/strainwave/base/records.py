@@ -12,7 +12,9 @@ import numpy as np
 
 from .above import above
 from .archive import as_file, listed, version, write
+from .facts import Fact, lines
 from .formats import ENDINGS
+from .sentences import on_screen
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,8 +34,16 @@ class Result:
 
     def __init_subclass__(cls) -> None:
         """Let a class that says what it prints say the same everywhere: `dataclass` leaves a `__repr__` as it is."""
-        if "__str__" in vars(cls):
-            cls.__repr__ = cls.__str__  # type: ignore[method-assign]
+        if not {"__str__", "facts"}.isdisjoint(vars(cls)):
+            cls.__repr__ = cls.__str__  # type: ignore[method-assign, assignment]
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of the result, once; none where its class writes its text itself."""
+        return ()
+
+    def __str__(self) -> str:
+        facts = self.facts()
+        return on_screen("\n".join(lines(facts))) if facts else super().__str__()
 
     def variables(self) -> Labelled:
         """Arrays of the dataset by name: dimensions, values, unit."""

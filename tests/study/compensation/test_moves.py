@@ -40,7 +40,7 @@ def test_the_inverse_helps_a_move_against_gravity():
     heavy = DRIVE._replace(load=DRIVE.load._replace(drag=sw.AngleTorque(60.0)))
     found = sw.compensated_move(heavy, MOVE, ("loop", "nonlinear-inverse"), sampling=SAMPLING)
     assert found.scores[1].rms < 0.4 * found.scores[0].rms
-    assert "CompensatedMove" in str(found)
+    assert "Compensated move of" in str(found)
     assert found.to_xarray()["error"].dims == ("controller", "time")
 
 

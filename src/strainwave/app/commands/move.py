@@ -18,7 +18,7 @@ from ...plot.svg import stacked
 from ...study.move.move import move as moved
 from ...study.move.result import Move
 from ..console import Progress, reported
-from ..output import staged, write_csv
+from ..output import write_all
 from ..view import quantity, span
 from .options import json_option, output_option, project_argument
 
@@ -68,7 +68,7 @@ def move(
         progress.show("writing", 0.9)
         _write(drive, found, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"
-    click.echo(reported(drive.title, found, as_json, written))
+    click.echo(reported(drive.title, found.facts(), as_json, written))
 
 
 def profile_part(text: str, table: dict[str, str]) -> Any:
@@ -97,9 +97,7 @@ def _write(project: Project, found: Move, output: Path) -> None:
         ("motor_speed_rad_per_s", found.motor_speed), ("motor_torque_N_m", found.motor_torque),
         ("gear_torque_N_m", found.gear_torque),
     ]  # fmt: skip
-    with staged(output) as folder:
-        write_csv(folder / CSV, columns)
-        panels = move_panels(found, project.gear, project.motor_limits or MotorLimits())
-        text = stacked(panels, 215.0, "a move over the time")
-        (folder / SVG).write_text(text + "\n", encoding="utf-8")
-        (folder / JSON).write_text(reported(project.title, found, True) + "\n", encoding="utf-8")
+    drawn = stacked(
+        move_panels(found, project.gear, project.motor_limits or MotorLimits()), 215.0, "a move over the time"
+    )
+    write_all(output, {CSV: columns, SVG: drawn, JSON: reported(project.title, found.facts(), True)})

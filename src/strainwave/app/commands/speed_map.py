@@ -13,7 +13,7 @@ from ...plot.svg import stacked
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
 from ..console import WHAT_X_IS, Progress, finished, reported
-from ..output import staged, write_csv
+from ..output import write_all
 from ..view import quantity, span
 from .options import json_option, limit_option, output_option, project_argument
 
@@ -51,7 +51,7 @@ def speed_map(
         found, stop = finished(lambda: mapped(drive, **given, progress=progress.show))
         progress.show("writing", 1.0)
         write(found, output)
-    click.echo(reported(drive.title, found, as_json, f"written: {output}"))
+    click.echo(reported(drive.title, found.facts(), as_json, f"written: {output}"))
     if stop is not None:
         raise stop
 
@@ -86,14 +86,14 @@ def write(found: SpeedMap, folder: Path) -> None:
     ]
     table = np.array(lines).reshape(-1, 5)
     names = (of_load, "order", "resonance", "torsion_amplitude_rad", "motor_speed_rpm")
-    with staged(folder) as part:
-        write_csv(part / "cells.csv", cells)
-        write_csv(part / "bands.csv", list(zip((of_load, "allowed", "from_rpm", "to_rpm"), bands.T, strict=True)))
-        write_csv(part / "campbell.csv", list(zip(names, table.T, strict=True)))
-        panels = found.panels()
-        panels[-1].caption = [_sentence(text) for text in (found.rule, WHAT_X_IS, *found.remarks)]
-        text = stacked(panels, 260.0, "forbidden speeds, oscillation, Campbell diagram")
-        (part / "speed-map.svg").write_text(text + "\n", encoding="utf-8")
+    panels = found.panels()
+    panels[-1].caption = [_sentence(text) for text in (found.rule, WHAT_X_IS, *found.remarks)]
+    write_all(folder, {
+        "cells.csv": cells,
+        "bands.csv": list(zip((of_load, "allowed", "from_rpm", "to_rpm"), bands.T, strict=True)),
+        "campbell.csv": list(zip(names, table.T, strict=True)),
+        "speed-map.svg": stacked(panels, 260.0, "forbidden speeds, oscillation, Campbell diagram"),
+    })  # fmt: skip
 
 
 def _sentence(text: str) -> str:

@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.facts import Fact
 from ...base.quantities import number, shown
 from ...base.results import Floats
-from ...base.sentences import on_screen
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
@@ -57,6 +57,15 @@ class MoveScore:
     torque: float
     limited: float
 
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers."""
+        return (
+            Fact("controller", self.name, "controller"), Fact("settling_time_s", self.settling_time, "settling"),
+            Fact("rms_arcsec", self.rms, "rms"), Fact("peak_arcsec", self.peak, "peak"),
+            Fact("rest_arcsec", self.rest_error), Fact("motor_torque_peak_N_m", self.torque, "torque"),
+            Fact("at_limit_share", self.limited),
+        )  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class CompensatedMove(OnTheWay):
@@ -97,23 +106,19 @@ class CompensatedMove(OnTheWay):
         """Of the controllers."""
         return [score.name for score in self.scores]
 
-    def __str__(self) -> str:
-        width = max(len(score.name) for score in self.scores)
-        lines = [
-            f"CompensatedMove: {self.duration:.4g} s, settled within {self.window / ARCSEC:.4g} arcsec",
-            f"  {'':{width}}  settling [s]  rms [arcsec]  peak [arcsec]  torque [N*m]",
-        ]
-        for s in self.scores:
-            settled = "not settled" if s.settling_time is None else f"{s.settling_time:.4g}"
-            lines.append(
-                f"  {s.name:{width}}  {settled:>12}  {s.rms / ARCSEC:12.4g}  {s.peak / ARCSEC:13.4g}  {s.torque:12.3g}"
-            )
-        limited = [
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of the controllers, once."""
+        limited = (
             f"{s.name}: the torque is at its limit in {100.0 * s.limited:.3g} % of the samples."
-            for s in self.scores
-            if s.limited > 0.0
-        ]
-        return on_screen("\n".join([*lines, *(f"  {text}" for text in (*limited, *self.remarks))]))
+            for s in self.scores if s.limited > 0.0
+        )  # fmt: skip
+        return (
+            Fact("duration_s", self.duration, "Compensated move of {}"),
+            Fact("window_arcsec", self.window, "settled within {} of rest"),
+            Fact("controllers", tuple(score.facts() for score in self.scores), "{}"),
+            Fact("", tuple(limited), "{}"),
+            Fact("remarks", self.remarks, "{}"),
+        )
 
 
 def compensated_move(

@@ -6,10 +6,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.quantities import interval, number
+from ...base.facts import Fact
+from ...base.quantities import interval
+from ...base.quantities import number as checked
 from ...base.results import Floats
-from ...base.sentences import on_screen
-from ...base.units import ARCSEC, RPM
+from ...base.sentences import number
+from ...base.units import RPM
 from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.train.drive_train import DriveTrain
@@ -62,16 +64,25 @@ class CompensatedRunup(OnTheWay):
     acceleration: float
     remarks: tuple[str, ...]
 
-    def __str__(self) -> str:
-        width = max(map(len, self.names))
-        lines = [
-            f"CompensatedRunup: {self.speed[0] / RPM:.4g} to {self.speed[-1] / RPM:.4g} rpm and back, "
-            f"{self.acceleration / RPM:.3g} rpm/s; largest pointing error [arcsec]"
-        ]
-        for name, up, down, jump in zip(self.names, self.up, self.down, self.jump, strict=True):
-            how = "no jump" if np.isnan(jump) else f"two motions at {jump / RPM:.4g} rpm: it jumps"
-            lines.append(f"  {name:{width}}  up {np.max(up) / ARCSEC:.4g}, down {np.max(down) / ARCSEC:.4g}; {how}")
-        return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of the controllers, once."""
+        low, high = (number(speed / RPM) for speed in self.speed[[0, -1]].tolist())
+        return (
+            Fact("", f"{low} to {high} rpm and back", "Compensated run-up: {}"),
+            Fact("acceleration_rpm_per_s", self.acceleration, "acceleration {}"),
+            Fact("controllers", tuple(map(_row, self.names, self.up, self.down, self.jump.tolist())), "{}"),
+            Fact("remarks", self.remarks, "{}"),
+        )
+
+
+def _row(name: str, up: Floats, down: Floats, jump: float) -> tuple[Fact, ...]:
+    """Facts of a controller: its largest errors, and the speed at which two motions stay apart."""
+    apart = None if np.isnan(jump) else jump
+    return (
+        Fact("controller", name, "controller"), Fact("largest_up_arcsec", float(np.max(up)), "largest error, up"),
+        Fact("largest_down_arcsec", float(np.max(down)), "down"), Fact("jumps", apart is not None, "jumps"),
+        Fact("two_motions_at_rpm", apart, "two motions at"),
+    )  # fmt: skip
 
 
 def compensated_runup(
@@ -120,7 +131,7 @@ def compensated_runup(
     """
     bench = bench_of(project, sampling, loop, plant)
     low, high = interval("speeds [rad/s]", speeds, positive=True)
-    time = number("time [s]", time, positive=True)
+    time = checked("time [s]", time, positive=True)
     chosen = on_the_way(bench, controllers)
     lowest = min(bench.orders)
     if time < 2.0 * np.pi / (lowest * low):
@@ -134,7 +145,7 @@ def compensated_runup(
         for ends in ((low, high), (high, low))
     )
     calm = CALM * float(np.max(np.maximum(up, down)))
-    angle = None if load_angle is None else number("load_angle [rad]", load_angle)
+    angle = None if load_angle is None else checked("load_angle [rad]", load_angle)
     held = steady_bench_of(project, sampling, loop, plant, angle)
     jumps = [_jump(held, c, edges, time, a, b, calm) for (_, c), a, b in zip(chosen, up, down, strict=True)]
     return CompensatedRunup(

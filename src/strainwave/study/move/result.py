@@ -13,7 +13,7 @@ from ...base.facts import Fact, lines
 from ...base.protocols import lines_of
 from ...base.records import Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import number, on_screen
+from ...base.sentences import number
 from ...base.units import RPM
 from ...model.gears.limits import Finding, gravest
 from ...model.train.drive_train import DriveTrain
@@ -294,6 +294,3 @@ class Move(Result):
         for speed in dict.fromkeys((p.order, p.speed) for p in self.passes):
             every = [p for p in self.passes if (p.order, p.speed) == speed]
             yield max(every, key=lambda one: one.largest).sentence(len(every))
-
-    def __str__(self) -> str:
-        return on_screen("\n".join(lines(self.facts())))

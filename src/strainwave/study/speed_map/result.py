@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...base.facts import Fact, lines
+from ...base.facts import Fact
 from ...base.records import Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import number, on_screen, sign
+from ...base.sentences import number, sign
 from ...base.units import ARCSEC, RPM
 from .rules import Rules, VendorRule, common, listed, swept, vendor_sentence
 from .under_load import CampbellLine
@@ -238,9 +238,6 @@ class SpeedMap(Result):
             said += [f"{way} at {', '.join(each)} rpm"] if speeds else []
         text = f"{self.load_text(i)}: forbidden {listed(self.forbidden[i]) or 'none'}"
         return text + (f"; the error {' and '.join(said)}" if said else "")
-
-    def __str__(self) -> str:
-        return on_screen("\n".join(lines(self.facts())))
 
     @property
     def units_sentence(self) -> str:

@@ -1,18 +1,18 @@
 """`strainwave compensate-move` and `compensate-run-up`: controllers in closed loop through many speeds."""
 
 from pathlib import Path
-from typing import Any
 
 import click
-import numpy as np
 
+from ....base.results import Floats
 from ....base.units import ARCSEC, RPM
 from ....files.reading import read_project
 from ....plot.svg import stacked
 from ....study.compensation.moves import WINDOW, compensated_move
+from ....study.compensation.result import OnTheWay
 from ....study.compensation.runup import compensated_runup
-from ...console import Progress, to_json
-from ...output import staged, write_csv
+from ...console import Progress, reported
+from ...output import write_all
 from ...view import quantity
 from ..move import profile_part
 from ..options import json_option, output_option, project_argument
@@ -21,6 +21,7 @@ from .compensate import plant_of, plant_options
 USUAL = ("loop", "inverse")
 CSV = {"delimiter": ",", "decimal": "."}
 MOST_ROWS = 20_000  # of a CSV file
+FIGURES = {"move": (240.0, "a move"), "run-up": (300.0, "a run-up and a run-down")}  # height of a panel [px], label
 
 
 @click.command("compensate-move")
@@ -58,33 +59,9 @@ def compensate_move(
         found = compensated_move(
             drive, parts, controllers or USUAL, shaping=shaping, window=within, plant=plant_of(drive, plant, softer)
         )
-    data = {
-        "title": drive.title,
-        "duration_s": found.duration,
-        "window_arcsec": found.window / ARCSEC,
-        "controllers": [
-            {
-                "controller": s.name, "settling_time_s": s.settling_time, "rms_arcsec": s.rms / ARCSEC,
-                "peak_arcsec": s.peak / ARCSEC, "rest_arcsec": s.rest_error / ARCSEC, "motor_torque_peak_N_m": s.torque,
-                "at_limit_share": s.limited,
-            }
-            for s in found.scores
-        ],
-        "remarks": list(found.remarks),
-    }  # fmt: skip
     take = slice(None, None, -(-len(found.time) // MOST_ROWS))
-    columns: list[tuple[str, Any]] = [("time_s", found.time[take])]
-    for name, error, torque in zip(found.names, found.error, found.torque, strict=True):
-        columns += [(f"error_arcsec {name}", error[take] / ARCSEC), (f"motor_torque_N_m {name}", torque[take])]
-    _done(
-        "move",
-        columns,
-        stacked(found.panels(), 240.0, "a move under several controllers"),
-        data,
-        str(found),
-        output,
-        as_json,
-    )
+    over = {"error_arcsec": found.error[:, take] / ARCSEC, "motor_torque_N_m": found.torque[:, take]}
+    _tell("move", drive.title, found, ("time_s", found.time[take]), over, output, as_json)
 
 
 @click.command("compensate-run-up")
@@ -115,43 +92,21 @@ def compensate_run_up(
         found = compensated_runup(
             drive, (first, last), time, controllers or USUAL, plant=plant_of(drive, plant, softer), load_angle=angle
         )
-    data = {
-        "title": drive.title,
-        "acceleration_rpm_per_s": found.acceleration / RPM,
-        "controllers": [
-            {
-                "controller": name, "largest_up_arcsec": np.max(up) / ARCSEC,
-                "largest_down_arcsec": np.max(down) / ARCSEC,
-                "jumps": bool(np.isfinite(jump)), "two_motions_at_rpm": None if np.isnan(jump) else jump / RPM,
-            }
-            for name, up, down, jump in zip(found.names, found.up, found.down, found.jump, strict=True)
-        ],
-        "remarks": list(found.remarks),
-    }  # fmt: skip
-    columns: list[tuple[str, Any]] = [("motor_speed_rpm", found.speed / RPM)]
-    for name, up, down in zip(found.names, found.up, found.down, strict=True):
-        columns += [(f"up_arcsec {name}", up / ARCSEC), (f"down_arcsec {name}", down / ARCSEC)]
-    _done(
-        "run-up",
-        columns,
-        stacked(found.panels(), 300.0, "a run-up and a run-down under several controllers"),
-        data,
-        str(found),
-        output,
-        as_json,
-    )
+    over = {"up_arcsec": found.up / ARCSEC, "down_arcsec": found.down / ARCSEC}
+    _tell("run-up", drive.title, found, ("motor_speed_rpm", found.speed / RPM), over, output, as_json)
 
 
-def _done(
-    stem: str, columns: list[tuple[str, Any]], drawn: str, data: dict[str, Any], said: str, output: Path | None,
+def _tell(
+    stem: str, title: str, found: OnTheWay, axis: tuple[str, Floats], over: dict[str, Floats], output: Path | None,
     as_json: bool,
 ) -> None:  # fmt: skip
     """Write table, figure and numbers where a folder is given, and print."""
+    written = []
     if output is not None:
-        with staged(output) as folder:
-            write_csv(folder / f"{stem}.csv", columns)
-            (folder / f"{stem}.svg").write_text(drawn + "\n", encoding="utf-8")
-            (folder / f"{stem}.json").write_text(to_json(data) + "\n", encoding="utf-8")
-    click.echo(to_json(data) if as_json else said)
-    if output is not None and not as_json:
-        click.echo(f"  written: {output / stem}.csv, {stem}.json, {stem}.svg")
+        columns = [(f"{what} {name}", row[i]) for i, name in enumerate(found.names) for what, row in over.items()]
+        height, label = FIGURES[stem]
+        drawn = stacked(found.panels(), height, f"{label} under several controllers")
+        told = {"csv": [axis, *columns], "json": reported(title, found.facts(), True), "svg": drawn}
+        write_all(output, {f"{stem}.{ending}": content for ending, content in told.items()})
+        written.append(f"written: {output / stem}.csv, {stem}.json, {stem}.svg")
+    click.echo(reported(title, found.facts(), as_json, *written))
