@@ -6,12 +6,14 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from ...base.facts import Fact
 from ...base.records import Labelled, Result
-from ...base.sentences import on_screen
-from ...base.units import ARCSEC, RPM
+from ...base.sentences import number
+from ...base.units import RPM
 from .specification import Specification
 
-SHOWN = 6
+SHOWN = 8  # of the best designs
+BEST = "the best designs, of which no other is better in oscillation, size and inertia at once, by harmonic balance:"
 UNITS = {
     "ratio": "1", "size": "", "mass": "kg", "motor_inertia": "kg*m**2", "reflected_inertia": "kg*m**2",
     "load_inertia": "kg*m**2", "B": "N*m*s/rad", "oscillation": "rad", "speed": "rad/s", "error": "1", "life": "h",
@@ -72,6 +74,19 @@ class Candidate(NamedTuple):
     binding: str
     load_torque: float = 0.0
 
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers."""
+        return (
+            Fact("gear", self.gear, "gear"), Fact("ratio", self.ratio), Fact("size", self.size, "size"),
+            Fact("mass_kg", self.mass), Fact("motor_inertia_kg_m2", self.motor_inertia, "motor"),
+            Fact("reflected_inertia_kg_m2", self.reflected_inertia, "at the load"),
+            Fact("load_inertia_kg_m2", self.load_inertia), Fact("load_torque_N_m", self.load_torque),
+            Fact("oscillation_arcsec", self.oscillation, "oscillation"), Fact("motor_speed_rpm", self.speed, "at"),
+            Fact("method", self.method), Fact("relative_error", self.error), Fact("life_h", self.life, "life"),
+            Fact("margin", self.margin), Fact("", f"{number(100.0 * self.margin, 3)} %", "margin"),
+            Fact("binding", self.binding), Fact("", self.binding.replace("_", " "), "binds"),
+        )  # fmt: skip
+
 
 class Sensitivity(NamedTuple):
     """How the largest oscillation of a design answers to a number of it.
@@ -83,6 +98,17 @@ class Sensitivity(NamedTuple):
     motor_inertia: float
     parameter: str
     slope: float
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers."""
+        return (
+            Fact("gear", self.gear), Fact("motor_inertia_kg_m2", self.motor_inertia),
+            Fact("parameter", self.parameter), Fact("slope", self.slope),
+        )  # fmt: skip
+
+    def __str__(self) -> str:
+        change = f"{self.slope:+.2g}".replace("-", "−")
+        return f"{self.gear}: 1 % more {self.parameter} changes the oscillation by {change} %"
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,28 +161,29 @@ class Design(Result):
         words = ("gear", "method", "binding")
         return {name: ("design", [getattr(c, name) for c in self.feasible], "") for name in words}
 
-    def __str__(self) -> str:
-        spec = self.specification
-        title = f" {spec.title!r}" if spec.title else ""
-        gears = len({c.gear for c in self.feasible})
-        lines = [
-            f"Design{title}: {len(self.feasible)} designs of {gears} gears serve, {len(self.rejected)} gears do not",
-            f"  oscillation of at most {spec.limit / ARCSEC:.4g} arcsec at {spec.speeds[0] / RPM:.4g} to "
-            f"{spec.speeds[1] / RPM:.4g} rpm of the load",
-        ]
-        for c in self.pareto[:SHOWN]:
-            lines.append(
-                f"  {c.gear}, motor {c.motor_inertia:.3g} kg*m^2: {c.oscillation / ARCSEC:.4g} arcsec at "
-                f"{c.speed / RPM:.4g} rpm of the motor, {c.reflected_inertia:.3g} kg*m^2 at the load, "
-                f"margin {100.0 * c.margin:.3g} % ({c.binding})"
-            )
-        more = len(self.pareto) - SHOWN
-        lines += [f"  and {more} more on the front; `feasible` has all"] if more > 0 else []
-        for s in self.sensitivities[:SHOWN]:
-            if s[:2] == self.sensitivities[0][:2]:
-                lines.append(f"  {s.gear}: 1 % more {s.parameter} changes the oscillation by {s.slope:+.2g} %")
-        lines += [f"  {self.nearest}"] if self.nearest else []
-        return on_screen("\n".join([*lines, *(f"  {remark}" for remark in self.remarks)]))
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of the designs, once."""
+        gears, more = len({c.gear for c in self.feasible}), len(self.pareto) - SHOWN
+        low, high = (number(speed / RPM) for speed in self.specification.speeds)
+        serve = f"{len(self.feasible)} designs of {gears} gears serve, {len(self.rejected)} gears do not"
+        first = (s for s in self.sensitivities if s[:2] == self.sensitivities[0][:2])
+        return (
+            Fact("", serve, "{}"),
+            Fact(
+                "limit_rad", self.specification.limit, f"oscillation of at most {{}} at {low} to {high} rpm of the load"
+            ),
+            Fact("nearest", self.nearest or None, "{}" if self.nearest else ""),
+            Fact("feasible", tuple((*c.facts(), Fact("pareto", c in self.pareto)) for c in self.feasible)),
+            Fact("", (BEST,) if self.pareto else (), "{}"),
+            Fact("", tuple(c.facts() for c in self.pareto[:SHOWN]), "{}"),
+            Fact("", (f"and {more} more; `pareto` has all",) if more > 0 else (), "{}"),
+            Fact("rejected", dict(self.rejected)),
+            Fact("sensitivities", tuple(one.facts() for one in self.sensitivities)),
+            Fact("", tuple(map(str, first)), "{}"),
+            Fact("drives", self.drives),
+            Fact("balanced", self.balanced),
+            Fact("remarks", self.remarks, "note: {}"),
+        )
 
 
 def front(candidates: list[Candidate]) -> list[Candidate]:
