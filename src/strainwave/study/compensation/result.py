@@ -1,5 +1,6 @@
 """Result of a compensation: the error before and after, what it costs, and what a wrong model does to it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import log10
 from typing import Any, ClassVar, NamedTuple
@@ -8,10 +9,11 @@ import numpy as np
 
 from ...base.records import Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import on_screen
+from ...base.sentences import WIDTH, number, on_screen
 from ...base.units import ARCSEC, RPM
 from ...numerics.sampled.loops import LoopEnsemble
 
+NAME, CELL = 18, 10  # letters of a name, and of a speed
 DIFFER = 0.02  # of an rms: runs of the same loop with other samples, noise and places of the encoders differ by less
 
 
@@ -188,6 +190,11 @@ class Compensation(Result):
         return self.stable and (gains(self.before.rms, self.after.rms) or mean > DIFFER * self.before.rms)
 
     @property
+    def mark(self) -> str:
+        """What is wrong with it in a table: "!" where the error grows, "x" where the speed does not count."""
+        return "!" if not self.stable else "x" if self.excluded else ""
+
+    @property
     def reduction(self) -> float:
         """Reduction of the rms [dB]; negative where the error grew."""
         return 20.0 * log10(self.before.rms / self.after.rms) if self.after.rms > 0.0 else float("inf")
@@ -255,6 +262,18 @@ class CompensationBench(Result):
         rows = [row for row in self.results if load_encoder or not row[0].load_encoder]
         return tuple(min(column, key=_rank) for column in zip(*rows, strict=True))
 
+    def residuals(self, width: int) -> Iterator[str]:
+        """Lines of the rms that is left [arcsec], controllers down and speeds across, in blocks of so many letters."""
+        name, at_once = max(NAME, *map(len, self.names)), (width - NAME - 2) // CELL
+        for begin in range(0, len(self.speeds), at_once):
+            part = slice(begin, begin + at_once)
+            yield f"  {'motor rpm':{name}}" + "".join(f"{w / RPM:{CELL}.5g}" for w in self.speeds[part])
+            for row in self.results:
+                cells = (f"{number(one.after.rms / ARCSEC, 3) + one.mark:>{CELL}}" for one in row[part])
+                yield f"  {row[0].name:{name}}" + "".join(cells)
+        if any(one.mark for row in self.results for one in row):
+            yield "  x: a limit of motor or gear was met; !: the error grew"
+
     def coordinates(self) -> Labelled:
         """Speeds and names of the controllers."""
         return {"speed": ("speed", self.speeds, "rad/s"), "controller": ("controller", list(self.names), "")}
@@ -275,16 +294,7 @@ class CompensationBench(Result):
         }
 
     def __str__(self) -> str:
-        width = max(map(len, self.names))
-        head = "  ".join(f"{speed / RPM:8.1f}" for speed in self.speeds)
-        lines = [
-            "CompensationBench: rms of the pointing error about its mean [arcsec]; x: a limit was met, !: it grew",
-            f"  {'motor speed [rpm]':{width}}  {head}",
-        ]
-        for name, row in zip(self.names, self.results, strict=True):
-            marks = ("!" if not one.stable else "x" if one.excluded else " " for one in row)
-            values = "  ".join(f"{one.after.rms / ARCSEC:7.3g}{mark}" for one, mark in zip(row, marks, strict=True))
-            lines.append(f"  {name:{max(width, 17)}}  {values}")
+        lines = ["CompensationBench: rms of the pointing error about its mean [arcsec]", *self.residuals(WIDTH)]
         notes = dict.fromkeys(text for row in self.results for one in row for text in (*one.warnings, *one.remarks))
         out = [one for row in self.results for one in row if one.excluded]
         excluded = dict.fromkeys(f"At {one.speed / RPM:.4g} rpm {one.name}: {one.excluded}" for one in out)

@@ -21,7 +21,7 @@ from ....study.compensation.compensate import compensate as compensated
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import CompensationBench
 from ...console import Progress, to_json
-from ...output import staged
+from ...output import write_all
 from ...view import quantity
 from ..design import as_csv
 from ..options import file_type, json_option, output_option, project_argument, together
@@ -111,18 +111,13 @@ def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveT
     if plant is not None:
         if softer is not None:
             raise click.UsageError("--plant and --softer both say which drive is run; give one of them")
-        return read_plant(read_project(plant))
+        return bench_of(read_project(plant)).plant
     if softer is None:
         return None
     share = parse(softer, "")
     if not -1.0 < share < 1.0:
         raise click.BadParameter(f"{softer!r} is not between -100 % and 100 %", param_hint="--softer")
     return bench_of(project).with_stiffness(-share).plant
-
-
-def read_plant(project: Project) -> DriveTrain:
-    """The whole train of a project that is run in place of another."""
-    return bench_of(project).plant
 
 
 def _run(
@@ -171,15 +166,11 @@ def _tables(run: Run) -> tuple[tuple[str, Alone], ...]:
 
 
 def _write(run: Run, output: Path, *, figured: bool) -> None:
-    header = list(tables.rows(run)[0])
-    with staged(output) as folder:
-        text = as_csv(header, [row.values() for row in tables.rows(run)])
-        (folder / CSV).write_text(text, encoding="utf-8", newline="\n")
-        (folder / JSON).write_text(to_json(tables.data(run)) + "\n", encoding="utf-8")
-        for name, drawn in _figures(run).items() if figured else ():
-            (folder / f"{name}.svg").write_text(drawn + "\n", encoding="utf-8")
-        for name, one in run.tables:
-            one.table.write(folder / f"order-table-{name}.json")
+    rows = tables.rows(run)
+    drawn = _figures(run) if figured else {}
+    orders = {f"order-table-{name}.json": one.table for name, one in run.tables}
+    texts = {CSV: as_csv(list(rows[0]), [row.values() for row in rows]), JSON: to_json(tables.data(run))}
+    write_all(output, texts | {f"{name}.svg": text for name, text in drawn.items()} | orders)
 
 
 def _figures(run: Run) -> dict[str, str]:

@@ -26,9 +26,8 @@ from ....theory.lyapunov import mean_torque
 from ...console import number
 
 DIGITS = 12  # of a delay [s], behind which is rounding
-WIDTH, NAME, CELL = 80, 18, 10  # columns of the terminal, of a name, of a speed
+WIDTH, NAME = 80, 18  # columns of the terminal, and of a name
 SHARES = (0.05, 0.5, 0.95)  # quantiles of the units
-KEY = "x: a limit of motor or gear was met; !: the error grew"
 
 
 class Alone(NamedTuple):
@@ -140,7 +139,7 @@ def remarks(run: Run) -> list[str]:
 def summary(run: Run) -> str:
     """Return the tables as text."""
     lines = [f"{run.project.title}: rms of the load's pointing error about its mean, arcsec"]
-    lines += _residuals(run)
+    lines += run.found.residuals(WIDTH)
     if run.best:
         lines += ["", "best that is stable and within all limits", *_best(run)]
     for one in run.details:
@@ -153,24 +152,6 @@ def summary(run: Run) -> str:
 
 def _folded(line: str) -> list[str]:
     return [line] if len(line) <= WIDTH else wrap(line, WIDTH, subsequent_indent="    ")
-
-
-def _residuals(run: Run) -> list[str]:
-    """Residuals, controllers down and speeds across, in as many blocks as the speeds need."""
-    lines, at_once = [], (WIDTH - NAME - 2) // CELL
-    marked = False
-    for begin in range(0, len(run.found.speeds), at_once):
-        part = slice(begin, begin + at_once)
-        lines.append(f"  {'motor rpm':{NAME}}" + "".join(f"{w / RPM:{CELL}.5g}" for w in run.found.speeds[part]))
-        for name, row in zip(run.found.names, run.found.results, strict=True):
-            marks = ["!" if not one.stable else "x" if one.excluded else "" for one in row[part]]
-            marked |= any(marks)
-            cells = (
-                f"{number(one.after.rms / ARCSEC, 3) + mark:>{CELL}}"
-                for one, mark in zip(row[part], marks, strict=True)
-            )
-            lines.append(f"  {name:{NAME}}" + "".join(cells))
-    return [*lines, f"  {KEY}"] if marked else lines
 
 
 def _best(run: Run) -> list[str]:
@@ -207,18 +188,15 @@ def _on_others(one: Compensation) -> list[str]:
     return lines
 
 
-def _grows(one: Compensation) -> bool:
-    return grows(one.before.rms, one.after.rms)
-
-
 def _worse(run: Run) -> list[str]:
     """Where controllers do harm, a sentence for each of them; then what is wrong on other gears."""
     said = []
     for name, row in zip(run.found.names, run.found.results, strict=True):
+        grown = [one for one in row if one.stable and grows(one.before.rms, one.after.rms)]
         for what, bad in (
             ("the error grows", [one for one in row if not one.stable]),
-            ("the error is larger than under the plain loop", [one for one in row if one.stable and _grows(one)]),
-            ("no gain", [one for one in row if one.stable and not one.gains and not _grows(one) and name != PLAIN]),
+            ("the error is larger than under the plain loop", grown),
+            ("no gain", [one for one in row if one.stable and not one.gains and one not in grown and name != PLAIN]),
         ):
             if bad:
                 said.append(f"{name}: {what} at {', '.join(number(one.speed / RPM) for one in bad)} rpm")
