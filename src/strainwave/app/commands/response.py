@@ -1,12 +1,15 @@
 """`strainwave response`: the computed response of a project's whole drive as numbers, CSV or figure."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
+from ...base.facts import Fact
+from ...base.speeds import Speeds
 from ...base.units import ARCSEC
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
@@ -17,7 +20,7 @@ from ...files.reading import read_project
 from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels
 from ...plot.svg import WIDTH, stacked
-from ..console import WHAT_X_IS, Progress, number, to_json
+from ..console import WHAT_X_IS, Progress, number, reported
 from ..output import staged, write_csv
 from ..report.curve_files import drive_columns
 from ..report.sections.opening import CONVENTIONS
@@ -27,7 +30,7 @@ from .equation import remarks
 from .options import json_option, output_option, project_argument, written_type
 
 FIGURES = (".svg", ".png")
-JUMPS = {"jumps up": "jump_up_speed", "drops": "jump_down_speed"}
+NOT_BISTABLE = ("no bistable range: a run-up and a run-down meet the same motions",)
 
 
 def _known_suffix(_context: click.Context, _option: click.Parameter, output: Path | None) -> Path | None:
@@ -57,10 +60,8 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
         if output is not None:
             progress.show("writing", 0.8)
             _write(drive, found, output)
-    data = {"title": drive.title, "shaft": drive.speeds.shaft, "motor": _motor(drive)} | _in_shaft(drive, found)
-    data |= _asked(drive, found)
-    data |= curve_data(drive.speeds, found.response) | {"conventions": CONVENTIONS, "remarks": _remarks(drive)}
-    click.echo(to_json(data) if as_json else _summary(drive, data, output))
+    written = [] if output is None else [f"written: {output}"]
+    click.echo(reported(drive.title, facts(drive, found), as_json, *written))
 
 
 def _write(project: Project, found: DriveResponse, output: Path) -> None:
@@ -80,24 +81,51 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
             write_csv(part, drive_columns(project.speeds, found))
 
 
-def _asked(project: Project, found: DriveResponse) -> dict[str, Any]:
-    """Whether the drive passes, the torques of gear and motor, and their limits."""
-    judged = project.judged(found)
-    motor = judged.motor
-    return {
-        "passes": judged.passes,
-        "load_has_a_range": project.load_torques[0] < project.load_torques[1],
-        "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
-        "gear_torque_N_m": judged.used.peak_torque,
-        "required_motor": None
-        if motor is None
-        else {
-            "speed": project.speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding,
-        },
-        "limits": [one.data() for one in judged.findings],
-        "failures": judged.failures,
-        "beyond_limits": judged.remarks,
-    }  # fmt: skip
+def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
+    """Everything that is said of a response, once, with speeds on the project's own shaft."""
+    speeds, curve, sweep, judged = project.speeds, found.curve, found.response.sweep, project.judged(found)
+    unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
+    name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
+    most = found.visited()[int(np.argmax(found.oscillation[found.visited()]))]
+    top, size, fast = found.response.largest(), float(found.oscillation[most]), speeds.own(float(curve.omega[most]))
+    known, peak, least = curve_data(speeds, found.response), None, None
+    if top is not None:
+        peak = {"speed": speeds.own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) / ARCSEC}
+    if motor is not None:
+        least = {"speed": speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding}
+    bands = sweep.bands if sweep else ()
+    left_out = f"share of those left out {number(known['left_out_relative'], 2)} (truncation, not accuracy)"
+    return (
+        Fact("failures", tuple(judged.failures), "FAIL: {}"),
+        Fact("", f"{name}, {found.message}", "response, motor: {}"),
+        Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", found.name),
+        Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", _ranged(project)),
+        Fact("oscillation.speed", fast), Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
+        Fact("", _sizes(project, found, size, fast, peak) if peak else known["sweep"], "{}"),
+        Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
+        Fact("limits", tuple(one.data() for one in judged.findings)),
+        Fact("", _torques(project, judged), "torque {}"),
+        Fact("fold_speeds", tuple(folds)),
+        Fact("", f"{_speeds(folds)} {unit}" if folds else "none", "folds, where the curve turns: {}"),
+        Fact("jump_up_speed", speeds.own(sweep.jump_up) if sweep else None),
+        Fact("jump_down_speed", speeds.own(sweep.jump_down) if sweep else None),
+        Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands)),
+        Fact("", tuple(_hysteresis(speeds, band) for band in bands) or NOT_BISTABLE, "{}"),
+        *(Fact(key, value) for key, value in known.items()),
+        Fact("", f"{known['harmonics']} harmonics; {left_out}", "{}"),
+        Fact("", WHAT_X_IS, "{}"),
+        Fact("beyond_limits", tuple(judged.remarks), "note: {}"),
+        Fact("conventions", CONVENTIONS),
+        Fact("remarks", tuple(_remarks(project)), "note: {}"),
+    )  # fmt: skip
+
+
+def _speeds(own: Sequence[float], between: str = ", ") -> str:
+    return between.join(number(speed, 5) for speed in own)
+
+
+def _ranged(project: Project) -> bool:
+    return project.load_torques[0] < project.load_torques[1]
 
 
 def _remarks(project: Project) -> list[str]:
@@ -111,90 +139,40 @@ def _remarks(project: Project) -> list[str]:
     return said
 
 
-def _motor(project: Project) -> str:
-    """What drives the motor, in words."""
-    return project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
+def _sizes(project: Project, found: DriveResponse, size: float, fast: float, peak: dict[str, Any]) -> tuple[str, ...]:
+    """The largest oscillation [rad] against its limit, and the largest error."""
+    largest, unit, limit = peak["peak_arcsec"] * ARCSEC, project.speeds.own_unit, project.limit
+    against, angle = "", angle_unit(largest)
+    if limit is not None:
+        where, alone = "above" if size > limit else "within", " under this load alone" * _ranged(project)
+        against = f", {where} the limit of {angle_unit(limit).text(limit)}{alone}"
+    return (
+        f"{found.name}, largest oscillation: {angle.text(size)} at {number(fast, 5)} {unit}{against}",
+        f"with its mean: at most {angle.text(largest)} at {number(peak['speed'], 5)} {unit}",
+    )
 
 
-def _in_shaft(project: Project, found: DriveResponse) -> dict[str, Any]:
-    """Fold and jump speeds on the project's own shaft."""
-    curve, sweep = found.curve, found.response.sweep
-    top = found.response.largest()
-    most = found.visited()[int(np.argmax(found.oscillation[found.visited()]))]
-
-    def own(omega: float | None) -> float | None:
-        return None if omega is None else project.speeds.own(omega)
-
-    return {
-        "unit": project.speeds.own_unit,
-        "fold_speeds": [own(fold.omega) for fold in curve.folds],
-        "jump_up_speed": own(sweep.jump_up) if sweep else None,
-        "jump_down_speed": own(sweep.jump_down) if sweep else None,
-        "hysteresis_bands": [
-            {
-                "from_speed": own(band.low),
-                "to_speed": own(band.high),
-                "jump_up_speed": own(band.jump_up),
-                "jump_down_speed": own(band.jump_down),
-                "whole": band.whole,
-            }
-            for band in (sweep.bands if sweep else ())
-        ],
-        "error": found.name,
-        "oscillation": {
-            "speed": own(float(curve.omega[most])),
-            "oscillation_arcsec": float(found.oscillation[most]) / ARCSEC,
-        },
-        "largest": None
-        if top is None
-        else {"speed": own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) / ARCSEC},
-    }
-
-
-def _against(data: dict[str, Any]) -> str:
-    """The largest oscillation against its limit; nothing without one."""
-    limit = data["limit_arcsec"]
-    if limit is None:
-        return ""
-    where = "above" if data["oscillation"]["oscillation_arcsec"] > limit else "within"
-    alone = " under this load alone" if data["load_has_a_range"] else ""
-    return f", {where} the limit of {angle_unit(limit * ARCSEC).text(limit * ARCSEC)}{alone}"
-
-
-def _torques(data: dict[str, Any]) -> str:
+def _torques(project: Project, judged: Any) -> str:
     """What gear and motor take: under a range of loads at least, for their vibration under the others is not known."""
-    gear, motor, ranged = number(data["gear_torque_N_m"]), data["required_motor"], data["load_has_a_range"]
-    said = f"in the gear at {'least' if ranged else 'most'} {gear} N·m"
+    ranged, motor = _ranged(project), judged.motor
+    said = f"in the gear at {'least' if ranged else 'most'} {number(judged.used.peak_torque)} N·m"
     if motor:
-        said += f", of the motor {number(motor['torque_N_m'])} N·m"
-        said += "" if ranged else f", {number(motor['holding_torque_N_m'])} N·m of it at steady speed"
+        said += f", of the motor {number(motor.torque)} N·m"
+        said += "" if ranged else f", {number(motor.holding)} N·m of it at steady speed"
     return f"{said}: all loads without vibration, and this one with it; analyze follows each" if ranged else said
 
 
-def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
-    unit = data["unit"]
-    lines = [f"{project.title}: response, motor: {data['motor']}, {data['message']}"]
-    lines += [f"  FAIL: {sentence}" for sentence in data["failures"]]
-    if data["largest"]:
-        peak, at = data["largest"]["peak_arcsec"] * ARCSEC, data["largest"]["speed"]
-        size, fast = data["oscillation"]["oscillation_arcsec"] * ARCSEC, data["oscillation"]["speed"]
-        text = angle_unit(peak).text(size)
-        lines.append(f"  {data['error']}, largest oscillation: {text} at {number(fast, 5)} {unit}{_against(data)}")
-        lines.append(f"  with its mean: at most {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
-    else:
-        lines.append(f"  {data['sweep']}")
-    lines.append(f"  torque {_torques(data)}")
-    folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])
-    lines.append(f"  folds, where the curve turns: {f'{folds} {unit}' if folds else 'none'}")
-    for band in data["hysteresis_bands"]:
-        ends = f"{number(band['from_speed'], 5)} to {number(band['to_speed'], 5)} {unit}"
-        ways = [f"{way} at {number(band[key], 5)}" for way, key in JUMPS.items() if math.isfinite(band[key])]
-        beyond = "" if band["whole"] else "; a jump lies outside the range"
-        lines.append(f"  hysteresis: {ends}{', the error ' if ways else ''}{' and '.join(ways)}{beyond}")
-    if not data["hysteresis_bands"]:
-        lines.append("  no bistable range: a run-up and a run-down meet the same motions")
-    share = number(data["left_out_relative"], 2)
-    lines.append(f"  {data['harmonics']} harmonics; share of those left out {share} (truncation, not accuracy)")
-    lines += [f"  {WHAT_X_IS}"]
-    lines += [f"  note: {remark}" for remark in (*data["beyond_limits"], *data["remarks"])]
-    return "\n".join(lines if output is None else [*lines, f"  written: {output}"])
+def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:
+    """Facts of a band of hysteresis."""
+    names = {"from": "low", "to": "high", "jump_up": "jump_up", "jump_down": "jump_down"}
+    ends = (Fact(f"{end}_speed", speeds.own(getattr(band, name))) for end, name in names.items())
+    return *ends, Fact("whole", band.whole)
+
+
+def _hysteresis(speeds: Speeds, band: Any) -> str:
+    """A band of hysteresis in words."""
+    jumps = {"jumps up": band.jump_up, "drops": band.jump_down}
+    ways = [f"{way} at {_speeds([speeds.own(omega)])}" for way, omega in jumps.items() if math.isfinite(omega)]
+    ends = _speeds([speeds.own(band.low), speeds.own(band.high)], " to ")
+    beyond = "" if band.whole else "; a jump lies outside the range"
+    return f"hysteresis: {ends} {speeds.own_unit}{', the error ' if ways else ''}{' and '.join(ways)}{beyond}"
