@@ -88,7 +88,6 @@ def test_wrong_files_formats_and_options_get_a_sentence(source, tmp_path):
     assert f"{tmp_path / 'bad.json'}:1:1: file: is no whole JSON" in run.stderr
     for given, said in (
         (("--format", "xml"), "'xml' is no format of order tables; known are json, csv"),
-        (("--format", "points", "--option", "points"), "the option 'points' is no KEY=VALUE"),
         (("--format", "points", "--option", "points=many"), "option points is 'many'; write a number"),
         (("--format", "points", "--option", "dots=3"), "has no option 'dots'; it has points"),
         (("--format", "points", "--ratio", "-1"), "--ratio is -1.0; it must be a positive"),
@@ -98,3 +97,7 @@ def test_wrong_files_formats_and_options_get_a_sentence(source, tmp_path):
         assert run.exit_code == 1, run.output
         assert said in run.stderr
         assert not out.exists()
+    run = invoke(source, out, "--format", "points", "--option", "points")
+    assert run.exit_code == 2, run.output
+    assert "'points' is not KEY=VALUE; write for example points=360" in " ".join(run.stderr.replace("│", " ").split())
+    assert not out.exists()

@@ -1,19 +1,18 @@
 """`strainwave order-table`: an order table from one format to another, and what is lost on the way."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ....base.quantities import number, parse, shown
+from ....base.quantities import number, parse
 from ....base.units import ARCSEC
 from ....files.order_tables.format import TableResidual
 from ....files.order_tables.order_table import OrderTable, named
 from ...console import number as written
 from ...console import to_json
-from ..options import file_type, json_option, written_type
+from ..options import file_type, json_option, pairs, written_type
 
 
 @click.command("order-table")
@@ -25,9 +24,16 @@ from ..options import file_type, json_option, written_type
 )  # fmt: skip
 @click.option("--from", "origin", help="Format of IN. Default: recognised by its content.")
 @click.option(
-    "--option", "options", multiple=True, metavar="KEY=VALUE", help="Option of OUT, as points=360; repeatable."
+    "--option",
+    "options",
+    multiple=True,
+    callback=pairs,
+    metavar="KEY=VALUE",
+    help="Option of OUT, as points=360; repeatable.",
 )
-@click.option("--from-option", "known", multiple=True, metavar="KEY=VALUE", help="Option of IN; repeatable.")
+@click.option(
+    "--from-option", "known", multiple=True, callback=pairs, metavar="KEY=VALUE", help="Option of IN; repeatable."
+)
 @click.option("--ratio", type=float, help="Ratio of the gear, in place of the table's.")
 @click.option("--speed", help='Speed of the table\'s shaft at which its delay becomes phase, as "300 rpm".')
 @click.option(
@@ -37,19 +43,20 @@ from ..options import file_type, json_option, written_type
 @click.option("--drop", is_flag=True, help="Leave out orders that OUT cannot hold, the weakest first.")
 @json_option
 def order_table(
-    source: Path, target: Path, form: str, origin: str | None, options: tuple[str, ...], known: tuple[str, ...],
+    source: Path, target: Path, form: str, origin: str | None, options: dict[str, str],
+    known: dict[str, str],
     ratio: float | None, speed: str | None, one_way: Any, drop: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Write the order table IN as OUT in a format of drives and controls, and say what is lost."""
     wanted = named(form)
-    table = OrderTable.read(source, origin, **_pairs(known))
+    table = OrderTable.read(source, origin, **known)
     if ratio is not None:
         table = replace(table, ratio=number("--ratio", ratio, positive=True))
     if speed is not None:
         table = table.at_speed(parse(speed, "rad/s"))
     if one_way is not None:
         table = table.one_way(one_way)
-    left = table.write(target, wanted.name, drop=drop, **_pairs(options))
+    left = table.write(target, wanted.name, drop=drop, **options)
     if as_json:
         data = {"file": source.name, "written": str(target), "format": wanted.name, "orders": list(table.orders)}
         click.echo(to_json(data | {"residual": left._asdict()}))
@@ -57,16 +64,6 @@ def order_table(
     click.echo(f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}")
     click.echo("\n".join(f"  {line}" for line in _said(left)))
     click.echo(f"  written: {target} ({wanted.title})")
-
-
-def _pairs(given: Sequence[str]) -> dict[str, str]:
-    found = {}
-    for text in given:
-        name, mark, value = text.partition("=")
-        if not (mark and name and value):
-            raise ValueError(f"the option {shown(text)} is no KEY=VALUE; write for example points=360")
-        found[name.strip()] = value.strip()
-    return found
 
 
 def _said(left: TableResidual) -> list[str]:
