@@ -40,12 +40,8 @@ def refusal(status: int, sentence: str) -> JSONResponse:
     return JSONResponse({"error": sentence}, status)
 
 
-class TooLarge(Exception):
-    """A body is longer than its path takes."""
-
-
-class TooSlow(Exception):
-    """A body does not come to its end."""
+class Unread(Exception):
+    """A body is longer than its path takes, or does not come to its end: the status of the answer, and a sentence."""
 
 
 class Guard:
@@ -76,10 +72,8 @@ class Guard:
             return
         try:
             await self.app(scope, _limited(receive, LOG if scope["path"] in LOG_PATHS else BODY), answer)
-        except TooLarge as error:
-            await refusal(413, str(error))(scope, receive, answer)
-        except TooSlow as error:
-            await refusal(408, str(error))(scope, receive, answer)
+        except Unread as error:
+            await refusal(*error.args)(scope, receive, answer)
         except Exception as error:  # whatever it is, a visitor gets one sentence
             if begun:
                 raise
@@ -119,10 +113,10 @@ def _limited(receive: Receive, most: int) -> Receive:
             async with asyncio.timeout_at(end):
                 message = await receive()
         except TimeoutError:
-            raise TooSlow(f"the body of the request took longer than {PATIENCE:g} s; send it again") from None
+            raise Unread(408, f"the body of the request took longer than {PATIENCE:g} s; send it again") from None
         got += len(message.get("body", b""))
         if got > most:
-            raise TooLarge(_too_large(most))
+            raise Unread(413, _too_large(most))
         whole = not message.get("more_body", False)
         return message
 

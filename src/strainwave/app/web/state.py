@@ -89,7 +89,12 @@ class Axis(Body):
     values: Annotated[list[Annotated[str, Field(max_length=LONGEST)]], Field(min_length=2, max_length=MOST_ALONG)]
 
 
-Loads = Annotated[list[float], Field(max_length=MOST_ALONG)]
+class MapRequest(OfState):
+    """A request that may be about a map: two `axes`, or `search` and `loads` of a speed map."""
+
+    axes: Annotated[list[Axis], Field(max_length=2)] = []
+    search: bool = True
+    loads: Annotated[list[float], Field(max_length=MOST_ALONG)] = []
 
 
 def two_axes(axes: list[Axis]) -> list[Axis]:
@@ -99,7 +104,7 @@ def two_axes(axes: list[Axis]) -> list[Axis]:
     return axes
 
 
-class JobRequest(OfState):
+class JobRequest(MapRequest):
     """A job: a two-parameter map (with its `axes`), the speed map, the compensation, or the report.
 
     With `search` the speed map looks for motions that do not join a curve. Its `loads` [N*m] are those of the project
@@ -107,19 +112,13 @@ class JobRequest(OfState):
     """
 
     kind: Literal["map", "speed-map", "compensation", "report"]
-    axes: Annotated[list[Axis], Field(max_length=2)] = []
-    search: bool = True
-    loads: Loads = []
 
 
-class ScriptRequest(OfState):
+class ScriptRequest(MapRequest):
     """The script of a view: of a motion with its `speed`, of maps with their `axes`, or `search` and `loads`."""
 
     view: Literal["response", "motion", "move", "speed-map", "compensation", "map"] = "response"
     speed: Annotated[float, Field(gt=0.0, lt=1e7)] | None = None
-    axes: Annotated[list[Axis], Field(max_length=2)] = []
-    search: bool = True
-    loads: Loads = []
 
 
 Asked = TypeVar("Asked", bound=Body)
