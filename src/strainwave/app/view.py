@@ -49,6 +49,11 @@ def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
     return {f"{name}_rad": rad, f"{name}_arcsec": None if rad is None else rad / ARCSEC}
 
 
+def under_load(torque: float | None) -> str:
+    """The torque [N*m] of the load that a result is for, where it has a range of them."""
+    return "" if torque is None else f" with {number(torque)} N·m on the load"
+
+
 def quantity(option: str, text: str, unit: str) -> float:
     """Read a quantity that an option of the command line gives, in a unit of SI, or refuse it (click.BadParameter)."""
     try:

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from strainwave.app.figures.bars import Bar, bars
+from strainwave.app.report.remedies import Bar, bars
 from strainwave.plot.svg import LETTER, WIDTH
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -49,35 +49,26 @@ def speed_columns(speeds: Speeds, omega: Floats) -> list[tuple[str, Floats]]:
 
 def exact_columns(speeds: Speeds, curve: Branch) -> list[tuple[str, Floats]]:
     """Columns of a response curve in arc order: speed, oscillation, largest |x|, first harmonics of x, stability."""
-    most = min(9, curve.coefficients.shape[1] // 2)
-    harmonics = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in range(1, most + 1)]
-    stable = ("stable", curve.stable.astype(float))
-    return [
-        *speed_columns(speeds, curve.omega),
-        ("oscillation_of_x_rad", curve.oscillation),
-        ("peak_x_rad", curve.peak),
-        *harmonics,
-        stable,
-    ]
+    return _columns(speeds, curve, {"oscillation_of_x_rad": curve.oscillation, "peak_x_rad": curve.peak})
 
 
 def drive_columns(speeds: Speeds, found: DriveResponse) -> list[tuple[str, Floats]]:
     """Columns of the motions of a drive in arc order; the error is the pointing error, or x without a reference."""
     what = "pointing_error" if found.has_reference else "x"
-    curve = found.curve
-    most = min(9, curve.coefficients.shape[1] // 2)
-    harmonics = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in range(1, most + 1)]
+    sizes = {
+        f"oscillation_of_{what}_rad": found.oscillation, f"peak_{what}_rad": found.peak,
+        "peak_x_across_gear_rad": found.across, "peak_torque_in_gear_Nm": found.torque,
+    }  # fmt: skip
     motor = [] if found.motor_torque is None else [("peak_torque_of_motor_Nm", found.motor_torque)]
+    return [*_columns(speeds, found.curve, sizes), *motor]
+
+
+def _columns(speeds: Speeds, curve: Branch, sizes: dict[str, Floats]) -> list[tuple[str, Floats]]:
+    harmonics = range(1, min(9, curve.coefficients.shape[1] // 2) + 1)
+    amplitudes = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in harmonics]
     return [
-        *speed_columns(speeds, curve.omega),
-        (f"oscillation_of_{what}_rad", found.oscillation),
-        (f"peak_{what}_rad", curve.peak),
-        ("peak_x_across_gear_rad", found.across),
-        ("peak_torque_in_gear_Nm", found.torque),
-        *harmonics,
-        ("stable", curve.stable.astype(float)),
-        *motor,
-    ]
+        *speed_columns(speeds, curve.omega), *sizes.items(), *amplitudes, ("stable", curve.stable.astype(float)),
+    ]  # fmt: skip
 
 
 def _under(torque: float | None) -> str:

@@ -1,17 +1,24 @@
 """What would make the error smaller, as data, in a sentence and as a bar chart."""
 
-from typing import Any
+from collections.abc import Sequence
+from html import escape
+from textwrap import wrap
+from typing import Any, NamedTuple
 
 from ...base.sentences import Sentence, Speed
+from ...plot.svg import FONT, GRID, INK, LETTER, WIDTH
 from ...study.analysis.avoid import Avoid
 from ...study.analysis.load_cases import worst_of
 from ...study.analysis.remedies import Remedy
 from ..console import number
-from ..figures.bars import Bar, bars
 from ..view import View, sizes
 
 NOTHING = 0.005  # relative change that is called none
 FEW = 6  # remedies of the sentence; the table has all
+ROW, LINE, THICK, TOP = 12.0, 16.0, 13.0, 40.0  # space between rows, of a line of text, of a bar, above them [px]
+NAME, GAP = 42, 7.0  # letters of a line of a name, and distance of texts [px]
+LARGEST = 1.0  # relative change from which on a bar is cut; its value stands beside it
+FILL, HATCH = "#0072B2", "more"
 
 
 def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
@@ -108,3 +115,66 @@ def _effect(remedy: Remedy, at: float) -> str:
 
 def _speed(omega: float) -> Speed:
     return Speed(omega, digits=4, bare=True)
+
+
+class Bar(NamedTuple):
+    """A relative change with the name of its cause and the text of its value."""
+
+    name: str
+    change: float
+    value: str
+
+
+def bars(rows: Sequence[Bar], title: str, label: str) -> str:
+    """Draw the changes below each other, in their order.
+
+    Parameters
+    ----------
+    rows : sequence of Bar
+        From top to bottom.
+    title : str
+        Above the chart.
+    label : str
+        What a screen reader says.
+
+    Returns
+    -------
+    str
+        One SVG element, 760 px wide.
+    """
+    names = [wrap(row.name, NAME) or [""] for row in rows]
+    shown = [min(max(row.change, -LARGEST), LARGEST) for row in rows]
+    left = GAP + LETTER * max((len(line) for lines in names for line in lines), default=0) + GAP
+    room = 2.0 * GAP + LETTER * max((len(row.value) for row in rows), default=0)
+    low, high = min([0.0, *shown]), max([0.0, *shown])
+    scale = (WIDTH - left - 2.0 * room) / ((high - low) or 1.0)
+    zero, y, parts = left + room - low * scale, TOP, []
+    for row, lines, change in zip(rows, names, shown, strict=True):
+        middle = y + 0.5 * LINE * len(lines)
+        parts += [_text(left - GAP, y + LINE * (i + 0.75), line, "end") for i, line in enumerate(lines)]
+        parts.append(_bar(zero, middle, change * scale))
+        at, anchor = (zero + change * scale - GAP, "end") if change < 0.0 else (zero + change * scale + GAP, "start")
+        parts.append(_text(at, middle + 0.25 * LINE, row.value, anchor))
+        y += LINE * len(lines) + ROW
+    axis = f'<path d="M{zero:.1f} {TOP - 6.0:.1f}V{y - 0.5 * ROW:.1f}" stroke="{INK}"/>'
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
+        f'viewBox="0 0 {WIDTH:.0f} {y:.0f}" fill="{INK}" font-size="{FONT}" '
+        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{_hatch()}'
+        f"{_text(GAP, 18.0, title, 'start')}{''.join(parts)}{axis}</svg>"
+    )
+
+
+def _hatch() -> str:
+    pattern = f'<pattern id="{HATCH}" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
+    return f'<defs>{pattern}<path d="M0 0V6" stroke="{INK}" stroke-width="2"/></pattern></defs>'
+
+
+def _bar(zero: float, middle: float, width: float) -> str:
+    look = f'fill="{FILL}"' if width < 0.0 else f'fill="url(#{HATCH})"'
+    place = f'x="{min(zero, zero + width):.1f}" y="{middle - 0.5 * THICK:.1f}" width="{abs(width):.1f}"'
+    return f'<rect {place} height="{THICK:g}" {look} stroke="{INK if width else GRID}"/>'
+
+
+def _text(x: float, y: float, text: str, anchor: str) -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'

@@ -23,18 +23,11 @@ from .section import Part, Section, asked, sections_of
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix
 
+# of a page of one wide table, after that of a report
 STYLE = """
-body { margin: 0 auto; max-width: 62rem; padding: 1.2rem; color: #1d2430;
-  font: 15px/1.55 "Segoe UI", "Helvetica Neue", Arial, "DejaVu Sans", sans-serif; }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .6rem; text-align: left; vertical-align: top; border-bottom: 1px solid #d9dee5; }
-.n { text-align: right; } tr.over td { background: #fff7f1; } figure { margin: 1rem 0; max-width: 30rem; }
-td.g { white-space: nowrap; }
-svg { width: 100%; height: auto; } .note { color: #5b6675; font-size: .87rem; }
-@page { size: A4 landscape; margin: 14mm; }
-@media print { body { max-width: none; padding: 0; font-size: 9.5pt; } figure, tr { break-inside: avoid; }
-  thead { display: table-header-group; } .scroll { overflow: visible; } figure { max-width: 135mm; } }
+main { padding: 1.2rem; } h1 { margin-bottom: .6rem; } p { max-width: none; } main > figure { max-width: 30rem; }
+tr.over td { background: #fff7f1; }
+@page { size: A4 landscape; margin: 14mm; } @media print { main > figure { max-width: 135mm; } }
 """
 # keys of a row, and what stands above them
 COLUMNS = (
@@ -240,11 +233,12 @@ def _page(count: int, said: str, head: str, body: str, figure: str, note: str) -
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>Comparison of {count} drives</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        f"<title>Comparison of {count} drives</title>\n<style>{(HERE / 'page.css').read_text('utf-8')}{STYLE}</style>\n"
+        "</head>\n<body>\n<main>\n"
         f"<h1>Comparison of {count} drives</h1>\n<p>{escape(said)}</p>\n"
         f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>\n'
         f'<figure>{figure}</figure>\n<p class="note">{escape(note)}</p>\n'
-        f'<p class="note">strainwave {escape(__version__)}</p>\n</body>\n</html>\n'
+        f'<p class="note">strainwave {escape(__version__)}</p>\n</main>\n</body>\n</html>\n'
     )
 
 
@@ -265,7 +259,7 @@ def _over(row: dict[str, Any]) -> bool:
 
 def _row(row: dict[str, Any]) -> str:
     cells = "".join(
-        f"<td{' class=g' if key == 'gear' else ''}>{escape(row[key])}</td>"
+        f"<td{' class=w' if key == 'gear' else ''}>{escape(row[key])}</td>"
         if key in TEXTS
         else f'<td class="n">{"–" if row[key] is None else escape(number(row[key]))}</td>'
         for key, _ in COLUMNS

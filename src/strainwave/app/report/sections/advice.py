@@ -9,7 +9,7 @@ from ....study.analysis.load_cases import LoadCase
 from ...console import number
 from ...view import View, sizes
 from ..remedies import remedies_data, remedies_figure
-from ..verdict import MOTOR
+from ..verdict import MOTOR, band_data
 
 OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
 APART = "and wherever run-up and run-down are on different motions"
@@ -44,7 +44,7 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
     return {
         "rule": _rule(avoid) + BEYOND * bool(view.speeds.single),
         "limit_rad": avoid.limit,
-        "bands": [_band(view, *band) for band in avoid.bands],
+        "bands": [band_data(view, *band) for band in avoid.bands],
         **sizes(avoid.largest, "largest_oscillation"),
         "at_rad_per_s": avoid.at,
         **_in_run_up(avoid),
@@ -52,10 +52,10 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
         "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
         "sentence": _avoid(view, avoid) + _limits(view, avoid),
         "by_load_torque": [
-            {"load_torque_Nm": case.torque, "bands": [_band(view, *band) for band in case.bands]}
+            {"load_torque_Nm": case.torque, "bands": [band_data(view, *band) for band in case.bands]}
             for case in view.analysis.load_cases
         ],
-        "run_up_bands": [_band(view, *band) for band in avoid.passed],
+        "run_up_bands": [band_data(view, *band) for band in avoid.passed],
         "about": _about(view, avoid),
         "nominal": NOMINAL if avoid.bands else "",
         **remedies_data(view, avoid),
@@ -68,11 +68,6 @@ def _in_run_up(avoid: Avoid) -> dict[str, Any]:
         return {}
     at, size = avoid.largest_passed
     return {**sizes(size, "largest_oscillation_in_run_up"), "in_run_up_at_rad_per_s": at}
-
-
-def _band(view: View, low: float, high: float) -> dict[str, Any]:
-    ends = {"from_rad_per_s": low, "to_rad_per_s": high}
-    return ends | {"from_rpm": view.speeds.rpm(low), "to_rpm": view.speeds.rpm(high)}
 
 
 def _about(view: View, avoid: Avoid) -> Sentence | str:

@@ -10,10 +10,9 @@ from ....base.units import RPM
 from ....drive.asked import MotorLimits
 from ....study.analysis.analysis import Largest
 from ...console import WHAT_X_IS, number, percent
-from ...view import View, sizes
-from ..answers import answers
-from ..verdict import verdict_data
-from .whole_train import modes, parts, under_load
+from ...view import View, sizes, under_load
+from ..verdict import answers, verdict_data
+from .whole_train import modes, parts
 
 CONVENTIONS = (
     f"{WHAT_X_IS}; oscillation is the largest distance from the mean, peak the largest size, the mean included; "

@@ -30,10 +30,6 @@ class Provenance:
             }
         }
 
-    def lines(self, _view: View, _data: dict[str, Any]) -> list[str]:
-        """Nothing: it is for readers of the page."""
-        return []
-
 
 def _word(name: str) -> str:
     """A file name as one word of a shell, which no command takes for an option."""

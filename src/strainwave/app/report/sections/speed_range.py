@@ -10,8 +10,7 @@ from ....drive.response import ExactResponse
 from ....plot import drive
 from ....plot.svg import WIDTH, stacked
 from ...console import number
-from ...view import View, place, sizes
-from .whole_train import under_load
+from ...view import View, place, sizes, under_load
 
 
 class SpeedRange:

@@ -3,7 +3,6 @@
 from typing import Any
 
 from ....base.sentences import listed
-from ...console import percent
 from ...view import View
 
 MOTORS = {
@@ -20,14 +19,6 @@ class Trust:
     def data(self, view: View) -> dict[str, Any]:
         """Assumptions of this model, and a row for each method with the difference that was found."""
         return {"assumptions": assumptions(view), "certificates": certificates(view)}
-
-    def lines(self, _view: View, _data: dict[str, Any]) -> list[str]:
-        """Nothing: they are for readers of the page."""
-        return []
-
-    def shown(self, difference: float | None) -> str:
-        """A relative difference for the table."""
-        return "–" if difference is None else percent(difference, 2)
 
 
 def assumptions(view: View) -> list[str]:

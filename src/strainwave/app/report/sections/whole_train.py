@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from ....base.quantities import parameters
-from ....base.results import Status
 from ....base.sentences import Angle, Sentence, Speed
 from ....base.units import RPM
 from ....drive.drive_response import DriveResponse
@@ -23,8 +22,9 @@ from ....study.analysis.resonances import active_orders
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ...console import number, percent
 from ...figures.curves import envelope
-from ...view import View, sign, sizes
+from ...view import View, sign, sizes, under_load
 from .resonances import jump_speeds
+from .speed_range import curve_data
 
 ROUNDING = 1e-6  # relative difference that is called none
 APART = 0.1  # relative difference of train and error equation that is warned of
@@ -102,7 +102,7 @@ def _train_data(view: View, study: TrainStudy) -> dict[str, Any]:
             {"omega_rad_per_s": w, "motor_speed_rpm": w / RPM, "peak_train_rad": a, "peak_equation_rad": b}
             for w, a, b in zip(study.omega, study.whole, study.reduced, strict=True)
         ],
-        "curve": None if study.curve is None else _curve_data(study.curve),
+        "curve": None if study.curve is None else _curve_data(view, study.curve),
         "run_up": None if study.ramp is None else _run_data(study.ramp),
         "remarks": list(study.remarks),
     }
@@ -146,17 +146,12 @@ def motor_in_words(name: str) -> str:
     return known.get(name, f"a motor in a {name}" if "loop" in name else f"a motor with the control {name}")
 
 
-def _curve_data(curve: DriveResponse) -> dict[str, Any]:
+def _curve_data(view: View, curve: DriveResponse) -> dict[str, Any]:
     response, at = curve.response, curve.response.largest()
-    stable = response.curve.stable
-    return {
-        "harmonics": response.curve.coefficients.shape[1] // 2,
-        "left_out_relative": response.curve.tail,
-        "complete": response.curve.status.found,
-        "rough": response.curve.status is Status.TRUNCATED,
-        "message": response.curve.message,
+    known = curve_data(view.speeds, response)
+    return {key: known[key] for key in ("harmonics", "left_out_relative", "complete", "rough", "message")} | {
         "without_gravity": curve.without_angle,
-        "all_stable": bool(np.all(stable)),
+        "all_stable": bool(np.all(response.curve.stable)),
         "largest_across_gear_rad": curve.gear_peak,
         "at_rpm": None if at is None else float(response.curve.omega[at]) / RPM,
         "jumps": [{"omega_rad_per_s": w, "motor_speed_rpm": w / RPM} for w in jump_speeds(response)],
@@ -224,11 +219,6 @@ def about_appendix(view: View) -> str:
     )
     said = f"All of it is about the error equation, with {motor} and a rigid load, not about the whole drive."
     return f"{said} {view.told(found['sentence'])}" if found else said
-
-
-def under_load(torque: float | None) -> str:
-    """The torque [N*m] of the load that a result is for, where it has a range of them."""
-    return "" if torque is None else f" with {number(torque)} N·m on the load"
 
 
 def _times(ratio: float, same: str, of: str) -> str:

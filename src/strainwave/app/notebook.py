@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ...base.sentences import WIDTH
-from ...plot.svg import stacked
-from ..console import number
-from ..view import sign
+from ..base.sentences import WIDTH
+from ..plot.svg import stacked
+from .console import number
+from .view import sign
 
 CELL = "text-align:left;vertical-align:top;padding:1px 10px 1px 0"
 CARD_WIDTH, TALL, LOW = 620.0, 270.0, 190.0  # of the figure, of a panel on its own, and of one of several [px]
