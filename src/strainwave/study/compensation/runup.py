@@ -78,10 +78,11 @@ class CompensatedRunup(OnTheWay):
 def _row(name: str, up: Floats, down: Floats, jump: float) -> tuple[Fact, ...]:
     """Facts of a controller: its largest errors, and the speed at which two motions stay apart."""
     apart = None if np.isnan(jump) else jump
+    how = "no jump" if apart is None else f"two motions at {number(apart / RPM)} rpm: it jumps"
     return (
         Fact("controller", name, "controller"), Fact("largest_up_arcsec", float(np.max(up)), "largest error, up"),
-        Fact("largest_down_arcsec", float(np.max(down)), "down"), Fact("jumps", apart is not None, "jumps"),
-        Fact("two_motions_at_rpm", apart, "two motions at"),
+        Fact("largest_down_arcsec", float(np.max(down)), "down"), Fact("jumps", apart is not None),
+        Fact("two_motions_at_rpm", apart), Fact("", how, "run-up and run-down"),
     )  # fmt: skip
 
 
