@@ -25,7 +25,18 @@ from ...compile.jit import kernel, run
 from ...compile.tree import leaf_of, leaves, with_leaf
 from ..addressed import EquationsAt
 from .first_order_at import FirstOrderAt, equations_of, native
-from .fourier import analysis, derivative, distances, extended, from_blocks, multiply_rows, panels, synthesis, to_blocks
+from .fourier import (
+    analysis,
+    derivative,
+    distances,
+    extended,
+    from_blocks,
+    gathered,
+    multiply_rows,
+    panels,
+    synthesis,
+    to_blocks,
+)
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH, STRONG
 from .rates import DIFFERENCE, SAME, base_speed, jacobians_at, number_of_states, of_strength, rates_at
@@ -164,10 +175,8 @@ class FirstOrder(NamedTuple):
 
     def point(self, table: Floats, value: float) -> Floats:
         """Point (coefficients, parameter) of a table (2H+1, states): mean, cos 1, sin 1, ...; cut or filled up."""
-        n = len(self.synthesis)
-        series = np.zeros((n, len(self.sizes)))
-        series[: min(n, len(table))] = table[:n]
-        return np.append((to_blocks(series).T / self.sizes[:, None]).ravel(), value)
+        series = gathered(to_blocks(table).T, 1, self.harmonics())
+        return np.append((series / self.sizes[:, None]).ravel(), value)
 
     def fitted(self, table: Floats, value: float) -> Floats | None:
         """Point of a table, cut or filled up."""

@@ -81,12 +81,34 @@ def all_orders(series: Floats, stride: int) -> Floats:
     return out
 
 
+def spread(series: Floats, every: int) -> Floats:
+    """Series (..., 2h+1) in blocks with harmonics `every`, 2 `every`, ..., as one with all (..., 2 every h + 1)."""
+    if every == 1:
+        return series
+    h = series.shape[-1] // 2
+    out = np.zeros((*series.shape[:-1], 2 * every * h + 1))
+    out[..., 0] = series[..., 0]
+    out[..., every : every * h + 1 : every] = series[..., 1 : h + 1]
+    out[..., every * h + every :: every] = series[..., h + 1 :]
+    return out
+
+
+def gathered(series: Floats, every: int, h: int) -> Floats:
+    """The first h of the harmonics `every`, 2 `every`, ... of series (..., 2H+1) in blocks, cut or filled up."""
+    top = series.shape[-1] // 2
+    out, n = np.zeros((*series.shape[:-1], 2 * h + 1)), min(h, top // every)
+    out[..., 0] = series[..., 0]
+    out[..., 1 : n + 1] = series[..., every : every * n + 1 : every]
+    out[..., h + 1 : h + n + 1] = series[..., top + every : top + every * n + 1 : every]
+    return out
+
+
 def derivative(series: Floats) -> Floats:
-    """Coefficients (states, 2H+1) of the derivatives of series in blocks."""
-    h = series.shape[1] // 2
+    """Coefficients (..., 2H+1) of the derivatives of series in blocks."""
+    h = series.shape[-1] // 2
     k = np.arange(1, h + 1)
     out = np.zeros_like(series)
-    out[:, 1 : h + 1], out[:, h + 1 :] = k * series[:, h + 1 :], -k * series[:, 1 : h + 1]
+    out[..., 1 : h + 1], out[..., h + 1 :] = k * series[..., h + 1 :], -k * series[..., 1 : h + 1]
     return out
 
 

@@ -209,6 +209,15 @@ def others_possible(
     return found
 
 
+def floating(law: Any, series: Floats, synthesis: Floats) -> NDArray[np.bool_]:
+    """Whether a law gives no torque anywhere on an orbit (series (points, 2H+1) of its torsion) that moves."""
+    if law.torque(0.0) != 0.0 or law.stiffness(0.0) != 0.0:
+        return np.zeros(len(series), bool)
+    u = series @ synthesis
+    idle: NDArray[np.bool_] = np.all(law.torque(u) + np.zeros_like(u) == 0.0, axis=1) & (np.ptp(u, axis=1) > 0.0)
+    return idle
+
+
 def driven_lines(problem: Any) -> tuple[Floats, Any, Floats]:
     """Frequencies [rad/s] of all harmonics, which of them (0, 1, ...) are driven, and how [N*m], at the own speed."""
     w = problem.system.omega / problem.turns * orders(problem.size() // 2, problem.stride)

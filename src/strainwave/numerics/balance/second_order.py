@@ -16,7 +16,7 @@ from ...compile.address import ByAddress, at
 from ...compile.jit import run
 from ...compile.tree import leaf_of, with_leaf
 from ..addressed import EquationsAt, difference, equations_at, error_values, excitation_torques, oscillator_at, varied
-from .fourier import all_orders, analysis, from_blocks, orders, synthesis, to_blocks, with_velocity
+from .fourier import all_orders, analysis, from_blocks, gathered, orders, synthesis, to_blocks, with_velocity
 from .harmonics import ENOUGH, seems_odd
 from .linear_algebra import copy, extremes, fill, padded, row_times
 from .linear_part import (
@@ -27,6 +27,7 @@ from .linear_part import (
     clean_mean,
     drive,
     driven_lines,
+    floating,
     forced,
     several_at,
     strongest,
@@ -223,9 +224,7 @@ class SecondOrder(NamedTuple):
 
     def point(self, table: Floats, value: float) -> Floats:
         """Point (coefficients, parameter) of a table of x, cut or filled up; not of odd harmonics alone."""
-        series = np.zeros(self.size())
-        series[: min(len(series), len(table))] = table[: len(series), 0]
-        return np.append(to_blocks(series) - self.error, value)
+        return np.append(gathered(to_blocks(table[:, 0]), 1, self.harmonics()) - self.error, value)
 
     def sampled(self, y: Floats, value: float) -> Floats:
         """Point of a motion with the states y (2, samples) at the problem's angles."""
@@ -234,9 +233,7 @@ class SecondOrder(NamedTuple):
     def fitted(self, table: Floats, value: float) -> Floats | None:
         """Point of a table of u, cut or filled up; None where the symmetry of the problem has no such orbit."""
         highest = self.highest()
-        series = np.zeros(2 * highest + 1)
-        series[: min(len(series), len(table))] = table[: len(series), 0]
-        blocks = to_blocks(series)
+        blocks = gathered(to_blocks(table[:, 0]), 1, highest)
         if self.stride > 1:
             even = np.r_[0, 2 : highest + 1 : 2, highest + 2 : 2 * highest + 1 : 2]
             if np.linalg.norm(blocks[even]) > 1e-6 * np.linalg.norm(blocks):
@@ -284,12 +281,7 @@ class SecondOrder(NamedTuple):
 
     def floating(self, points: Floats) -> NDArray[np.bool_]:
         """Whether the law gives no torque anywhere on an orbit that moves, for every point."""
-        law = self.system.law
-        if law.torque(0.0) != 0.0 or law.stiffness(0.0) != 0.0:
-            return np.zeros(len(points), bool)
-        u = points[:, :-1] @ self.synthesis
-        idle: NDArray[np.bool_] = np.all(law.torque(u) + np.zeros_like(u) == 0.0, axis=1) & (np.ptp(u, axis=1) > 0.0)
-        return idle
+        return floating(self.system.law, points[:, :-1], self.synthesis)
 
     def several_at(self, points: Floats) -> NDArray[np.bool_]:
         return several_at(self, points)

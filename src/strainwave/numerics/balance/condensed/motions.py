@@ -12,7 +12,7 @@ from ....base.protocols import linear_part_of
 from ....base.results import Floats
 from ....compile.tree import leaf_of
 from ..first_order import FirstOrder
-from ..fourier import LOOKED, Samples, analysis, distances, false_position, synthesis
+from ..fourier import LOOKED, Samples, analysis, derivative, distances, false_position, synthesis
 from ..linear_part import carried
 from ..rates import base_speed
 from ..truncation import few_of, share_of
@@ -120,14 +120,6 @@ def disturbances(problem: Any, points: Floats) -> Disturbances | None:
 def samples(series: Floats, bases: list[Floats]) -> Floats:
     """Samples (k, n) of series (orbits, k, 2h+1), one orbit after another, each with its synthesis."""
     return np.concatenate([y @ basis for y, basis in zip(series, bases, strict=True)], axis=1)
-
-
-def derivative(series: Floats) -> Floats:
-    """Derivatives by the angle of series (..., 2h+1) in blocks."""
-    h = series.shape[-1] // 2
-    k, out = np.arange(1, h + 1), np.zeros_like(series)
-    out[..., 1 : h + 1], out[..., h + 1 :] = k * series[..., h + 1 :], -k * series[..., 1 : h + 1]
-    return out
 
 
 def _first_order(M: Floats, C: Floats, K: Floats, moving: Any, rest: Any, at: list[int]) -> tuple[Floats, Floats]:
@@ -254,25 +246,3 @@ def disturbed(problem: Any, points: Floats) -> tuple[FirstOrder, Floats, int]:
     )  # fmt: skip
     omega = base_speed(problem, points[:, -1])
     return flow, np.column_stack([(series / sizes[:, None]).reshape(len(points), -1), omega]), problem.every
-
-
-def spread(series: Floats, every: int) -> Floats:
-    """Series (..., 2h+1) in blocks with harmonics `every`, 2 `every`, ..., as one with all (..., 2 every h + 1)."""
-    if every == 1:
-        return series
-    h = series.shape[-1] // 2
-    out = np.zeros((*series.shape[:-1], 2 * every * h + 1))
-    out[..., 0] = series[..., 0]
-    out[..., every : every * h + 1 : every] = series[..., 1 : h + 1]
-    out[..., every * h + every :: every] = series[..., h + 1 :]
-    return out
-
-
-def gathered(series: Floats, every: int, h: int) -> Floats:
-    """The first h of the harmonics `every`, 2 `every`, ... of series (..., 2H+1) in blocks, cut or filled up."""
-    top = series.shape[-1] // 2
-    out, n = np.zeros((*series.shape[:-1], 2 * h + 1)), min(h, top // every)
-    out[..., 0] = series[..., 0]
-    out[..., 1 : n + 1] = series[..., every : every * n + 1 : every]
-    out[..., h + 1 : h + n + 1] = series[..., top + every : top + every * n + 1 : every]
-    return out

@@ -19,16 +19,16 @@ from ....compile.jit import run
 from ....compile.tree import with_leaf
 from ...addressed import EquationsAt, equations_at
 from ..first_order import FirstOrder
-from ..fourier import analysis, from_blocks, orders, synthesis, to_blocks
+from ..fourier import analysis, from_blocks, gathered, orders, spread, synthesis, to_blocks
 from ..harmonics import ENOUGH, highest_order
 from ..linear_algebra import copy, extremes, fill, padded
-from ..linear_part import LEAST_LINE, STRENGTH, STRONG, clean_mean, others_possible, strength_beyond_folds
+from ..linear_part import LEAST_LINE, STRENGTH, STRONG, clean_mean, floating, others_possible, strength_beyond_folds
 from ..piecewise import is_piecewise_linear
 from ..rates import base_speed
 from ..springs import springs_for
 from . import motions
 from .gear import Prescribed, following
-from .motions import Disturbances, disturbances, gathered, spread
+from .motions import Disturbances, disturbances
 from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
 
 LIGHT = 130  # unknowns up to which NumPy follows some curves sooner than machine code (30 s) is made
@@ -254,12 +254,7 @@ class Condensed(NamedTuple):
 
     def floating(self, points: Floats) -> NDArray[np.bool_]:
         """Whether the gear's law gives no torque anywhere on an orbit that moves, for every point."""
-        law = self.part.laws[0]
-        if law.torque(0.0) != 0.0 or law.stiffness(0.0) != 0.0:
-            return np.zeros(len(points), bool)
-        u = self.series(points)[:, 0] @ self.synthesis
-        idle: NDArray[np.bool_] = np.all(law.torque(u) + np.zeros_like(u) == 0.0, axis=1) & (np.ptp(u, axis=1) > 0.0)
-        return idle
+        return floating(self.part.laws[0], self.series(points)[:, 0], self.synthesis)
 
     def several_at(self, points: Floats) -> NDArray[np.bool_]:
         return several_at(self, points)
