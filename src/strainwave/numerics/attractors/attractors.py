@@ -3,7 +3,9 @@
 Motions on which random starts settle at given base frequencies: what coexists there and attracts.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -88,20 +90,12 @@ def recognised(system: Any, ends: Settled) -> tuple[NDArray[np.int64], tuple[Att
     """Label (lanes,) of the attractor on which every lane ended (-3: on none), and the attractors, largest first."""
     label = np.full(len(ends.period), NOT_RECOGNISED, np.int64)
     found: list[Attractor] = []
-    waiting = np.flatnonzero(ends.period > 0)
-    waiting = waiting[np.argsort(ends.period[waiting], kind="stable")]
-    for _ in range(MOST):
-        if not len(waiting):
-            break
-        lane = waiting[0]
-        seen, scale = _attractor(system, ends, int(lane))
+    for motion, scale, lanes in islice(motions_among(system, ends, np.arange(len(label))), MOST):
+        seen = _attractor(system, ends, int(lanes[0]), motion, scale)
         place = next((i for i, known in enumerate(found) if _same(known, seen, scale)), len(found))
         if place == len(found):
             found.append(seen)
-        near = distance(found[place].points, ends.state[:, waiting], scale) < NEAR
-        near[0] = True
-        label[waiting[near]] = place
-        waiting = waiting[~near]
+        label[lanes] = place
     order = np.argsort([-np.count_nonzero(label == i) for i in range(len(found))], kind="stable")
     rank = np.empty(len(found) + 1, np.int64)
     rank[order], rank[-1] = np.arange(len(found)), NOT_RECOGNISED
@@ -118,27 +112,20 @@ def _same(known: Attractor, seen: Attractor, scale: Floats) -> bool:
     return known.period == seen.period and bool(distance(known.points, seen.points[:1].T, scale)[0] < 10.0 * NEAR)
 
 
-def _attractor(system: Any, ends: Settled, lane: int) -> tuple[Attractor, Floats]:
-    """Attractor on which a settled lane is, and the sizes (states,) of its states."""
-    turns, state = int(ends.period[lane]), ends.state[:, lane]
-    turn = 2.0 * np.pi / float(omega_of(system))
-    grid = np.linspace(0.0, turns * turn, turns * PER_TURN + 1)
-    run = simulate(system, state, grid, method=Dopri5(rtol=1e-10, atol=1e-14 * float(np.max(np.abs(state)) + 1e-12)))
-    y = run.y
-    scale = np.maximum(np.max(np.abs(y), axis=1), 1e-300)
-    turns = fewest(y[:, ::PER_TURN], turns, scale, NEAR)
-    y = y[:, : turns * PER_TURN]
+def _attractor(system: Any, ends: Settled, lane: int, motion: "Motion", scale: Floats) -> Attractor:
+    """Attractor on which a settled lane is, with its motion and the sizes (states,) of its states."""
+    turns, y = motion.turns, motion.samples
     orbit = _orbit(system, y, turns, scale)
     if orbit is None:
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
-        return Attractor(turns, low, high, y[:, ::PER_TURN].T, np.nan, False), scale
+        return Attractor(turns, low, high, y[:, ::PER_TURN].T, np.nan, False)
     points = orbit.state(np.asarray(2.0 * np.pi * np.arange(turns + 1), float))
     fewer = fewest(points, turns, scale, SAME)
     if fewer < turns:
         orbit = _orbit(system, y[:, : fewer * PER_TURN], fewer, scale) or orbit
     x = orbit.state(np.asarray(np.linspace(0.0, 2.0 * np.pi * fewer, 4096 * fewer), float))[0]
     low, high, size = float(np.min(x)), float(np.max(x)), float(np.max(np.abs(orbit.multipliers)))
-    return Attractor(fewer, low, high, points[:, :fewer].T, size, orbit.stable), scale
+    return Attractor(fewer, low, high, points[:, :fewer].T, size, orbit.stable)
 
 
 def fewest(points: Floats, turns: int, scale: Floats, near: float) -> int:
@@ -207,7 +194,9 @@ def settled_motions(problem: Any, omegas: Floats) -> Search:
     ends = settled(system, {"omega": lanes}, start, settle=FIRST_TURNS, longest=longest, method=method)
     motions: list[Motion] = []
     for omega in omegas:
-        motions += _apart(replace(system, {"omega": float(omega)}), ends, np.flatnonzero(lanes == omega))
+        here = replace(system, {"omega": float(omega)})
+        some = islice(motions_among(here, ends, np.flatnonzero(lanes == omega)), MOST_MOTIONS)
+        motions += [motion for motion, _, _ in some]
     loose = (ends.period == 0) & ~ends.diverged
     return Search(
         omegas, STARTS, longest, float(np.max(np.abs(start[0]))), motions, int(np.count_nonzero(ends.diverged)),
@@ -215,21 +204,28 @@ def settled_motions(problem: Any, omegas: Floats) -> Search:
     )  # fmt: skip
 
 
-def _apart(system: Any, ends: Settled, lanes: Any) -> list[Motion]:
-    """The different motions on which the lanes of one frequency have settled, the shortest periods first."""
+def motions_among(
+    system: Any, ends: Settled, lanes: NDArray[np.int64]
+) -> Iterator[tuple[Motion, Floats, NDArray[np.int64]]]:
+    """The different motions on which lanes of one frequency have settled, the shortest periods first.
+
+    With each the sizes (states,) of its states, and the lanes that are on it.
+    """
     waiting = lanes[ends.period[lanes] > 0]
     waiting = waiting[np.argsort(ends.period[waiting], kind="stable")]
-    found: list[Motion] = []
-    while len(waiting) and len(found) < MOST_MOTIONS:
+    omega = float(omega_of(system))
+    while len(waiting):
         turns, state = int(ends.period[waiting[0]]), ends.state[:, waiting[0]]
-        times = 2.0 * np.pi / system.omega * np.arange(turns * PER_TURN + 1) / PER_TURN
-        run = simulate(system, state, times, method=Dopri5(rtol=1e-9, atol=1e-13 * float(np.max(np.abs(state)))))
+        times = 2.0 * np.pi / omega * np.arange(turns * PER_TURN + 1) / PER_TURN
+        method = Dopri5(rtol=1e-10, atol=1e-14 * float(np.max(np.abs(state)) + 1e-12))
+        run = simulate(system, state, times, method=method)
         scale = np.maximum(np.max(np.abs(run.y), axis=1), 1e-300)
         turns = fewest(run.y[:, ::PER_TURN], turns, scale, NEAR)
-        found.append(Motion(system.omega, turns, run.y[:, : turns * PER_TURN]))
-        points = run.y[:, : turns * PER_TURN : PER_TURN].T
-        waiting = waiting[1:][distance(points, ends.state[:, waiting[1:]], scale) >= NEAR]
-    return found
+        motion = Motion(omega, turns, run.y[:, : turns * PER_TURN])
+        near = distance(motion.samples[:, ::PER_TURN].T, ends.state[:, waiting], scale) < NEAR
+        near[0] = True
+        yield motion, scale, waiting[near]
+        waiting = waiting[~near]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,6 @@
 """Lanes of an ensemble marched on until each repeats itself, leaves every bound, or has had its longest time."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,8 +52,12 @@ def settled(
     longest: int,
     method: Method | None = None,
     threads: int | None = None,
+    known: Callable[[Settled], NDArray[np.bool_]] | None = None,
 ) -> Settled:
-    """March every lane from its state (states, lanes) for `settle` turns, and those not settled on to `longest`."""
+    """March every lane from its state (states, lanes) for `settle` turns, and those not settled on to `longest`.
+
+    With `known`, which tells the lanes that are on known motions, those that are not go on, settled or not.
+    """
     lanes = y0.shape[1]
     out = Settled(
         np.full(y0.shape, np.nan),
@@ -73,7 +78,8 @@ def settled(
         out.period[places] = found["period"].values
         out.diverged[places] = found["status"].values != 0
         out.lowest[places], out.highest[places] = found["lowest"].values, found["highest"].values
-        on = (out.period[places] == 0) & ~out.diverged[places]
+        ended = out.diverged | (out.period > 0 if known is None else known(out))
+        on = ~ended[places]
         if not on.any() or done >= longest:
             return out
         start, places = found["final"].values[:, on], places[on]
