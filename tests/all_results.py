@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 import strainwave as sw
-from strainwave.drive.drive_response import of_equation
-from strainwave.drive.response import ExactResponse
+from strainwave.drive.drive_response import DriveResponse
+from strainwave.drive.response import of_equation
 from strainwave.files.reading import from_text
 
 DUFFING = sw.Oscillator(J=1.0, B=0.05, law=sw.Cubic(1.0, 0.1), excitation=sw.Harmonic(0.18), omega=1.2)
@@ -24,7 +24,7 @@ def branch():
 
 @cache
 def drive():
-    return of_equation(DUFFING, ExactResponse(branch(), sw.jumps(branch())))
+    return of_equation(DUFFING, branch())
 
 
 @cache
@@ -143,7 +143,7 @@ RESULTS = {
         "Orbit": lambda: branch().folds[0],
         "Branch": branch,
         "Jumps": lambda: sw.jumps(branch()),
-        "ExactResponse": lambda: ExactResponse(branch(), sw.jumps(branch())),
+        "DriveResponse without torques": lambda: DriveResponse(branch(), sw.jumps(branch())),
         "DriveResponse": drive,
         "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
         "StatesAtSpeeds": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).states_at(NUMBERS),

@@ -358,3 +358,13 @@ def test_a_missing_folder_is_said_by_save(tmp_path, ending):
 def test_a_result_saved_when_its_class_was_in_a_former_module_is_read():
     assert archive._class_of("strainwave.study.move.payload:Payload", Path("move.nc")) is sw.Payload
     assert all(map(find_spec, archive.MOVED.values()))
+
+
+def test_a_response_saved_when_its_curve_was_a_result_of_its_own_is_read():
+    found, arrays = RESULTS["DriveResponse"](), {}
+    packed = archive._packed(found, "", arrays)
+    parts = packed["of"]
+    curve = {"class": "strainwave.drive.response:ExactResponse", "of": {n: parts.pop(n) for n in ("curve", "sweep")}}
+    again = archive._unpacked({**packed, "of": {"response": curve, **parts}}, arrays, Path("former.nc"))
+    assert not list(differences(found, again))
+    assert not list(differences(found.sweep, archive._unpacked(curve, arrays, Path("former.nc")).sweep))

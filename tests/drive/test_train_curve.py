@@ -44,7 +44,7 @@ def gear_phasor(w):
 
 def test_the_curve_of_a_linear_train_is_that_of_linear_algebra_with_the_twist_of_the_coupling():
     found = train_curve(train(), (80.0, 140.0))
-    curve = found.response.curve
+    curve = found.curve
     exact = np.array([at_the_load(w) for w in curve.omega])
     assert curve.peak == pytest.approx(exact[:, 1], rel=1e-6)
     assert found.gear_peak == pytest.approx(np.max(exact[:, 0]), rel=1e-4)
@@ -101,14 +101,14 @@ def test_gravity_is_left_out_of_the_steady_curve_and_that_is_told():
     heavy = train(load_drag=sw.AngleTorque(40.0))
     found = train_curve(heavy, (95.0, 120.0))
     assert found.without_angle
-    assert found.response.curve.peak == pytest.approx([at_the_load(w)[1] for w in found.response.curve.omega], rel=1e-6)
+    assert found.curve.peak == pytest.approx([at_the_load(w)[1] for w in found.curve.omega], rel=1e-6)
 
 
 def test_a_free_motor_with_a_coupling_has_the_curve_of_linear_algebra():
     # so small an error that its products with the alternating torque, N e' of the whole, do not show
     small, N, J_m = 1e-8, 50.0, 4.5e-4
     free = train(sw.Free(), mean=-30.0)._replace(error=sw.KinematicError((sw.Line(2, small),)))
-    curve = train_curve(free, (80.0, 140.0)).response.curve
+    curve = train_curve(free, (80.0, 140.0)).curve
     gear, coupling = np.array([1.0 / N, -1.0, 0.0]), np.array([0.0, 1.0, -1.0])
 
     def at(omega):
@@ -210,7 +210,7 @@ def kinked_pair(mean=0.0):
 @pytest.mark.parametrize("mean", [0.0, -20.0])
 def test_a_held_motor_and_a_rigid_load_have_the_curve_of_the_error_equation_with_a_law_of_corners(mean):
     whole, equation = kinked_pair(mean)
-    found, exact = train_curve(whole, (130.0, 160.0)).response, exact_response(equation, (130.0, 160.0))
+    found, exact = train_curve(whole, (130.0, 160.0)), exact_response(equation, (130.0, 160.0))
     top, other = found.largest(), exact.largest()
     assert found.curve.peak[top] == pytest.approx(exact.curve.peak[other], rel=1e-3)
     assert found.curve.omega[top] == pytest.approx(exact.curve.omega[other], rel=1e-3)
@@ -224,7 +224,7 @@ def test_a_held_motor_and_a_rigid_load_have_the_curve_of_the_error_equation_with
 @pytest.mark.slow
 def test_the_curve_of_a_law_with_corners_has_the_peak_and_the_folds_of_an_integration():
     # DOP853 at 1e-10 with the variational equations, by Newton's method for y(T) = y(0) and det(M - 1) = 0.
-    curve = train_curve(kinked_pair()[0], (130.0, 160.0)).response.curve
+    curve = train_curve(kinked_pair()[0], (130.0, 160.0)).curve
     assert np.max(curve.peak) == pytest.approx(np.radians(867.3998 / 3600.0), rel=1e-4)
     assert [fold.omega for fold in curve.folds] == pytest.approx([148.178377660, 142.312007789], rel=1e-6)
 

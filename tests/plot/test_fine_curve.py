@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from strainwave.base.results import Branch, Status
-from strainwave.drive.response import ExactResponse
+from strainwave.drive.drive_response import DriveResponse
 from strainwave.plot.drive import PARTS, fine
 
 ZETA = 0.05
@@ -18,7 +18,7 @@ def response(omega):
     curve = Branch(
         "omega", omega, omega, table, np.abs(motion), multipliers, stable, [], [], 1, False, 0.0, "", Status.OK, ""
     )
-    return ExactResponse(curve, None)
+    return DriveResponse(curve, None)
 
 
 def test_a_drawn_curve_is_ten_times_nearer_to_the_truth_than_straight_lines():

@@ -253,7 +253,8 @@ def _unpacked(packed: Any, arrays: Arrays, path: Path) -> Any:
         return cls[packed["member"]]
     given = {name: _unpacked(value, arrays, path) for name, value in packed["of"].items()}
     try:
-        return cls(**given)
+        former = "of_former" in vars(cls) and given.keys() - {field.name for field in fields(cls)}
+        return cls.of_former(**given) if former else cls(**given)
     except TypeError:
         raise ValueError(
             f"{path} has a {cls.__name__} of the fields {', '.join(given)}, which this version of strainwave "

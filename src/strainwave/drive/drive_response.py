@@ -3,22 +3,23 @@
 What motions ask of the gear and of the motor, against the limits of the datasheet and of the project file.
 """
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.protocols import lines_of
 from ..base.records import Labelled, Result
 from ..base.results import Branch, Floats, Orbit, Status
 from ..base.sentences import on_screen
-from ..base.series import largest_of_samples
 from ..model.gears.gear import Gear
-from ..model.gears.limits import Finding, check_limits, cubic_means
-from ..model.train.drive_train import DriveTrain
+from ..model.gears.limits import Finding, check_limits
 from .asked import MotorLimits, motor_findings
-from .response import ExactResponse
+from .jumps import Jumps
 
 
 @dataclass(frozen=True)
@@ -105,15 +106,18 @@ def limit_findings(
 class DriveResponse(Result):
     """Steady motions of a drive that repeat with the base angle, in arc order over its speed.
 
-    Its error is the pointing error of the load: the reference angle, that of the motor over N, minus the load's angle,
+    They are those of the whole train, or of its error equation: the same drive with a rigid load and an ideal motor.
+    The error is the pointing error of the load: the reference angle, that of the motor over N, minus the load's angle,
     twists of couplings and the motor's own deviation included. With an ideally held motor it is x = theta_m/N -
     theta_l of the load. A motor that follows its torque alone has no reference: there the error is x.
 
     Attributes
     ----------
-    response : ExactResponse
-        The curve of the error with its jumps; its `elsewhere` has motions at the ends of the range that are not
+    curve : Branch
+        Points of the error with stability and folds; its `elsewhere` has motions at the ends of the range that are not
         connected to it, and its `message` lists them.
+    sweep : Jumps or None
+        What a slow run-up and run-down do on it; None where no motion is stable, as without damping.
     across : (n,) array
         Largest |x| across the gear alone [rad], at every point.
     torque, mean_torque : (n,) arrays
@@ -128,36 +132,44 @@ class DriveResponse(Result):
         motor that which it is given. None where the ratio is not known.
     """
 
-    response: ExactResponse
-    across: Floats
-    torque: Floats
-    mean_torque: Floats
+    curve: Branch
+    sweep: Jumps | None
+    across: Floats = field(default_factory=lambda: np.empty(0))
+    torque: Floats = field(default_factory=lambda: np.empty(0))
+    mean_torque: Floats = field(default_factory=lambda: np.empty(0))
     has_reference: bool = True
     without_angle: bool = False
     motor_torque: Floats | None = None
     motor_mean: Floats | None = None
 
+    method: ClassVar[str] = "harmonic balance"
+
+    @classmethod
+    def of_former(cls, response: "DriveResponse", **others: Any) -> "DriveResponse":
+        """One that was saved when curve and sweep were a result of their own in it."""
+        return replace(response, **others)
+
+    @property
+    def response(self) -> "DriveResponse":
+        """Itself: curve and sweep were a result of their own."""
+        return self
+
     def coordinates(self) -> Labelled:
         """As of the curve."""
-        return self.response.coordinates()
+        return self.curve.coordinates()
 
     def variables(self) -> Labelled:
-        """Those of the curve of the error, and what the gear is asked for at every point."""
-        across = {"across": ("point", self.across, "rad")}
-        torques = {name: ("point", getattr(self, name), "N*m") for name in ("torque", "mean_torque")}
-        if self.motor_torque is not None:
-            torques |= {name: ("point", getattr(self, name), "N*m") for name in ("motor_torque", "motor_mean")}
-        return {**self.response.variables(), **across, **torques}
+        """Those of the curve, whether a slow sweep visits a point, and what gear and motor are asked for there."""
+        units = {"across": "rad", "torque": "N*m", "mean_torque": "N*m", "motor_torque": "N*m", "motor_mean": "N*m"}
+        known = {name: values for name in units if (values := getattr(self, name)) is not None and len(values)}
+        asked = {name: ("point", values, units[name]) for name, values in known.items()}
+        visited = np.isin(np.arange(len(self.curve)), self.swept)
+        return {**self.curve.variables(), "visited": ("point", visited, ""), **asked}
 
     @property
     def name(self) -> str:
         """What the error is, in words."""
         return "pointing error" if self.has_reference else "error between motor and load"
-
-    @property
-    def curve(self) -> Branch:
-        """The curve of the error."""
-        return self.response.curve
 
     @property
     def omega(self) -> Floats:
@@ -194,10 +206,41 @@ class DriveResponse(Result):
         """One sentence on the curve."""
         return self.curve.message
 
+    @cached_property
+    def swept(self) -> NDArray[np.int64]:
+        """Numbers of the motions that a slow run-up or run-down visits; empty where there is no sweep."""
+        return np.empty(0, np.int64) if self.sweep is None else np.union1d(self.sweep.run_up, self.sweep.run_down)
+
     def visited(self) -> NDArray[np.int64]:
-        """Numbers of the motions that a slow run-up or run-down visits; all in the range where there is no sweep."""
-        visited = self.response.visited()
-        return visited if len(visited) else np.flatnonzero(self.curve.inside)
+        """The same; all in the range where there is no sweep."""
+        return self.swept if len(self.swept) else np.flatnonzero(self.curve.inside)
+
+    def top_of(self, values: Floats) -> int:
+        """Number of the visited motion with the largest of some values (n,)."""
+        return int(self.visited()[np.argmax(values[self.visited()])])
+
+    @property
+    def top(self) -> int:
+        """Number of the visited motion with the largest |error - mean|."""
+        return self.top_of(self.oscillation)
+
+    def largest(self) -> int | None:
+        """Number of the stable motion with the largest |error| that a sweep visits; None where there is no sweep."""
+        return self.top_of(self.peak) if len(self.swept) else None
+
+    def largest_oscillation(self) -> int | None:
+        """The same of the largest |error - mean|."""
+        return self.top if len(self.swept) else None
+
+    def torsion_amplitude(self, system: Any, order: int) -> Floats:
+        """0-to-peak amplitude [rad] of the torsion of an error equation at `order` times the base speed."""
+        x = self.curve.coefficients
+        if 2 * order >= x.shape[1]:
+            return 0.0 * self.omega
+        lines = [line for line in lines_of(system.error) if line.order == order]
+        even = x[:, 2 * order - 1] - sum(line.amplitude * math.cos(line.phase) for line in lines)
+        odd = x[:, 2 * order] + sum(line.amplitude * math.sin(line.phase) for line in lines)
+        return np.asarray(np.hypot(even, odd))
 
     @property
     def gear_peak(self) -> float:
@@ -207,8 +250,7 @@ class DriveResponse(Result):
     @property
     def usage(self) -> Usage:
         """Largest torques in the gear over the same motions."""
-        at = self.visited()
-        peak, mean = (at[int(np.argmax(values[at]))] for values in (self.torque, self.mean_torque))
+        peak, mean = self.top_of(self.torque), self.top_of(self.mean_torque)
         omega = self.omega
         return Usage(
             float(self.torque[peak]), float(omega[peak]), float(self.mean_torque[mean]), float(omega[mean])
@@ -219,9 +261,8 @@ class DriveResponse(Result):
         """What the same motions ask of the motor, where it is known."""
         if self.motor_torque is None or self.motor_mean is None:
             return None
-        at = self.visited()
-        top = at[int(np.argmax(self.motor_torque[at]))]
-        holding = float(np.max(np.abs(self.motor_mean[at])))
+        top = self.top_of(self.motor_torque)
+        holding = float(np.max(np.abs(self.motor_mean[self.visited()])))
         return MotorUse(float(self.motor_torque[top]), float(self.omega[top]), holding)
 
     def asked(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
@@ -240,8 +281,9 @@ class DriveResponse(Result):
         return used, motor
 
     def __str__(self) -> str:
-        visited = self.visited()
-        top = visited[int(np.argmax(self.oscillation[visited]))]
+        if not len(self.torque):
+            return on_screen(f"DriveResponse: {self.curve}" + ("" if self.sweep is None else f"\n{self.sweep}"))
+        top = self.top
         folds = ", ".join(f"{fold.omega:.6g}" for fold in self.folds)
         turns = f"folds at {folds} rad/s" if folds else "no folds"
         return on_screen(
@@ -250,29 +292,3 @@ class DriveResponse(Result):
             f"  largest |x| across the gear {self.gear_peak:.6g} rad, torque in it {self.usage.peak_torque:.6g} N*m\n"
             f"  {turns}; {int(np.sum(self.stable))} motions stable; {self.message}"
         )
-
-
-def of_equation(
-    system: Any, exact: ExactResponse, has_reference: bool = True, train: DriveTrain | None = None
-) -> DriveResponse:
-    """Motions of an error equation with its response: a rigid load, and a motor that is held, or free.
-
-    `train` is the same drive with its ratio, for the torque of the motor.
-    """
-    torque = exact.torque(system)
-    found = DriveResponse(exact, exact.curve.peak, largest_of_samples(torque), cubic_means(torque), has_reference)
-    if train is None:
-        return found
-    angles = 2.0 * np.pi * np.arange(torque.shape[1]) / torque.shape[1]
-    motor = motor_torque(train, angles, torque)
-    return replace(found, motor_torque=largest_of_samples(motor), motor_mean=np.mean(motor, axis=1))
-
-
-def motor_torque(train: DriveTrain, angles: Floats, torque: Floats) -> Floats:
-    """Torque (n, samples) [N*m] of a motor that turns steadily, at base angles [rad], from that in the gear [N*m].
-
-    It is (1/N - e') T without drag; of a free motor that which it is given.
-    """
-    if train.motor.free:
-        return np.asarray(train.motor.excitation.torque(angles) + 0.0 * torque)
-    return np.asarray((1.0 / train.N - train.error.slope(angles)) * torque)

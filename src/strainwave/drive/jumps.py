@@ -225,7 +225,8 @@ def jumps(branch: Branch) -> Jumps:
     if lacking(branch, "folds", "stable"):
         raise TypeError(f"the branch is {shown(branch)}; give what frequency_response or parameter_response returns")
     low, high = branch.span if len(branch.values) else (0.0, 0.0)
-    pieces = [p for p in _pieces(branch) if np.max(branch.values[p]) > low and np.min(branch.values[p]) < high]
+    followed = pieces_of(branch, branch.stable | doubled(branch))  # or a stable motion of twice the period goes on
+    pieces = [p for p in followed if np.max(branch.values[p]) > low and np.min(branch.values[p]) < high]
     if not pieces or not branch.stable.any():
         raise ValueError("the branch has no stable orbit that a sweep could follow")
     up, on_up, good_up, legs_up = _sweep(branch, pieces, 1.0)
@@ -268,7 +269,7 @@ def _told(parameter: str, name: str, some: tuple[Jump, ...], good: bool, end: fl
     return text + "."
 
 
-def _doubled(branch: Branch) -> NDArray[np.bool_]:
+def doubled(branch: Branch) -> NDArray[np.bool_]:
     """Points that are unstable by a multiplier below -1: a motion of twice the period goes on beside them."""
     if not branch.multipliers.size:
         return np.zeros(len(branch.values), bool)
@@ -277,7 +278,7 @@ def _doubled(branch: Branch) -> NDArray[np.bool_]:
 
 
 def _told_doubled(branch: Branch, visited: NDArray[np.int64]) -> list[str]:
-    inside = branch.values[visited[_doubled(branch)[visited]]]
+    inside = branch.values[visited[doubled(branch)[visited]]]
     if not len(inside):
         return []
     return [
@@ -286,15 +287,12 @@ def _told_doubled(branch: Branch, visited: NDArray[np.int64]) -> list[str]:
     ]
 
 
-def _pieces(branch: Branch) -> list[NDArray[np.int64]]:
-    """Runs of points, monotonic in the parameter, that a sweep follows; special points may end a run.
-
-    They are stable, or accompanied by a stable motion of twice the period.
-    """
+def pieces_of(branch: Branch, good: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """Runs of good points, monotonic in the parameter, such as those that are stable; special points may end a run."""
     special = {o.value for orbits in (branch.folds, branch.doublings, branch.branch_points) for o in orbits}
     values: list[float] = branch.values.tolist()
     marginal = [v in special for v in values]
-    stable: list[bool] = (branch.stable | _doubled(branch)).tolist()
+    stable: list[bool] = np.asarray(good).tolist()
     pieces: list[list[int]] = []
     heading = 0.0
     for i, step in enumerate(np.sign(np.diff(branch.values)).tolist()):

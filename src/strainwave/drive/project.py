@@ -22,7 +22,7 @@ from ..model.train.drive_train import DriveTrain
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..numerics.balance.harmonics import LARGEST
 from .asked import MotorLimits, Task
-from .drive_response import DriveResponse, of_equation
+from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .reductions import left_out
 from .response import POINTS, exact_response
@@ -273,20 +273,36 @@ class Project:
         SolveError
             If no periodic motion is found.
         """
-        system, speeds = self.system(reduced=True), self.speeds.limits
         points = None if points is None else positive_count("points", points, MOST_POINTS)
         harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
         if self.train is not None:
             refuse_free(self.train)
             if has_curve(self.train):
-                found = train_curve(self.train, speeds, harmonics, coexisting=coexisting, points=points or OF_TRAIN)
+                found = self.train_response(harmonics, coexisting=coexisting, points=points or OF_TRAIN)
                 if found is None:
                     raise SolveError(NO_MOTION)
                 return found
-        exact = exact_response(system, speeds, points or POINTS, harmonics, coexisting)
-        if not len(exact.curve):
-            raise SolveError(exact.curve.message)
-        return of_equation(system, exact, self.motor == "held", None if self.train else self.whole)
+        found = self.equation_response(harmonics, coexisting=coexisting, points=points or POINTS)
+        if not len(found.curve):
+            raise SolveError(found.message)
+        return found
+
+    def train_response(
+        self, harmonics: int | None = None, *, coexisting: bool = True, points: int = OF_TRAIN
+    ) -> DriveResponse | None:
+        """The same of the whole train; None where it has no curve, or none is found."""
+        if self.train is None or not has_curve(self.train):
+            return None
+        return train_curve(self.train, self.speeds.limits, harmonics, coexisting=coexisting, points=points)
+
+    def equation_response(
+        self, harmonics: int | None = None, *, coexisting: bool = True, points: int = POINTS
+    ) -> DriveResponse:  # fmt: skip
+        """The same of the error equation alone, whose curve may be empty."""
+        return exact_response(
+            self.system(reduced=True), self.speeds.limits, points, harmonics, coexisting, self.motor == "held",
+            None if self.train else self.whole,
+        )  # fmt: skip
 
     def judged(self, found: DriveResponse, turns: int = 1) -> Any:
         """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`; `turns` as of `judged`."""

@@ -4,31 +4,25 @@ What the gear of an error equation transmits and loses, and how strongly it is d
 """
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.law import depends, is_spring, losses_of, torque_of
-from ..base.protocols import lacking, lines_of
-from ..base.quantities import checked
-from ..base.records import Labelled, Result
+from ..base.protocols import lacking
 from ..base.results import Branch, Floats
-from ..base.sentences import on_screen
+from ..base.series import largest_of_samples
 from ..compile.blas import one_thread
-from ..numerics.balance.harmonics import grown, highest_order
-from ..numerics.balance.rates import periodic
-from ..numerics.balance.truncation import MATTERS
-from ..numerics.continuation.passage import Coexisting
+from ..model.gears.limits import cubic_means
+from ..model.train.drive_train import DriveTrain
 from ..numerics.continuation.trace import describe, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
-from ..numerics.curves.response import frequencies, response_curve, with_others
+from ..numerics.curves.response import with_all_said, with_others
 from ..numerics.stability.first_order import with_special_points
+from .drive_response import DriveResponse
 from .jumps import Jumps, jumps
 
-HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most
 POINTS = 100  # about so many, and more where the curve bends
 PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one, for the largest torque
 
@@ -78,108 +72,42 @@ def settling_time(system: Any) -> float:
     return SETTLE / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / float(system.omega)
 
 
-@dataclass(frozen=True, eq=False)
-class ExactResponse(Result):
-    """Every motion that repeats with the base angle, on the curve that connects both ends of the speed range.
-
-    Attributes
-    ----------
-    curve : Branch
-        Points in arc order with stability and folds.
-    sweep : Jumps or None
-        What a slow run-up and run-down do on it; None where no motion is stable, as without damping.
-    """
-
-    curve: Branch
-    sweep: Jumps | None
-    method: ClassVar[str] = "harmonic balance"
-
-    def coordinates(self) -> Labelled:
-        """As of the curve."""
-        return self.curve.coordinates()
-
-    def variables(self) -> Labelled:
-        """Those of the curve, and whether a slow sweep visits a point."""
-        visited = np.isin(np.arange(len(self.curve)), self.visited())
-        return {**self.curve.variables(), "visited": ("point", visited, "")}
-
-    def __str__(self) -> str:
-        return on_screen(f"Response by {self.method}\n{self.curve}" + ("" if self.sweep is None else f"\n{self.sweep}"))
-
-    def largest(self) -> int | None:
-        """Number of the stable point with the largest |x| that a sweep visits; None where there is no sweep."""
-        visited = self.visited()
-        return int(visited[np.argmax(self.curve.peak[visited])]) if len(visited) else None
-
-    def largest_oscillation(self) -> int | None:
-        """Number of the stable point with the largest |x - mean| that a sweep visits; None where there is no sweep."""
-        visited = self.visited()
-        return int(visited[np.argmax(self.curve.oscillation[visited])]) if len(visited) else None
-
-    def visited(self) -> NDArray[np.int64]:
-        """Numbers of the stable points that a slow run-up or run-down visits; empty where there is no sweep."""
-        return self._visited
-
-    @cached_property
-    def _visited(self) -> NDArray[np.int64]:
-        return np.empty(0, np.int64) if self.sweep is None else np.union1d(self.sweep.run_up, self.sweep.run_down)
-
-    def torque(self, system: Any) -> Floats:
-        """Torque through the gear with its damping [N*m, output side] at every point (rows) and place of a turn."""
-        coefficients, omega = self.curve.coefficients, self.curve.omega[:, None]
-        k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None]
-        theta = np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * max(FEWEST, len(k)), endpoint=False)
-        waves = np.stack([np.cos(k * theta), np.sin(k * theta)], axis=1).reshape(-1, len(theta))
-        slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
-        u = coefficients[:, :1] + coefficients[:, 1:] @ waves - system.error.value(theta)
-        rate = omega * (coefficients[:, 1:] @ slopes - system.error.slope(theta))
-        if is_spring(system):
-            return np.asarray(gear_torque(system, theta, u, rate))
-        # the curve holds no internal states; the torque is tau - J x''
-        bends = np.repeat(k * k, 2, axis=0) * waves
-        return np.asarray(system.excitation.torque(theta) + system.J * omega * omega * (coefficients[:, 1:] @ bends))
-
-    def torsion_amplitude(self, system: Any, order: int) -> Floats:
-        """0-to-peak amplitude [rad] of the torsion's component at `order` times the base speed, at every point."""
-        x = self.curve.coefficients
-        if 2 * order >= x.shape[1]:
-            return 0.0 * self.curve.omega
-        lines = [line for line in lines_of(system.error) if line.order == order]
-        even = x[:, 2 * order - 1] - sum(line.amplitude * math.cos(line.phase) for line in lines)
-        odd = x[:, 2 * order] + sum(line.amplitude * math.sin(line.phase) for line in lines)
-        return np.asarray(np.hypot(even, odd))
+ExactResponse = DriveResponse  # its name in results that were saved when it was a class of its own
 
 
 @one_thread
 def exact_response(
-    system: Any, speeds: tuple[float, float], points: int = POINTS, given: int | None = None, coexisting: bool = True
-) -> ExactResponse:  # fmt: skip
+    system: Any, speeds: tuple[float, float], points: int = POINTS, given: int | None = None, coexisting: bool = True,
+    has_reference: bool = True, train: DriveTrain | None = None,
+) -> DriveResponse:  # fmt: skip
     """Follow the response of an error equation through a range of base-angle speeds [rad/s].
 
-    The harmonics are those given, or grow until those left out do not show; `curve.tail` says how large these are.
-    Without `coexisting` motions that do not join the curve are not looked for at its ends.
+    Parameters
+    ----------
+    system : Oscillator or VaryingOscillator
+        The error equation; its omega is replaced.
+    speeds : (float, float)
+        The range.
+    points : int
+        About so many, and more where the curve bends.
+    given : int, optional
+        Harmonics. Default: grown until those left out do not show; `curve.tail` says how large these are.
+    coexisting : bool
+        Whether motions that do not join the curve are looked for at its ends.
+    has_reference : bool
+        Whether the motor is held, so that the error is the pointing error.
+    train : DriveTrain, optional
+        The same drive with its ratio, for the torque of the motor.
     """
-    if not is_spring(system):
-        return turn_response(system, speeds, points, given, coexisting).response
-    highest = highest_order(system)
-    most = max(MOST, highest + 2)
-    harmonics = given or min(most, max(highest, WITH_KINKS) if system.breakpoints() else HARMONICS * highest)
-
-    system, others = periodic("frequency_response", checked(system)), Coexisting() if coexisting else None
-
-    def followed(h: int, _: float) -> tuple[Branch, float]:
-        curve = response_curve(system, *frequencies(speeds), h, 1, points, others)
-        return curve, curve.tail
-
-    return with_sweep(grown(followed, harmonics, most if given is None else harmonics, MATTERS))
+    return of_equation(system, turn_response(system, speeds, points, given, coexisting).curve, has_reference, train)
 
 
 class TurnResponse(NamedTuple):
-    """A response, and the balance problem and points of its curve."""
+    """A response curve, and its balance problem and points."""
 
     problem: Any
     points: Floats
-    response: ExactResponse
+    curve: Branch
 
 
 def turn_response(
@@ -187,23 +115,68 @@ def turn_response(
 ) -> TurnResponse:  # fmt: skip
     """Response of any system through a range of speeds [rad/s], whose curve may be empty; see `traced_turn`.
 
-    `locate`: the speeds where stability changes are located between points of the curve.
+    `locate`: the speeds where stability changes are located between points of the curve; of springs they are always.
     """
     problem, found, tail, origin = traced_turn(system, speeds, points, given, coexisting)
     placed, labels = with_crests(problem, found.points, found.labels)
     found = replace(found, points=placed, labels=labels)
     curve = describe(problem, "omega", found, tail, origin, locate=False)
+    if problem.hill():
+        return TurnResponse(problem, placed, with_all_said(problem, curve, found))
     if locate and np.any(np.diff(curve.stable)):
         placed, labels, floquet = with_special_points(problem, placed, labels, curve.multipliers)
         found = replace(found, points=placed, labels=labels)
         curve = describe(problem, "omega", found, tail, origin, locate=False, floquet=floquet)
-    curve = with_others(problem, curve, found.elsewhere, [])
-    return TurnResponse(problem, placed, with_sweep(curve))
+    return TurnResponse(problem, placed, with_others(problem, curve, found.elsewhere, []))
 
 
-def with_sweep(curve: Branch) -> ExactResponse:
-    """A curve with what a slow run-up and run-down do on it."""
+def sweep_on(curve: Branch) -> Jumps | None:
+    """What a slow run-up and run-down do on a curve; None where nothing is stable."""
     try:
-        return ExactResponse(curve, jumps(curve))
-    except ValueError:  # nothing stable to follow
-        return ExactResponse(curve, None)
+        return jumps(curve)
+    except ValueError:
+        return None
+
+
+def of_equation(
+    system: Any, curve: Branch, has_reference: bool = True, train: DriveTrain | None = None
+) -> DriveResponse:
+    """The motions on a curve of an error equation, with a sweep on it and its torques; as of `exact_response`."""
+    sweep = sweep_on(curve)
+    if not len(curve):
+        return DriveResponse(curve, sweep, has_reference=has_reference)
+    angles, torque = torque_along(system, curve)
+    found = DriveResponse(curve, sweep, curve.peak, largest_of_samples(torque), cubic_means(torque), has_reference)
+    if train is None:
+        return found
+    motor = motor_torque(train, angles, torque)
+    return replace(found, motor_torque=largest_of_samples(motor), motor_mean=np.mean(motor, axis=1))
+
+
+def torque_along(system: Any, curve: Branch) -> tuple[Floats, Floats]:
+    """Base angles [rad] over an orbit of an error equation, and the torque through its gear [N*m] at all its points.
+
+    That is with the damping, on the output side.
+    """
+    coefficients, omega, turns = curve.coefficients, curve.omega[:, None], curve.period
+    k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None] / turns
+    theta = turns * np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * max(FEWEST, len(k)), endpoint=False)
+    waves = np.stack([np.cos(k * theta), np.sin(k * theta)], axis=1).reshape(-1, len(theta))
+    slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
+    if is_spring(system):
+        u = coefficients[:, :1] + coefficients[:, 1:] @ waves - system.error.value(theta)
+        rate = omega * (coefficients[:, 1:] @ slopes - system.error.slope(theta))
+        return theta, np.asarray(gear_torque(system, theta, u, rate))
+    # the curve holds no internal states; the torque is tau - J x''
+    bends = np.repeat(k * k, 2, axis=0) * waves
+    return theta, np.asarray(system.excitation.torque(theta) + system.J * omega * omega * (coefficients[:, 1:] @ bends))
+
+
+def motor_torque(train: DriveTrain, angles: Floats, torque: Floats) -> Floats:
+    """Torque (n, samples) [N*m] of a motor that turns steadily, at base angles [rad], from that in the gear [N*m].
+
+    It is (1/N - e') T without drag; of a free motor that which it is given.
+    """
+    if train.motor.free:
+        return np.asarray(train.motor.excitation.torque(angles) + 0.0 * torque)
+    return np.asarray((1.0 / train.N - train.error.slope(angles)) * torque)

@@ -4,7 +4,7 @@ Gravity follows the load's angle, which turns N times slower than the motor: to 
 another one at every angle (quasi-static). Its own stiffness is left out: that of a gear is hundreds of times larger.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -24,10 +24,9 @@ from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
 from .reductions import left_out
-from .response import turn_response
+from .response import FEWEST, PER_HARMONIC, TurnResponse, gear_torque, sweep_on, turn_response
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
-SAMPLES, FEWEST = 32, 8  # of a period of the highest harmonic, or of this one, for the largest torque
 
 NO_MOTION = (
     "the whole drive has no stable steady motion that repeats with every turn in this range; `strainwave analyze` has "
@@ -63,12 +62,10 @@ def train_curve(
     system = at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
-    problem, placed, response = turn_response(system, speeds, points, harmonics, coexisting, locate)
-    if response.sweep is None:  # nothing stable to follow
+    found = turn_response(system, speeds, points, harmonics, coexisting, locate)
+    if sweep_on(found.curve) is None:  # nothing stable to follow
         return None
-    flow, orbits, times = problem.disturbed(placed)
-    strain = strain_of(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
-    return DriveResponse(response, *strain[:3], not train.motor.free, follows_its_angle(train), *strain[3:])
+    return of_train(system, found, follows_its_angle(train))
 
 
 def has_curve(train: DriveTrain) -> bool:
@@ -92,19 +89,14 @@ def at_load(train: DriveTrain) -> AtLoad:
 
 
 def largest_oscillation(
-    train: DriveTrain, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
-) -> tuple[float, float] | None:
-    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range.
-
-    Without `coexisting` motions that do not join the curve are not looked for.
-    """
-    return largest_on_turns(at_load(train), speeds, harmonics, coexisting)
-
-
-def largest_on_turns(
     system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
 ) -> tuple[float, float] | None:
-    """The same of any system."""
+    """Speed [rad/s] and size [rad], |x - mean|, of the largest oscillation of a train or an error equation in a range.
+
+    None where no motion is found. Without `coexisting` those that do not join the curve are not looked for.
+    """
+    if isinstance(system, DriveTrain):
+        system = at_load(system)
     problem, found, _, _ = traced_turn(system, speeds, FEW, harmonics, coexisting)
     return crest_in(problem, found, speeds) if len(found.points) else None
 
@@ -119,7 +111,7 @@ def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> tuple[f
 
 def follows_its_angle(train: DriveTrain) -> bool:
     """Whether the load is opposed by a torque of its own angle, which repeats once in N turns of the motor."""
-    return _of_angle(train.load.end().drag)
+    return bool(without_gravity(train) != train)
 
 
 def without_gravity(train: DriveTrain) -> DriveTrain:
@@ -134,38 +126,32 @@ def _no_angle(law: Any) -> Any:
     return Parallel(*map(_no_angle, law)) if isinstance(law, Parallel) else law
 
 
-def _of_angle(law: Any) -> bool:
-    if isinstance(law, Parallel):
-        return any(map(_of_angle, law))
-    return isinstance(law, AngleTorque)
-
-
-class Strain(NamedTuple):
-    """What motions ask of the gear and the motor, each (n,).
-
-    Of the gear the largest |x| across it [rad], the largest torque and its cubic mean [N*m, output side]; of the motor
-    the largest torque and its mean [N*m, motor side].
-    """
-
-    across: Floats
-    torque: Floats
-    mean_torque: Floats
-    motor_torque: Floats
-    motor_mean: Floats
-
-
-def strain_of(system: AtLoad, omega: Floats, series: Floats, turn: float) -> Strain:
-    """What motions that repeat after `turn` [rad] ask of the gear and the motor."""
+def of_train(system: AtLoad, found: TurnResponse, without_angle: bool = False) -> DriveResponse:
+    """The motions on a curve of a train, with a sweep on it and what they ask of gear and motor."""
+    problem, points, curve = found
+    flow, orbits, times = problem.disturbed(np.ascontiguousarray(points))
+    omega, series, turn = orbits[:, -1], flow.series(orbits), 2.0 * np.pi * problem.turns / times
     own = np.array(own_state(system, tuple(np.moveaxis(series, 1, 0))))  # linear in the state, so of coefficients too
     h = series.shape[2] // 2
-    samples = SAMPLES * max(h, FEWEST)
+    samples = PER_HARMONIC * max(h, FEWEST)
     each: Any = omega[:, None]
     there = tuple(own @ synthesis(h, samples))
     train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
     torque = np.asarray(train.torque(angles, there))
     motor = train.motor_torque(angles, there) + 0.0 * torque
-    peaks, motor_peaks = largest_of_samples(torque), largest_of_samples(motor)
-    return Strain(displacement_peaks(own[0]), peaks, cubic_means(torque), motor_peaks, np.mean(motor, axis=1))
+    return DriveResponse(
+        curve, sweep_on(curve), displacement_peaks(own[0]), largest_of_samples(torque), cubic_means(torque),
+        not system.train.motor.free, without_angle, largest_of_samples(motor), np.mean(motor, axis=1),
+    )  # fmt: skip
+
+
+def torque_in(system: Any, phase: Floats, y: tuple[Any, ...]) -> Floats:
+    """Torque in the gear [N*m, output side] of a train at its load, or of an error equation, in states y."""
+    if isinstance(system, AtLoad):
+        return np.asarray(turning(system).torque(phase, own_state(system, y)))
+    error = system.error
+    u, du = y[0] - error.value(phase), y[1] - system.omega * error.slope(phase)
+    return np.asarray(gear_torque(system, phase, u, du, y[2:]))
 
 
 def torques_of_angle(law: Any) -> tuple[float, float]:

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from ..base.results import Branch, Floats, Orbit, Trajectory
 from ..drive.loop_margin import Bode
-from ..drive.response import ExactResponse
 from ..drive.run import DriveRun
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
@@ -18,7 +17,7 @@ from ..study.analysis.validity import LEVELS, ORDERS, GeneralValidity, ValidityM
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
 from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PINK
-from .panels import TIME, Arrow, Axis, Cells, Note, Panel, angle, angle_unit, panels_of
+from .panels import TIME, Axis, Cells, Note, Panel, angle, angle_unit, panels_of
 
 SAMPLES = 16  # of an orbit, per harmonic
 HERTZ = Axis("frequency", "Hz", 2.0 * np.pi)
@@ -79,15 +78,6 @@ def run_panels(found: DriveRun) -> list[Panel]:
 def loop_panels(found: LoopRun) -> list[Panel]:
     """The error over the time."""
     return _in_time(found.time, found.error, "error")
-
-
-@panels_of.register
-def response_panels(found: ExactResponse) -> list[Panel]:
-    """A response curve, and the jumps of a slow run-up and run-down on it."""
-    (panel,) = branch_panels(found.curve)
-    jumps = () if found.sweep is None else (*found.sweep.on_run_up, *found.sweep.on_run_down)
-    panel.arrows = [Arrow(jump.value, jump.before, jump.after) for jump in jumps]
-    return [panel]
 
 
 @panels_of.register

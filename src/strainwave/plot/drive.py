@@ -16,7 +16,6 @@ from ..base.speeds import Speeds
 from ..base.units import RPM
 from ..drive.drive_response import DriveResponse
 from ..drive.project import Project
-from ..drive.response import ExactResponse
 from ..numerics.balance.fourier import synthesis, to_blocks
 from ..study.analysis.analysis import Analysis
 from ..study.analysis.avoid import Avoid
@@ -37,7 +36,7 @@ THIN, THICK = 0.9, 2.0  # of unstable and stable motions
 LONGEST = 44  # letters of a title in the legend
 
 
-def fine(response: ExactResponse) -> ExactResponse:
+def fine(response: DriveResponse) -> DriveResponse:
     """Draw a curve with cubics between its points.
 
     Speed and harmonics are smooth along the arc where the largest |x| has corners, so they are what is interpolated.
@@ -90,7 +89,7 @@ class Drawn(NamedTuple):
     cases: tuple[LoadCase, ...] = ()
     avoid: Avoid | None = None
     run: RunUp | None = None
-    reduced: ExactResponse | None = None
+    reduced: DriveResponse | None = None
     regimes: tuple[Regime, ...] = ()
 
 
@@ -125,8 +124,11 @@ def drive_panels(
         low, high = project.speeds.limits
         above.xlim = below.xlim = low - 0.02 * (high - low), high + 0.02 * (high - low)
     _error(above, project, drive, more)
-    _torque(below, project, drive, more)
-    for panel in (above, below):
+    panels = [above]
+    if np.size(drive.torque):
+        _torque(below, project, drive, more)
+        panels.append(below)
+    for panel in panels:
         panel.fit()
         for i, band in enumerate(() if more.avoid is None else more.avoid.bands):
             panel.band(band, -np.inf, np.inf, SHADE, "" if i else "speeds to avoid")
@@ -134,21 +136,21 @@ def drive_panels(
         if regime.inside:
             above.upright(regime.place, GREY, "", "5 4", 0.9)
             above.notes.append(Note(regime.place, 0.0, str(i), above=True))
-    return [above, below]
+    return panels
 
 
 def shows_reduced(drive: DriveResponse, more: Drawn) -> bool:
     """Whether the error equation is drawn beside the whole drive, whose own curve it would flatten if it were far."""
     if more.reduced is None or not len(more.reduced.curve):
         return False
-    largest = (np.max(fine(response).curve.oscillation) for response in (more.reduced, drive.response))
+    largest = (np.max(fine(response).curve.oscillation) for response in (more.reduced, drive))
     return bool(next(largest) <= FAR * next(largest))
 
 
 def _error(panel: Panel, project: Project | None, drive: DriveResponse, more: Drawn) -> None:
-    smooth = fine(drive.response)
+    smooth = fine(drive)
     for case in more.cases:
-        near = fine(case.drive.response).curve
+        near = fine(case.drive).curve
         name = f"load torque {number(more.cases[0].torque)} to {number(more.cases[-1].torque)} N·m"
         panel.parted(near.omega, near.oscillation, True, ORANGE, name, widths=(1.0, 1.0), keep=near.stable)
     name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if project and more.cases else "")
@@ -163,7 +165,7 @@ def _error(panel: Panel, project: Project | None, drive: DriveResponse, more: Dr
     own, omega = drive.oscillation, drive.omega
     folds = [(fold.omega, float(own[np.argmin(np.abs(omega - fold.omega))])) for fold in drive.folds]
     draw_folds(panel, [w for w, _ in folds], [y for _, y in folds])
-    sweep = drive.response.sweep
+    sweep = drive.sweep
     for jump in (*sweep.on_run_up, *sweep.on_run_down) if sweep else ():
         before, after = (own[_nearest(drive, jump.value, peak)] for peak in (jump.before, jump.after))
         panel.arrows.append(Arrow(jump.value, float(before), float(after)))

@@ -62,7 +62,7 @@ def test_curve_of_a_slider_is_the_finer_one(client, written, values):
     found = written(first_text("CSG-40-50"), **values).response(coexisting=False)
     top = max(found.oscillation[found.visited()]) / ARCSEC
     assert shown["largest"]["oscillation_arcsec"] == pytest.approx(top, rel=1e-6)
-    assert shown["jumps"][0]["high"] * RPM == pytest.approx(found.response.sweep.bands[0].high, rel=1e-6)
+    assert shown["jumps"][0]["high"] * RPM == pytest.approx(found.sweep.bands[0].high, rel=1e-6)
     finest = written(first_text("CSG-40-50"), **values).response(coexisting=False, points=400)
     assert shown["largest"]["torque"] == pytest.approx(finest.usage.peak_torque, rel=2e-3)
     system = written(first_text("CSG-40-50"), **values).system()

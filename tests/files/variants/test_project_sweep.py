@@ -49,7 +49,7 @@ def test_names_are_an_axis_and_a_store_goes_on(tmp_path):
         response = sw.replaced(catalogue, {"gear": name}).response()
         at = response.visited()
         assert float(found["peak"].sel(gear=name)) == float(np.max(response.peak[at]))
-        sweep = response.response.sweep
+        sweep = response.sweep
         assert float(found["jumps"].sel(gear=name)) == len(sweep.on_run_up) + len(sweep.on_run_down)
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("peak/**/*")}
     again = sw.sweep_project(catalogue, grid, store=tmp_path / "s")

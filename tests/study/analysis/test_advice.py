@@ -8,8 +8,8 @@ import pytest
 
 import strainwave as sw
 from strainwave.base.series import oscillation
+from strainwave.drive.drive_response import DriveResponse
 from strainwave.drive.jumps import HysteresisBand, Jump, jumps_of
-from strainwave.drive.response import ExactResponse
 from strainwave.study.analysis.avoid import in_run, speeds_to_avoid
 from strainwave.study.analysis.resonances import operating_point
 
@@ -36,7 +36,7 @@ def followed(omega, peak, mean=0.0, jump_up=math.nan, jump_down=math.nan):
     both = jump_up, jump_down
     bands = (HysteresisBand(min(both), max(both), up, down),) if math.isfinite(jump_up) else ()
     sweep = jumps_of("omega", path, path[::-1], up if bands else (), down if bands else (), True, True, "", bands)
-    return ExactResponse(curve, sweep)
+    return DriveResponse(curve, sweep)
 
 
 OMEGA = np.linspace(100.0, 220.0, 2001)
@@ -73,7 +73,7 @@ def test_a_band_that_the_range_cuts_off_ends_with_the_range():
 
 def test_where_no_motion_is_stable_nothing_is_advised():
     curve = SimpleNamespace(omega=OMEGA, peak=OMEGA, oscillation=np.zeros(len(OMEGA)))
-    assert speeds_to_avoid(SYSTEM, ExactResponse(curve, None), POINT) is None
+    assert speeds_to_avoid(SYSTEM, DriveResponse(curve, None), POINT) is None
 
 
 def test_oscillations_leave_out_the_mean():

@@ -105,7 +105,7 @@ def test_the_bands_of_a_range_of_torques_hold_the_largest_error_of_run_ups_at_ra
     assert project.load_torques == pytest.approx((-WEIGHT, WEIGHT), rel=1e-3)
     system, train = project.under(0.0).system(reduced=True), project.under(0.0).train
     curve = train_curve(train, project.speeds.limits)
-    middle = LoadCase(0.0, curve, speeds_to_avoid(system, curve.response, operating_point(system)))
+    middle = LoadCase(0.0, curve, speeds_to_avoid(system, curve, operating_point(system)))
     bands = over_all(None, load_cases(project, middle, lambda _: None)).bands
     for payload in np.random.default_rng(3).uniform(-math.pi, math.pi, 10):
         speed, size = run_up(payload)

@@ -83,12 +83,12 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
 
 def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
     """Everything that is said of a response, once, with speeds on the project's own shaft."""
-    speeds, curve, sweep, judged = project.speeds, found.curve, found.response.sweep, project.judged(found)
+    speeds, curve, sweep, judged = project.speeds, found.curve, found.sweep, project.judged(found)
     unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
     name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
     most = found.visited()[int(np.argmax(found.oscillation[found.visited()]))]
-    top, size, fast = found.response.largest(), float(found.oscillation[most]), speeds.own(float(curve.omega[most]))
-    known, peak, least = curve_data(speeds, found.response), None, None
+    top, size, fast = found.largest(), float(found.oscillation[most]), speeds.own(float(curve.omega[most]))
+    known, peak, least = curve_data(speeds, found), None, None
     if top is not None:
         peak = {"speed": speeds.own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) / ARCSEC}
     if motor is not None:

@@ -305,7 +305,7 @@ def _margin(view: View) -> Sentence:
 
 def _jumps(view: View) -> Sentence:
     """The speeds at which a slow run-up or run-down jumps, under every load torque."""
-    sweeps = [drive.response.sweep for _, drive in view.analysis.curves]
+    sweeps = [drive.sweep for _, drive in view.analysis.curves]
     at = sorted(
         {jump.value for sweep in sweeps if sweep is not None for jump in (*sweep.on_run_up, *sweep.on_run_down)}
     )

@@ -31,7 +31,7 @@ if __name__ == "__main__":
 '''
 RESPONSE = """\
     found = project.response(coexisting=False)
-    top = found.visited()[np.argmax(found.oscillation[found.visited()])]
+    top = found.top
     print(f"largest oscillation {np.degrees(found.oscillation[top]) * 3600:.6g} arcsec")
     print(f"at {found.omega[top] * project.speeds.scale:.6g} {project.speeds.unit}")
 """

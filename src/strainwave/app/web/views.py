@@ -115,10 +115,9 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
     found, own, scale = solved(project, whole)
     speeds, curve = project.speeds, found.curve
-    visited = found.visited()
-    top = visited[int(np.argmax(found.oscillation[visited]))]
-    sweep, limit, motor_limits = found.response.sweep, project.limit, project.motor_limits or MotorLimits()
-    unstable = [(low * scale, high * scale) for low, high in without_stable(found.response)]
+    top = found.top
+    sweep, limit, motor_limits = found.sweep, project.limit, project.motor_limits or MotorLimits()
+    unstable = [(low * scale, high * scale) for low, high in without_stable(found)]
     low, high = project.load_torques
     judged = own.judged(found, round(speeds.scale / scale))
     motor, torque = judged.motor, found.usage.peak_torque
@@ -315,7 +314,7 @@ def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress
             progress("two-parameter map", (i * len(across) + j) / (len(across) * len(along)))
             try:
                 found = solved(replaced(project, {first: a, second: b}, retune=True)).found  # as a slider does
-                row.append(float(np.max(found.oscillation[found.visited()]) / ARCSEC))
+                row.append(float(found.oscillation[found.top] / ARCSEC))
             except (ValueError, SolveError) as error:
                 row.append(None)
                 why[str(error)] = why.get(str(error), 0) + 1

@@ -49,10 +49,10 @@ class ResponseMeasure:
 def measured(project: Project) -> dict[str, float]:
     """Largest error, oscillation and torque of the steady motions of a drive, their speeds, and its jumps (UNITS)."""
     found = project.response()
-    at, sweeps = found.visited(), found.response.sweep
+    sweeps = found.sweep
     result: dict[str, float] = {}
     for name, values in (("peak", found.peak), ("oscillation", found.oscillation), ("torque", found.torque)):
-        top = at[int(np.argmax(values[at]))]
+        top = found.top_of(values)
         result |= {name: float(values[top]), f"{name}_at": float(found.omega[top])}
     jumps = 0 if sweeps is None else len(sweeps.on_run_up) + len(sweeps.on_run_down)
     return result | {"jumps": float(jumps), "truncated": float(not found.status)}

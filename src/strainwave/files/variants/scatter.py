@@ -236,9 +236,8 @@ def _largest(drive: Project, limit: float, errors: dict[str, None]) -> tuple[flo
         except SolveError as error:
             errors[str(error)] = None
             return (np.nan,) * 4
-        visited = response.visited()
-        top = visited[int(np.argmax(response.oscillation[visited]))]
-        ends = band_above(response.response, limit) or (np.nan, np.nan)
+        top = response.top
+        ends = band_above(response, limit) or (np.nan, np.nan)
         rows.append((float(response.oscillation[top]), float(response.omega[top]), *ends))
     lows, highs = np.array(rows)[:, 2:].T
     return *max(rows)[:2], float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))

@@ -192,6 +192,16 @@ class DriveTrain(NamedTuple):
         own = kinks_of(self.law, gear[0], gear[1], share(self.law, z))
         return (*own, *self.load.kinks(rest(self.motor.drag, rest(self.law, z))))
 
+    @property
+    def load_inertia(self) -> Any:
+        """Inertia [kg*m^2] of all that is behind the gear, rigid."""
+        return self.load.end().J + sum(J for J, _, _ in self.load.chain())
+
+    @property
+    def loop_inertia(self) -> Any:
+        """Inertia [kg*m^2, motor side] that a loop of the motor turns: the motor, and the rigid load over N^2."""
+        return self.motor.J + self.load_inertia / (self.N * self.N)
+
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order; a prime is a rate."""
         motor = () if self.motor.held else ("motor deviation", "motor deviation'")

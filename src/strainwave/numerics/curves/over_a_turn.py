@@ -5,19 +5,20 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import Balance, linear_part_of
+from ...base.law import breakpoints_of
+from ...base.protocols import Balance
 from ...compile.tree import leaf_of
 from ..balance.choice import balance_of
 from ..balance.first_order import FirstOrder, first_order
 from ..balance.fourier import distances, stretched
 from ..balance.rates import rates_at
 from ..balance.truncation import MATTERS, Tail
-from ..continuation.passage import Coexisting
 from ..continuation.trace import Trace
 from .response import traced
 
 PER_ORDER, WITH_KINKS = 4, 8  # harmonics to begin with per order of the excitation; and at least, with breakpoints
-MOST = 64  # at most, or two beyond the highest order
+SPRING, SPRING_WITH_KINKS = 7, 15  # the same of an oscillator; all in all, with breakpoints
+MOST, MOST_OF_SPRING = 64, 63  # at most, or two beyond the highest order
 LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of rates that act alike there
 
 
@@ -32,15 +33,21 @@ def traced_turn(
     """
     leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
-    linear = linear_part_of(system) is not None
     small: Any = balance_of(middle, leaf, leaf, top)
-    g = top // max(1, small.harmonics()) if linear else repeats(small, top)
-    kinked = len(distances(system, np.zeros(1), np.zeros((small.state_count(), 1)))) > 0
+    general = isinstance(small, FirstOrder)
+    g = repeats(small, top) if general else top // max(1, small.harmonics())
 
     def problem_with(h: int) -> Balance:
-        return balance_of(middle, leaf, leaf, h) if linear else first_order(middle, leaf, leaf, max(1, h // g), 1.0 / g)
+        if general:
+            return first_order(middle, leaf, leaf, max(1, h // g), 1.0 / g)
+        return balance_of(middle, leaf, leaf, h)
 
-    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
+    if small.hill():
+        begin, most = SPRING * top, max(MOST_OF_SPRING, top + 2)
+        begin = max(top, SPRING_WITH_KINKS) if breakpoints_of(system) else begin
+    else:
+        kinked = len(distances(system, np.zeros(1), np.zeros((small.state_count(), 1)))) > 0
+        begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
     harmonics = (min(begin, most), most) if given is None else (given, given)
     problem, found, tail, origin = traced(
         problem_with,
@@ -48,10 +55,10 @@ def traced_turn(
         harmonics,
         MATTERS,
         points,
-        Coexisting() if coexisting else None,
-        lambda t: t.worst if linear else t.share,
+        coexisting,
+        lambda t: t.share if general or small.hill() else t.worst,
     )
-    if tail is None or linear or g == 1:
+    if tail is None or g == 1 or not general:
         return problem, found, tail, origin
     return *_whole(problem, found, g), tail._replace(harmonics=tail.harmonics * g), origin
 

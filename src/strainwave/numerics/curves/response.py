@@ -168,7 +168,7 @@ def frequency_response(
     """
     system = periodic("frequency_response", checked(system), period)
     lo, hi = frequencies(span)
-    branch = response_curve(system, lo, hi, harmonics, period, points, Coexisting())
+    (branch,) = response_curves([system], lo, hi, harmonics, period, points)
     if throw and not branch.status.found:
         raise SolveError(branch.message)
     return branch
@@ -184,16 +184,6 @@ def frequencies(span: Any) -> tuple[float, float]:
     return lo, hi
 
 
-def response_curve(
-    system: Any, lo: float, hi: float, harmonics: int | None, period: int, points: int,
-    others: Coexisting | None,
-) -> Branch:  # fmt: skip
-    """Response curve of a checked system, `others` as of `traced`."""
-    leaf = leaf_of(system, "omega")
-    system = with_leaf(system, leaf, (lo * hi) ** 0.5)
-    return _described(*traced_points(system, leaf, lo, hi, harmonics, period, points, others))
-
-
 def response_curves(
     systems: list[Any], lo: float, hi: float, harmonics: int | None, period: int, points: int,
     each: Callable[..., Any] = map,
@@ -201,16 +191,23 @@ def response_curves(
     """Response curves of checked systems of one class; `each`, which is like map, goes through all but the first."""
     leaf = leaf_of(systems[0], "omega")
 
-    def traced(system: Any) -> Any:
+    def followed(system: Any) -> tuple[Any, Trace, Tail | None, str]:
         system = with_leaf(system, leaf, (lo * hi) ** 0.5)
-        return traced_points(system, leaf, lo, hi, harmonics, period, points, Coexisting())
+        h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
+
+        def problem_with(h: int) -> Balance:
+            return balance_of(system, leaf, leaf, h, period)
+
+        if harmonics is not None:  # the tail is found with the description of the curve
+            return traced(problem_with, lo, hi, (h, h), CURVE, points, True)
+        return traced(problem_with, lo, hi, (h, most), CURVE, points, True, lambda tail: tail.worst)
 
     def described(curve: Any, tail: Tail) -> Branch:
         problem, found, _, origin = curve
         return _described(problem, found, tail, origin)
 
     # The first compiles, where that is still to do, before threads start.
-    curves = [traced(systems[0]), *each(traced, systems[1:])]
+    curves = [followed(systems[0]), *each(followed, systems[1:])]
     problems, found, tails, _ = map(list, zip(*curves, strict=True))
     if harmonics is not None:
         tails = tails_together(problems, [trace.points for trace in found])
@@ -218,38 +215,17 @@ def response_curves(
 
 
 def _described(problem: Any, found: Trace, tail: Tail | None, origin: str) -> Branch:
-    branch = describe(problem, "omega", found, tail, origin)
+    return with_all_said(problem, describe(problem, "omega", found, tail, origin), found)
+
+
+def with_all_said(problem: Balance, branch: Branch, found: Trace) -> Branch:
+    """The branch of a trace with the orbits that it does not pass, and all that there is to say."""
     return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
-
-
-def traced_points(
-    system: Any,
-    leaf: int,
-    lo: float,
-    hi: float,
-    harmonics: int | None,
-    period: int,
-    points: int,
-    others: Coexisting | None,
-) -> tuple[Any, Trace, Tail | None, str]:
-    """The balance problem of a curve, its points, the size of the last harmonics, and how it was found.
-
-    Without `harmonics` they grow until those left out are negligible. With them, the size is found with the description
-    of the curve: None.
-    """
-    h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
-
-    def problem_with(h: int) -> Balance:
-        return balance_of(system, leaf, leaf, h, period)
-
-    if harmonics is None:
-        return traced(problem_with, lo, hi, (h, most), CURVE, points, others, lambda tail: tail.worst)
-    return traced(problem_with, lo, hi, (h, h), CURVE, points, others)
 
 
 def traced(
     problem_with: Callable[[int], Balance], lo: float, hi: float, harmonics: tuple[int, int], aim: float, points: int,
-    others: Coexisting | None, share: Callable[[Tail], float] | None = None,
+    coexisting: bool, share: Callable[[Tail], float] | None = None,
 ) -> tuple[Any, Trace, Tail | None, str]:  # fmt: skip
     """The balance problem of a curve, its points, its tail, and how it was found.
 
@@ -265,18 +241,18 @@ def traced(
         Largest share left out that is negligible.
     points : int
         About how many points to place.
-    others : Coexisting or None
-        Other motions at the ends of the range, and where they were looked for already; None: they are not looked for.
+    coexisting : bool
+        Whether other motions at the ends of the range are looked for.
     share : callable, optional
         That share, from the tail. Without it the tail is not looked at: None.
     """
-    known = Coexisting() if others is None else others
+    known = Coexisting()
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail | None, str], float]:
         problem, found, origin = symmetric_across(problem_with(h), lo, hi, 4.0 / points, known)
         tail = None if share is None else tail_along(problem, found.points, aim)
         worst = np.inf if found.outcome != END or tail is None or share is None else share(tail)
-        if others is not None and (worst <= aim or found.outcome != END) and others.begin(problem, found):
+        if coexisting and (worst <= aim or found.outcome != END) and known.begin(problem, found):
             return followed(h, aim)  # again, through what coexists
         return (problem, found, tail, origin), worst
 

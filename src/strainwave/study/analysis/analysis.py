@@ -8,15 +8,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ...base.law import depends
 from ...base.quantities import parameters
 from ...base.records import Labelled, Result
 from ...base.results import Branch, SolveError, Status
 from ...base.sentences import Sentence, Speed, on_screen
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
-from ...drive.response import ExactResponse, loses_energy
+from ...drive.response import loses_energy
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator
 from ...model.varying import VaryingOscillator
@@ -132,7 +130,7 @@ def cautions(found: Any) -> Iterator[str]:
             "load torque alone; for those of another torque give it as the mean."
         )
     if study is not None and study.curve is not None:
-        yield from not_exact("The steady curve of the whole drive train", study.curve.response.curve)
+        yield from not_exact("The steady curve of the whole drive train", study.curve.curve)
     if study is not None and study.left_out is not None:
         yield study.left_out.sentence()
 
@@ -174,9 +172,9 @@ class Analysis(Result):
         Lyapunov's certificate of the drive without excitation.
     regimes : tuple of Regime
         Resonances of all excitation lines, by ascending speed.
-    exact : ExactResponse
+    exact : DriveResponse
         Response of the error equation through the range, with stability, folds and jumps.
-    close : dict of Resonance to ExactResponse
+    close : dict of Resonance to DriveResponse
         The response once more around those resonances that are too narrow for the points of `exact`.
     run_up : RunUp
         Simulated run-up and run-down, its independent check.
@@ -220,8 +218,8 @@ class Analysis(Result):
     point: OperatingPoint
     stability: StabilityProof
     regimes: tuple[Regime, ...]
-    exact: ExactResponse
-    close: dict[Resonance, ExactResponse]
+    exact: DriveResponse
+    close: dict[Resonance, DriveResponse]
     run_up: RunUp
     cases: tuple[TimeCase, ...]
     drive: DriveResponse
@@ -276,9 +274,9 @@ class Analysis(Result):
         return None if self.train is None else self.train.run_alone
 
     @property
-    def response(self) -> ExactResponse:
-        """The curve that the drive's largest error is read from: of the whole train where there is one."""
-        return self.drive.response
+    def response(self) -> DriveResponse:
+        """What the drive's largest error is read from: `drive`."""
+        return self.drive
 
     @property
     def curves(self) -> tuple[tuple[float | None, DriveResponse], ...]:
@@ -298,10 +296,10 @@ class Analysis(Result):
         of = "error equation" if self.train_curve is None else "whole drive train"
         found = []
         for torque, drive in self.curves:
-            at = drive.response.largest()
+            at = drive.largest()
             if at is not None:
                 peak, omega = float(drive.peak[at]), float(drive.omega[at])
-                found.append(Largest(peak, omega, of, drive.response.method, torque))
+                found.append(Largest(peak, omega, of, drive.method, torque))
         best = max(found, key=lambda largest: largest.peak, default=None)
         if (ramp := self.run_alone) is not None:
             run = Largest(*ramp.largest(ramp.run.pointing), "run-up of the whole drive train", "integration")
@@ -316,7 +314,6 @@ class Analysis(Result):
         of = "error equation" if self.train_curve is None else "whole drive train"
         found = []
         for torque, drive in self.curves:
-            visited, sizes = drive.visited(), drive.oscillation
-            at = visited[int(np.argmax(sizes[visited]))]
-            found.append(Largest(float(sizes[at]), float(drive.omega[at]), of, drive.response.method, torque))
+            at, sizes = drive.top, drive.oscillation
+            found.append(Largest(float(sizes[at]), float(drive.omega[at]), of, drive.method, torque))
         return max(found, key=lambda largest: largest.peak)

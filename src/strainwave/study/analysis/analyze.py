@@ -16,10 +16,10 @@ from ...base.results import SolveError
 from ...base.sentences import Angle, Sentence, Speed
 from ...base.speeds import Speeds
 from ...compile.blas import one_thread
-from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used, of_equation
+from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
 from ...drive.project import Project
-from ...drive.response import ExactResponse, exact_response
-from ...drive.train_curve import has_curve, refuse_free, train_curve
+from ...drive.response import exact_response
+from ...drive.train_curve import refuse_free
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...theory.lyapunov import lyapunov
@@ -83,7 +83,7 @@ def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, u
 
 
 def with_tops(
-    found: tuple[Regime, ...], system: Any, exact: ExactResponse, close: dict[Resonance, ExactResponse]
+    found: tuple[Regime, ...], system: Any, exact: DriveResponse, close: dict[Resonance, DriveResponse]
 ) -> tuple[Regime, ...]:
     """Add to every resonance p:1 its maximum on the computed curve, or on the one drawn for it alone.
 
@@ -99,12 +99,12 @@ def with_tops(
     return tuple(out)
 
 
-def _top(regime: Regime, places: list[float], system: Any, near: ExactResponse) -> tuple[float, float] | None:
+def _top(regime: Regime, places: list[float], system: Any, near: DriveResponse) -> tuple[float, float] | None:
     i = places.index(regime.omega)
     low = max([regime.omega / FARTHEST, *((w * regime.omega) ** 0.5 for w in places[:i])])
     high = min([regime.omega * FARTHEST, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
-    visited = near.visited()
-    omega = near.curve.omega[visited]
+    visited = near.swept
+    omega = near.omega[visited]
     inside = (omega >= low) & (omega <= high)
     if not np.any(inside):
         return None
@@ -140,26 +140,25 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     if train is not None:
         refuse_free(train)
     limits = speeds.limits
-    system: Any = project.system(0.5 * (limits[0] + limits[1]), reduced=True)
+    system: Any = project.system(reduced=True)
     progress("operating point and stability", 0.0)
     point = operating_point(system)
     stability = _proof(system, point)
     progress("response curve", 0.02)
-    exact = exact_response(system, limits, coexisting=train is None or searched(system.law))
+    exact = project.equation_response(coexisting=train is None or searched(system.law))
     found, close = _resonances(system, limits, point, exact, progress)
     sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share))
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
         raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
     cases = _in_time(system, speeds, point, found, sweep, progress)
     single = tuple(case.omega for case in cases)
-    study = None if train is None else _whole_train(train, system, limits, point, exact, single, project.gear, progress)
+    study = None if train is None else _whole_train(project, train, system, point, exact, single, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
-    held = project.motor == "held"
-    drive = of_equation(system, exact, held, None if train else project.whole) if curve is None else curve
-    avoid = speeds_to_avoid(system, drive.response, point, limit, None if ramp is None else in_run(*ramp))
+    drive = curve or exact
+    avoid = speeds_to_avoid(system, drive, point, limit, None if ramp is None else in_run(*ramp))
     by_load: tuple[LoadCase, ...] = ()
     if project.load_torques[0] < project.load_torques[1]:
-        alone = speeds_to_avoid(system, drive.response, point, limit)  # without the run-up
+        alone = speeds_to_avoid(system, drive, point, limit)  # without the run-up
         as_it_is = LoadCase(project.mean_load_torque, drive, alone)
         by_load = load_cases(project, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)
@@ -191,8 +190,8 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
 
 
 def _resonances(
-    system: Any, limits: tuple[float, float], point: OperatingPoint, exact: ExactResponse, progress: Told
-) -> tuple[tuple[Regime, ...], dict[Resonance, ExactResponse]]:
+    system: Any, limits: tuple[float, float], point: OperatingPoint, exact: DriveResponse, progress: Told
+) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse]]:
     """Resonances with their maxima, and the curve once more around those that are too narrow for its points."""
     progress("resonances by multiple scales", 0.2)
     found = regimes(system, point, limits)
@@ -216,20 +215,19 @@ def _in_time(
 
 
 def _whole_train(
-    train: DriveTrain, system: Any, limits: tuple[float, float], point: OperatingPoint, exact: ExactResponse,
-    single: tuple[float, ...], gear: Gear | None, progress: Told,
+    project: Project, train: DriveTrain, system: Any, point: OperatingPoint, exact: DriveResponse,
+    single: tuple[float, ...], progress: Told,
 ) -> TrainStudy:  # fmt: skip
     """The whole drive train beside its error equation."""
     progress("whole drive train", 0.8)
-    curve = train_curve(train, limits) if has_curve(train) else None
     return train_study(
-        train, system, limits, curve, exact, point, single, gear,
+        train, system, project.speeds.limits, project.train_response(), exact, point, single, project.gear,
         lambda part: progress(f"whole drive train: {part}", 0.85),
     )  # fmt: skip
 
 
 def _used(
-    system: Any, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...], study: TrainStudy | None
+    system: Any, exact: DriveResponse, sweep: RunUp, cases: tuple[TimeCase, ...], study: TrainStudy | None
 ) -> Usage:
     """What the gear is asked for: by the whole train and its run-up, or by the error equation without its curve."""
     if study is None or study.curve is None:
@@ -260,7 +258,7 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     return StabilityProof.refused(system, point.mean_torque, obstacle)
 
 
-def _narrow(regime: Regime, exact: ExactResponse) -> bool:
+def _narrow(regime: Regime, exact: DriveResponse) -> bool:
     """Whether a resonance of the main branch has too few points of the response curve in its band."""
     if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
         return False

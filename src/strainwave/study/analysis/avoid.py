@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...base.results import Floats
 from ...base.units import ARCSEC
-from ...drive.response import ExactResponse
+from ...drive.drive_response import DriveResponse
 from ...drive.run import DriveRun
 from .resonances import OperatingPoint
 
@@ -138,14 +138,14 @@ def _longer(row: Any) -> Floats:
 
 
 def speeds_to_avoid(
-    system: Any, response: ExactResponse, point: OperatingPoint, limit: float | None = None,
+    system: Any, response: DriveResponse, point: OperatingPoint, limit: float | None = None,
     passed: Motions | None = None,
 ) -> Avoid | None:  # fmt: skip
     """Apply the rule of `Avoid` to the motions that a slow run-up and run-down visit; None where there are none.
 
     `passed` are those of a run-up that has torques which the curve has not (`in_run`).
     """
-    if not len(response.visited()) or response.sweep is None:
+    if not len(response.swept) or response.sweep is None:
         return None
     motions = _swept(response)
     slow = quasi_static(system, point)
@@ -164,7 +164,7 @@ def speeds_to_avoid(
     return Avoid(merged([*bands, *met]), largest, omega, slow, peaks, limit, met, top, nowhere)
 
 
-def without_stable(response: ExactResponse) -> tuple[Speeds, ...]:
+def without_stable(response: DriveResponse) -> tuple[Speeds, ...]:
     """Speeds [rad/s] at which no motion of a curve is stable, where that ends a slow run-up or run-down."""
     curve, sweep = response.curve, response.sweep
     if sweep is not None and sweep.finished_up and sweep.finished_down:
@@ -173,17 +173,16 @@ def without_stable(response: ExactResponse) -> tuple[Speeds, ...]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], curve.stable, [False]])))
     inside = (np.clip(curve.omega[i:j], first, last) for i, j in edges.reshape(-1, 2))
     known = merged((np.min(run), np.max(run)) for run in inside)
-    ends = [first, *(end for band in known for end in band), last]
-    return tuple((float(low), float(high)) for low, high in list(pairwise(ends))[::2] if high > low * (1.0 + NARROW))
+    return between(known, (first, last), NARROW)
 
 
-def _swept(response: ExactResponse) -> Motions:
+def _swept(response: DriveResponse) -> Motions:
     """Motions that a slow run-up or run-down visits."""
-    visited, curve = response.visited(), response.curve
-    return Motions(curve.omega[visited], curve.oscillation[visited], np.diff(visited) == 1)
+    visited = response.swept
+    return Motions(response.omega[visited], response.oscillation[visited], np.diff(visited) == 1)
 
 
-def band_above(response: ExactResponse, limit: float) -> Speeds | None:
+def band_above(response: DriveResponse, limit: float) -> Speeds | None:
     """Speeds [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; None without one.
 
     The ends are those of `Avoid.bands`.
@@ -227,6 +226,13 @@ def out_of_reach(limit: float | None, slow: float) -> str:
         f"the limit of {limit / ARCSEC:.4g} arcsec is below the error of quasi-static rotation, {slow / ARCSEC:.4g} "
         "arcsec: it can be met above the resonances only"
     )
+
+
+def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = 0.0) -> tuple[Speeds, ...]:
+    """What of a range no band covers; bands are ascending and apart, and relatively `narrow` rests are none."""
+    ends = [within[0], *(end for band in bands for end in band), within[1]]
+    rest = list(pairwise(ends))[::2]
+    return tuple((float(low), float(high)) for low, high in rest if high > low * (1.0 + narrow))
 
 
 def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:

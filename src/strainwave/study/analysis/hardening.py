@@ -21,6 +21,7 @@ from ...base.sentences import Sentence, Speed, on_screen
 from ...base.series import oscillation
 from ...drive.jumps import jumps
 from ...model.laws.springs import Cubic
+from ...numerics.balance.fourier import with_velocity
 from ...numerics.curves.response import response_family
 from ...numerics.shooting import find_orbit
 from .resonances import active_orders
@@ -202,7 +203,7 @@ def _third(system: Any, curve: Branch, order: int, omega_0: float) -> tuple[floa
         return found, place
 
     def less(omega: float) -> float:
-        orbit = find_orbit(system._replace(omega=omega), guess=_states(curve.coefficients[at], omega))
+        orbit = find_orbit(system._replace(omega=omega), guess=with_velocity(curve.coefficients[at], omega))
         return -orbit.amplitude(3 * order) if orbit.status.found and orbit.stable else 0.0
 
     ends = float(beside.min()), float(beside.max())
@@ -219,16 +220,9 @@ def _at(system: Any, curve: Branch) -> float:
             continue
         share = first / (first - second)
         x = (1.0 - share) * curve.coefficients[i] + share * curve.coefficients[j]
-        orbit = find_orbit(system, guess=_states(x, system.omega))
+        orbit = find_orbit(system, guess=with_velocity(x, system.omega))
         if orbit.status.found and orbit.stable:
             found.append(float(oscillation(orbit.coefficients[None, :, 0])[0]))
     if not found:
         raise SolveError(Sentence("no stable motion is found at {} with {}", Speed(system.omega), str(system.law)))
     return max(found)
-
-
-def _states(x: Floats, omega: float) -> Floats:
-    """Series (2H+1, 2) of the states x and x' from that of x."""
-    k, rate = np.arange(1, len(x) // 2 + 1), np.zeros(len(x))
-    rate[1::2], rate[2::2] = omega * k * x[2::2], -omega * k * x[1::2]
-    return np.stack([x, rate], axis=1)

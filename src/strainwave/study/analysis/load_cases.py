@@ -12,10 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...base.law import depends
-from ...drive.drive_response import DriveResponse, of_equation
+from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ...drive.response import exact_response
-from ...drive.train_curve import has_curve, train_curve
 from .avoid import Avoid, Speeds, merged, speeds_to_avoid
 from .resonances import operating_point
 
@@ -106,14 +104,10 @@ def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
 
 
 def _case(loaded: Project, torque: float) -> LoadCase:
-    train, limits = loaded.train, loaded.speeds.limits
-    system = loaded.system(0.5 * (limits[0] + limits[1]), reduced=True)
+    system = loaded.system(reduced=True)
     point, others = operating_point(system), searched(system.law)
-    curve = train_curve(train, limits, coexisting=others) if train is not None and has_curve(train) else None
-    if curve is None:
-        exact = exact_response(system, limits, coexisting=others)
-        curve = of_equation(system, exact, loaded.motor == "held", None if train else loaded.whole)
-    return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, loaded.limit))
+    drive = loaded.train_response(coexisting=others) or loaded.equation_response(coexisting=others)
+    return LoadCase(torque, drive, speeds_to_avoid(system, drive, point, loaded.limit))
 
 
 def searched(law: Any) -> bool:

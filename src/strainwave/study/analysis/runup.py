@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Branch, Floats
-from ...drive.response import ExactResponse, loses_energy, settling_time
+from ...drive.drive_response import DriveResponse
+from ...drive.response import loses_energy, settling_time
 from ...drive.steady import SteadyMotion, settle, settled
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
@@ -62,7 +63,7 @@ class RunUp:
 def run_up(
     system: Any,
     speeds: tuple[float, float],
-    exact: ExactResponse,
+    exact: DriveResponse,
     point: OperatingPoint,
     progress: Callable[[float], None] = silent,
 ) -> RunUp:
@@ -74,7 +75,7 @@ def run_up(
         The error equation; its omega is replaced.
     speeds : (float, float)
         Range of the base-angle speed [rad/s].
-    exact : ExactResponse
+    exact : DriveResponse
         Where the simulations start, and what they are compared with.
     point : OperatingPoint
         Where a simulation starts that has no motion to start from.
@@ -96,7 +97,7 @@ def run_up(
 
 
 def _visits(
-    exact: ExactResponse, speeds: tuple[float, float], upwards: bool
+    exact: DriveResponse, speeds: tuple[float, float], upwards: bool
 ) -> list[tuple[float, int | None, int | None]]:
     """Speeds [rad/s] of one direction in order, with the points of the curve to start from and to arrive at."""
     first, last = speeds if upwards else speeds[::-1]

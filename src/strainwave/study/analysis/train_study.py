@@ -18,7 +18,7 @@ from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.loop_margin import Bode, bode
 from ...drive.operating_point import operating_state, with_mean_torques
 from ...drive.reductions import Reductions, compare_with_train
-from ...drive.response import ExactResponse, damping_of
+from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
 from ...drive.train_curve import train_curve
 from ...model.gears.gear import Gear
@@ -56,23 +56,18 @@ class MotorCase:
     @property
     def oscillation(self) -> float:
         """Largest |error - mean| [rad] that a slow run-up or run-down meets; nan without a curve."""
-        return float("nan") if self.drive is None else float(self.drive.oscillation[self._at(self.drive)])
+        return float("nan") if self.drive is None else float(self.drive.oscillation[self.drive.top])
 
     @property
     def omega(self) -> float:
         """Speed [rad/s] of it; nan without a curve."""
-        return float("nan") if self.drive is None else float(self.drive.omega[self._at(self.drive)])
+        return float("nan") if self.drive is None else float(self.drive.omega[self.drive.top])
 
     @property
     def jumps(self) -> int:
         """Number of speeds at which a slow run-up or run-down jumps."""
-        sweep = None if self.drive is None else self.drive.response.sweep
+        sweep = None if self.drive is None else self.drive.sweep
         return 0 if sweep is None else len({jump.value for jump in (*sweep.on_run_up, *sweep.on_run_down)})
-
-    @staticmethod
-    def _at(drive: DriveResponse) -> int:
-        visited = drive.visited()
-        return int(visited[np.argmax(drive.oscillation[visited])])
 
 
 def motor_cases(
@@ -116,10 +111,9 @@ class Ramp(NamedTuple):
         train, path = self.run.train, self.run.trajectory
         if not path.status:
             return None
-        inertia = train.motor.J + (train.load.end().J + sum(J for J, _, _ in train.load.chain())) / train.N**2
         begun = path.t >= self.begin
         whole = train.motor_torque(train.omega * path.t, tuple(path.y)) * begun
-        own = whole - inertia * train.reference.curvature(path.t) * begun
+        own = whole - train.loop_inertia * train.reference.curvature(path.t) * begun
         run_up, torque = largest_of_samples(np.array([whole, own])).tolist()
         at = float(self.run.motor_speed[np.argmax(np.abs(own))])
         return MotorUse(torque, at, 0.0, None, True, run_up)
@@ -192,7 +186,7 @@ def train_study(
     system: Any,
     speeds: tuple[float, float],
     curve: DriveResponse | None,
-    exact: ExactResponse,
+    exact: DriveResponse,
     point: OperatingPoint,
     single: tuple[float, ...] = (),
     gear: Gear | None = None,
@@ -208,7 +202,7 @@ def train_study(
         Its error equation.
     curve : DriveResponse or None
         `train_curve` of the same range.
-    exact, point : ExactResponse, OperatingPoint
+    exact, point : DriveResponse, OperatingPoint
         Response of the error equation over the range, and its equilibrium.
     single : tuple of float
         Speeds [rad/s] at which the train is shown in time.
@@ -219,7 +213,7 @@ def train_study(
     """
     low, high = speeds
     top = max(1, *system.orders()) if system.orders() else 1
-    worst, highest = _loudest(exact, speeds), high if curve is None else _loudest(curve.response, speeds)
+    worst, highest = _loudest(exact, speeds), high if curve is None else _loudest(curve, speeds)
     speed = worst if curve is None else highest
     progress("modes and Bode plot")
     state, remarks = _operating_state(train, speed, (point.x, *point.z))
@@ -251,7 +245,7 @@ def train_study(
             )
     if curve is not None:
         at = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
-        whole, reduced = along(curve.response, at), along(exact, at)
+        whole, reduced = along(curve, at), along(exact, at)
     progress("single speeds in time")
     motions = tuple(_motion(train, omega) for omega in single)
     return TrainStudy(train, curve, state, speed, plot, at, whole, reduced, ramp, left_out, motions, tuple(remarks))
@@ -265,7 +259,7 @@ def _motion(train: DriveTrain, omega: float) -> DriveMotion | None:
         return None
 
 
-def along(response: ExactResponse, omega: Floats) -> Floats:
+def along(response: DriveResponse, omega: Floats) -> Floats:
     """Largest |x| [rad] that a slow run-up meets at speeds [rad/s]; nan beyond it."""
     if response.sweep is None:
         return np.full(len(omega), np.nan)
@@ -275,7 +269,7 @@ def along(response: ExactResponse, omega: Floats) -> Floats:
     return np.asarray(np.interp(omega, at, peak, left=np.nan, right=np.nan))
 
 
-def _loudest(response: ExactResponse, speeds: tuple[float, float]) -> float:
+def _loudest(response: DriveResponse, speeds: tuple[float, float]) -> float:
     at = response.largest()
     return speeds[1] if at is None else float(np.clip(response.curve.omega[at], *speeds))
 

@@ -293,7 +293,7 @@ def prediction_table(
         limits = interval("speeds [rad/s]", speeds, positive=True)
         project = replace(project, speeds=replace(project.speeds, limits=limits, single=()))
     response = project.response()
-    curve, sweep = response.curve, response.response.sweep
+    curve, sweep = response.curve, response.sweep
     x = curve.coefficients
     way = slice(None, None, 1 if curve.omega[0] <= curve.omega[-1] else -1)
     most = x.shape[1] // 2

@@ -53,7 +53,7 @@ def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
     acceleration = acceleration / stretch**2
     end, N = train.load.end(), train.N
     holding = _drag(end.drag, angle, speed) - end.excitation.torque(t)
-    passed = holding + (end.J + sum(J for J, _, _ in train.load.chain())) * acceleration
+    passed = holding + train.load_inertia * acceleration
     lost = _drag(train.motor.drag, N * angle, N * speed) + train.friction.torque(passed, N * speed) / N
     given = train.motor.J * N * acceleration + passed / N + lost
     return Demand(t, angle, N * speed, holding, given)

@@ -15,6 +15,8 @@ from scipy.interpolate import PchipInterpolator
 
 from ...base.results import Branch, Floats
 from ...base.series import oscillation
+from ...drive.drive_response import DriveResponse
+from ...drive.jumps import pieces_of
 from ...numerics.balance.fourier import synthesis, to_blocks
 
 SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
@@ -38,23 +40,19 @@ class Motions:
 
     Attributes
     ----------
-    branch : Branch
-        Its points, with stability.
-    torque : (n,) array
-        Largest torque [N*m, output side] in the gear.
-    isolated : bool
-        Whether it is apart from the curve that joins both ends of the range.
+    found : DriveResponse
+        Its points, with stability and torques.
     every : int
         How often in a turn of the motor all that drives the motions repeats.
-    motor : (n,) array or None
-        Largest torque [N*m] of the motor; None where it is not known.
     """
 
-    branch: Branch
-    torque: Floats
-    isolated: bool = False
+    found: DriveResponse
     every: int = 1
-    motor: Floats | None = None
+
+    @property
+    def branch(self) -> Branch:
+        """Its points, with stability."""
+        return self.found.curve
 
     @cached_property
     def subharmonic(self) -> bool:
@@ -73,8 +71,9 @@ class Motions:
     def table(self) -> Floats:
         """Speed, oscillation, torque, least and largest error, torque of the motor (n, 6) of every point."""
         low, high = extremes(self.branch.coefficients)
-        motor = 0.0 * self.torque if self.motor is None else self.motor
-        own = self.branch.omega, oscillation(self.branch.coefficients), self.torque, low, high, motor
+        torque, motor = self.found.torque, self.found.motor_torque
+        motor = 0.0 * torque if motor is None else motor
+        own = self.branch.omega, oscillation(self.branch.coefficients), torque, low, high, motor
         return np.column_stack(own)
 
     @cached_property
@@ -137,22 +136,8 @@ def extremes(coefficients: Floats) -> tuple[Floats, Floats]:
 
 def stable_runs(branch: Branch) -> list[NDArray[np.int64]]:
     """Runs of points of a branch that are stable, their speeds rising; special points may end a run."""
-    special = {o.value for some in (branch.folds, branch.doublings, branch.branch_points) for o in some}
-    marginal = np.array([v in special for v in branch.values], bool)
-    stable, omega = np.asarray(branch.stable, bool), branch.omega
-    runs: list[list[int]] = []
-    heading = 0.0
-    for i in range(len(omega) - 1):
-        step = float(np.sign(omega[i + 1] - omega[i]))
-        whole = (stable[i] or marginal[i]) and (stable[i + 1] or marginal[i + 1]) and (stable[i] or stable[i + 1])
-        if not whole or step == 0.0:
-            heading = 0.0
-            continue
-        if step != heading:
-            runs.append([i])
-        runs[-1].append(i + 1)
-        heading = step
-    return [np.array(run if omega[run[-1]] > omega[run[0]] else run[::-1]) for run in runs]
+    runs, omega = pieces_of(branch, branch.stable), branch.omega
+    return [run if omega[run[-1]] > omega[run[0]] else run[::-1] for run in runs]
 
 
 def finer(table: Floats) -> Floats:

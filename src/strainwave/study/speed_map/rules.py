@@ -23,7 +23,8 @@ from ...base.units import RPM
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
-from ..analysis.avoid import AMPLIFIED, merged
+from ..analysis.avoid import AMPLIFIED, between, merged
+from ..analysis.avoid import Motions as Sizes
 from ..analysis.load_cases import hulls_between
 from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad
 
@@ -127,17 +128,7 @@ def bands_of(under: UnderLoad, rules: Rules, span: Span, resonances: list[Span],
 
 def above(run: Floats, level: float, what: int = OSCILLATION) -> list[Span]:
     """Bands of a run in which the oscillation, or another column, is above a level; ends by linear interpolation."""
-    omega, over = run[:, OMEGA], run[:, what] - level
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], over > 0.0, [False]])))
-    found = []
-    for first, after in edges.reshape(-1, 2):
-        low, high = omega[first], omega[after - 1]
-        if first > 0:
-            low += (omega[first - 1] - low) * over[first] / (over[first] - over[first - 1])
-        if after < len(omega):
-            high += (omega[after] - high) * over[after - 1] / (over[after - 1] - over[after])
-        found.append((float(low), float(high)))
-    return found
+    return Sizes(run[:, OMEGA], run[:, what], np.ones(len(run), bool)).above(level)
 
 
 def swept(first: Floats, second: Floats) -> list[Span]:
@@ -148,7 +139,7 @@ def swept(first: Floats, second: Floats) -> list[Span]:
 
 def gaps(spans: list[Span], within: Span) -> list[Span]:
     """What of a range no span covers; narrower gaps than a fold is sharp are none."""
-    return [(low, high) for low, high in complement(clipped(spans, within), within) if high > (1.0 + SHARP) * low]
+    return list(between(clipped(spans, within), within, SHARP))
 
 
 def clipped(spans: list[Span], within: Span) -> Floats:
@@ -159,8 +150,7 @@ def clipped(spans: list[Span], within: Span) -> Floats:
 
 def complement(intervals: Floats, within: Span) -> Floats:
     """Intervals of a range that are not among these."""
-    ends = np.concatenate([[within[0]], np.ravel(intervals), [within[1]]]).reshape(-1, 2)
-    return np.asarray(ends[ends[:, 0] < ends[:, 1]])
+    return as_intervals(between(intervals, within))
 
 
 def common(first: Floats, second: Floats) -> Floats:

@@ -4,30 +4,26 @@ What a trajectory settles on and no curve has is followed by harmonic balance th
 kept as it is. Starts at the states of the motions that a neighbouring load has find them again.
 """
 
-from dataclasses import dataclass
 from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of, is_spring
-from ...base.results import Branch, Floats
+from ...base.results import Floats
 from ...compile.tree import leaf_of
-from ...drive.drive_response import motor_torque
-from ...drive.train_curve import strain_of
+from ...drive.response import TurnResponse, of_equation
+from ...drive.train_curve import of_train, torque_in
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
-from ...model.train.train_forms import AtLoad, own_state, turning
-from ...numerics.attractors.settle import SEEN
+from ...model.train.train_forms import AtLoad
+from ...numerics.attractors.settle import SEEN, Settled, settled
 from ...numerics.balance.choice import balance_of
 from ...numerics.balance.fourier import from_blocks
 from ...numerics.balance.harmonics import MOST, highest_order
 from ...numerics.balance.truncation import tail_along
 from ...numerics.continuation.trace import describe, solve
 from ...numerics.curves.parameter_response import both_ways
-from ...numerics.ensemble.ensemble import lanes_run
-from ...numerics.ensemble.measures import Extremes, Final
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
@@ -113,7 +109,7 @@ def _searched(
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
         if not (spring and seed.turns):  # the largest of those that are not followed stands for all at its speed
             same |= (ends.period == 0) | (not spring)
-        ends.lost[same & (omega == seed.omega)] = True  # looked at once
+        ends.diverged[same & (omega == seed.omega)] = True  # looked at once
     return Found(curves[len(known) :], tuple(kept), whole, tuple(new))
 
 
@@ -161,8 +157,9 @@ def follow(
     found = both_ways(start.problem, start.point, *span, 4.0 / POINTS)
     tail = tail_along(start.problem, found.points)
     branch = describe(start.problem, "omega", found, tail, "settled on", locate=False)
-    torque, motor = _torques(system, start.problem, branch, found.points, train)
-    return Motions(branch, torque, True, every, motor)
+    if isinstance(system, AtLoad):
+        return Motions(of_train(system, TurnResponse(start.problem, found.points, branch)), every)
+    return Motions(of_equation(system, branch, train=train), every)
 
 
 def _on(curves: tuple[Motions, ...], start: Start) -> bool:
@@ -178,39 +175,7 @@ def _on(curves: tuple[Motions, ...], start: Start) -> bool:
     return False
 
 
-def _torques(
-    system: Any, problem: Any, branch: Branch, points: Floats, train: DriveTrain | None
-) -> tuple[Floats, Floats | None]:
-    """Largest torques (n,) [N*m] in the gear and of the motor on a curve of motions of several turns."""
-    if isinstance(system, AtLoad):
-        flow, orbits, times = problem.disturbed(np.ascontiguousarray(points))
-        turn = 2.0 * np.pi * branch.period / times
-        strain = strain_of(system, orbits[:, -1], flow.series(orbits), turn)
-        return strain.torque, strain.motor_torque
-    # T + B u' = tau - J x'' of the error equation
-    h = branch.coefficients.shape[1] // 2
-    theta = 2.0 * np.pi * branch.period * np.arange(32 * h) / (32 * h)
-    k = np.arange(1, h + 1) / branch.period
-    waves = np.stack([np.cos(np.outer(k, theta)), np.sin(np.outer(k, theta))], axis=1).reshape(2 * h, -1)
-    bends = -np.repeat(k * k, 2)[:, None] * waves
-    inertia = system.J * branch.omega[:, None] ** 2 * (branch.coefficients[:, 1:] @ bends)
-    torque = np.asarray(system.excitation.torque(theta) - inertia)
-    motor = None if train is None else np.max(np.abs(motor_torque(train, theta, torque)), axis=1)
-    return np.max(np.abs(torque), axis=1), motor
-
-
-@dataclass(frozen=True, eq=False)
-class Ends:
-    """What became of trajectories: of the last 8 turns."""
-
-    state: Floats
-    period: NDArray[np.int64]
-    lost: NDArray[np.bool_]
-    lowest: Floats
-    highest: Floats
-
-
-def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Ends, bool]:
+def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
     """March the starts until each is on a known motion, or its transients have died; whether they had the time.
 
     Transients take a time, not a number of turns: only speeds of one decade are marched together.
@@ -219,36 +184,27 @@ def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ..
     groups = [np.flatnonzero(decade == k) for k in np.unique(decade)]
     each = [_settled(system, omega[own], start[:, own], curves) for own in groups]
     order = np.argsort(np.concatenate(groups))
-    whole = Ends(
+    whole = Settled(
         *(
             np.concatenate([getattr(ends, name) for ends, _ in each], axis=-1)[..., order]
-            for name in ("state", "period", "lost", "lowest", "highest")
+            for name in ("state", "period", "diverged", "lowest", "highest")
         )
     )
     return whole, all(enough for _, enough in each)
 
 
-def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Ends, bool]:
+def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
     """`_settle` of starts at speeds that are near each other."""
     B, J = (system.B, system.J) if isinstance(system, Oscillator) else (system.train.B, system.train.load.end().J)
     turns = 2.0 * J / B * float(np.max(omega)) / (2.0 * np.pi) if B > 0.0 else MOST_TURNS
     longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))
     sizes = [float(np.median(curve.table[:, OSCILLATION])) for curve in curves]
     method = Dopri5(rtol=ROUGH, atol=ROUGH * min(sizes)) if not _smooth(system) else None
-    count = len(omega)
-    ends = Ends(start.copy(), np.zeros(count, np.int64), np.zeros(count, bool), np.zeros(count), np.zeros(count))
-    places, done, now = np.arange(count), 0, longest // STAGES
-    while len(places) and done < longest:
-        found, _ = lanes_run(
-            system, {"omega": omega[places]}, tuple(ends.state[:, places]), periods=SEEN, settle=now,
-            measures=(Extremes(), Final()), method=method, threads=1,
-        )  # fmt: skip
-        ends.state[:, places], ends.period[places] = found["final"].values, found["period"].values
-        ends.lost[places] = found["status"].values != 0
-        ends.lowest[places], ends.highest[places] = found["lowest"].values, found["highest"].values
-        places = places[~ends.lost[places] & ~_matches(curves, omega, ends)[places]]
-        done += now + SEEN
-        now = done
+    first = longest // STAGES
+    ends = settled(
+        system, {"omega": omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
+        known=lambda ends: _matches(curves, omega, ends),
+    )  # fmt: skip
     return ends, longest >= DECAY * turns
 
 
@@ -256,14 +212,14 @@ def _smooth(system: Any) -> bool:
     return isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
 
 
-def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Ends) -> Any:
+def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
     """Lanes on motions that no curve has: those that settled, and others that reach beyond all known motions."""
-    good = ~ends.lost & ~_matches(curves, omega, ends)
+    good = ~ends.diverged & ~_matches(curves, omega, ends)
     rest = [lane for lane in np.flatnonzero(good).tolist() if ends.period[lane] or _beyond(curves, omega, ends, lane)]
     return np.array(rest, int)
 
 
-def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Ends) -> Any:
+def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
     """Whether each lane is on a motion of these curves."""
     found = np.zeros(len(omega), bool)
     for w in np.unique(omega):
@@ -274,7 +230,7 @@ def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Ends) -> Any:
     return found
 
 
-def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Ends, lane: int) -> bool:
+def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Settled, lane: int) -> bool:
     """Whether a lane that did not settle reaches beyond the largest motion at its speed."""
     rows = [row for curve in curves for row in curve.at(float(omega[lane]))]
     if not rows:
@@ -294,13 +250,10 @@ def _loose(system: Any, seed: Settling, size: float, curves: tuple[Motions, ...]
     run = simulate(here, seed.state, angles / seed.omega)
     if not run.status:
         return [Loose(seed.omega, size, float("inf"), seed.turns)]
-    angles, t, y = angles[1:], run.t[1:], run.y[:, 1:]
-    if isinstance(here, Oscillator):
-        torque = here.excitation.torque(angles) - here.J * np.gradient(y[1], t)
-    else:
-        torque = turning(here).torque(angles, own_state(here, tuple(y)))
+    angles, y = angles[1:], run.y[:, 1:]
+    torque = torque_in(here, angles, tuple(y))
     lowest, highest = np.min(y[:1], axis=1), np.max(y[:1], axis=1)
-    ends = Ends(y[:, -1:], np.zeros(1, np.int64), np.zeros(1, bool), lowest, highest)
+    ends = Settled(y[:, -1:], np.zeros(1, np.int64), np.zeros(1, bool), lowest, highest)
     if _matches(curves, np.array([seed.omega]), ends)[0]:
         return []
     size = 0.5 * float(highest[0] - lowest[0]) if seed.turns else size

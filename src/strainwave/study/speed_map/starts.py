@@ -13,6 +13,7 @@ from ...numerics.attractors.attractors import box_at, starts_in
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.balance.linear_part import one_harmonic
+from ...numerics.balance.rates import number_of_states
 from ...numerics.balance.second_order import second_order
 from ..analysis.resonances import active_orders
 from .motions import Motions, stable_runs
@@ -105,11 +106,6 @@ class Springs(NamedTuple):
 def springs_of(law: Any) -> Any:
     """The springs of a law: itself where it is one."""
     return law if depends(law) == 1 else Springs(law)
-
-
-def number_of_states(system: Any) -> int:
-    """States of an error equation, or of a train."""
-    return 2 + states_of(system.law) if isinstance(system, Oscillator) else len(system.train.state_names())
 
 
 def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...base.law import depends, states_of, torque_of
 from ...base.results import Floats, SolveError
-from ...drive.drive_response import DriveResponse, of_equation
+from ...drive.drive_response import DriveResponse
+from ...drive.jumps import doubled
 from ...drive.project import Project
 from ...drive.reductions import left_out
 from ...drive.response import exact_response
@@ -104,10 +105,10 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
         if found is None:
             raise SolveError(NO_MOTION)
         return found
-    exact = exact_response(case.equation, span)
+    exact = exact_response(case.equation, span, train=case.whole)
     if not len(exact.curve):
-        raise SolveError(exact.curve.message)
-    return of_equation(case.equation, exact, train=case.whole)
+        raise SolveError(exact.message)
+    return exact
 
 
 def under_load(
@@ -124,14 +125,14 @@ def under_load(
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     every = gcd(*active_orders(case.equation)) or 1
-    curves = (Motions(found.curve, found.torque, False, every, found.motor_torque),)
-    sweep = found.response.sweep
+    curves = (Motions(found, every),)
+    sweep = found.sweep
     jumps = () if sweep is None else tuple(
         (float(jump.value), up, jump.after > jump.before)
         for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
     said = () if found.status else (f"{found.message}; a speed without a known motion is forbidden",)
-    own = UnderLoad(case.load, curves, slow, jumps, doubled(found.curve), (), said)
+    own = UnderLoad(case.load, curves, slow, jumps, doubled_spans(found.curve), (), said)
     if apart is None or not case.searched:
         return own, ()
     speeds = searched_at(own, span, apart, shift)
@@ -157,13 +158,9 @@ def searched_at(own: UnderLoad, span: Span, apart: float, shift: float) -> Float
     return np.unique(np.concatenate([span, span[0] * np.exp(apart * (steps + shift)), empty]))
 
 
-def doubled(curve: Any) -> tuple[Span, ...]:
+def doubled_spans(curve: Any) -> tuple[Span, ...]:
     """Speeds between which a motion of the curve is unstable by a multiplier below -1."""
-    if not curve.multipliers.size:
-        return ()
-    largest = curve.multipliers[np.arange(len(curve.omega)), np.argmax(np.abs(curve.multipliers), axis=1)]
-    lost = ~np.asarray(curve.stable, bool) & (largest.real < -1.0) & (np.abs(largest.imag) < 1e-9)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], doubled(curve), [False]])))
     return tuple(
         (float(np.min(curve.omega[a:b])), float(np.max(curve.omega[a:b]))) for a, b in edges.reshape(-1, 2)
     )  # fmt: skip

@@ -12,7 +12,6 @@ from strainwave.drive.response import exact_response
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.remedies import Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, line_that_matters
-from strainwave.study.analysis.remedies.subject import crest, largest
 from strainwave.study.analysis.resonances import operating_point
 
 module = importlib.import_module("strainwave.study.analysis.remedies.remedies")
@@ -148,18 +147,11 @@ def test_the_line_that_matters_is_the_one_that_is_largest_at_the_peak():
     assert line_that_matters(sw.KinematicError(()), harmonics) is None
 
 
-def test_the_crest_of_a_parabola_lies_between_its_points_and_never_outside_the_range():
-    omega = np.array([1.0, 2.0, 3.0, 4.0])
-    assert crest(omega, 5.0 - 1e-3 * (omega - 2.3) ** 2, (1.0, 4.0)) == pytest.approx((2.3, 5.0), rel=1e-5)
-    assert crest(omega, omega, (1.0, 4.0)) == (4.0, 4.0)
-    assert crest(omega, omega, (1.0, 3.0)) == (3.0, 3.0)
-
-
 @pytest.mark.compiled
 def test_laws_with_memory_are_followed_to_the_same_peak():
     law = sw.Parallel(sw.Linear(K), sw.BoucWen(1e-3 * K, 0.0, 1.0))  # a hysteresis that never yields: a spring beside K
     system = SYSTEM._replace(law=law, B=2.0 * B)
-    at, size = largest(Subject(system, None, (120.0, 200.0)), 7, False)
+    at, size = Subject(system, None, (120.0, 200.0)).largest(7, False)
     exact = A * transmissibility(B=2.0 * B, K=1.001 * K)
     assert size == pytest.approx(np.max(exact), rel=2e-3)
     assert at == pytest.approx(FINE[np.argmax(exact)], rel=3e-3)

@@ -13,7 +13,7 @@ from strainwave.model.train.controls import PositionLoop, SpeedLoop, from_bandwi
 from strainwave.model.train.shafts import Elastic, Load
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.remedies import Subject, remedies
-from strainwave.study.analysis.remedies.knobs import knobs, loop_inertia, stiffer
+from strainwave.study.analysis.remedies.knobs import knobs, stiffer
 from strainwave.study.analysis.remedies.remedies import neighbours, with_gear
 from strainwave.study.analysis.resonances import operating_point
 
@@ -76,7 +76,7 @@ def subject_of(control=None):
 @pytest.fixture(scope="module")
 def tried():
     subject = subject_of()
-    response = train_curve(subject.train, SPEEDS).response
+    response = train_curve(subject.train, SPEEDS)
     avoid = speeds_to_avoid(subject.system, response, operating_point(subject.system))
     found, _ = remedies(subject, response, avoid, 100.0)
     return found, avoid
@@ -130,7 +130,7 @@ def test_what_a_train_does_not_feel_is_changed_by_thirty_percent(tried):
 @pytest.mark.parametrize("lag", [0.0, 1e-4])
 def test_bandwidth_and_damping_are_those_that_the_loop_is_specified_by(kind, lag):
     _, train = train_of()
-    inertia = loop_inertia(train)
+    inertia = train.loop_inertia
     assert inertia == pytest.approx(HAND["J_m"] + (HAND["J_l"] + HAND["J_g"]) / 2500.0, rel=1e-12)
     subject = subject_of(from_bandwidth(2.0 * pi * 30.0, inertia, 0.7, kind=kind, lag=lag))
     first, second, *_ = knobs(subject, np.zeros(9), 100.0)
@@ -145,7 +145,7 @@ def test_bandwidth_and_damping_are_those_that_the_loop_is_specified_by(kind, lag
 def test_a_bandwidth_beyond_half_the_inverse_lag_is_refused_with_a_reason():
     _, train = train_of()
     lag = 0.48 / (2.0 * pi * 30.0)
-    subject = subject_of(from_bandwidth(2.0 * pi * 30.0, loop_inertia(train), 0.7, lag=lag))
+    subject = subject_of(from_bandwidth(2.0 * pi * 30.0, train.loop_inertia, 0.7, lag=lag))
     first = next(iter(knobs(subject, np.zeros(9), 100.0)))
     assert "above half the inverse lag" in first.turned(0.1)
     assert isinstance(first.turned(-0.1), Subject)

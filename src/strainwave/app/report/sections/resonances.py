@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ....base.sentences import Angle, Sentence, Speed
-from ....drive.response import ExactResponse
+from ....drive.drive_response import DriveResponse
 from ....study.analysis.analysis import Analysis
 from ....study.analysis.resonances import Regime
 from ....theory.slow_flow.results import Certificate
@@ -120,7 +120,7 @@ def _jumps(analysis: Analysis) -> list[list[float]]:
     return told
 
 
-def jump_speeds(response: ExactResponse) -> list[float]:
+def jump_speeds(response: DriveResponse) -> list[float]:
     """Speeds [rad/s] at which a slow run-up or run-down jumps, ascending."""
     sweep = response.sweep
     return [] if sweep is None else sorted({jump.value for jump in (*sweep.on_run_up, *sweep.on_run_down)})

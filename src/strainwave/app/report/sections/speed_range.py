@@ -6,7 +6,7 @@ from typing import Any
 from ....base.results import Status
 from ....base.sentences import Angle, Sentence, Speed
 from ....base.speeds import Speeds
-from ....drive.response import ExactResponse
+from ....drive.drive_response import DriveResponse
 from ....plot import drive
 from ....plot.svg import WIDTH, stacked
 from ...console import number
@@ -38,7 +38,7 @@ class SpeedRange:
         return sweep_sentences(view.analysis.response)
 
 
-def curve_data(speeds: Speeds, exact: ExactResponse) -> dict[str, Any]:
+def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
     """Key numbers of a response curve: folds, jumps, accuracy."""
     curve, sweep = exact.curve, exact.sweep
 
@@ -89,7 +89,7 @@ def _run_up(view: View) -> list[dict[str, Any]]:
     ]
 
 
-def sweep_sentences(exact: ExactResponse) -> list[str]:
+def sweep_sentences(exact: DriveResponse) -> list[str]:
     """What a slow run-up and run-down do, a sentence for each."""
     sweep, said = exact.sweep, list[str]()
     if sweep is None:

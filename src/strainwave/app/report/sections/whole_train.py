@@ -147,14 +147,13 @@ def motor_in_words(name: str) -> str:
 
 
 def _curve_data(view: View, curve: DriveResponse) -> dict[str, Any]:
-    response, at = curve.response, curve.response.largest()
-    known = curve_data(view.speeds, response)
+    at, known = curve.largest(), curve_data(view.speeds, curve)
     return {key: known[key] for key in ("harmonics", "left_out_relative", "complete", "rough", "message")} | {
         "without_gravity": curve.without_angle,
-        "all_stable": bool(np.all(response.curve.stable)),
+        "all_stable": bool(np.all(curve.stable)),
         "largest_across_gear_rad": curve.gear_peak,
-        "at_rpm": None if at is None else float(response.curve.omega[at]) / RPM,
-        "jumps": [{"omega_rad_per_s": w, "motor_speed_rpm": w / RPM} for w in jump_speeds(response)],
+        "at_rpm": None if at is None else float(curve.omega[at]) / RPM,
+        "jumps": [{"omega_rad_per_s": w, "motor_speed_rpm": w / RPM} for w in jump_speeds(curve)],
     }
 
 
@@ -185,13 +184,13 @@ def reduction(view: View) -> dict[str, Any] | None:
     The oscillations are compared: the mean holds the wind-up of a loop, which that equation has not.
     """
     curve, exact = view.analysis.train_curve, view.analysis.exact
-    at, here = None if curve is None else curve.response.largest_oscillation(), exact.largest_oscillation()
+    at, here = None if curve is None else curve.largest_oscillation(), exact.largest_oscillation()
     if curve is None or at is None or here is None:
         return None
     motor = "a free motor" if view.project.motor == "free" else "an ideally held motor"
     under = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
-    whole, reduced = float(curve.response.curve.oscillation[at]), float(exact.curve.oscillation[here])
-    fast, slow = float(curve.response.curve.omega[at]), float(exact.curve.omega[here])
+    whole, reduced = float(curve.oscillation[at]), float(exact.oscillation[here])
+    fast, slow = float(curve.omega[at]), float(exact.omega[here])
     apart = max(abs(np.log(reduced / whole)), abs(np.log(slow / fast))) > np.log1p(APART)
     return {
         **sizes(reduced, "oscillation"),
@@ -249,7 +248,7 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
     curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |error|", DASHES)]
     if study.curve is not None:
         name = "whole train, steady, largest |error|" + (" without gravity" if study.curve.without_angle else "")
-        curves.insert(0, (study.curve.response, BLACK, name, ""))
+        curves.insert(0, (study.curve, BLACK, name, ""))
     for response, colour, name, dash in curves:
         if response.sweep is not None:
             path = response.sweep.run_up

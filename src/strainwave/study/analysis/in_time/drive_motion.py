@@ -13,12 +13,11 @@ from ....base.sentences import Sentence, Speed, on_screen
 from ....base.series import largest_of_samples
 from ....base.units import RPM
 from ....drive.project import Project
-from ....drive.response import gear_torque
 from ....drive.run import waiting
 from ....drive.steady import finished_or_interrupted
-from ....drive.train_curve import at_load, refuse_free
+from ....drive.train_curve import at_load, refuse_free, torque_in
 from ....model.train.drive_train import DriveTrain
-from ....model.train.train_forms import AtLoad, behind_gear, own_state, turning
+from ....model.train.train_forms import behind_gear
 from ....numerics.integration.methods import Dopri5
 from ....numerics.integration.simulate import simulate
 from ..resonances import operating_point
@@ -190,7 +189,7 @@ def _motion(system: Any, start: Any, load_torque: float, has_reference: bool) ->
         waited += BLOCK
         last = _run(system, _run(system, last.y[:, -1], BLOCK - SHOWN).y[:, -1], SHOWN)
     x, v = last.y[:2]
-    torque = _torque(system, last)
+    torque = torque_in(system, system.omega * last.t, tuple(last.y))
     return DriveMotion(system.omega, load_torque, last.t, x, v, torque, begun, waited, change, has_reference)
 
 
@@ -209,13 +208,3 @@ def _change(run: Trajectory) -> float:
     x, turn = run.y[0], (len(run.t) - 1) // SHOWN
     change = float(np.max(np.abs(x[turn:] - x[:-turn])))
     return change if change > REPEATS * float(np.ptp(x)) else 0.0
-
-
-def _torque(system: Any, run: Trajectory) -> Floats:
-    """Torque in the gear [N*m, output side] along a run."""
-    phase, y = system.omega * run.t, tuple(run.y)
-    if isinstance(system, AtLoad):
-        return np.asarray(turning(system).torque(phase, own_state(system, y)))
-    error = system.error
-    u, du = y[0] - error.value(phase), y[1] - system.omega * error.slope(phase)
-    return np.asarray(gear_torque(system, phase, u, du, y[2:]))

@@ -10,10 +10,9 @@ import numpy as np
 
 from ....base.results import Floats, SolveError, Trajectory, largest_between
 from ....base.series import largest_of_samples
-from ....drive.drive_response import Usage
+from ....drive.drive_response import DriveResponse, Usage, most_used
 from ....drive.response import (
     UNDAMPED_PERIODS,
-    ExactResponse,
     damping_of,
     gear_torque,
     heat,
@@ -251,22 +250,21 @@ def _away(inside: list[Regime], limits: tuple[float, float]) -> float:
     return float(grid[int(np.argmax(nearest))])
 
 
-def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) -> Usage:
+def usage(system: Any, exact: DriveResponse, motions: Iterable[SteadyMotion]) -> Usage:
     """Find the largest torques in the gear over the steady motions that were found.
 
     Parameters
     ----------
     system : Oscillator
         The error equation; its omega is replaced.
-    exact : ExactResponse
+    exact : DriveResponse
         Response curve, of which the points count that a slow run-up or run-down visits.
     motions : iterable of SteadyMotion
         Simulated motions, which count too where they finished: some are on no curve.
     """
-    found = [(m.omega, cycle_of(system._replace(omega=m.omega), m).torque) for m in motions if m.status]
-    visited = exact.visited()
-    if len(visited):
-        found += zip(exact.curve.omega[visited], exact.torque(system)[visited], strict=True)
-    peak, at_peak = max((float(largest_of_samples(torque[None])[0]), float(omega)) for omega, torque in found)
-    mean, at_mean = max((cubic_mean(torque), float(omega)) for omega, torque in found)
-    return Usage(peak, at_peak, mean, at_mean)
+    every = [exact.usage] if len(exact.swept) else []
+    for motion in (motion for motion in motions if motion.status):
+        omega = float(motion.omega)
+        torque = cycle_of(system._replace(omega=omega), motion).torque
+        every.append(Usage(float(largest_of_samples(torque[None])[0]), omega, cubic_mean(torque), omega))
+    return most_used(*every)

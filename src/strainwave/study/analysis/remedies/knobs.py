@@ -78,7 +78,7 @@ def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
     """Bandwidth and damping of the motor's loop, as `from_bandwidth` takes them."""
     control = train.motor.control
     loop, lag = (control.loop, control.lag) if isinstance(control, Lagged) else (control, 0.0)
-    inertia = loop_inertia(train)
+    inertia = train.loop_inertia
     if isinstance(loop, SpeedLoop):
         inertia += loop.K_d
         tuning = loop.K_p / inertia, 0.5 * loop.K_p / (loop.K_i * inertia) ** 0.5 if loop.K_i > 0.0 else 0.0
@@ -116,14 +116,6 @@ def _damped(loop: Any, times: float) -> Any:
     if isinstance(loop, SpeedLoop):
         return loop._replace(K_i=loop.K_i / (times * times))
     return loop._replace(K_d=times * loop.K_d)
-
-
-def loop_inertia(train: DriveTrain) -> float:
-    """Inertia [kg*m^2, motor side] that the loop turns: the motor, and everything behind the gear over N^2."""
-    total, load = 0.0, train.load
-    while load.couplings():
-        total, load = total + load.J, load.load
-    return float(train.motor.J + (total + load.J) / (train.N * train.N))
 
 
 def _of_error(subject: Subject, series: Floats) -> Iterator[Knob]:

@@ -13,15 +13,12 @@ from itertools import chain
 from math import sqrt
 from typing import Any
 
-import numpy as np
-
 from ....base.protocols import lines_of
 from ....base.results import SolveError
 from ....base.sentences import listed
 from ....compile.tree import made
 from ....drive.drive_response import DriveResponse, Usage
 from ....drive.project import Project
-from ....drive.response import ExactResponse
 from ....model.drive import Drive
 from ....model.gears import catalogue
 from ....model.gears.error_spectrum import accuracy_spectrum
@@ -31,7 +28,7 @@ from ..avoid import Avoid
 from ..load_cases import LoadCase, worst_of
 from ..runup import silent
 from .knobs import Knob, knobs
-from .subject import Subject, Top, largest
+from .subject import Subject
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
@@ -175,7 +172,7 @@ def what_helps(
     if avoid is None or not avoid.bands:
         return (), ()
     subject, drive, avoid = at_worst(subject, drive, avoid, cases)
-    return remedies(subject, drive.response, avoid, used.peak_torque, progress)
+    return remedies(subject, drive, avoid, used.peak_torque, progress)
 
 
 def at_worst(
@@ -198,7 +195,7 @@ def under(subject: Subject, torque: float) -> Subject:
 
 def remedies(
     subject: Subject,
-    response: ExactResponse,
+    response: DriveResponse,
     avoid: Avoid,
     torque: float,
     progress: Callable[[str], None] = silent,
@@ -210,7 +207,7 @@ def remedies(
     ----------
     subject : Subject
         The drive, with its range of the base-angle speed [rad/s].
-    response, avoid : ExactResponse, Avoid
+    response, avoid : DriveResponse, Avoid
         Its curve and its largest oscillation.
     torque : float
         Largest torque in the gear [N*m]; 10 % of it is the change of the preload.
@@ -246,9 +243,9 @@ def remedies(
     return tuple(sorted(found, key=lambda remedy: remedy.ratio)), tuple(left)
 
 
-def every_knob(subject: Subject, response: ExactResponse, torque: float) -> Iterator[Knob]:
+def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iterator[Knob]:
     """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
-    at = response.visited()[np.argmax(response.curve.oscillation[response.visited()])]
+    at = response.largest_oscillation()
     return chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject))
 
 
@@ -277,11 +274,11 @@ class Trial:
 
     speeds: tuple[float, float]
     how: tuple[int, bool]
-    before: Top
+    before: tuple[float, float]
     avoid: Avoid
 
     @classmethod
-    def of(cls, subject: Subject, response: ExactResponse, avoid: Avoid) -> "Trial | None":
+    def of(cls, subject: Subject, response: DriveResponse, avoid: Avoid) -> "Trial | None":
         """Follow a drive without a change; None where that finds no motion."""
         speeds = subject.speeds
         if subject.has_memory:
@@ -289,7 +286,7 @@ class Trial:
         harmonics = response.curve.coefficients.shape[1] // 2
         same = subject._replace(speeds=speeds)
         for coexisting in (bool(response.curve.elsewhere), True):
-            before = largest(same, harmonics, coexisting)
+            before = same.largest(harmonics, coexisting)
             if before is not None and (coexisting or before[1] > LOST * avoid.largest):
                 return cls(speeds, (harmonics, coexisting), before, avoid)
         return None
@@ -322,7 +319,7 @@ class Trial:
     def remedy(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
         """What a change of one thing by a share does; None where no steady motion is found with it."""
         try:
-            after = largest(changed if share == 0.0 else changed._replace(speeds=self.speeds), *self.how)
+            after = (changed if share == 0.0 else changed._replace(speeds=self.speeds)).largest(*self.how)
         except SolveError:  # its law cannot carry the mean torque
             return None
         if after is None:

@@ -13,7 +13,7 @@ from ..avoid import Avoid
 from ..load_cases import LoadCase
 from ..remedies.knobs import Knob
 from ..remedies.remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
-from ..remedies.subject import Subject, largest
+from ..remedies.subject import Subject
 
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further
@@ -49,11 +49,11 @@ def smallest_change(
         return None
     allowance, limit = Allowance.of(subject), MARGIN * avoid.limit
     worst, curve, avoid = at_worst(subject, drive, avoid, cases)
-    trial = Trial.of(worst, curve.response, avoid)
+    trial = Trial.of(worst, curve, avoid)
     if trial is None:
         return None
     ratio = limit / avoid.largest
-    known = list(every_knob(worst, curve.response, torque))
+    known = list(every_knob(worst, curve, torque))
     helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELPS]
     found: list[Remedy] = []
     for remedy in sorted(helpful, key=lambda remedy: _size(_needed(remedy, ratio)))[:THINGS]:
@@ -62,7 +62,7 @@ def smallest_change(
     found.sort(key=lambda remedy: _size(remedy.share))
     found += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
     others = [under(subject, t) for c in cases if (t := c.torque) != worst.load_torque]
-    other_knobs = [list(every_knob(other, curve.response, torque)) for other in others]
+    other_knobs = [list(every_knob(other, curve, torque)) for other in others]
     for remedy in found:
         if all(_within(limit, trial, _knob_of(remedy, knobs), remedy.share, allowance) for knobs in other_knobs):
             return remedy
@@ -94,7 +94,7 @@ def _within(limit: float, trial: Trial, knob: Knob, share: float, allowance: All
     if isinstance(changed, str) or not allowance.take():
         return False
     try:
-        top = largest(changed, *trial.how)
+        top = changed.largest(*trial.how)
     except SolveError:  # its law cannot carry the torque
         return False
     return top is not None and top[1] <= limit

@@ -5,7 +5,6 @@ The verdict on one curve of a drive, where no analysis follows the others: what 
 
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ from ....base.units import RPM
 from ....drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
 from ....drive.project import Project
 from ....model.gears.limits import Finding, gravest
-from ..avoid import Avoid, Motions, Speeds, merged, out_of_reach, speeds_to_avoid
+from ..avoid import Avoid, Motions, Speeds, between, merged, out_of_reach, speeds_to_avoid
 from ..remedies import Remedy
 from ..resonances import operating_point
 
@@ -89,7 +88,7 @@ def verdict_of(
         at[motor.torque] = motor.at
     told = all(finding.unit == "rpm" or _in(beyond, at[finding.value]) for finding in exceeded)
     bands = merged([*(() if avoid is None else avoid.bands), *beyond])
-    allowed = _others(speeds, bands)
+    allowed = between(bands, speeds, 1e-9)
     if not bands and not exceeded and avoid is not None:
         answer = Answer.ALL_RIGHT
     else:
@@ -120,13 +119,6 @@ def _limited(limit: str, curve: DriveResponse) -> Floats | None:
 
 def _in(bands: tuple[Speeds, ...], omega: float) -> bool:
     return any(low * (1.0 - 1e-9) <= omega <= high * (1.0 + 1e-9) for low, high in bands)
-
-
-def _others(speeds: Speeds, bands: tuple[Speeds, ...]) -> tuple[Speeds, ...]:
-    """The rest of a range of speeds."""
-    edges = [speeds[0], *(end for band in bands for end in band), speeds[1]]
-    rest = list(pairwise(edges))[::2]
-    return tuple((low, high) for low, high in rest if high > low * (1.0 + 1e-9))
 
 
 class Judged(NamedTuple):
@@ -196,7 +188,7 @@ def judged(project: Project, found: DriveResponse, turns: int = 1) -> Judged:
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
         passes = False if verdict.exceeded or avoid is None or avoid.unstable else None
-    jumps = project.limit is not None and found.response.sweep is not None and bool(found.response.sweep.jumping)
+    jumps = project.limit is not None and found.sweep is not None and bool(found.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
     return Judged(verdict, passes, avoid, used, motor, findings, jumps)
 
@@ -205,6 +197,6 @@ def _avoid(project: Project, found: DriveResponse) -> Avoid | None:
     """Speeds to avoid; None for a drive whose spring cannot hold its load, and where no motion is stable."""
     system = project.system(reduced=True)
     try:
-        return speeds_to_avoid(system, found.response, operating_point(system), project.limit)
+        return speeds_to_avoid(system, found, operating_point(system), project.limit)
     except (ValueError, SolveError):
         return None
