@@ -9,8 +9,8 @@ from twelve_projects import PROJECTS
 import strainwave as sw
 from strainwave.files.reading import from_text, read_project
 from strainwave.files.variants.replaced import replaced, tuning
+from strainwave.study.analysis.remedies.knobs import Subject
 from strainwave.study.analysis.remedies.remedies import with_gear
-from strainwave.study.analysis.remedies.subject import Subject
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """What would make the error smaller: what can be turned, other gears, and the peak computed again for each."""
 
+from .knobs import Subject as Subject
 from .remedies import Remedy as Remedy
 from .remedies import remedies as remedies
 from .remedies import what_helps as what_helps
-from .subject import Subject as Subject

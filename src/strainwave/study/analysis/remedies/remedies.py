@@ -27,8 +27,7 @@ from ....model.train.drive_train import DriveTrain
 from ..avoid import Avoid
 from ..load_cases import LoadCase, worst_of
 from ..runup import silent
-from .knobs import Knob, knobs
-from .subject import Subject
+from .knobs import Knob, Subject, knobs
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it

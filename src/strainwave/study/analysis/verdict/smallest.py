@@ -11,9 +11,8 @@ from ....base.results import SolveError
 from ....drive.drive_response import DriveResponse
 from ..avoid import Avoid
 from ..load_cases import LoadCase
-from ..remedies.knobs import Knob
+from ..remedies.knobs import Knob, Subject
 from ..remedies.remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
-from ..remedies.subject import Subject
 
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further
