@@ -86,7 +86,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
     speeds, curve, sweep, judged = project.speeds, found.curve, found.sweep, project.judged(found)
     unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
     name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
-    most = found.visited()[int(np.argmax(found.oscillation[found.visited()]))]
+    most = found.top
     top, size, fast = found.largest(), float(found.oscillation[most]), speeds.own(float(curve.omega[most]))
     known, peak, least = curve_data(speeds, found), None, None
     if top is not None:
