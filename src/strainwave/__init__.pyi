@@ -100,7 +100,6 @@ from .theory.small_signal import SmallSignal as SmallSignal
 from .theory.small_signal import small_signal as small_signal
 from .theory.parametric import ParametricTongue as ParametricTongue
 from .theory.parametric import parametric_tongue as parametric_tongue
-from .theory import duffing as duffing
 from .theory.lyapunov import lyapunov as lyapunov
 from .theory.stability_proof import StabilityProof as StabilityProof
 from .theory.derivation.error_equation import Derivation as Derivation

@@ -53,16 +53,6 @@ def orders():
     yield "on_output_turn", sw.on_output_turn(sw.Harmonic(1.0, 3, 0.2), 50.0), CLOSED
 
 
-def duffing():
-    """Exact motions of the cubic oscillator by elliptic functions."""
-    free = DUFFING._replace(B=0.0, excitation=sw.Harmonic(0.0))
-    yield "frequency", sw.duffing.frequency(free, np.array([0.5, 1.0, 2.0, 10.0])), CLOSED
-    motion = sw.duffing.free(free, 2.0)
-    yield "free", [motion.omega, motion.period, *motion.coefficients(7), *motion.torsion([0.3, 2.0])], CLOSED
-    for i, one in enumerate(sw.duffing.forced(free._replace(excitation=sw.Harmonic(0.5), omega=1.3))):
-        yield f"forced/{i}", [one.start, one.m, *one.coefficients(5)], CLOSED
-
-
 def slow_flow():
     """Multiple scales of both orders: steady states, certificate, response, evolution, backbone."""
     for order in (1, 2):

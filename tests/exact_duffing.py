@@ -24,14 +24,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipj, ellipk, ellipkm1
 
-from ..base.protocols import with_parts
-from ..base.quantities import number, numbers, positive_count
-from ..base.results import Floats
-from ..model.excitation import Harmonic, Harmonics, NoError
-from ..model.laws.springs import Cubic, Linear, Polynomial
-from ..model.oscillator import Oscillator
-from ..numerics.balance.rates import SAME
-from ..numerics.operating_point import bracketed_root
+from strainwave.base.protocols import with_parts
+from strainwave.base.quantities import number, numbers, positive_count
+from strainwave.base.results import Floats
+from strainwave.model.excitation import Harmonic, Harmonics, NoError
+from strainwave.model.laws.springs import Cubic, Linear, Polynomial
+from strainwave.model.oscillator import Oscillator
+from strainwave.numerics.balance.rates import SAME
+from strainwave.numerics.operating_point import bracketed_root
 
 LEAST = 1e-6  # of 1 - m, and of 1/(1 - m): nearer to the limit a period is no longer right to ten digits
 SAMPLES = 4096  # of a period, for the Fourier coefficients of a biased motion
