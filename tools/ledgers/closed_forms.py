@@ -74,8 +74,6 @@ def slow_flow():
     yield "backbone", sw.slow_flow(DUFFING, sw.PRIMARY, order=2).backbone([0.5, 1.0, 2.0]), CLOSED
     at = sw.slow_flow(DUFFING, sw.PRIMARY).states_at(np.linspace(0.9, 1.4, 11))
     yield "states_at", [at.omega, at.amplitude, at.stable], CLOSED
-    basins = sw.slow_flow(DUFFING, sw.PRIMARY).basins(points=9)
-    yield "basins", vars(basins), CLOSED
     predictor = sw.slow_flow(WEAK, sw.PRIMARY, order=2).predictor(0.05, speeds=(0.85, 1.15))
     state = predictor.start(omega=1.0)
     for _ in range(400):

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from ...base.quantities import complex_number, interval, numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
-from ..passage.basins import SlowBasins, basins
 from . import response as response_curve
 from .averaging import averaged_flow
 from .certificate.certificate import certify
@@ -204,26 +203,6 @@ class SlowFlow:
     def attractor(self, z: complex) -> complex | None:
         """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""
         return attractor(self._flow, complex_number("z [rad]", z))
-
-    def basins(self, *, size: float | None = None, points: int = 41) -> SlowBasins:
-        """On which steady state the motions from a grid of z end, at the system's omega.
-
-        Parameters
-        ----------
-        size : float, optional
-            Half the side of the square of z = a exp(-i phase) [rad] about 0. Default: 1.5 times the largest steady
-            amplitude.
-        points : int
-            Points along each side, 2 to 401.
-
-        Raises
-        ------
-        ValueError
-            If size or points is out of range, or the damping is not positive.
-        SolveError
-            If there is no stable steady state.
-        """
-        return basins(self._flow, size, points)
 
     def response(self, band: tuple[float, float]) -> SlowResponse:
         """Steady amplitude over a range of speeds of the base angle, with stability and jump frequencies.
