@@ -102,8 +102,8 @@ from .theory.parametric import ParametricTongue as ParametricTongue
 from .theory.parametric import parametric_tongue as parametric_tongue
 from .theory.lyapunov import lyapunov as lyapunov
 from .theory.stability_proof import StabilityProof as StabilityProof
-from .theory.derivation.error_equation import Derivation as Derivation
-from .theory.derivation.error_equation import derivation as derivation
+from .theory.derivation import Derivation as Derivation
+from .theory.derivation import derivation as derivation
 
 # Studies: response, jumps
 from .drive.jumps import Jumps as Jumps

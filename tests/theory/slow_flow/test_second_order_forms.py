@@ -4,8 +4,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from second_order_form import second_order_form
 
-from strainwave.theory.derivation.second_order import second_order_form
 from strainwave.theory.slow_flow.second_order_forms import FORMS
 
 C2, C3, K, MU, W, V = 0.7, -1.3, 2.1, 0.23, 1.7, 0.41

@@ -5,7 +5,6 @@ Forces of a predictor by the formulas of second order, for a law with a square a
 
 import math
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from ..certificate.certificate import certify
 from ..cubic import CubicFlow
 from ..fixed_points import Flow, is_trivial
 from ..second_order import Forms, SecondOrderFlow
-from ..second_order_forms import FORMS, half, nonresonant, primary, subharmonic, superharmonic, twofold
+from ..second_order_forms import FORMS
 from ..setting import Setting
 from .predictor import Predictor
 from .samples import (
@@ -40,54 +39,6 @@ from .samples import (
 STEP = 1e-6  # of the amplitude: forward differences
 
 
-class Primary(NamedTuple):
-    """The line is on E."""
-
-    def values(self, c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: Any) -> Any:
-        """Small harmonics, and what is on E [rad/s^2] at first and at second order."""
-        return primary(c2, c3, k, mu, w, v, z, c)
-
-
-class Superharmonic(NamedTuple):
-    """E = L^3."""
-
-    def values(self, c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: Any) -> Any:
-        """Small harmonics, and what is on E [rad/s^2] at first and at second order."""
-        return superharmonic(c2, c3, k, mu, w, v, z, c)
-
-
-class Subharmonic(NamedTuple):
-    """L = E^3."""
-
-    def values(self, c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: Any) -> Any:
-        """Small harmonics, and what is on E [rad/s^2] at first and at second order."""
-        return subharmonic(c2, c3, k, mu, w, v, z, c)
-
-
-class Twofold(NamedTuple):
-    """E = L^2."""
-
-    def values(self, c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: Any) -> Any:
-        """Small harmonics, and what is on E [rad/s^2] at first and at second order."""
-        return twofold(c2, c3, k, mu, w, v, z, c)
-
-
-class Half(NamedTuple):
-    """L = E^2."""
-
-    def values(self, c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: Any) -> Any:
-        """Small harmonics, and what is on E [rad/s^2] at first and at second order."""
-        return half(c2, c3, k, mu, w, v, z, c)
-
-
-class Nonresonant(NamedTuple):
-    """E and L turn freely."""
-
-    def values(self, c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: Any) -> Any:
-        """Small harmonics, and what is on E [rad/s^2] at first and at second order."""
-        return nonresonant(c2, c3, k, mu, w, v, z, c)
-
-
 @kernel
 def speeds(form: Any, drive: Any, omega: Any) -> Any:
     """Speeds [rad/s] of the two angles of a formula."""
@@ -99,13 +50,12 @@ class SecondOrderFormula(NamedTuple):
     """Second order by a formula.
 
     `square` [1/(rad s^2)] and `cube` [1/(rad^2 s^2)] are those of the law over J, `share` the speed of the formula's
-    first angle over omega, `numbers` the multiples of its two angles on the small harmonics.
+    first angle over omega.
     """
 
     square: float
     cube: float
     share: float
-    numbers: tuple[tuple[int, int], ...]
     formula: Any
 
     def rate(self, drive: Any, omega: Any, amplitude: Any, z: Any) -> Any:
@@ -129,7 +79,7 @@ class SecondOrderFormula(NamedTuple):
         first, second = turned(free if drive.ratio == 0.0 else self.share * angle), turned(drive.lines[0].order * angle)
         value = rate = 0.0
         for i in range(len(small)):
-            m, n = self.numbers[i]
+            m, n = self.formula.numbers[i]
             wave = small[i] * power(first, m) * power(second, n)
             value += wave.real
             rate -= (m * w + n * v) * wave.imag
@@ -144,14 +94,6 @@ ACCURATE, ACCEPTED = 1e-10, 0.01  # relative error of the rates by samples: wher
 CERTIFIED = 24  # steady states, evenly among all by the size of their torsion
 OVERSHOOT = 2.0  # the excitation at which validity is sought, over the largest of the range
 Probes = list[tuple[float, complex]]
-FORMULAS: dict[Fraction | None, Any] = {
-    Fraction(1): Primary(),
-    Fraction(3): Superharmonic(),
-    Fraction(1, 3): Subharmonic(),
-    Fraction(2): Twofold(),
-    Fraction(1, 2): Half(),
-    None: Nonresonant(),
-}
 
 
 def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Any) -> Predictor:
@@ -227,8 +169,7 @@ def _force(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude
         return FirstOrderCubic(flow.kappa, float(flow.kind == "superharmonic"), float(flow.kind == "subharmonic"))
     if isinstance(flow, SecondOrderFlow) and isinstance(flow.force, Forms):
         share = 0.0 if ratio is None else float(s.resonance.ratio or 0) / ratio.numerator
-        numbers = FORMS[ratio].numbers
-        return SecondOrderFormula(flow.force.square, flow.force.cube, share, numbers, FORMULAS[ratio])
+        return SecondOrderFormula(flow.force.square, flow.force.cube, share, FORMS[ratio])
     if s.resonance.ratio is None:
         raise ValueError(
             "without resonance a predictor is there for a cubic polynomial under one line (at first order without "

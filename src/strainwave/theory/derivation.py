@@ -5,7 +5,7 @@ u = x - e(theta_m) the torsion, f the shape of the torsion law T(u) = K f(u). T_
 +theta_l, so that a load that resists the motion has T_l < 0. A prime is a time derivative; e' is de/dtheta_m.
 
 Sources: Goldstein, Poole & Safko, Classical Mechanics, 3rd ed., sec. 1.5 (Lagrange's equations with Rayleigh's
-dissipation function); Ghorbel, Gandhi & Alpeter 2001 (kinematic error). Only this folder needs SymPy.
+dissipation function); Ghorbel, Gandhi & Alpeter 2001 (kinematic error). Only this module needs SymPy.
 """
 
 from dataclasses import dataclass
