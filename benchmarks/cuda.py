@@ -21,7 +21,7 @@ import numpy as np
 
 import strainwave as sw
 from strainwave.compile import cuda
-from strainwave.numerics.ensemble import gpu
+from strainwave.numerics.ensemble import machine as gpu
 from strainwave.numerics.ensemble.ensemble import _batch
 from strainwave.numerics.ensemble.stepping import FixedLanes
 

@@ -85,7 +85,7 @@ from .numerics.attractors.lyapunov_exponent import lyapunov_exponent as lyapunov
 
 # Closed forms and proofs
 from .theory.slow_flow.flow import SlowFlow as SlowFlow
-from .theory.slow_flow.multiple_scales import slow_flow as slow_flow
+from .theory.slow_flow.flow import slow_flow as slow_flow
 from .theory.slow_flow.setting import NONRESONANT as NONRESONANT
 from .theory.slow_flow.setting import PRIMARY as PRIMARY
 from .theory.slow_flow.setting import SUBHARMONIC as SUBHARMONIC
@@ -98,8 +98,8 @@ from .theory.passage.moving import Passage as Passage
 from .theory.passage.moving import Passages as Passages
 from .theory.small_signal import SmallSignal as SmallSignal
 from .theory.small_signal import small_signal as small_signal
-from .theory.parametric import ParametricTongue as ParametricTongue
-from .theory.parametric import parametric_tongue as parametric_tongue
+from .theory.small_signal import ParametricTongue as ParametricTongue
+from .theory.small_signal import parametric_tongue as parametric_tongue
 from .theory.lyapunov import lyapunov as lyapunov
 from .theory.stability_proof import StabilityProof as StabilityProof
 from .theory.derivation import Derivation as Derivation

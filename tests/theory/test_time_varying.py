@@ -159,7 +159,7 @@ def test_the_rate_of_v_along_a_motion_is_its_dissipation():
 
 
 def test_outside_the_condition_motions_can_grow():
-    # At omega = 2 omega_0 a stiffness of depth 0.3 grows by 0.075 - B/(2 J) (theory.parametric).
+    # At omega = 2 omega_0 a stiffness of depth 0.3 grows by 0.075 - B/(2 J) (theory.small_signal).
     system = varying(sw.GearDamping(0.05), [sw.Ripple(1, 0.3)], sw.Linear(1.0), 2.0)
     proof = sw.lyapunov(system)
     assert not proof.holds

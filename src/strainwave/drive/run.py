@@ -19,7 +19,7 @@ from ..model.train.controls import FREE, Lagged
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import Motor
 from ..model.train.train_forms import Metered
-from ..numerics.integration.extremes import watched_ends
+from ..numerics.integration.attempts import watched_ends
 from ..numerics.integration.methods import Dopri5, Method
 from ..numerics.integration.simulate import first_time, simulate
 from .operating_point import operating_state

@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 import strainwave as sw
 from strainwave.base.law import states_of
 from strainwave.compile.jit import run
-from strainwave.theory.slow_flow.means.memory import Loops, closed, waves
+from strainwave.theory.slow_flow.memory import Loops, closed, waves
 
 DRIVE = sw.Oscillator(1.0, 0.05, sw.Parallel(sw.Linear(1.0), sw.BoucWen(1.0, 0.0, 0.4)), sw.Harmonic(0.4), 1.117)
 

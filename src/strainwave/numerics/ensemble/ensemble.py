@@ -28,14 +28,11 @@ from ...compile.lanes import LANES
 from ...compile.tree import leaves, mapped
 from ..integration.corners import repeating
 from ..integration.methods import Method
-from ..integration.step_counts import fastest_rates, steps_needed
-from .blocks import Batch, Block
-from .gpu import Machine, machine_of
-from .lane_checks import LaneError
+from .machine import Batch, Block, Machine, machine_of
 from .measures import Peak, Rms
 from .pieces import General, Smooth
-from .request import lanes_of, spans, what_and_how
-from .stepping import stepping_of
+from .request import LaneError, lanes_of, spans, what_and_how
+from .stepping import fastest_rates, stepping_of, steps_needed
 
 log = logging.getLogger(__name__)
 

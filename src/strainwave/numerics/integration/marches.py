@@ -25,14 +25,15 @@ from .attempts import (
     length,
     look,
     move,
+    put,
     row,
     rows,
     shift,
     step,
     torsion_inside,
     turned,
+    widen,
 )
-from .extremes import put, widen
 from .steps import error_square, slope_weights, weighted
 
 DONE, DIVERGED, PAUSED = 0, 1, 2

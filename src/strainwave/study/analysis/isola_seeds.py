@@ -15,7 +15,7 @@ from ...numerics.attractors.attractors import Motion
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.continuation.connected import connected
 from ...numerics.curves.backbone import backbone
-from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
 
 PER_OCTAVE, FEWEST, FINEST = 8, 8, 4096

@@ -16,7 +16,7 @@ from ...base.results import Floats, SolveError
 from ...drive.response import no_multiple_scales
 from ...numerics.loading import loaded_state
 from ...theory.lyapunov import mean_torque
-from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState
 from ...theory.slow_flow.setting import Resonance
 

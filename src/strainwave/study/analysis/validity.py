@@ -21,9 +21,9 @@ from ...base.sentences import on_screen
 from ...model.excitation import Harmonic
 from ...model.laws.springs import Cubic
 from ...model.oscillator import Oscillator
-from ...theory.slow_flow.certificate.balance import Balance, balance_of, corrected
+from ...theory.slow_flow.certificate import Balance, balance_of, corrected
 from ...theory.slow_flow.fixed_points import newton_step, rates_of
-from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import PRIMARY, Complexes, Resonance, real_matrix
 from ...theory.slow_flow.states import at, states
 

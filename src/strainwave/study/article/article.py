@@ -21,7 +21,7 @@ from ...model.excitation import Harmonic
 from ...model.laws.springs import Cubic
 from ...model.oscillator import Oscillator
 from ...numerics.integration.simulate import simulate
-from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
 
 MOTOR_TORQUE = 10.0  # N*m, Table 3

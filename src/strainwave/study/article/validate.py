@@ -12,7 +12,7 @@ from ...base.protocols import orders_of
 from ...base.results import Floats, SolveError, Status, Trajectory
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.results import Evolution
 from ...theory.slow_flow.setting import Resonance
 

@@ -20,7 +20,7 @@ from ...drive.project import Project
 from ...model.controllers.speed_table import SpeedTable
 from ...model.oscillator import Oscillator
 from ...model.train.motion import MOST
-from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.predictor.predictor import BEYOND, OK, motion, state_of, swing
 from ...theory.slow_flow.setting import Resonance
 from ..analysis.resonances import active_orders, operating_point

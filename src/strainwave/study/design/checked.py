@@ -14,7 +14,7 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
 from ...numerics.curves.over_a_turn import traced_turn
-from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
 from .averaged import Drives, Largest, largest
 from .result import Sensitivity

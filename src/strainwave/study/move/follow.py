@@ -17,7 +17,7 @@ from ...drive.steady import finished_or_interrupted
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
 from ...model.train.train_forms import behind_gear
-from ...numerics.integration.extremes import watched_ends
+from ...numerics.integration.attempts import watched_ends
 from ...numerics.integration.methods import AdaptiveStep, Method
 from ...numerics.integration.simulate import simulate
 

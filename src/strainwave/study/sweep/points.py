@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...base.quantities import checked, replace
 from ...base.results import Floats
-from ...numerics.ensemble.lane_checks import LaneError, check_lanes
+from ...numerics.ensemble.request import LaneError, check_lanes
 from .layout import described
 from .sampling import by_path
 

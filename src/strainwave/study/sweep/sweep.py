@@ -22,10 +22,9 @@ from ...base.quantities import checked, positive_count, shown
 from ...base.results import Floats
 from ...compile.lanes import LANES
 from ...numerics.ensemble.ensemble import ensemble
-from ...numerics.ensemble.gpu import machine_of
-from ...numerics.ensemble.lane_checks import LaneError
+from ...numerics.ensemble.machine import machine_of
 from ...numerics.ensemble.measures import Peak, Rms
-from ...numerics.ensemble.request import lanes_of, method_of, spans, what_and_how
+from ...numerics.ensemble.request import LaneError, lanes_of, method_of, spans, what_and_how
 from ...numerics.ensemble.stepping import stepping_of
 from .identity import digest, installed, readable
 from .layout import LARGEST, Layout, check_size, chunk_size, layout_of

@@ -15,7 +15,7 @@ from ...base.results import Floats, SolveError
 from ...drive.jumps import jumps
 from ...numerics.attractors.settle import SEEN, settled
 from ...numerics.curves.response import response_family
-from ...numerics.ensemble.lane_checks import LaneError, check_lanes
+from ...numerics.ensemble.request import LaneError, check_lanes
 from ...numerics.integration.corners import repeating
 from ..sweep.layout import described
 from ..sweep.sampling import TOGETHER, Distribution, by_path, check_names, named

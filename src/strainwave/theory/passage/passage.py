@@ -20,10 +20,9 @@ from numpy.typing import ArrayLike
 from ...base.quantities import numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
-from ..slow_flow.certificate.certificate import certify
+from ..slow_flow.certificate import certify
 from ..slow_flow.fixed_points import Flow, polish
-from ..slow_flow.flow import SlowFlow
-from ..slow_flow.multiple_scales import slow_flow
+from ..slow_flow.flow import SlowFlow, slow_flow
 from ..slow_flow.response import PER_CYCLE, response
 from ..slow_flow.setting import Complexes, Resonance
 from .basins import March, destinations, march, stable_states

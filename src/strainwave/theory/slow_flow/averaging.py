@@ -22,8 +22,8 @@ import numpy as np
 
 from ...base.results import Floats
 from ...compile.jit import run
-from .means.memory import LoopAverages, loop_averages, remembers
-from .means.piecewise import Pieces, averages, grid_table, pieces_of
+from .averages import Pieces, averages, grid_table, pieces_of
+from .memory import LoopAverages, loop_averages, remembers
 from .setting import Complexes, Setting, real_matrix
 
 TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points

@@ -1,21 +1,283 @@
 """Response curves of the slow flow: every branch of steady states over a range of speeds, ordered along its arc.
 
 They are seeded by all steady states on a grid of speeds: closed loops are met too.
+
+Arcs of steady states of a slow flow: pseudo-arclength continuation of (Re z, Im z, omega) in scaled units.
+
+Keller 1977; Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4.2.
 """
 
+import cmath
 import itertools
 import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from ...base.results import Floats
 from ...compile.blas import one_thread
-from .curve import Arc, Curve, new_part, passes, special, trace
-from .fixed_points import Flow, is_stable
+from ...numerics.operating_point import bracketed_root
+from .fixed_points import Flow, is_stable, is_trivial
 from .results import SlowBranch, SlowResponse
 from .states import states
 from .transient import motion
+
+LARGEST_STEP, TURN, MOST_POINTS = 0.05, 0.16, 4000
+OFF = 0.3  # of a step: a point farther from its tangent is on another branch, as one arc turns too little for it
+SAGS = 0.15  # of a chord: the arc is not so far from it
+RELATIVE = 0.5  # of the amplitude: what one step may change, so that none passes over a small one to the other phase
+BORN = 1e-6  # of the largest amplitude: a branch as small as this begins at a = 0, which is a steady state too
+FLAT = 1e-4  # of it: so near to its beginning, where its speed stands still, rounding turns a branch back and forth
+HASTY, PATIENT = 8, 40  # steps of Newton's method: where a shorter step helps, and where the curve must be met
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The curve rates(z, omega) = 0 in the scaled unknowns (Re z/size, Im z/size, omega/width)."""
+
+    flow: Flow
+    size: float
+    width: float
+    _known: dict[bytes, tuple[Floats, Floats]] = field(default_factory=dict, repr=False)
+
+    def split(self, point: Floats) -> tuple[complex, float]:
+        """The state z [rad] and the speed omega [rad/s] of a point."""
+        return self.size * complex(point[0], point[1]), self.width * float(point[2])
+
+    def join(self, z: complex, omega: float) -> Floats:
+        """The point of a state and a speed."""
+        return np.array([z.real / self.size, z.imag / self.size, omega / self.width])
+
+    def linear(self, point: Floats) -> tuple[Floats, Floats]:
+        """Residual (2,) and its derivative (2, 3) to the scaled unknowns, both over size."""
+        key = point.tobytes()
+        if key not in self._known:  # points are come back to, for tangents, folds and crests
+            z, omega = self.split(point)
+            rate, by_z, by_omega = self.flow.at(omega).linearized(z)
+            slope = by_omega * self.width / self.size
+            matrix = np.column_stack([by_z, [slope.real, slope.imag]])
+            self._known[key] = np.array([rate.real, rate.imag]) / self.size, matrix
+        return self._known[key]
+
+    def tangent(self, point: Floats, along: Floats) -> Floats:
+        """Unit tangent, on the side of `along`; its last entry is det(d rates/d z), zero exactly at a fold."""
+        _, matrix = self.linear(point)
+        (a, b, c), (d, e, f) = matrix.tolist()
+        direction = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+        length = float(np.linalg.norm(direction))
+        if not 0.0 < length < math.inf:
+            return along
+        return direction * (math.copysign(1.0, float(direction @ along)) / length)
+
+    def correct(self, guess: Floats, along: Floats, iterations: int = PATIENT) -> Floats | None:
+        """Newton back to the curve in the plane through the guess across `along`; None where it does not converge."""
+        point = guess
+        for _ in range(iterations):
+            if point[2] <= 0.0:
+                return None
+            residual, matrix = self.linear(point)
+            system = np.vstack([matrix, along])
+            try:
+                step = np.linalg.solve(system, -np.append(residual, along @ (point - guess)))
+            except np.linalg.LinAlgError:
+                return None
+            if not np.all(np.isfinite(step)):
+                return None
+            point = point + step
+            if np.max(np.abs(step)) < 1e-7:  # what is left is of the order of its square
+                return np.asarray(point)
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A connected piece in the scaled unknowns: points (n, 3), the folds among them, ends inside the range of speeds.
+
+    `born` are ends at a = 0, `stops` those at which no further point was found.
+    """
+
+    points: Floats
+    folds: list[Floats]
+    closed: bool = False
+    born: tuple[Floats, ...] = ()
+    stops: tuple[Floats, ...] = ()
+
+
+def passes(curve: Curve, points: Floats, z: complex, omega: float) -> bool:
+    """Whether an arc goes through a state, or through its copy shifted by whole forcing periods.
+
+    The arc is met again in the plane through the state across the nearest chord: this serves at folds too, where two
+    states of one speed lie close together.
+    """
+    copies = curve.flow.at(omega).setting.copies
+    ahead = np.diff(points, axis=0)
+    length = np.linalg.norm(ahead, axis=1)
+    for turn in np.exp(2j * np.pi * np.arange(copies) / copies):
+        state = curve.join(complex(z * turn), omega)
+        with np.errstate(all="ignore"):
+            share = np.sum((state - points[:-1]) * ahead, axis=1) / length**2
+        foot = points[:-1] + share[:, None] * ahead
+        beside = (np.abs(share - 0.5) <= 0.6) & (np.linalg.norm(state - foot, axis=1) <= SAGS * length)
+        for i in np.flatnonzero(beside).tolist():
+            guess, along = _between(points[i], points[i + 1], float(share[i])), ahead[i] / length[i]
+            found = curve.correct(guess + along * float((state - guess) @ along), along)
+            if found is not None and _are_one(found, state):
+                return True
+    return False
+
+
+def new_part(curve: Curve, arc: Arc, known: list[Arc], start: Floats) -> Arc:
+    """The part of an arc through its `start` that is on no known one; what was leapt over joins two arcs elsewhere."""
+
+    def met(point: Floats) -> bool:
+        z, omega = curve.split(point)
+        return any(passes(curve, other.points, z, omega) for other in known)
+
+    at = int(np.argmin(np.linalg.norm(arc.points - start, axis=1)))
+    low, high = at, at
+    while low > 0 and not met(arc.points[low - 1]):
+        low -= 1
+    while high + 1 < len(arc.points) and not met(arc.points[high + 1]):
+        high += 1
+    if high - low + 1 == len(arc.points):
+        return arc
+    kept = arc.points[low : high + 1]
+
+    def inside(some: Iterable[Floats]) -> list[Floats]:
+        return [point for point in some if np.any(np.all(kept == point, axis=1))]
+
+    return Arc(kept, inside(arc.folds), False, tuple(inside(arc.born)), tuple(inside(arc.stops)))
+
+
+def _between(a: Floats, b: Floats, share: float) -> Floats:
+    """Point between two neighbours on a spiral about z = 0: with little damping a chord leaves the curve too far."""
+    z, end = complex(a[0], a[1]), complex(b[0], b[1])
+    z = z * (end / z) ** share if z and end else z + share * (end - z)
+    return np.array([z.real, z.imag, a[2] + share * (b[2] - a[2])])
+
+
+def _are_one(a: Floats, b: Floats) -> bool:
+    return _distance(a, b) < 1e-6 * _size(b) + 1e-10
+
+
+def trace(curve: Curve, start: Floats, lo: float, hi: float) -> Arc:
+    """One branch through `start`: up in omega first, then, unless it has closed, the other way, joined in order."""
+    first = curve.tangent(start, np.array([0.0, 0.0, 1.0]))
+    ahead = _walk(curve, start, first, lo, hi)
+    if ahead.closed:
+        return ahead
+    back = _walk(curve, start, -first, lo, hi)
+    points = np.concatenate([back.points[:0:-1], ahead.points])
+    return Arc(points, back.folds + ahead.folds, False, back.born + ahead.born, back.stops + ahead.stops)
+
+
+def _walk(curve: Curve, start: Floats, along: Floats, lo: float, hi: float) -> Arc:
+    """Follow a branch from `start` until it closes or leaves the range of scaled speeds."""
+    points: list[Floats] = [start]
+    folds: list[Floats] = []
+    step, first = 0.2 * LARGEST_STEP, along
+    may_vanish = is_trivial(curve.flow.at(curve.split(start)[1]))
+    while len(points) < MOST_POINTS and step > 1e-9:
+        here = points[-1]
+        guess = _ahead(here, step * along)
+        point = curve.correct(guess, along, HASTY)
+        tangent = None if point is None else curve.tangent(point, along)
+        turned = math.inf if tangent is None else math.acos(min(1.0, float(tangent @ along)))
+        if point is None or tangent is None or turned > 2.5 * TURN or _leaps(here, guess, point):
+            step *= 0.4
+            continue
+        closed = _meets(curve, start, first, here, point)
+        if closed:  # a fold between the start and this point has been met before
+            point, tangent = start, first
+        turns = along[2] * tangent[2] < 0.0 and not (may_vanish and _size(point) < FLAT)
+        fold = special(curve, here, point, _fold) if turns else None
+        for end in [point] if fold is None else [fold, point]:
+            if not lo <= end[2] <= hi:
+                edge = _clipped(curve, points[-1], end, lo if end[2] < lo else hi)
+                return Arc(np.array(points + edge), folds)
+            points.append(end)
+            folds += [end] if end is fold else []
+        if closed:
+            return Arc(np.array(points), folds, True)
+        if may_vanish and _size(point) < BORN:
+            end = np.array([0.0, 0.0, point[2]])
+            return Arc(np.array([*points, end]), folds, born=(end,))
+        along = tangent
+        largest = LARGEST_STEP * max(1.0, _size(point))
+        step = min(largest, step * min(2.0, max(0.5, TURN / max(turned, 1e-9))))
+    return Arc(np.array(points), folds, stops=(points[-1],))
+
+
+def _ahead(here: Floats, step: Floats) -> Floats:
+    """The point to which a step leads that keeps its angle to the direction of z."""
+    z, dz = complex(here[0], here[1]), complex(step[0], step[1])
+    if abs(dz) <= abs(z):
+        dz = z * (cmath.exp(dz / z) - 1.0)
+    return np.asarray(here + np.array([dz.real, dz.imag, step[2]]))
+
+
+def _leaps(here: Floats, guess: Floats, point: Floats) -> bool:
+    """Whether a step may have gone to another branch, or past a = 0."""
+    off, change = _distance(point, guess), math.hypot(point[0] - here[0], point[1] - here[1])
+    return off > OFF * _distance(guess, here) or change > RELATIVE * _size(here)
+
+
+def _meets(curve: Curve, start: Floats, first: Floats, here: Floats, point: Floats) -> bool:
+    """Whether the step from `here` to `point` passes the start of the walk in the direction in which it began."""
+    left, travelled = float((here - start) @ first), float((point - start) @ first)
+    if not left < 0.0 <= travelled or _distance(point, start) > 2.0 * _distance(point, here):
+        return False
+    guess = _between(here, point, left / (left - travelled))
+    found = curve.correct(guess + first * float((start - guess) @ first), first)
+    return found is not None and _are_one(found, start)
+
+
+def _clipped(curve: Curve, inside: Floats, outside: Floats, bound: float) -> list[Floats]:
+    """The point at which an arc leaves the range of speeds."""
+
+    def excess(point: Floats, _: Floats) -> float:
+        return float(point[2]) - bound
+
+    found = special(curve, inside, outside, excess)
+    return [] if found is None else [np.array([found[0], found[1], bound])]
+
+
+def special(curve: Curve, a: Floats, b: Floats, measure: Any) -> Floats | None:
+    """Point between two neighbours at which `measure(point, tangent)`, of opposite signs there, vanishes."""
+    chord = b - a
+    length = float(np.linalg.norm(chord))
+    if length == 0.0:
+        return None
+    chord = chord / length
+
+    def at(share: float) -> Floats:
+        guess = _between(a, b, share)
+        point = curve.correct(guess, chord)
+        return guess if point is None else point
+
+    def value(share: float) -> float:
+        point = at(share)
+        return float(measure(point, curve.tangent(point, chord)))
+
+    if value(0.0) * value(1.0) >= 0.0:
+        return None
+    return at(bracketed_root(value, 0.0, 1.0, xtol=1e-13))
+
+
+def _size(point: Floats) -> float:
+    return math.hypot(point[0], point[1])
+
+
+def _distance(a: Floats, b: Floats) -> float:
+    return float(np.linalg.norm(b - a))
+
+
+def _fold(_: Floats, tangent: Floats) -> float:
+    return float(tangent[2])
+
 
 SEEDS = 33
 CLOSE = 1e-9  # relative difference of amplitudes at one crest

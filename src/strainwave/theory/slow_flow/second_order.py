@@ -24,9 +24,9 @@ from ...base.law import breakpoints_of
 from ...base.results import Floats
 from ...model.laws.springs import Cubic, Linear, Polynomial
 from ...numerics.addressed import torques
+from .averages import Matrices, along, harmonics, onto
 from .averaging import probes_of, turns_with_phase
-from .means.memory import LoopAverages, loop_averages, remembers
-from .means.sampling import Matrices, along, harmonics, onto
+from .memory import LoopAverages, loop_averages, remembers
 from .second_order_forms import FORMS
 from .setting import Complexes, Setting, real_matrix
 

@@ -30,7 +30,7 @@ from .fixed_points import (
     rates_of,
     scanned,
 )
-from .means.memory import remembers
+from .memory import remembers
 from .second_order import Forms, SecondOrderFlow
 from .setting import Complexes
 

@@ -15,7 +15,7 @@ from ...numerics.integration.steps import dense_weights, weighted
 from .averaging import AveragedFlow, Sampled
 from .cubic import CubicFlow
 from .fixed_points import Flow
-from .means.memory import remembers
+from .memory import remembers
 from .results import Evolution
 from .second_order import SecondOrderFlow
 

@@ -23,7 +23,7 @@ from ....drive.response import (
 from ....drive.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ....model.gears.limits import cubic_mean
 from ....numerics.integration.simulate import simulate
-from ....theory.slow_flow.multiple_scales import slow_flow
+from ....theory.slow_flow.flow import slow_flow
 from ....theory.slow_flow.setting import Resonance
 from ...article.validate import Comparison, compare
 from ..resonances import OperatingPoint, Regime

@@ -14,7 +14,7 @@ from ....base.quantities import floated, interval, number
 from ....compile.jit import kernel
 from .. import response as response_curve
 from ..averaging import AveragedFlow
-from ..certificate.certificate import certify
+from ..certificate import certify
 from ..cubic import CubicFlow
 from ..fixed_points import Flow, is_trivial
 from ..second_order import Forms, SecondOrderFlow

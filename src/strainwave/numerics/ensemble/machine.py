@@ -1,25 +1,115 @@
-"""Lanes of an ensemble on a graphics processor: parameters go in, measures come back, all steps are taken there.
+"""Blocks of lanes: which systems they hold, and one run of a block through its kernel, on either processor.
 
-The kernels are those of `lanes` and `adaptive_lanes`. The processor's blocks of 256 lanes become a few lanes of one
-thread, which share the cosines of a phase.
+On a graphics processor parameters go in, measures come back, all steps are taken there. The kernels are those of the
+processor, whose blocks of 256 lanes become a few lanes of one thread, which share the cosines of a phase.
 """
 
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.quantities import shown
+from ...base.results import Floats
 from ...compile import cuda
-from ...compile.jit import kernel
+from ...compile.jit import kernel, run
 from ...compile.lanes import LANES, lane, load, store
 from ...compile.tree import count, leaves
 from ..integration.methods import Method
-from .blocks import Batch, Block, march
 from .fixed_step import KEPT, every_lane
 from .stepping import stepping_of
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Everything that the lanes of an ensemble are made of.
+
+    Attributes
+    ----------
+    template : NamedTuple
+        The prepared system of one lane.
+    numbers : (floats, lanes) array
+        The floats of the prepared system in every lane, in the order of its fields.
+    omega : (lanes,) array
+        Base frequency [rad/s].
+    y0 : (states, lanes) array
+        States at the start.
+    kind : Smooth or General
+        What is known of the states.
+    measures : tuple
+        Measures that are accumulated.
+    settle, periods : int
+        Periods before the measures begin, and of the measures.
+    points : bool
+        Whether to keep the states at the end of every period.
+    """
+
+    template: Any
+    numbers: Floats
+    omega: Floats
+    y0: Floats
+    kind: Any
+    measures: tuple[Any, ...]
+    settle: int
+    periods: int
+    points: bool
+
+
+@dataclass(frozen=True)
+class Block:
+    """What came of some lanes.
+
+    Attributes
+    ----------
+    sums : (sums, lanes) array
+        Sums of the measures.
+    last : (up to 9, states, lanes) array
+        States at the ends of the last periods, oldest first.
+    points : (periods or 0, states, lanes) array
+        States at the ends of all periods, if asked for.
+    ended : (lanes,) array
+        Periods over which the states stayed bounded.
+    reach : (lanes,) array
+        Largest |x| at the ends of fixed steps.
+    attempts : int
+        Adaptive steps that every lane attempted.
+    """
+
+    sums: Floats
+    last: Floats
+    points: Floats
+    ended: Floats
+    reach: Floats
+    attempts: int = 0
+
+
+def march(batch: Batch, places: Any, method: Method, steps: int) -> Block:
+    """Run the lanes at these places (at most a block of them) through all their periods."""
+    n, states, floats = len(places), len(batch.y0), len(batch.numbers)
+    full = np.concatenate([places, np.repeat(places[-1:], LANES - n)])
+    starts = tuple(measure.start() for measure in batch.measures)
+    sums = np.array(leaves(starts), float)
+    at = floats + 1 + 2 * states
+    rows = np.zeros((at + len(sums) + states + 3, LANES))
+    rows[:floats], rows[floats + 1 : floats + 1 + states] = batch.numbers[:, full], batch.y0[:, full]
+    rows[at : at + len(sums)] = sums[:, None]
+    periods = batch.settle + batch.periods
+    last, ended = np.zeros((KEPT, states, LANES)), np.zeros(LANES)
+    points = np.empty((periods if batch.points else 0, states, LANES))
+    common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
+    stepping, waiting = stepping_of(method), np.zeros(LANES, np.int64)
+    how, rows[floats] = stepping.arguments(batch.omega[full], steps)
+    with np.errstate(all="ignore"):
+        attempts = run(
+            stepping.kernel, *common, how, waiting, batch.settle, batch.periods, last, points, ended
+        )  # fmt: skip
+    newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
+    reach = rows[at + len(sums) + states, :n]
+    return Block(rows[at : at + len(sums), :n], last[newest, :, :n], points[:, :, :n], ended[:n], reach, attempts or 0)
+
 
 LAUNCHED = 2**20  # lanes of a launch, at most
 FEW_ROWS = 22  # of numbers per lane, up to which a thread keeps four lanes in registers
