@@ -6,7 +6,7 @@ import signal
 import tempfile
 import time
 
-from strainwave.compile.compiling import watched
+from strainwave.compile.cache import watched
 
 
 def endless(progress):

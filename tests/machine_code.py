@@ -3,7 +3,7 @@
 import re
 
 from strainwave.compile import jit
-from strainwave.compile.target import target_cpu
+from strainwave.compile.jit import target_cpu
 from strainwave.compile.tree import classes
 
 

@@ -6,7 +6,7 @@ from itertools import count
 import pytest
 
 from strainwave.app import console
-from strainwave.compile.compiling import Compilation
+from strainwave.compile.cache import Compilation
 
 
 def test_a_stage_that_lasts_is_told_again(monkeypatch, capsys):

@@ -6,7 +6,7 @@ from threading import Event, Thread
 import pytest
 
 import strainwave as sw
-from strainwave.compile import compiling as module
+from strainwave.compile import cache as module
 from strainwave.compile import jit
 
 

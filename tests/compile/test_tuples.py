@@ -3,7 +3,7 @@
 import pytest
 
 from strainwave.compile.jit import run
-from strainwave.compile.tuples import alike, axpy, times
+from strainwave.compile.tree import alike, axpy, times
 
 
 def all_of(y, h, k):

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from ..base.facts import Fact, data, lines
 from ..base.results import Interrupted
 from ..base.sentences import number as number
-from ..compile.compiling import compiling
+from ..compile.cache import compiling
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 from ..compile.jit import chosen, kernel
-from ..compile.tuples import alike, axpy
+from ..compile.tree import alike, axpy
 from .above import ROOT
 
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")

@@ -4,6 +4,10 @@ Numba's own cache does not notice an edit in another file, and takes a class of 
 process. Here a file has the name of what its code depends on: the kernel, the kinds of its arguments, and the model
 classes among them, a user's class with its methods and all that these read (`identity`). What cannot be recognised in
 another process, such as a class that holds an open file, stays in memory.
+
+What is being compiled now: for whoever shows progress; nothing is printed here.
+
+Code that is on disk is loaded within a fraction of a second and is not listed.
 """
 
 import hashlib
@@ -15,10 +19,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cache
+from functools import cache, wraps
 from importlib import import_module
+from itertools import count
 from pathlib import Path
-from typing import Any
+from time import monotonic
+from typing import Any, NamedTuple
 
 from .identity import Identity
 
@@ -187,3 +193,42 @@ def _remove_unused(folder: Path) -> None:
                 for path in [*other.glob("*.code"), *other.glob("*.part"), mark]:
                     path.unlink()
                 other.rmdir()
+
+
+class Compilation(NamedTuple):
+    """A kernel that is being compiled, and since when (`time.monotonic`).
+
+    `kept` says whether the code is kept on disk, so that no later process compiles it again.
+    """
+
+    kernel: str
+    since: float
+    kept: bool
+
+    def __str__(self) -> str:
+        often = "once per machine" if self.kept else "again at every start, as the cache cannot be written"
+        return f"preparing machine code, {often}"
+
+
+_under_way: dict[int, Compilation] = {}
+_numbers = count()
+
+
+def compiling() -> tuple[Compilation, ...]:
+    """Kernels that the threads of this process compile now, the first begun first; usually none."""
+    return tuple(_under_way.values())
+
+
+def watched(compile_: Callable[..., Any], kernel: str) -> Callable[..., Any]:
+    """Numba's `compile` of a kernel, listed in `compiling` while it runs."""
+
+    @wraps(compile_)
+    def listed(*arguments: Any) -> Any:
+        number = next(_numbers)
+        _under_way[number] = Compilation(kernel, monotonic(), cache_writable())
+        try:
+            return compile_(*arguments)
+        finally:
+            del _under_way[number]
+
+    return listed

@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from types import FunctionType
 from typing import Any
 
-from . import jit, lanes, maths_kernels, tuples
+from . import jit, lanes, maths_kernels, tree
 from .tree import classes
 
 THREADS = 64  # of a block, at most
@@ -54,7 +54,7 @@ def load() -> Any:
     types.NamedTuple.__bool__ = lambda self: True  # see _jit
     _expose(jit.borrowed, lambda thing: thing)
     strided = lanes.bodies(types, extending, lanes.strided_address)
-    for bodies in (strided, tuples.bodies(types, extending), maths_kernels.bodies(types, extending)):
+    for bodies in (strided, tree.bodies(types, extending), maths_kernels.bodies(types, extending)):
         for function, body in bodies.items():
             _expose(function, body)
     return cuda

@@ -4,10 +4,13 @@ A kernel is a plain Python function marked `@kernel`. It may call other kernels,
 methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as machine code, which is kept on disk
 (`cache`). Numba is imported at the first `run`, so importing the package stays cheap, and with the environment
 variable STRAINWAVE_JIT=0 (or NUMBA_DISABLE_JIT=1) the same functions run as Python.
+
+The processor that machine code is made for: this machine's, unless NUMBA_CPU_NAME and NUMBA_CPU_FEATURES are set.
 """
 
 import inspect
 import os
+import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -19,13 +22,11 @@ from itertools import count
 from threading import RLock
 from typing import Any, TypeVar
 
-from . import address, lanes, maths_kernels, tuples
+from . import address, lanes, maths_kernels, tree
 from .address import ByAddress, kind_of
-from .cache import CodeCache, cache_writable
-from .compiling import watched
+from .cache import CodeCache, cache_writable, watched
 from .inner import compilers
 from .tree import classes as classes_of
-from .tree import with_leaf
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -270,10 +271,8 @@ def _numba() -> Any:
     import_module("numba.core.bytecode").FunctionIdentity._unique_ids = count(int.from_bytes(os.urandom(6)))
     # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
     types.NamedTuple.__bool__ = lambda self: True
-    _expose(with_leaf, _with_leaf_body(types, extending))
-    _expose(borrowed, _borrowed_body(types, extending))
-    for bodies in (address.bodies, lanes.bodies, tuples.bodies, maths_kernels.bodies):
-        for function, body in bodies(types, extending).items():
+    for made in (bodies, address.bodies, lanes.bodies, tree.bodies, maths_kernels.bodies):
+        for function, body in made(types, extending).items():
             _expose(function, body)
     return numba
 
@@ -322,54 +321,55 @@ def _of_class(cls: type, name: str, own: str, resolve: Callable[..., Any]) -> Ca
     return found
 
 
-def _borrowed_body(types: Any, extending: Any) -> Callable[..., Any]:
-    def strip(context: Any, thing: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            def rebuild(kind: Any, old: Any) -> Any:
-                if isinstance(kind, types.BaseTuple):
-                    items = [rebuild(k, builder.extract_value(old, i)) for i, k in enumerate(kind)]
-                    return context.make_tuple(builder, kind, items)
-                if isinstance(kind, types.Array):
-                    array = context.make_array(kind)(context, builder, old)
-                    array.meminfo = array.meminfo.type(None)
-                    return array._getvalue()
-                return old
+def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+    """What compiled code runs instead of `borrowed`."""
 
-            return rebuild(thing, arguments[0])
+    def typed(context: Any, thing: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            def bare(kind: Any, old: Any) -> Any:
+                if not isinstance(kind, types.Array):
+                    return old
+                array = context.make_array(kind)(context, builder, old)
+                array.meminfo = array.meminfo.type(None)
+                return array._getvalue()
+
+            return tree.rebuilt(types, context, builder, thing, arguments[0], bare)
 
         return thing(thing), build
 
-    intrinsic = extending.intrinsic(strip)
-
-    def body(thing: Any) -> Any:
-        return intrinsic(thing)
-
-    return body
+    strip = extending.intrinsic(typed)
+    return {borrowed: lambda thing: strip(thing)}
 
 
-def _with_leaf_body(types: Any, extending: Any) -> Callable[..., Any]:
-    def set_leaf(context: Any, model: Any, index: Any, value: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            place = 0
+# A name like x86-64-v3 implies features that no list has: what the compiler makes of two operations shows them.
+PROBE = """
+declare <8 x double> @llvm.fma.v8f64(<8 x double>, <8 x double>, <8 x double>)
+define <8 x double> @floats(<8 x double> %a, <8 x double> %b, <8 x double> %c) {
+  %d = call <8 x double> @llvm.fma.v8f64(<8 x double> %a, <8 x double> %b, <8 x double> %c)
+  ret <8 x double> %d
+}
+define <4 x i64> @integers(<4 x i64> %a, <4 x i64> %b) {
+  %c = add <4 x i64> %a, %b
+  ret <4 x i64> %c
+}
+"""
+SIGNS = {
+    "sse2": r"%[xyz]mm",
+    "avx": r"%[yz]mm",
+    "avx2": r"vpaddq\s.*%ymm",
+    "fma": r"vfmadd",
+    "avx512f": r"%zmm",
+    "neon": r"\bfmla",
+}
 
-            def rebuild(kind: Any, old: Any) -> Any:
-                nonlocal place
-                if isinstance(kind, types.BaseTuple):
-                    items = [rebuild(k, builder.extract_value(old, i)) for i, k in enumerate(kind)]
-                    return context.make_tuple(builder, kind, items)
-                if isinstance(kind, types.Float):
-                    here = builder.icmp_signed("==", arguments[1], context.get_constant(types.intp, place))
-                    place += 1
-                    return builder.select(here, arguments[2], old)
-                return old
 
-            return rebuild(model, arguments[0])
-
-        return model(model, types.intp, types.float64), build
-
-    intrinsic = extending.intrinsic(set_leaf)
-
-    def body(model: Any, index: int, value: float) -> Any:
-        return intrinsic(model, index, value)
-
-    return body
+@cache
+def target_cpu() -> tuple[tuple[str, ...], str]:
+    """Vector units and name of the processor that machine code is made for."""
+    _numba()
+    binding = import_module("llvmlite.binding")
+    codegen = import_module("numba.core.registry").cpu_target.target_context.codegen()
+    triple, name, features = codegen.magic_tuple()
+    machine = binding.Target.from_triple(triple).create_target_machine(cpu=name, features=features)
+    assembly = machine.emit_assembly(binding.parse_assembly(PROBE))
+    return tuple(unit for unit, sign in SIGNS.items() if re.search(sign, assembly)), name

@@ -9,7 +9,7 @@ then arrays, and the same formulas serve all lanes at once.
 from itertools import count as counting
 from typing import Any
 
-from .tree import count, leaves, mapped
+from .tree import count, leaves, mapped, rebuilt
 
 LANES = 256  # lanes of a block: their rows stay in the first-level cache, the cosines of a step cost next to nothing
 
@@ -52,50 +52,25 @@ def strided_address(types: Any, context: Any, builder: Any, kind: Any, rows: Any
     return builder.gep(array.data, [builder.add(builder.mul(row, row_stride), builder.mul(place, stride))])
 
 
-def _lane_body(types: Any, extending: Any, address: Any) -> Any:
+def _at_leaves(types: Any, extending: Any, address: Any, do: Any, result: Any) -> Any:
+    """What walks through the floats of a model or tuple with `do(builder, address in the rows, value)` for each."""
+
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = 0
+        row = counting()
 
-        def rebuild(kind: Any, old: Any) -> Any:
-            nonlocal row
-            if isinstance(kind, types.BaseTuple):
-                items = [rebuild(k, builder.extract_value(old, i)) for i, k in enumerate(kind)]
-                return context.make_tuple(builder, kind, items)
-            if isinstance(kind, types.Float):
-                here = builder.add(arguments[2], context.get_constant(types.intp, row))
-                row += 1
-                place = address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
-                return builder.load(place)
-            return old
+        def leaf(kind: Any, old: Any) -> Any:
+            if not isinstance(kind, types.Float):
+                return old
+            here = builder.add(arguments[2], context.get_constant(types.intp, next(row)))
+            return do(
+                builder, address(types, context, builder, signature.args[1], arguments[1], here, arguments[3]), old
+            )
 
-        return rebuild(signature.args[0], arguments[0])
+        walked = rebuilt(types, context, builder, signature.args[0], arguments[0], leaf)
+        return context.get_dummy_value() if signature.return_type == types.void else walked
 
     def typed(context: Any, model: Any, rows: Any, at: Any, j: Any) -> Any:
-        return model(model, rows, types.intp, types.intp), build
-
-    return extending.intrinsic(typed)
-
-
-def _store_body(types: Any, extending: Any, address: Any) -> Any:
-    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = 0
-
-        def write(kind: Any, value: Any) -> None:
-            nonlocal row
-            if isinstance(kind, types.BaseTuple):
-                for i, k in enumerate(kind):
-                    write(k, builder.extract_value(value, i))
-            elif isinstance(kind, types.Float):
-                here = builder.add(arguments[2], context.get_constant(types.intp, row))
-                row += 1
-                place = address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
-                builder.store(value, place)
-
-        write(signature.args[0], arguments[0])
-        return context.get_dummy_value()
-
-    def typed(context: Any, values: Any, rows: Any, at: Any, j: Any) -> Any:
-        return types.void(values, rows, types.intp, types.intp), build
+        return result(model)(model, rows, types.intp, types.intp), build
 
     return extending.intrinsic(typed)
 
@@ -109,7 +84,12 @@ def bodies(types: Any, extending: Any, address: Any = _address) -> dict[Any, Any
     def typed_count(context: Any, model: Any) -> Any:
         return types.intp(model), counted
 
-    lane_of, store_into = _lane_body(types, extending, address), _store_body(types, extending, address)
+    def written(builder: Any, place: Any, value: Any) -> Any:
+        builder.store(value, place)
+        return value
+
+    lane_of = _at_leaves(types, extending, address, lambda builder, place, _: builder.load(place), lambda kind: kind)
+    store_into = _at_leaves(types, extending, address, written, lambda _: types.void)
     count_of = extending.intrinsic(typed_count)
     return {
         lane: lambda model, rows, at, j: lane_of(model, rows, at, j),

@@ -2,11 +2,14 @@
 
 Its leaves are its floats, at any depth, in the order of the fields. An array in the place of a float stands for as many
 variants of the model. Integers (orders, exponents) are no leaves: all variants share them. What counts, lists, changes
-or rebuilds the numbers of a model does so here, so that all agree on their order; compiled code has walkers of its own
-in the same order (`compile.lanes`, and `with_leaf` in `compile.jit`).
+or rebuilds the numbers of a model does so here, so that all agree on their order; compiled code walks by `rebuilt`.
+
+Tuples of numbers of any length: states, rates of states, and what is made of them. Compiled code has them number by
+number: a loop or a recursion over a tuple, which comes to the same, would take the compiler many times as long.
 """
 
 from collections.abc import Callable, Iterator
+from itertools import count as counting
 from numbers import Integral
 from typing import Any
 
@@ -152,3 +155,76 @@ def shown(value: Any) -> str:
     """Write a value for a sentence: its repr on one line, cut where it is long."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 2 * LONGEST else f"{text[:LONGEST]}... ({len(text)} characters)"
+
+
+def axpy(y: Any, h: Any, k: Any) -> Any:
+    """Return y + h k for tuples y and k of equal length and a number h."""
+    if len(y) == 2:  # the usual case, four times faster than the general one
+        return y[0] + h * k[0], y[1] + h * k[1]
+    return tuple(a + h * b for a, b in zip(y, k, strict=True))
+
+
+def times(h: Any, k: Any) -> Any:
+    """Tuple of h times the numbers of a tuple."""
+    return tuple([h * b for b in k])
+
+
+def alike(y: Any, value: Any) -> Any:
+    """Tuple as long as y of equal values."""
+    return (value,) * len(y)
+
+
+def rebuilt(types: Any, context: Any, builder: Any, kind: Any, old: Any, leaf: Callable[[Any, Any], Any]) -> Any:
+    """Code of the value `old` of a kind with `leaf(kind, value)` in the place of all that is no tuple."""
+    if not isinstance(kind, types.BaseTuple):
+        return leaf(kind, old)
+    items = [rebuilt(types, context, builder, each, builder.extract_value(old, i), leaf) for i, each in enumerate(kind)]
+    return context.make_tuple(builder, kind, items)
+
+
+def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+    """What compiled code runs instead of functions of tuples and of `with_leaf`, by these modules of a compiler."""
+    real = types.float64
+
+    def intrinsic(values: Callable[..., list[Any]]) -> Any:
+        """Function of compiled code that makes the tuple of `values` of a tuple, a number and a tuple."""
+
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            def floats(kind: Any, thing: Any) -> Any:
+                if isinstance(kind, types.BaseTuple):
+                    return [floats(k, builder.extract_value(thing, i)) for i, k in enumerate(kind)]
+                return context.cast(builder, thing, kind, real)
+
+            numbers = values(builder, *map(floats, signature.args, arguments))
+            return context.make_tuple(builder, signature.return_type, numbers)
+
+        def typed(context: Any, y: Any, h: Any, k: Any) -> Any:
+            return types.BaseTuple.from_types([real] * len(y))(y, h, k), build
+
+        return extending.intrinsic(typed)
+
+    sums = intrinsic(lambda builder, y, h, k: [builder.fadd(a, builder.fmul(h, b)) for a, b in zip(y, k, strict=True)])
+    products = intrinsic(lambda builder, y, h, k: [builder.fmul(h, b) for b in k])
+    copies = intrinsic(lambda builder, y, h, k: [h] * len(y))
+
+    def typed_set(context: Any, model: Any, index: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            places = counting()
+
+            def leaf(kind: Any, old: Any) -> Any:
+                if not isinstance(kind, types.Float):
+                    return old
+                here = builder.icmp_signed("==", arguments[1], context.get_constant(types.intp, next(places)))
+                return builder.select(here, arguments[2], old)
+
+            return rebuilt(types, context, builder, model, arguments[0], leaf)
+
+        return model(model, types.intp, real), build
+
+    set_leaf = extending.intrinsic(typed_set)
+    return {
+        with_leaf: lambda model, index, value: set_leaf(model, index, value),
+        axpy: lambda y, h, k: sums(y, h, k),
+        times: lambda h, k: products(k, h, k),
+        alike: lambda y, value: copies(y, value, y),
+    }

@@ -13,7 +13,7 @@ import click
 
 from ... import __version__
 from ...compile import cache, cuda, jit
-from ...compile.target import target_cpu
+from ...compile.jit import target_cpu
 from ..console import to_json
 from .options import json_option
 

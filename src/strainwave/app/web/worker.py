@@ -24,7 +24,7 @@ from time import sleep, thread_time
 from typing import Any, BinaryIO
 
 from ...base.results import SolveError
-from ...compile.compiling import compiling
+from ...compile.cache import compiling
 from ...compile.jit import load
 from ..console import plain
 from .state import Refused

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from ...base.quantities import AngularSpeed, Ratio
 from ...compile.jit import kernel
-from ...compile.tuples import axpy
+from ...compile.tree import axpy
 from ..excitation import NoError
 from .controls import off_reference
 from .drive_train import DriveTrain, coupling_twist, motor_motion

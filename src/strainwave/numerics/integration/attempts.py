@@ -22,7 +22,7 @@ from ...base.protocols import omega_of
 from ...base.results import Floats
 from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
 from ...compile.jit import entry, kernel, kernel_as, routine
-from ...compile.tuples import axpy, times
+from ...compile.tree import axpy, times
 from ..addressed import Tupled, rates_entry, torsion, watched
 from .steps import bounded, dense_weights, error_square, weighted
 

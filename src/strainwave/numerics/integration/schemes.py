@@ -23,7 +23,7 @@ import numpy as np
 from ...base.quantities import shown
 from ...base.results import Floats
 from ...compile.jit import chosen
-from ...compile.tuples import alike, axpy, times
+from ...compile.tree import alike, axpy, times
 from .steps import dop8_step, dopri5_step, rk4_step
 
 EIGHTHS = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)

@@ -9,7 +9,7 @@ Butcher tableaus: Dormand & Prince 5(4) with its dense output, and the 8th-order
 from typing import Any
 
 from ...compile.jit import kernel, routine
-from ...compile.tuples import axpy, times
+from ...compile.tree import axpy, times
 
 DOP8_C = (
     0.0,

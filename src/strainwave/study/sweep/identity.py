@@ -10,8 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from ...compile.code_reads import OWN
-from ...compile.identity import Identity
+from ...compile.identity import OWN, Identity
 
 
 def identity(thing: Any) -> str:
