@@ -47,8 +47,8 @@ from .model.orders import GearOrder as GearOrder
 from .model.orders import OrderMap as OrderMap
 from .model.orders import on_output_turn as on_output_turn
 from .model.orders import order_map as order_map
-from .model.sources import Source as Source
-from .model.sources import static_sources as static_sources
+from .model.orders import Source as Source
+from .model.orders import static_sources as static_sources
 
 # Integration
 from .numerics.integration.methods import AdaptiveStep as AdaptiveStep
@@ -272,7 +272,7 @@ from .files.variants.scatter import Exceedance as Exceedance
 from .files.variants.scatter import exceedance as exceedance
 from .files.variants.scatter import scattered as scattered
 from .files.variants.project_sweep import sweep_project as sweep_project
-from .files.profile_file import read_profile as read_profile
+from .files.scan_file import read_profile as read_profile
 from .files.order_tables.order_table import OrderTable as OrderTable
 from .files.order_tables.format import OrderFormat as OrderFormat
 from .files.order_tables.format import TableResidual as TableResidual

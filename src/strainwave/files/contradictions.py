@@ -6,8 +6,7 @@ from typing import Any
 from ..base.law import depends, spring_stiffness
 from ..base.quantities import checked
 from ..model.gears.gear import Gear
-from .fields.excitation import CATALOGUE
-from .fields.scatter import Radians
+from .fields.groups import CATALOGUE, Radians
 from .fields.schema import ExplicitGear, ProjectSpec
 from .variants.names import nominal_of
 from .yaml_text import Keys

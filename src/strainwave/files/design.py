@@ -10,7 +10,7 @@ from ..model.gears import catalogue
 from ..study.design.result import Candidate
 from ..study.design.specification import DutySegment, Specification
 from .fields.entries import EXAMPLE_LOOP, Loop
-from .fields.excitation import CATALOGUE, TORQUE, ErrorLine, ExcitationSpec, LoadTorqueSpec, ascending
+from .fields.groups import CATALOGUE, TORQUE, ErrorLine, ExcitationSpec, LoadTorqueSpec, ascending
 from .fields.kinds import Items, Quantity, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
 from .fields.schema import INERTIA, SPEED, TITLE, DampingSpec, LimitSpec, LoadSpec, MotorSpec, ProjectSpec, SpeedSpec

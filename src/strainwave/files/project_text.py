@@ -18,8 +18,15 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
 from ..model.varying import NoVariation
-from .fields.controller import ControllerSpec
-from .fields.excitation import ErrorLine, ExcitationSpec, LoadTorqueSpec, TorqueLine, TorqueRange, TorqueSpec
+from .fields.groups import (
+    ControllerSpec,
+    ErrorLine,
+    ExcitationSpec,
+    LoadTorqueSpec,
+    TorqueLine,
+    TorqueRange,
+    TorqueSpec,
+)
 from .fields.rows import texts_of
 from .fields.schema import (
     BacklashSpec,

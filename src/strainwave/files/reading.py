@@ -22,7 +22,7 @@ from ..model.train.controls import FREE, Held, control_of
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG, Elastic
 from .contradictions import contradictions, train_fields
-from .fields.excitation import CATALOGUE, TorqueRange, TorqueSpec
+from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
 from .fields.rows import read_file
 from .fields.schema import ExplicitGear, LoadSpec, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes

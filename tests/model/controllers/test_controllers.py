@@ -7,12 +7,11 @@ import pytest
 from one_bench import DRIVE, ERROR, J_L, J_M, LOOP, PD, PERIOD, N
 
 import strainwave as sw
-from strainwave.base.noise import even, noise
 from strainwave.base.quantities import checked
 from strainwave.base.units import ARCSEC
 from strainwave.compile.jit import kernel, run
 from strainwave.compile.tree import leaves
-from strainwave.model.controllers.closed_loop import rounded
+from strainwave.model.controllers.closed_loop import even, noise, rounded
 from strainwave.model.controllers.feedforward import inverse
 
 OPEN = DRIVE._replace(motor=DRIVE.motor._replace(control=sw.Commanded()))

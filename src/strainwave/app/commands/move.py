@@ -10,8 +10,8 @@ from ...drive.project import Project
 from ...files.fields.kinds import Kind, Place, Wrong
 from ...files.fields.kinds import read as read_value
 from ...files.fields.schema import PART, PAYLOAD
-from ...files.profile_file import read_profile
 from ...files.reading import read_project
+from ...files.scan_file import read_profile
 from ...files.yaml_text import name, read
 from ...plot.studies import move_panels
 from ...plot.svg import stacked

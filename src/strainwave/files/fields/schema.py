@@ -14,13 +14,11 @@ from ...model.laws.meshing import LoadFriction
 from ...model.laws.springs import Play
 from ...model.varying import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
-from ..profile_file import ProfileFile, read_profile
-from .controller import ControllerSpec
+from ..scan_file import ProfileFile, read_profile
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
-from .excitation import CATALOGUE, LINE, ExcitationSpec, ascending
+from .groups import CATALOGUE, LINE, ControllerSpec, Correlation, ExcitationSpec, Scatter, ascending
 from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Word, Wrong
 from .rows import Fields, Group, Typed, field, group_text, needed, rows_of
-from .scatter import Correlation, Scatter
 
 MOST_COUPLINGS = 4  # in series: each is a class of its own to the compiler
 WAYS = ("name", "file", "law", "ratio", "rated_torque")  # to give a gear: of the first three, or of the last three

@@ -26,7 +26,7 @@ from ...study.analysis.runup import silent
 from ...study.identification.identified import Identified, channels_of
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval
-from ..fields.scatter import MOST_OF_PHASE, MOST_SCATTER, Radians
+from ..fields.groups import MOST_OF_PHASE, MOST_SCATTER, Radians
 from ..project_text import project_text
 from ..reading import from_text
 from .missing_orders import missing_lines

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...base.units import NUMBER
 from ...model.gears.gear import Gear
-from ..fields.excitation import ExcitationSpec
+from ..fields.groups import ExcitationSpec
 from ..fields.rows import inside, rows_of
 from ..fields.schema import ExplicitGear, LoadSpec, MotorSpec, ProjectSpec
 

@@ -19,7 +19,7 @@ from ...study.analysis.load_cases import WITH_MEMORY
 from ...study.analysis.runup import silent
 from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking
-from ..fields.scatter import Radians
+from ..fields.groups import Radians
 from ..yaml_text import read
 from .names import nominal_of
 from .replaced import replaced, tuning

@@ -1,9 +1,14 @@
-"""Adaptive feedforward cancellation at an order of the motor's angle."""
+"""Adaptive feedforward cancellation at an order of the motor's angle.
 
+Repetitive control over the angle: what the error did at this angle a turn ago is taken away now.
+"""
+
+from math import pi
 from typing import Any, NamedTuple
 
-from ...base.choices import select
+from ...base.choices import entry, select, with_entry
 from ...base.quantities import Angle, Ratio, Time, Torque
+from ...compile.jit import kernel
 from ...maths import cos, sin, sqrt
 from .loops import is_controller
 from .measurement import known
@@ -60,3 +65,90 @@ class AdaptiveCancellation(NamedTuple):
                 raise ValueError(f"AdaptiveCancellation.{name} is {value:g}; it must be positive")
         if self.order < 1:
             raise ValueError(f"AdaptiveCancellation.order is {self.order}; it must be at least 1")
+
+
+CELLS = 64  # of a turn of the motor
+ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
+
+
+@kernel
+def place(angle: Any) -> Any:
+    """Place of an angle [rad] on the turn, from 0 to below the number of cells."""
+    turns = angle * (0.5 / pi)
+    share = turns - ((turns + ROUND) - ROUND)
+    share = select(share < 0.0, share + 1.0, share)
+    return CELLS * select((share >= 0.0) & (share < 1.0), share, 0.0)  # 0 of an angle that is none, or beyond counting
+
+
+@kernel
+def straight(cells: Any, where: Any) -> Any:
+    """Value of a table over the turn at a place, straight between the middles of its cells."""
+    shifted = where + (CELLS - 0.5)
+    low = whole(shifted)
+    share, left = shifted - low, around(low)
+    return (1.0 - share) * entry(cells, left) + share * entry(cells, around(left + 1.0))
+
+
+@kernel
+def whole(x: Any) -> Any:
+    """Largest whole number that is not above x."""
+    nearest = (x + ROUND) - ROUND
+    return nearest - select(nearest > x, 1.0, 0.0)
+
+
+@kernel
+def around(cell: Any) -> Any:
+    """A cell of this turn or the next one, as one of this turn."""
+    return select(cell >= CELLS, cell - CELLS, cell)
+
+
+class Repetitive(NamedTuple):
+    """A torque over the turn of the motor is added to that of `loop`, and learned from turn to turn.
+
+    The turn has 64 cells. In every sample the cell of the reference's angle grows by g y over the period, y the
+    pointing error of the load theta_ref/N - theta_l, and moves by the share `smooth` towards the mean of its
+    neighbours, which takes away what is too fine. The torque is that of the angle `lead` [rad] ahead of the motion.
+
+    G is the plant from the torque to y at the frequency k theta'. At an order k of M cells the table converges, for a
+    small gain, where g Re(-G e^(i k lead)) + smooth (1 - cos(2 pi k/M))/period is positive (Hara, Yamamoto, Omata &
+    Nakano, Repetitive control system: a new type servo system for periodic exogenous signals, IEEE Trans. Autom.
+    Control 33(7), 1988, 659-668; here over the angle instead of the time).
+
+    Its guard: where a cell passes `most`, the torque is dropped for good and `tripped` is 1. Its memory is that of the
+    loop, the cells and `tripped`.
+    """
+
+    loop: Any
+    N: Ratio
+    gain: Any
+    lead: Angle
+    smooth: Ratio
+    most: Torque
+    period: Time
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return self.loop.start(), (0.0,) * 64, 0.0
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        inner, cells, tripped = state
+        inner, torque = self.loop.update(inner, m)
+        added = (1.0 - tripped) * straight(cells, place(m.reference + select(m.speed < 0.0, -self.lead, self.lead)))
+        i = whole(place(m.reference))
+        seen = known(m.reference / self.N - m.load)
+        middle = 0.5 * (entry(cells, around(i + 1.0)) + entry(cells, around(i + (CELLS - 1.0))))
+        own = entry(cells, i)
+        value = own + self.smooth * (middle - own) + self.period * self.gain * seen
+        tripped = select(abs(value) > self.most, 1.0, tripped)
+        return (inner, with_entry(cells, i, value), tripped), torque + added
+
+    def check(self) -> None:
+        """Refuse a loop that is none (TypeError), and numbers out of range (ValueError)."""
+        is_controller("Repetitive.loop", self.loop)
+        for name in ("gain", "most", "period"):
+            value = getattr(self, name)
+            if not value > 0.0:
+                raise ValueError(f"Repetitive.{name} is {value:g}; it must be positive")
+        if not 0.0 <= self.smooth <= 1.0:
+            raise ValueError(f"Repetitive.smooth is {self.smooth:g}; it is a share, from 0 to 1")

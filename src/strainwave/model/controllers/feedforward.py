@@ -1,11 +1,17 @@
-"""What is known of the error is taken away before it appears: at the angle, at the torque, or by the whole inverse."""
+"""What is known of the error is taken away before it appears: at the angle, at the torque, or by the whole inverse.
 
+A torque table over angle and speed: what cancels an error whose amplitude and phase change with the speed.
+"""
+
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from ...base.law import states_of, torque_of
 from ...base.protocols import need
-from ...base.quantities import Inertia, Ratio, Time
+from ...base.quantities import AngularSpeed, Inertia, Ratio, Time, Torque
 from ...compile.jit import kernel
+from ...maths import cos, sin
+from ..train.motion import MOST, polygon
 from .loops import is_controller
 from .measurement import moved
 
@@ -134,3 +140,40 @@ def inverse(train: Any, angle: Any, speed: Any, acceleration: Any) -> Any:
 def drag_of(drag: Any, angle: Any, speed: Any) -> Any:
     """Torque [N*m] of a drag without memory."""
     return torque_of(drag, angle, speed, ())
+
+
+class SpeedTable(NamedTuple):
+    """The torque a(w) cos(k theta) + b(w) sin(k theta) is added to that of `loop`, w the speed of the reference.
+
+    a and b are straight between up to 16 speeds, and constant outside. Several orders are tables around each other.
+    """
+
+    loop: Any
+    speeds: tuple[AngularSpeed, ...]
+    cosines: tuple[Torque, ...]
+    sines: tuple[Torque, ...]
+    order: int = 2
+    lead: Time = 0.0
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return self.loop.start()
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        state, torque = self.loop.update(state, m)
+        turn = self.order * (m.reference + self.lead * m.speed)
+        a, b = polygon(self.speeds, self.cosines, m.speed), polygon(self.speeds, self.sines, m.speed)
+        return state, torque + a * cos(turn) + b * sin(turn)
+
+    def check(self) -> None:
+        """Refuse a loop that is none (TypeError), and speeds that do not increase or fit the torques (ValueError)."""
+        is_controller("SpeedTable.loop", self.loop)
+        n = len(self.speeds)
+        if not 2 <= n <= MOST or not n == len(self.cosines) == len(self.sines):
+            raise ValueError(
+                f"SpeedTable has {n} speeds, {len(self.cosines)} cosines and {len(self.sines)} sines; it needs from 2 "
+                f"to {MOST} of each, equally many"
+            )
+        if not all(a < b for a, b in pairwise(self.speeds)):
+            raise ValueError("SpeedTable.speeds do not increase; sort them")

@@ -1,9 +1,17 @@
-"""Loops that keep the motor on its reference: a sampled PD loop, a cascade, and a slow loop on the load's angle."""
+"""Loops that keep the motor on its reference: a sampled PD loop, a cascade, and a slow loop on the load's angle.
 
+The law of Gandhi & Ghorbel: the load's angle by the kinematic error, and a loop on it.
+
+Disturbance observer: what turns the motor beside its own torque is estimated and taken away.
+
+Notch filter in the torque of a loop.
+"""
+
+from math import cos, pi, sin
 from typing import Any, NamedTuple
 
 from ...base.protocols import need
-from ...base.quantities import Damping, Inertia, Ratio, Time, TorsionalStiffness
+from ...base.quantities import AngularSpeed, Damping, Inertia, Ratio, Time, TorsionalStiffness, number
 from .measurement import known, moved
 
 
@@ -123,3 +131,173 @@ def not_negative(controller: Any) -> None:
             raise ValueError(f"{name}.{field} is {value:g}; give its size, the loop has the minus sign")
     if not controller.period > 0.0:
         raise ValueError(f"{name}.period is {controller.period:g} s; a sample takes a positive time")
+
+
+class GandhiGhorbel(NamedTuple):
+    """Torque with which a rigid gear with kinematic error follows its reference, and PD gains on its output.
+
+    With theta_l = theta_m/N - e(theta_m), Psi = 1/N - e' and Psi' = -e'' by the motor's angle, the torque is
+    Psi (tau_d + K_p e_l + K_d e_l'), e_l = theta_r - theta_l, and tau_d = (J_m/Psi^2 + J_l) theta_r'' - J_m Psi'/Psi^4
+    theta_r'^2 + (B_m/Psi^2 + B_l) theta_r'. On a rigid gear V = (J_m/Psi^2 + J_l) e_l'^2/2 + K_p e_l^2/2 decays for
+    positive gains. The gear's compliance is not in the law. (Gandhi & Ghorbel, Closed-loop compensation of kinematic
+    error in harmonic drives for precision control applications, IEEE Trans. Control Syst. Technol. 10(6), 2002,
+    759-768; the form is that of claim 1 of US patent 6459940.)
+
+    Its memory is the last deviation, the filtered rate, and whether there was a sample.
+    """
+
+    error: Any
+    N: Ratio
+    J_m: Inertia
+    J_l: Inertia
+    K_p: TorsionalStiffness
+    K_d: Damping
+    period: Time
+    B_m: Damping = 0.0
+    B_l: Damping = 0.0
+    filter: Time = 0.0
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return 0.0, 0.0, 0.0
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        last, slow, begun = state
+        e = self.error
+        off = (m.reference - m.motor) / self.N + e.value(m.motor)
+        raw = begun * (off - last) / self.period
+        rate = slow + (raw - slow) * (self.period / (self.period + self.filter))
+        psi, bend = 1.0 / self.N - e.slope(m.motor), -e.curvature(m.motor)
+        speed, acceleration, square = m.speed / self.N, m.acceleration / self.N, psi * psi
+        wanted = (
+            (self.J_m / square + self.J_l) * acceleration
+            - self.J_m * bend / (square * square) * speed * speed
+            + (self.B_m / square + self.B_l) * speed
+        )
+        return (off, rate, 1.0 + 0.0 * begun), psi * (wanted + self.K_p * off + self.K_d * rate)
+
+    def check(self) -> None:
+        """Refuse an error that is none (TypeError), and gains that are not positive (ValueError)."""
+        for method in ("value", "slope", "curvature"):
+            need("GandhiGhorbel.error", self.error, method)
+        for name in ("K_p", "K_d", "period"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"GandhiGhorbel.{name} is {getattr(self, name):g}; it must be positive")
+
+
+class DisturbanceObserver(NamedTuple):
+    """The torque d beside the motor's own, in J theta_m'' = tau + d, is estimated and subtracted from that of `loop`.
+
+    d' = g (J theta_m'' - tau - d): the estimate follows with the bandwidth g [rad/s], without differentiating a speed
+    (Ohnishi, Shibata & Murakami, Motion control for advanced mechatronics, IEEE/ASME Trans. Mechatronics 1(1), 1996,
+    56-67). tau is the torque after its limit. It makes the motor stiff: the load then has the error of a held motor.
+    Its memory is that of the loop, the last deviation, whether there was a sample, and the observer's state.
+    """
+
+    loop: Any
+    J: Inertia
+    bandwidth: AngularSpeed
+    period: Time
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return self.loop.start(), 0.0, 0.0, 0.0
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        inner, last, begun, z = state
+        deviation = m.motor - m.reference
+        inner, torque = self.loop.update(inner, m)
+        momentum = self.J * begun * (deviation - last) / self.period
+        d = self.bandwidth * (momentum - z)
+        z = z + self.period * (m.applied - self.J * m.acceleration + d)
+        return (inner, deviation, 1.0 + 0.0 * begun, z), torque - begun * d
+
+    def check(self) -> None:
+        """Refuse a loop that is none (TypeError), and a bandwidth above what the samples allow (ValueError)."""
+        is_controller("DisturbanceObserver.loop", self.loop)
+        if not 0.0 < self.bandwidth * self.period < 1.0:
+            raise ValueError(
+                f"DisturbanceObserver.bandwidth is {self.bandwidth:g} rad/s; it must be above 0 and below "
+                f"{1.0 / self.period:g} rad/s, once a sample"
+            )
+
+
+class Notch(NamedTuple):
+    """The torque of `loop` behind a filter of second order; `notch` makes it from a frequency and a width.
+
+    y = b0 x + b1 x1 + b2 x2 - a1 y1 - a2 y2, with x the torque of the loop now and one and two samples ago. Its memory
+    is that of the loop and x1, x2, y1, y2.
+    """
+
+    loop: Any
+    b0: float
+    b1: float
+    b2: float
+    a1: float
+    a2: float
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return self.loop.start(), 0.0, 0.0, 0.0, 0.0
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        inner, x1, x2, y1, y2 = state
+        inner, x = self.loop.update(inner, m)
+        y = self.b0 * x + self.b1 * x1 + self.b2 * x2 - self.a1 * y1 - self.a2 * y2
+        return (inner, x, x1, y, y1), y
+
+    def check(self) -> None:
+        """Refuse a loop that is none (TypeError)."""
+        is_controller("Notch.loop", self.loop)
+
+
+def notch(loop: Any, frequency: float, period: float, *, width: float = 0.5, depth: float = 0.0) -> Notch:
+    """Return a loop with a notch in its torque: gain `depth` at a frequency, 1 far from it.
+
+    Parameters
+    ----------
+    loop : controller
+        What gives the torque.
+    frequency : float
+        Centre [rad/s].
+    period : float
+        Sample period [s].
+    width : float
+        Distance between the frequencies of gain 1/sqrt(2), over the centre.
+    depth : float
+        Gain at the centre, from 0 to 1.
+
+    Returns
+    -------
+    Notch
+
+    Raises
+    ------
+    ValueError
+        If the frequency is not between 0 and half the rate of samples, or another number is out of range.
+
+    References
+    ----------
+    The bilinear transform with its frequency kept at the centre: Franklin, Powell & Workman, Digital Control of Dynamic
+    Systems, 3rd ed. 1998, sec. 6.1.3.
+    """
+    omega = number("frequency [rad/s]", frequency, positive=True)
+    Ts, width = number("period [s]", period, positive=True), number("width", width, positive=True)
+    depth = number("depth", depth)
+    if not 0.0 <= depth <= 1.0:
+        raise ValueError(f"depth is {depth:g}; it must be from 0 to 1")
+    if not omega * Ts < pi:
+        raise ValueError(
+            f"frequency is {omega:g} rad/s; samples every {Ts:g} s carry none above {pi / Ts:g} rad/s: sample faster, "
+            "or lower it"
+        )
+    c, s = cos(omega * Ts), 0.5 * width * sin(omega * Ts)
+    a0 = 1.0 + s
+    found = Notch(
+        loop, (1.0 + depth * s) / a0, -2.0 * c / a0, (1.0 - depth * s) / a0, -2.0 * c / a0, (1.0 - s) / a0
+    )  # fmt: skip
+    found.check()
+    return found

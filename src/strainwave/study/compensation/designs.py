@@ -14,14 +14,10 @@ import numpy as np
 
 from ...base.units import RPM
 from ...compile.tree import leaves
-from ...model.controllers.adaptive import AdaptiveCancellation
+from ...model.controllers.adaptive import CELLS, AdaptiveCancellation, Repetitive
 from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, TorqueTable
-from ...model.controllers.gandhi_ghorbel import GandhiGhorbel
-from ...model.controllers.loops import LoadIntegral, SampledPD
+from ...model.controllers.loops import DisturbanceObserver, GandhiGhorbel, LoadIntegral, SampledPD, notch
 from ...model.controllers.measurement import Measurement
-from ...model.controllers.notch import notch
-from ...model.controllers.observer import DisturbanceObserver
-from ...model.controllers.repetitive import CELLS, Repetitive
 from ...model.excitation import Harmonic, Harmonics
 from .bench import Bench
 from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.results import SolveError
-from ...model.controllers.repetitive import CELLS
+from ...model.controllers.adaptive import CELLS
 from ...model.train.controls import motor_states
 from ...numerics.sampled.linear import LoopResponse
 from ...numerics.sampled.loops import LoopEnsemble, loop_ensemble, run_loop

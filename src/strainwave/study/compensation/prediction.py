@@ -17,7 +17,7 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
-from ...model.controllers.speed_table import SpeedTable
+from ...model.controllers.feedforward import SpeedTable
 from ...model.oscillator import Oscillator
 from ...model.train.motion import MOST
 from ...theory.slow_flow.flow import slow_flow

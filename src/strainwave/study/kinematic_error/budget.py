@@ -17,8 +17,7 @@ from ...base.quantities import LARGEST, numbers, positive_count, shown
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ...model.excitation import HIGHEST, KinematicError, Line
-from ...model.orders import order_map
-from ...model.sources import KINDS, Source, Turn
+from ...model.orders import KINDS, Source, Turn, order_map
 
 MOST_DRAWS = 1_000_000
 

@@ -1,0 +1,278 @@
+"""Groups of a project file: `excitation`, `controller`, and `scatter` with `scatter_correlation`."""
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from ...base.quantities import checked
+from ...drive.asked import MotorLimits
+from ...model.controllers.closed_loop import Sampling
+from ...model.excitation import Line
+from ..yaml_text import shown
+from .kinds import PHASE, Either, Items, Kind, NotA, Place, Quantity, Schema, Text, Whole, Wrong, number, read
+from .rows import Fields, Group, field, needed, rows_of
+
+MOST_LINES = 64
+CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
+LINE = "{order: 2, amplitude: 23 arcsec}"
+TORQUE_LINE = "{order: 1, amplitude: 0.1 N*m}"
+TORQUE = Quantity("N*m")
+ORDER = Whole(
+    1, 1000, "write how often the line repeats per turn, for example 2",
+    "is not between 1 and 1000; a constant part belongs in 'mean'",
+)  # fmt: skip
+
+
+def ascending(low: float, high: float, what: str) -> Iterator[Wrong]:
+    """Refuse a range whose end is not above its begin."""
+    if low >= high:
+        yield Wrong(("to",), f"the range does not ascend; write the smaller {what} after 'from'")
+
+
+class ErrorLine(Group):
+    """One line of the kinematic error."""
+
+    order: int = needed(ORDER, "2", "How often the line repeats per turn of the base angle.")
+    amplitude: float = needed(Quantity("rad", "not negative"), "23 arcsec", "Amplitude of the line, 0-to-peak.")
+    phase: float = field(PHASE, "90 deg", "Phase of its cosine.", 0.0)
+
+    @property
+    def line(self) -> Line:
+        """The line as an object of the model."""
+        return Line(self.order, self.amplitude, self.phase)
+
+    @classmethod
+    def of(cls, line: Any) -> "ErrorLine":
+        """A line with a size, the phase moved by half a turn where the amplitude is negative."""
+        phase = line.phase if line.amplitude >= 0.0 else line.phase + math.pi
+        return cls(order=line.order, amplitude=abs(line.amplitude), phase=phase or None)
+
+
+class TorqueLine(ErrorLine):
+    """One line of a torque."""
+
+    order: int = rows_of(ErrorLine)["order"]._replace(example="1")  # type: ignore[assignment]
+    amplitude: float = needed(Quantity("N*m", "not negative"), "0.1 N*m", "Amplitude of the line, 0-to-peak.")
+
+
+class TorqueRange(Group):
+    """A mean torque that lies anywhere between two, as that of gravity on an arm does."""
+
+    from_: float = needed(TORQUE, "-60 N*m", "Lower end of the range.")
+    to: float = needed(TORQUE, "60 N*m", "Upper end of the range.")
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse a range that does not ascend."""
+        return ascending(self.from_, self.to, "torque")
+
+
+class TorqueSpec(Group):
+    """Torque on a free motor, on the motor side."""
+
+    mean: float | TorqueRange = field(TORQUE, "5 N*m", "Mean of the torque.", 0.0)
+    lines: tuple[TorqueLine, ...] = field(Items(Fields(TorqueLine), most=MOST_LINES), f"[{TORQUE_LINE}]",
+        "Lines of the torque.", ())  # fmt: skip
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """Least and largest mean [N*m] where the file gives a range of them."""
+        return (self.mean.from_, self.mean.to) if isinstance(self.mean, TorqueRange) else None
+
+
+class LoadTorqueSpec(TorqueSpec):
+    """Torque on the load, on the output side; a resisting torque is negative."""
+
+    mean: float | TorqueRange = field(Either(TORQUE, Fields(TorqueRange)), "{from: -60 N*m, to: 60 N*m}",
+        "Mean of the torque, or the range in which it lies, as for gravity on an arm.", 0.0)  # fmt: skip
+
+
+class ExcitationSpec(Group):
+    """What drives the error; something periodic must be there."""
+
+    accuracy: float | str | None = field(Quantity("rad", "positive", CATALOGUE), "1 arcmin",
+        "Accuracy of the gear, peak-to-peak, in place of lines; catalogue for that of its record.")  # fmt: skip
+    kinematic_error: tuple[ErrorLine, ...] = field(Items(Fields(ErrorLine), most=MOST_LINES), f"[{LINE}]",
+        "Lines of the kinematic error, on the output side.", ())  # fmt: skip
+    motor_torque: TorqueSpec | None = field(TorqueSpec, f"{{mean: 5 N*m, lines: [{TORQUE_LINE}]}}")
+    load_torque: LoadTorqueSpec | None = field(LoadTorqueSpec, f"{{mean: 5 N*m, lines: [{TORQUE_LINE}]}}")
+
+
+MOST_SCATTER = 0.3  # beyond it a normal distribution has values near zero
+MOST_OF_PHASE = 1.0  # rad
+SAME, NO_VARIANCE = 1e-9, 1e-5  # of correlations: equal, and what their rounding may do to a variance
+
+
+class Radians(float):
+    """Standard deviation of a phase [rad], which has no size of its own; those of other numbers are relative."""
+
+
+@dataclass(frozen=True)
+class Deviation(Kind):
+    """A standard deviation: relative to the number itself, or the angle of a phase."""
+
+    def read(self, value: Any, place: Place) -> Any:
+        try:
+            share = number(value, "", "positive")
+        except ValueError:
+            if not (isinstance(value, str) and re.search(r"[A-Za-z°]\s*$", value)):
+                raise
+            angle = number(value, "rad", "positive")
+            if angle > MOST_OF_PHASE:
+                said = f"{value!r} is more than {MOST_OF_PHASE:g} rad; write one standard deviation"
+                raise ValueError(said) from None
+            return Radians(angle)
+        if share > MOST_SCATTER:
+            raise ValueError(f"{value!r} is more than {100 * MOST_SCATTER:g} %; write one standard deviation, as 5 %")
+        return share
+
+    def schema(self) -> Schema:
+        share = Quantity("", "positive", ends=(("maximum", MOST_SCATTER),))
+        return {"anyOf": [share.schema(), Quantity("rad", "positive").schema()]}
+
+    def text(self, value: Any) -> str:
+        return f"{float(value)!r} rad" if isinstance(value, Radians) else repr(value)
+
+
+@dataclass(frozen=True)
+class Scatter(Kind):
+    """Standard deviations by names."""
+
+    def read(self, value: Any, place: Place) -> Any:
+        if not isinstance(value, dict):
+            raise NotA("a group of fields")
+        if not 1 <= len(value) <= 32:
+            raise ValueError(f"has {len(value)} items; write at {'most 32' if value else 'least 1'}")
+        return {key: read(Deviation(), item, place.at(key)) for key, item in value.items()}
+
+    def schema(self) -> Schema:
+        return {"type": "object", "additionalProperties": Deviation().schema(), "minProperties": 1, "maxProperties": 32}
+
+    def text(self, value: Any) -> str:
+        return "{" + ", ".join(f"{key}: {Deviation().text(item)}" for key, item in value.items()) + "}"
+
+
+@dataclass(frozen=True)
+class Correlation(Kind):
+    """A correlation matrix: equal on both sides of its diagonal of ones, and no variance below zero."""
+
+    def read(self, rows: Any, place: Place) -> tuple[tuple[float, ...], ...]:
+        if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
+            raise ValueError("is no list of rows; write for example [[1, -0.5], [-0.5, 1]]")
+        given = tuple(tuple(number(value, "") for value in row) for row in rows)
+        if any(len(row) != len(given) for row in given):
+            raise ValueError(
+                f"has {len(given)} rows, not all with {len(given)} numbers; write one for each of 'scatter'"
+            )
+        matrix = np.array(given)
+        if np.any(np.abs(matrix - matrix.T) > SAME) or np.any(np.abs(np.diag(matrix) - 1.0) > SAME):
+            raise ValueError(
+                "is not the same on both sides of a diagonal of ones; write for example [[1, -0.5], [-0.5, 1]]"
+            )
+        if len(given) and (least := float(np.linalg.eigvalsh(matrix)[0])) < -NO_VARIANCE:
+            raise ValueError(
+                f"gives a sum of the numbers a variance of {least:.2g}, below zero; write smaller correlations"
+            )
+        return given
+
+    def schema(self) -> Schema:
+        return Items(Items(Quantity())).schema()
+
+    def text(self, value: Any) -> str:
+        return repr([list(row) for row in value])
+
+
+MOST_BITS = 40
+STEPS = Whole(
+    2, 2**MOST_BITS, "write steps a turn, for example 65536", f"is not between 2 and 2^{MOST_BITS} steps a turn"
+)
+
+
+class EncoderSpec(Group):
+    """Steps a turn, and noise."""
+
+    steps: int | None = field(STEPS, "65536", "Steps of a turn.")
+    noise: float = field(Quantity("rad", "not negative"), "2 arcsec", "Standard deviation of the noise.")
+
+    conditions: ClassVar[Schema] = {"minProperties": 1}
+
+    @property
+    def numbers(self) -> tuple[float, float]:
+        """Angle of a step, 0 without steps, and standard deviation of the noise [rad]."""
+        return math.tau / self.steps if self.steps else 0.0, self.noise or 0.0
+
+    @staticmethod
+    def of(quantum: float, noise: float) -> "EncoderSpec":
+        """The encoder of these numbers [rad]."""
+        steps = round(math.tau / quantum) if quantum else None
+        return EncoderSpec(steps=steps, noise=noise if noise or not quantum else None)
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse an encoder of which nothing is known."""
+        if not self.given:
+            yield Wrong(("steps",), "is missing; write steps a turn, for example 65536")
+
+
+def _bits(text: str) -> Any:
+    found = re.fullmatch(r"([0-9]{1,3})[ -]?bits?", text.strip())
+    if not found:
+        raise ValueError(f"{shown(text)} is not an encoder; write 16 bit, or {{steps: 65536, noise: 2 arcsec}}")
+    bits = int(found[1])
+    if not 1 <= bits <= MOST_BITS:
+        raise ValueError(f"{text!r} is not between 1 and {MOST_BITS} bit; write for example 16 bit")
+    return EncoderSpec(steps=2**bits)
+
+
+BITS = Text(_bits, lambda: {"pattern": "^\\s*[0-9]{1,2}[ -]?bits?\\s*$", "examples": ["16 bit"]}, "an encoder")
+
+
+class ControllerSpec(Group):
+    """Samples and encoders of the drive's own controller."""
+
+    period: float = field(Quantity("s", "positive"), "250 us", "Time from sample to sample.", "250 us")
+    delay: float | None = field(Quantity("s", "not negative"), "250 us",
+        "Time from a sample to the torque that it gives; without it one period.")  # fmt: skip
+    motor_encoder: EncoderSpec = field(Either(BITS, Fields(EncoderSpec)), "16 bit",
+        "Encoder on the motor's shaft, by its bits or by the steps of a turn and its noise.", "16 bit")  # fmt: skip
+    load_encoder: EncoderSpec | Literal["none"] = field(Either(BITS, Fields(EncoderSpec), word="none"),
+        "24 bit", "Encoder on the load's shaft, or none.", "none")  # fmt: skip
+    loss: float = field(Quantity("", "not negative"), "0.1 %", "Share of the motor's samples that are lost.", 0)
+
+    def sampling(self, limits: MotorLimits | None = None) -> Sampling:
+        """The samples, with the largest torque of the motor where that is known."""
+        load = (0.0, 0.0) if self.load_encoder == "none" else self.load_encoder.numbers
+        quantum, noise = self.motor_encoder.numbers
+        sampling: Sampling = checked(
+            Sampling(
+                period=self.period,
+                delay=self.period if self.delay is None else self.delay,
+                motor_quantum=quantum,
+                motor_noise=noise,
+                load_quantum=load[0],
+                load_noise=load[1],
+                loss=float(self.loss),
+                load_encoder=int(self.load_encoder != "none"),
+            )
+        )
+        most = math.inf if limits is None else limits.torque
+        return sampling._replace(limit=most) if math.isfinite(most) else sampling
+
+    @staticmethod
+    def of(sampling: Sampling) -> "ControllerSpec":
+        """The group of samples; their limit is that of the motor."""
+        load = EncoderSpec.of(sampling.load_quantum, sampling.load_noise) if sampling.load_encoder else "none"
+        return ControllerSpec(
+            period=sampling.period,
+            delay=sampling.delay,
+            motor_encoder=EncoderSpec.of(sampling.motor_quantum, sampling.motor_noise),
+            load_encoder=load,
+            loss=sampling.loss or None,
+        )
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse what no loop can do with."""
+        self.sampling()
+        yield from ()
