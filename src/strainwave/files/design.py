@@ -15,7 +15,7 @@ from .fields.kinds import Items, Quantity, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
 from .fields.schema import INERTIA, SPEED, TITLE, DampingSpec, LimitSpec, LoadSpec, MotorSpec, ProjectSpec, SpeedSpec
 from .reading import ProjectError
-from .yaml_text import Keys, Problem, as_path, complaint, name, read, read_text
+from .yaml_text import Keys, Problem, as_path, name, read, refuse, text_of
 
 KIND = "specification"
 MOST = 1000  # inertias of one kind, and segments
@@ -136,23 +136,11 @@ def read_specification(path: str | Path) -> Specification:
         If the file cannot be read or specifies nothing; all problems found, one line each.
     """
     path = as_path(path)
-    text = read_text(path, KIND)
-    if isinstance(text, Problem):
-        raise _error(path, [text])
-    located = read(text)
-    problems = list(located.problems)
-    if located.content is None:
-        if not problems:
-            begin = f"load: {rows_of(SpecificationSpec)['load'].example}"
-            problems.append(Problem(1, 1, "file", f"is empty; begin with a line such as {begin!r}"))
-        raise _error(path, problems)
-    spec, found = read_file(located.content, SpecificationSpec, located)
-    problems += found
-    if problems:
-        raise _error(path, problems)
-    problems += [Problem(*located.place(keys), name(keys), said) for keys, said in _contradictions(spec)]
-    if problems:
-        raise _error(path, problems)
+    located = read(text_of(path, KIND, error=ProjectError))
+    spec, problems = read_file(located.content, SpecificationSpec, located)
+    refuse(path, problems, ProjectError)
+    wrong = [Problem(*located.place(keys), name(keys), said) for keys, said in _contradictions(spec)]
+    refuse(path, wrong, ProjectError)
     return _resolved(spec, path)
 
 
@@ -194,10 +182,6 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
         accuracy=None if accuracy == CATALOGUE else accuracy,
         kinematic_error=KinematicError(lines) if lines else None,
     )
-
-
-def _error(path: Path, problems: list[Problem]) -> ProjectError:
-    return ProjectError(complaint(path, problems))
 
 
 def design_text(specification: Specification, candidate: Candidate) -> str:

@@ -4,38 +4,65 @@ YAML holds a list `gears`, each a group of fields; CSV a line of column names an
 in every cell or in the column's name, as in `K1 [N*m/rad]`. Every problem names its line.
 """
 
-import csv
-import difflib
-import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
 
-from ..base.quantities import example, parse
 from ..base.units import NUMBER, RPM
 from ..model.gears.gear import NUMBERS, Gear
-from .yaml_text import FileError, Problem, as_path, complaint, kind_of, name, read, read_text, shown
+from .fields.kinds import Items, Quantity, Row, Text, Whole, Wrong
+from .fields.rows import Fields, Group, field, needed, read_file
+from .scan_file import name_and_unit, read_rows
+from .yaml_text import Keys, Located, Problem, as_path, name, read, refuse, shown, text_of
 
-TEXTS = ("name", "series", "source")
-COUNTS = ("ratio", "size")
-SPEEDS = {"max_speed": "max_rpm", "average_speed": "average_rpm"}
-UNITS = {field: unit for field, unit in NUMBERS.items() if field not in SPEEDS.values()} | dict.fromkeys(
-    SPEEDS, "rad/s"
-)
-FIELDS = (*TEXTS, *COUNTS, *UNITS)
-NEEDED = ("name", "ratio", "K1", "K2", "K3", "T1", "T2")
+SPEEDS = {"max_rpm": "max_speed", "average_rpm": "average_speed"}
+NEEDED = ("K1", "K2", "K3", "T1", "T2")
 LONGEST = 60
 MOST = 2000
+COUNT = Whole(1, 999_999, "write for example 50", "is not a whole number from 1; write for example 50")
 
 
-class Cell(NamedTuple):
-    """One value of a file: its text and where it stands."""
+def _name(text: str) -> str:
+    if not (0 < len(text) <= LONGEST and text.isprintable()):
+        raise ValueError(f"{shown(text)} is no name of 1 to {LONGEST} printable characters; shorten it")
+    return text
 
-    text: Any
-    line: int
-    column: int
-    field: str
+
+class OwnGear(Group):
+    """A gear of one's own: the fields of `Gear`, with speeds in place of its rpm."""
+
+    name: str = needed(Text(_name), "MY-40-50", "Name of the gear.")
+    series: str | None = field(Text(_name), "MY", "Series of the gear.")
+    source: str | None = field(Text(), "datasheet 2024", "Where the numbers come from.")
+    ratio: int = needed(COUNT, "50", "Motor turns per output turn.")
+    size: int | None = field(COUNT, "40", "Size of the gear.")
+
+    def record(self, source: str) -> Gear:
+        """The gear, whose numbers come from this source where it names none."""
+        numbers = {key: getattr(self, SPEEDS.get(key, key)) for key in NUMBERS}
+        rpm = {key: numbers[key] / RPM for key in SPEEDS if numbers[key] is not None}
+        return Gear(
+            name=self.name, series=self.series or "", size=self.size, ratio=self.ratio, source=self.source or source,
+            **numbers | rpm,
+        )  # fmt: skip
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse numbers that contradict each other."""
+        for number, sentence in self.record("").contradictions():
+            for rpm, speed in SPEEDS.items():
+                sentence = sentence.replace(rpm, speed)
+            yield Wrong((SPEEDS.get(number, number),), sentence)
+
+
+for _key, _unit in NUMBERS.items():
+    _row = Row(Quantity("rad/s" if _key in SPEEDS else _unit), needed=_key in NEEDED)
+    setattr(OwnGear, SPEEDS.get(_key, _key), _row)
+
+
+class GearsSpec(Group):
+    """The whole file."""
+
+    gears: tuple[OwnGear, ...] = needed(Items(Fields(OwnGear), 1, MOST), "[{name: MY-40-50, ratio: 50}]", "Gears.")
 
 
 def read_gears(path: str | Path) -> dict[str, Gear]:
@@ -60,162 +87,67 @@ def read_gears(path: str | Path) -> dict[str, Gear]:
         `file:line:column: field: fact, value, remedy` per problem.
     """
     path = as_path(path)
-    text = read_text(path)
-    problems: list[Problem] = []
-    gears: dict[str, Gear] = {}
-    lines: dict[str, int] = {}
-    if isinstance(text, Problem):
-        raise FileError(complaint(path, [text._replace(sentence=text.sentence.replace("project file", "gear file"))]))
-    rows = _csv_rows(text, problems) if path.suffix.lower() == ".csv" else _yaml_rows(text, problems)
-    for start, cells in rows:
-        gear = _gear(start, cells, problems, path)
-        if gear is None:
-            continue
-        if gear.name in gears:
-            cell = cells["name"]
-            said = f"{gear.name!r} appears twice, first in line {lines[gear.name]}; remove one or rename it"
-            problems.append(Problem(cell.line, cell.column, cell.field, said))
-        gears[gear.name], lines[gear.name] = gear, cells["name"].line
-    if not gears and not problems:
-        problems.append(Problem(1, 1, "file", f"holds no gear; each needs {', '.join(NEEDED)}"))
-    if problems:
-        raise FileError(complaint(path, problems))
-    return gears
+    text, table = text_of(path, "gear file"), path.suffix.lower() == ".csv"
+    located = _of_table(text) if table else read(text)
+    spec, problems = read_file(located.content, GearsSpec, located)
+    if not problems:
+        problems += _twice(spec.gears, located)
+    if table:  # where columns have names, and lines none
+        problems = [problem._replace(field=problem.field.rpartition(".")[2]) for problem in problems]
+    refuse(path, problems)
+    return {gear.name: gear.record(path.name) for gear in spec.gears}
 
 
-def _yaml_rows(text: str, problems: list[Problem]) -> Iterator[tuple[Problem, dict[str, Cell]]]:
-    located = read(text)
-    problems += located.problems
-    content = located.content
-    if located.content is None:
-        if not problems:
-            problems.append(Problem(1, 1, "file", "is empty; begin with a line 'gears:' and a list of gears under it"))
-        return
-    listed = content.get("gears") if isinstance(content, dict) else None
-    if not isinstance(listed, list) or list(content) != ["gears"]:
-        problems.append(
-            Problem(1, 1, "file", "must hold one list 'gears'; write 'gears:' and '- name: MY-40-50' under it")
-        )
-        return
-    for i, group in enumerate(listed):
-        here = ("gears", i)
-        start = Problem(*located.place(here), name(here), "")
-        if not isinstance(group, dict):
-            problems.append(start._replace(sentence=f"is {kind_of(group)}, not a gear; write '- name: MY-40-50'"))
-            continue
-        yield (
-            start,
-            {
-                key: Cell(
-                    value,
-                    *(located.place((*here, key)) if key in FIELDS else located.keys[*here, key]),
-                    name((*here, key)),
-                )
-                for key, value in group.items()
-            },
-        )
+def _twice(gears: tuple[OwnGear, ...], located: Located) -> Iterator[Problem]:
+    first: dict[str, int] = {}
+    for i, gear in enumerate(gears):
+        keys: Keys = "gears", i, "name"
+        line, column = located.place(keys)
+        if gear.name in first:
+            said = f"{gear.name!r} appears twice, first in line {first[gear.name]}; remove one or rename it"
+            yield Problem(line, column, name(keys), said)
+        first.setdefault(gear.name, line)
 
 
-def _csv_rows(text: str, problems: list[Problem]) -> Iterator[tuple[Problem, dict[str, Cell]]]:
-    reader = csv.reader(io.StringIO(text), strict=True, skipinitialspace=True)
-    try:
-        rows = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        problems.append(Problem(reader.line_num, 1, "file", f"is not CSV ({error}); check the quotes"))
-        return
-    if len(rows) < 2 or len(rows) > MOST:
-        problems.append(
-            Problem(1, 1, "file", f"has {len(rows)} lines; it needs column names and 1 to {MOST - 1} gears")
-        )
-        return
+def _of_table(text: str) -> Located:
+    """Content of a CSV file, as YAML would have it; what is wrong with its lines is among the problems."""
+    found = Located()
+    rows = list(read_rows(text, ",", found.problems))
+    if found.problems:
+        return found
+    if not 2 <= len(rows) <= MOST:
+        said = f"has {len(rows)} lines; it needs column names and 1 to {MOST - 1} gears"
+        found.problems.append(Problem(1, 1, "file", said))
+        return found
     (first, header), *body = rows
-    columns = [re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[(.*)\])?\s*", column) for column in header]
+    names, units = zip(*map(name_and_unit, header), strict=True)
+    twice = sorted(key for key in names if names.count(key) > 1)
     if len(header) == 1:
-        problems.append(Problem(first, 1, "file", "has one column; separate the columns by commas"))
-        return
-    names = [column.group(1) if column else text for column, text in zip(columns, header, strict=True)]
-    units = [(column.group(2) or "").strip() if column else "" for column in columns]
-    twice = {field for field in names if names.count(field) > 1}
+        found.problems.append(Problem(first, 1, "file", "has one column; separate the columns by commas"))
     if twice:
-        problems.append(Problem(first, 1, sorted(twice)[0], "is the name of two columns; remove one"))
-        return
+        found.problems.append(Problem(first, 1, twice[0], "is the name of two columns; remove one"))
+    if found.problems:
+        return found
+    found.content = {"gears": []}
     for line, row in body:
         if len(row) != len(header):
             said = f"has {len(row)} cells where line {first} names {len(header)} columns; leave cells empty, not out"
-            problems.append(Problem(line, 1, "file", said))
+            found.problems.append(Problem(line, 1, "file", said))
             continue
-        twice_said = [
-            Problem(
-                line,
-                i + 1,
-                field,
-                f"{shown(cell.strip())} has a unit and line {first} gives the column {unit}; write it once",
-            )
-            for i, (field, unit, cell) in enumerate(zip(names, units, row, strict=True))
-            if unit and _has_unit(cell.strip())
-        ]
-        if twice_said:
-            problems += twice_said
-            continue
-        cells = {
-            field: Cell(f"{cell.strip()} {unit}".strip(), line, i + 1, field)
-            for i, (field, unit, cell) in enumerate(zip(names, units, row, strict=True))
-            if cell.strip()
-        }
-        yield Problem(line, 1, "gear", ""), cells
+        group, keys = dict[str, str](), ("gears", len(found.content["gears"]))
+        found.values[keys] = line, 1
+        for column, (key, unit, cell) in enumerate(zip(names, units, row, strict=True), 1):
+            found.values[(*keys, key)] = found.keys[(*keys, key)] = line, column
+            if cell and unit and _has_unit(cell):
+                said = f"{shown(cell)} has a unit and line {first} gives the column {unit}; write it once"
+                found.problems.append(Problem(line, column, key, said))
+            elif cell:
+                group[key] = f"{cell} {unit}".strip()
+        found.content["gears"].append(group)
+    return found
 
 
 def _has_unit(cell: str) -> bool:
     """Whether letters or a sign of an angle follow a number."""
     number = NUMBER.match(cell)
     return bool(number and re.match(r"\s*[^\W\d_]|\s*[°%′″]", cell[number.end() :]))
-
-
-def _gear(start: Problem, cells: dict[str, Cell], problems: list[Problem], path: Path) -> Gear | None:
-    """Build one record, or add what is wrong with it to the problems."""
-    values: dict[str, Any] = {}
-    count = len(problems)
-    for field, cell in cells.items():
-        try:
-            values[SPEEDS.get(field, field)] = _value(field, cell.text)
-        except ValueError as error:
-            problems.append(Problem(cell.line, cell.column, cell.field, str(error)))
-    missing = [field for field in NEEDED if field not in cells]
-    if missing:
-        remedy = f"write each, {missing[0]} {_sample(missing[0])}"
-        problems.append(start._replace(sentence=f"lacks {', '.join(missing)}; {remedy}"))
-    if len(problems) > count:
-        return None
-    values = {"series": "", "size": None, "source": path.name} | values
-    gear = Gear(**values)
-    for number, sentence in gear.contradictions():
-        field = {rpm: speed for speed, rpm in SPEEDS.items()}.get(number, number)
-        for speed, rpm in SPEEDS.items():
-            sentence = sentence.replace(rpm, speed)
-        problems.append(Problem(cells[field].line, cells[field].column, cells[field].field, sentence))
-    return gear if len(problems) == count else None
-
-
-def _value(field: str, text: Any) -> Any:
-    if field not in FIELDS:
-        near = difflib.get_close_matches(field, FIELDS, n=1, cutoff=0.5)
-        raise ValueError(
-            f"unknown field; did you mean {near[0]!r}?" if near else f"unknown field; known are {', '.join(FIELDS)}"
-        )
-    if not isinstance(text, str):
-        raise ValueError(f"is {kind_of(text)}; write {_sample(field)}")
-    if field in TEXTS:
-        if field != "source" and not (0 < len(text) <= LONGEST and text.isprintable()):
-            raise ValueError(f"{shown(text)} is no name of 1 to {LONGEST} printable characters; shorten it")
-        return text
-    if field in COUNTS:
-        if not re.fullmatch(r"[0-9]{1,6}", text) or int(text) < 1:
-            raise ValueError(f"{shown(text)} is not a whole number from 1; write {_sample(field)}")
-        return int(text)
-    value = parse(text, UNITS[field])
-    return value / RPM if field in SPEEDS else value
-
-
-def _sample(field: str) -> str:
-    known = {"name": "MY-40-50", "series": "MY", "source": "datasheet 2024", "ratio": "50", "size": "40"}
-    return f"for example {known[field]}" if field in known else example(UNITS[field])

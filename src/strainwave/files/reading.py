@@ -28,7 +28,7 @@ from .fields.schema import ExplicitGear, LoadSpec, NamedGear, ProjectSpec, Speed
 from .notes import notes
 from .own_gears import read_gears
 from .python_law import with_python_laws
-from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, read_text, shown
+from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, refuse, shown, text_of
 
 ACCURACY_NOTE = (
     "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
@@ -183,10 +183,7 @@ def read_project(path: str | Path) -> Project:
         If the file cannot be read or does not describe a drive; all problems found, one line each.
     """
     path = as_path(path)
-    text = read_text(path)
-    if isinstance(text, Problem):
-        raise _error(path, [text])
-    return from_text(text, path)
+    return from_text(text_of(path, error=ProjectError), path)
 
 
 def from_text(text: str, path: Path) -> Project:
@@ -197,15 +194,10 @@ def from_text(text: str, path: Path) -> Project:
 def from_located(located: Located, text: str, path: Path) -> Project:
     """Make a project of what was read of a text (ProjectError as `read_project`)."""
     content, wrong = with_python_laws(located, path.parent)
-    problems = [*located.problems, *wrong]
-    if located.content is None:
-        if not problems:
-            problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
-        raise _error(path, problems)
-    spec, found = read_file(content, ProjectSpec, located)
-    problems += found
+    spec, problems = read_file(content, ProjectSpec, located)
+    problems += wrong
     if spec is None:
-        raise _error(path, problems)
+        raise ProjectError(complaint(path, problems))
     gear: Gear | ExplicitGear | None = None
     elsewhere: list[str] = []
     task: Task | None = None
@@ -226,7 +218,7 @@ def from_located(located: Located, text: str, path: Path) -> Project:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), *elsewhere) if part))
     project = replace(resolved(spec, gear, path, text), move=task)
     if project.train is not None and (sentence := unstable(project.train, project.loop_inertia)):
-        raise _error(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)])
+        refuse(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)], ProjectError)
     return project
 
 
@@ -241,7 +233,3 @@ def _gear(spec: ProjectSpec, path: Path) -> Gear | ExplicitGear | None:
             raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
         return gears[spec.gear.name]
     return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else spec.gear
-
-
-def _error(path: Path, problems: list[Problem]) -> ProjectError:
-    return ProjectError(complaint(path, problems))

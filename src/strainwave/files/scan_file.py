@@ -23,7 +23,7 @@ from ..base.quantities import checked, convert
 from ..base.results import Floats
 from ..base.units import NUMBER
 from ..study.move.profiles import AngleProfile
-from .yaml_text import FileError, Problem, as_path, complaint, read_text, shown
+from .yaml_text import Problem, as_path, refuse, shown, text_of
 
 LARGEST = 64 * 1024 * 1024
 MOST_SHOWN, MOST_ABOVE = 20, 100  # problems, and lines above the names of the columns
@@ -115,9 +115,7 @@ def read_scan(
     for field, name in wanted.items():
         if not isinstance(name, str) and (name is not None or field == ANGLE):
             raise TypeError(f"{field} is {name!r}; give the name of a column as text, with its unit: 'Winkel [deg]'")
-    text = read_text(path, "scan file", LARGEST)
-    if isinstance(text, Problem):
-        raise FileError(complaint(path, [text]))
+    text = text_of(path, "scan file", LARGEST)
     problems: list[Problem] = []
     rows = from_header(list(read_rows(text, delimiter, problems)), angle)
     columns: list[Column] = []
@@ -126,16 +124,14 @@ def read_scan(
     if not problems:
         columns, vendors = _columns(*rows[0], wanted, delimiter, problems)
         ate = ate or vendors
-    if problems:
-        raise FileError(complaint(path, problems))
+    refuse(path, problems)
     lines = [line for line, _ in rows[1:]]
     table = read_numbers(rows, columns, decimal, problems)
     if not problems:
         if reverse and len(table) > 1 and table[1, 0] < table[0, 0]:
             table, lines = table[::-1], lines[::-1]
         problems += _order(table[:, 0], lines, columns[0])
-    if problems:
-        raise FileError(complaint(path, problems))
+    refuse(path, problems)
     table = table * np.array([column.factor for column in columns])
     sign = -1.0 if ate else 1.0
     other = sign * table[:, 2] if len(columns) > 2 else None
@@ -316,17 +312,15 @@ def read_profile(path: str | Path, *, delimiter: str = ",", decimal: str = ".") 
     """
     path = as_path(path)
     check_signs(delimiter, decimal)
-    text = read_text(path, "profile", LARGEST)
-    if isinstance(text, Problem):
-        raise FileError(complaint(path, [text]))
+    text = text_of(path, "profile", LARGEST)
     problems: list[Problem] = []
     rows = from_header(list(read_rows(text, delimiter, problems)), "time")
     if not problems and len(rows) < 3:
         problems.append(Problem(1, 1, "file", f"has fewer than two points; {FORM}, and give one line per point"))
     columns = [] if problems else find_columns(*rows[0], COLUMNS, delimiter, problems, FORM)
-    table = None if problems else read_numbers(rows, columns, decimal, problems)
-    if problems or table is None:
-        raise FileError(complaint(path, problems))
+    refuse(path, problems)
+    table = read_numbers(rows, columns, decimal, problems)
+    refuse(path, problems)
     times, angles = (table * [column.factor for column in columns]).T.tolist()
     back = next((i for i in range(len(times) - 1) if not times[i] < times[i + 1]), None)
     if back is not None:
@@ -334,7 +328,7 @@ def read_profile(path: str | Path, *, delimiter: str = ",", decimal: str = ".") 
             f"{table[back + 1, 0]:.9g} stands after {table[back, 0]:.9g}; a profile goes forward in time: correct or "
         )
         place = Problem(rows[back + 2][0], columns[0].place + 1, "time", said + "remove the line")
-        raise FileError(complaint(path, [place]))
+        refuse(path, [place])
     profile: AngleProfile = checked(AngleProfile(tuple(times), tuple(angles)))
     return profile
 

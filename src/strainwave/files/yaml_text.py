@@ -49,6 +49,12 @@ def complaint(path: Path, problems: list[Problem]) -> str:
     return "\n".join(lines)
 
 
+def refuse(path: Path, problems: list[Problem], error: type[FileError] = FileError) -> None:
+    """Raise the complaint about the problems of a file, if there are any."""
+    if problems:
+        raise error(complaint(path, problems))
+
+
 class Unreadable(Exception):
     """Reading cannot go on; the argument is the last `Problem`."""
 
@@ -139,6 +145,16 @@ def read_text(
         before = data[: error.start].decode("utf-8", "replace")
         line, column = _place(before, len(before))
         return Problem(line, column, "file", f"has the byte {data[error.start]:#04x}, not UTF-8; save it as UTF-8 text")
+
+
+def text_of(
+    path: Path, kind: str = "project file", largest: int = LARGEST, error: type[FileError] = FileError
+) -> str:  # fmt: skip
+    """Return the text of a file, or raise the complaint that says why there is none; see `read_text`."""
+    text = read_text(path, kind, largest)
+    if isinstance(text, Problem):
+        raise error(complaint(path, [text]))
+    return text
 
 
 def _wide(data: bytes) -> str | Problem:

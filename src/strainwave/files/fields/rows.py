@@ -334,15 +334,18 @@ def problems_of(found: Iterable[Wrong], located: Located) -> Iterator[Problem]:
 
 def read_file(content: Any, cls: Any, located: Located) -> tuple[Any, list[Problem]]:
     """Read the content of a file; fields that are wrong are None, and what holds no fields at all gives none."""
-    rows, found = rows_of(cls), list[Wrong]()
+    rows, found, problems = rows_of(cls), list[Wrong](), list(located.problems)
+    if content is None and problems:
+        return None, problems
     try:
         given = _given(content, cls, Place((), found, "", tuple(rows)))
     except NotA:
         first = next(key for key, row in rows.items() if row.needed)
-        said = f"holds {shown(content)}, not fields; begin with a line such as '{first}: {rows[first].example}'"
-        return None, [Problem(*located.place(()), "file", said)]
+        fact = "is empty" if content is None else f"holds {shown(content)}, not fields"
+        said = f"{fact}; begin with a line such as '{first}: {rows[first].example}'"
+        return None, [*problems, Problem(*located.place(()), "file", said)]
     wanted = {key: None for key, row in rows.items() if row.needed}
-    return cls(**wanted | given), list(problems_of(found, located))
+    return cls(**wanted | given), [*problems, *problems_of(found, located)]
 
 
 def row_at(cls: Any, content: Any, keys: Iterable[str]) -> Row | None:
