@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.theory.slow_flow.averaging import averaged_flow
 from strainwave.theory.slow_flow.cubic import CubicFlow, kind_of
-from strainwave.theory.slow_flow.fixed_points import fixed_points
 from strainwave.theory.slow_flow.setting import setting
+from strainwave.theory.slow_flow.states import fixed_points
 
 # OSCILATE's Duffing example (cases T4, T5), and Nayfeh & Mook 1979, sec. 4.1.4 (T7)
 T4 = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(0.01), 1.075)

@@ -21,10 +21,11 @@ from ...base.quantities import numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ..slow_flow.certificate import certify
-from ..slow_flow.fixed_points import Flow, polish
+from ..slow_flow.fixed_points import Flow
 from ..slow_flow.flow import SlowFlow, slow_flow
 from ..slow_flow.response import PER_CYCLE, response
 from ..slow_flow.setting import Complexes, Resonance
+from ..slow_flow.states import polished
 from .basins import March, destinations, march, stable_states
 from .moving import DelayedJump, Passage, Passages, tabulated
 from .ride import Way, folds_ahead
@@ -121,8 +122,8 @@ def _track(way: Way, state: complex) -> tuple[Floats, Complexes]:
     speeds, states = [way.last], [state]
     for omega in np.linspace(way.last, way.first, TRACKED + 1)[1:]:
         flow: Any = way.quick.at(float(omega))
-        z = 0j if state == 0.0 else polish(flow, states[-1])
-        if z is None or abs(z - states[-1]) > 0.5 * abs(states[-1]):
+        z = 0j if state == 0.0 else complex(polished(flow, np.array([states[-1]]))[0])
+        if not abs(z - states[-1]) <= 0.5 * abs(states[-1]):
             break
         speeds.append(float(omega))
         states.append(z)

@@ -26,14 +26,14 @@ from . import response as response_curve
 from .averaging import averaged_flow
 from .certificate import ORDINAL, certify
 from .cubic import CubicFlow, free_decay, kind_of
-from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
+from .fixed_points import Flow, is_stable, is_trivial
 from .memory import remembers
 from .predictor.making import predictor
 from .predictor.predictor import Predictor
 from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, SteadyState
 from .second_order import Forms, SecondOrderFlow, second_order
 from .setting import LARGEST, NONRESONANT, Resonance, setting
-from .states import states
+from .states import attractor, fixed_points, states
 from .transient import evolve, rates, steady_motion, times
 
 

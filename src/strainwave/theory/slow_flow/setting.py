@@ -141,7 +141,9 @@ class Setting:
         return replace(self, torque_lines=factor * self.torque_lines, error_lines=factor * self.error_lines)
 
     def of(self, which: Any) -> "Setting":
-        """Return the problems at some of many speeds."""
+        """Return the problems at some of many speeds; the same where there is one."""
+        if np.ndim(self.omega) == 0:
+            return self
         many = ["omega", "hard", "soft", *(["fast"] if self.resonance.ratio else [])]
         many += ["torque_lines", "error_lines"] if self.torque_lines.ndim > 1 else []
         system = self.system._replace(omega=self.omega[which])  # type: ignore[index]

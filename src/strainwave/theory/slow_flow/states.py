@@ -3,7 +3,7 @@
 First order of a cubic law, and second order of a square and a cube under a line on the fast angle alone, are
 polynomials in |z|^2: all their roots are found at once. Without hard lines the rate is z g(|z|) - push whatever the law
 is: g is tabulated over |z| at a few speeds, and |z g| - |push| changes its sign at every state. With hard lines each
-speed is searched by itself. Newton's method in the flow moves what was found onto the states.
+speed is searched by itself, in a scan of the plane. Newton's method in the flow moves what was found onto the states.
 """
 
 import math
@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.results import Floats
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence, Speed
 from ...numerics.operating_point import positive_roots
 from .cubic import CubicFlow
 from .fixed_points import (
@@ -23,7 +24,6 @@ from .fixed_points import (
     Flow,
     amplitudes,
     attracts,
-    fixed_points,
     is_stable,
     is_trivial,
     newton_step,
@@ -37,9 +37,13 @@ from .setting import Complexes
 TOGETHER = 2000  # speeds at once: what they take fits the memory, and a user can interrupt between
 AT_ONCE = 8  # speeds of one polar grid
 NODES = 33  # speeds at which g is tabulated
-ROUNDS, MET, SAME = 40, 1e-7, 1e-7  # of Newton's method: most steps, last relative step of a state; distance of one
+ROUNDS, IDLE = 40, 8  # steps of Newton's method, and those in a row that get no shorter
+MET, SAME = 1e-7, 1e-7  # last relative step of a state, and distance of two that are one
 FINER = 16  # parts of a cell of the table that may hold a state
 BENDS = 2.0  # of the change from row to row: so near to 0 an extremum of |z g| - |push| may hide two states
+CLEAR = 0.3  # share of the distance to the next fixed point within which a transient is taken to end on one
+MOST_ALONE = 60  # fixed points of an undamped flow; more are a continuum
+EPSILON = float(np.finfo(float).eps)
 Found = tuple[Any, Complexes]  # places among the speeds, and states there
 
 
@@ -84,7 +88,7 @@ class Table:
 def states(flow: Flow, omega: Floats, factor: Any = 1.0) -> States:
     """All steady states at speeds (n,) [rad/s] under the lines times factors (n,); a = 0 where it is one."""
     factor = np.broadcast_to(np.asarray(factor, float), omega.shape)
-    how = _search(flow, omega, factor)
+    how = None if remembers(flow.setting.system.law) else _search(flow, omega, factor)
     which, z, stable = list[Any](), list[Complexes](), list[Any]()
     for i in range(0, len(omega), TOGETHER):
         some = omega[i : i + TOGETHER], factor[i : i + TOGETHER]
@@ -106,6 +110,7 @@ def at(flow: Any, omega: Any, factor: Any) -> Any:
 def polished(flow: Flow, z: Complexes) -> Complexes:
     """Newton's method from a state [rad] at each speed of a flow; not finite where none is met."""
     best, size, going = np.full(len(z), np.nan + 0j), np.full(len(z), np.inf), np.arange(len(z))
+    idle = np.zeros(len(z), int)  # steps since the shortest one: a state that wanders meets none
     with np.errstate(all="ignore"):
         for _ in range(ROUNDS):
             part = replace(flow, setting=flow.setting.of(going))
@@ -114,12 +119,52 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
             length = np.abs(step) / np.abs(z)
             nearer = length < size[going]
             best[going[nearer]], size[going[nearer]] = z[nearer], length[nearer]
-            keep = np.isfinite(length) & (nearer | (size[going] > 1e-9)) & (length > 1e-14)
+            idle[going] = np.where(nearer, 0, idle[going] + 1)
+            keep = np.isfinite(length) & (nearer | (size[going] > 1e-9)) & (length > 1e-14) & (idle[going] < IDLE)
             z = (z + step * np.minimum(1.0, 0.5 / length))[keep]
             going = going[keep]
             if not len(going):
                 break
-    return np.where(size <= MET, best, np.nan)
+    # a small z keeps the rounding of hard lines
+    rounding = EPSILON * np.sum(np.abs(flow.setting.hard), axis=-1) / np.abs(best)
+    return np.where(size <= np.maximum(MET, np.minimum(rounding, 1e-3)), best, np.nan)
+
+
+def fixed_points(flow: Flow) -> list[complex]:
+    """All nontrivial states [rad] of a flow at its one speed by descending |z|; copies by whole periods count once."""
+    s = flow.setting
+    z = _alone(flow)[0].tolist()
+    if s.mu == 0.0 and len(z) > MOST_ALONE:
+        raise SolveError(
+            Sentence(
+                "without damping every small amplitude is a steady state at omega = {}; give the drive damping, or go "
+                "to another speed",
+                Speed(s.omega),
+            )
+        )
+    return sorted(z, key=abs, reverse=True)
+
+
+def attractor(flow: Flow, z: complex) -> complex | None:
+    """Stable fixed point [rad] next to z, copies included; None unless it is much nearer than any other."""
+    s = flow.setting
+    if s.resonance.ratio is None:
+        return 0j if s.mu > 0.0 else None
+    copies = np.exp(2j * np.pi * np.arange(s.copies) / s.copies)
+    points = [complex(point * copy) for point in fixed_points(flow) for copy in copies]
+    points += [0j] if is_trivial(flow) else []
+    points.sort(key=lambda point: abs(point - z))
+    if not points or (len(points) > 1 and abs(points[0] - z) > CLEAR * abs(points[1] - z)):
+        return None
+    return points[0] if is_stable(flow, points[0]) else None
+
+
+def _alone(flow: Flow) -> tuple[Complexes, Any]:
+    """Nontrivial states of a flow at its one speed, and whether they attract."""
+    if flow.setting.resonance.ratio is None:
+        return np.zeros(0, complex), np.zeros(0, bool)
+    how = _search(flow, np.array([flow.setting.omega]), np.ones(1))
+    return _together(flow, _by_scan if how in (None, _by_grid) else how)[1:]
 
 
 def _search(flow: Flow, omega: Floats, factor: Floats) -> Callable[[Any], Found] | None:
@@ -127,7 +172,7 @@ def _search(flow: Flow, omega: Floats, factor: Floats) -> Callable[[Any], Found]
     s = flow.setting
     if _is_polynomial(flow):
         return _by_polynomial
-    if not (np.any(s.hard) or remembers(s.system.law)):
+    if not np.any(s.hard):
         return partial(_by_table, table=_table(flow, omega, factor))
     if isinstance(flow, SecondOrderFlow) and s.resonance.ratio is not None and not remembers(s.system.law):
         return _by_grid
@@ -135,36 +180,43 @@ def _search(flow: Flow, omega: Floats, factor: Floats) -> Callable[[Any], Found]
 
 
 def _together(many: Flow, search: Callable[[Any], Found]) -> tuple[Any, Complexes, Any]:
-    """Nontrivial states of a flow at many speeds: their places, the states, whether they attract."""
+    """Nontrivial states of a flow at its speeds: their places, the states, whether they attract."""
     which, z = search(many)
     here = replace(many, setting=many.setting.of(which))
     if isinstance(here, SecondOrderFlow) and here.rough is not here.force:  # few samples first, all of them at the end
         near = polished(here.coarse, z)
-        z = np.where(np.isfinite(near), near, z)
+        met = np.isfinite(near)
+        kept = met | (not remembers(many.setting.system.law))  # few samples of a kink may keep a state from being met
+        which, z = _distinct(many, which[kept], np.where(met, near, z)[kept])
+        here = replace(many, setting=many.setting.of(which))
     z = polished(here, z)
     with np.errstate(all="ignore"):
         kept = np.isfinite(z) & here.sound(z)
-    which, z = which[kept], z[kept]
-    turns = np.exp(2j * np.pi * np.arange(many.setting.copies) / many.setting.copies)[:, None]
+    which, z = _distinct(many, which[kept], z[kept])
+    return which, z, attracts(replace(many, setting=many.setting.of(which)).stability(z))
+
+
+def _distinct(many: Flow, which: Any, z: Complexes) -> Found:
+    """Places and states without those that are among the others; of copies by whole periods one."""
+    s = many.setting
+    turns = np.exp(2j * np.pi * np.arange(s.copies) / s.copies)[:, None]
     each = z * turns
     key = np.round(np.abs(np.angle(each)), 9) - 1e-10 * np.sign(each.imag)
     z = each[np.argmin(key, axis=0), np.arange(len(z))]
     order = np.argsort(which, kind="stable")
-    rows = _padded(which[order], np.size(many.setting.omega), z[order], np.nan)
+    rows = _padded(which[order], np.size(s.omega), z[order], np.nan)
     for i, row in enumerate(rows):
         for other in rows[:i]:
             with np.errstate(all="ignore"):
                 row[np.any(np.abs(row * turns - other) < SAME * np.abs(other), axis=0)] = np.nan
     _, which = np.nonzero(np.isfinite(rows))
-    z = rows[np.isfinite(rows)]
-    return which, z, attracts(replace(many, setting=many.setting.of(which)).stability(z))
+    return which, rows[np.isfinite(rows)]
 
 
 def _one_by_one(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow that each speed is searched for by itself."""
     each = [at(flow, float(w), float(f)) for w, f in zip(omega, factor, strict=True)]
-    found = [(i, z, is_stable(one, z)) for i, one in enumerate(each) for z in fixed_points(one)]
-    return _columns(found)
+    return _columns([(i, *state) for i, one in enumerate(each) for state in zip(*_alone(one), strict=True)])
 
 
 def _at_rest(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
@@ -214,6 +266,7 @@ def _by_polynomial(many: Any) -> Found:
         with np.errstate(all="ignore"):
             direction = s.soft / (linear + (by_one + by_two * square) * square)
             z = np.sqrt(square) * direction / np.abs(direction)
+    z = z.reshape(len(z), np.size(s.omega))
     _, which = np.nonzero(np.isfinite(z))
     return which, z[np.isfinite(z)]
 
@@ -235,19 +288,20 @@ def _table(flow: Any, omega: Floats, factor: Floats) -> Table:
 
 def _by_table(many: Any, table: Table) -> Found:
     """Starts where |z g| - |push| changes its sign, in cells of the table and in finer ones inside them."""
-    s, a, push = many.setting, np.log(table.amplitude), np.abs(many.push)
+    a, (omega, linear, soft) = np.log(table.amplitude), map(np.atleast_1d, (many.setting.omega, many.linear, many.push))
+    push = np.abs(soft)
     with np.errstate(all="ignore"):
-        pull = table.at(s.omega)
-        cells, at_speed = _near_zero(np.abs(many.linear + pull) * np.exp(a)[:, None] - push)
+        pull = table.at(omega)
+        cells, at_speed = _near_zero(np.abs(linear + pull) * np.exp(a)[:, None] - push)
         share = np.linspace(0.0, 1.0, FINER + 1)[:, None]
-        g = many.linear[at_speed] + _between(pull, cells, at_speed, share)
+        g = linear[at_speed] + _between(pull, cells, at_speed, share)
         size = a[cells] + share * (a[cells + 1] - a[cells])
         value = np.abs(g) * np.exp(size) - push[at_speed]
         row, j = _near_zero(value)
         share = value[row, j] / (value[row, j] - value[row + 1, j])
         share = np.where((share >= 0.0) & (share <= 1.0), share, 0.5)
         start = np.exp(size[row, j] * (1.0 - share) + size[row + 1, j] * share)
-        direction = many.push[at_speed[j]] / (g[row, j] * (1.0 - share) + g[row + 1, j] * share)
+        direction = soft[at_speed[j]] / (g[row, j] * (1.0 - share) + g[row + 1, j] * share)
         z = start * direction / np.abs(direction)  # z g = push in a state
     good = np.isfinite(z)
     return at_speed[j][good], z[good]
@@ -265,6 +319,19 @@ def _by_grid(many: SecondOrderFlow) -> Found:
         which, starts = scanned(replace(rough, setting=rough.setting.of(some)), a)
         found, z = [*found, some[which]], [*z, starts]
     return np.concatenate(found), np.concatenate(z)
+
+
+def _by_scan(flow: Any) -> Found:
+    """Starts at one speed where the phase matters: in few samples, and the one of a nearly linear drive."""
+    rough = flow.coarse
+    z = list[complex]()
+    for point in polished(rough, scanned(rough, amplitudes(rough, ROWS_PER_DECADE))[1]).tolist():
+        if np.isfinite(point) and all(abs(point - other) > 1e-6 * abs(other) for other in z):
+            z.append(point)
+    # whose amplitude may lie below all that is scanned
+    weak = complex(newton_step(flow.jacobian(0j), np.array(complex(flow.rates(0j)))))
+    z += [] if is_trivial(flow) or not np.isfinite(weak) else [weak]
+    return np.zeros(len(z), int), np.array(z, complex)
 
 
 def _near_zero(value: Floats) -> tuple[Any, Any]:
