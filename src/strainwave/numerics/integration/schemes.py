@@ -23,8 +23,8 @@ import numpy as np
 from ...base.quantities import shown
 from ...base.results import Floats
 from ...compile.jit import chosen
-from ...compile.tree import alike, axpy, times
-from .steps import dop8_step, dopri5_step, rk4_step
+from ...compile.tree import alike, times
+from .steps import combined, dop8_step, dopri5_step, rk4_step
 
 EIGHTHS = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 
@@ -131,20 +131,6 @@ def _more_stages(a: Any, c: Any, system: Any, phase: Any, turn: Any, y: Any, h: 
 
 def _no_more_stages(a: Any, c: Any, system: Any, phase: Any, turn: Any, y: Any, h: Any, k: Any) -> Any:
     return k
-
-
-@chosen
-def combined(y: Any, weights: Any, k: Any) -> Any:
-    """Return y plus the weighted sum of the first of the tuples k."""
-    return _with_first if len(weights) else _alone
-
-
-def _with_first(y: Any, weights: Any, k: Any) -> Any:
-    return combined(axpy(y, weights[0], k[0]), weights[1:], k[1:])
-
-
-def _alone(y: Any, weights: Any, k: Any) -> Any:
-    return y
 
 
 def runge_kutta(a: Any, b: Any, *, embedded: Any = None, dense: Any = None) -> Tableau:

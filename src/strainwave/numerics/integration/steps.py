@@ -8,7 +8,7 @@ Butcher tableaus: Dormand & Prince 5(4) with its dense output, and the 8th-order
 
 from typing import Any
 
-from ...compile.jit import kernel, routine
+from ...compile.jit import chosen, kernel, routine
 from ...compile.tree import axpy, times
 
 DOP8_C = (
@@ -26,27 +26,17 @@ DOP8_C = (
     1.0,
 )
 
-DOP8_A = (
+DOP8_A = (  # without the zeros between the first and the others of a row
     (),
     (0.05260015195876773,),
     (0.0197250569845379, 0.0591751709536137),
-    (0.02958758547680685, 0.0, 0.08876275643042054),
-    (0.2413651341592667, 0.0, -0.8845494793282861, 0.924834003261792),
-    (0.037037037037037035, 0.0, 0.0, 0.17082860872947386, 0.12546768756682242),
-    (0.037109375, 0.0, 0.0, 0.17025221101954405, 0.06021653898045596, -0.017578125),
-    (
-        0.03709200011850479,
-        0.0,
-        0.0,
-        0.17038392571223998,
-        0.10726203044637328,
-        -0.015319437748624402,
-        0.008273789163814023,
-    ),
+    (0.02958758547680685, 0.08876275643042054),
+    (0.2413651341592667, -0.8845494793282861, 0.924834003261792),
+    (0.037037037037037035, 0.17082860872947386, 0.12546768756682242),
+    (0.037109375, 0.17025221101954405, 0.06021653898045596, -0.017578125),
+    (0.03709200011850479, 0.17038392571223998, 0.10726203044637328, -0.015319437748624402, 0.008273789163814023),
     (
         0.6241109587160757,
-        0.0,
-        0.0,
         -3.3608926294469414,
         -0.868219346841726,
         27.59209969944671,
@@ -55,8 +45,6 @@ DOP8_A = (
     ),
     (
         0.47766253643826434,
-        0.0,
-        0.0,
         -2.4881146199716677,
         -0.590290826836843,
         21.230051448181193,
@@ -66,8 +54,6 @@ DOP8_A = (
     ),
     (
         -0.9371424300859873,
-        0.0,
-        0.0,
         5.186372428844064,
         1.0914373489967295,
         -8.149787010746927,
@@ -78,8 +64,6 @@ DOP8_A = (
     ),
     (
         2.273310147516538,
-        0.0,
-        0.0,
         -10.53449546673725,
         -2.0008720582248625,
         -17.9589318631188,
@@ -93,10 +77,6 @@ DOP8_A = (
 
 DOP8_B = (
     0.054293734116568765,
-    0.0,
-    0.0,
-    0.0,
-    0.0,
     4.450312892752409,
     1.8915178993145003,
     -5.801203960010585,
@@ -118,37 +98,37 @@ def rk4_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
     return axpy(axpy(axpy(axpy(y, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3), h / 6.0, k4)
 
 
+@chosen
+def combined(y: Any, weights: Any, k: Any) -> Any:
+    """Return y plus the weighted sum of the first of the tuples k."""
+    return _with_first if len(weights) else _alone
+
+
+def _with_first(y: Any, weights: Any, k: Any) -> Any:
+    return combined(axpy(y, weights[0], k[0]), weights[1:], k[1:])
+
+
+def _alone(y: Any, weights: Any, k: Any) -> Any:
+    return y
+
+
 @kernel
 def dop8_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
     """Eighth-order step with the twelve stages of DOP853 (zero weights left out); rates are multiplied by h once."""
+    a, c = DOP8_A, DOP8_C
     k0 = times(h, system.rhs(phase, y))
-    y1 = axpy(y, DOP8_A[1][0], k0)
-    k1 = times(h, system.rhs(phase + turn * DOP8_C[1], y1))
-    y2 = axpy(axpy(y, DOP8_A[2][0], k0), DOP8_A[2][1], k1)
-    k2 = times(h, system.rhs(phase + turn * DOP8_C[2], y2))
-    y3 = axpy(axpy(y, DOP8_A[3][0], k0), DOP8_A[3][2], k2)
-    k3 = times(h, system.rhs(phase + turn * DOP8_C[3], y3))
-    y4 = axpy(axpy(axpy(y, DOP8_A[4][0], k0), DOP8_A[4][2], k2), DOP8_A[4][3], k3)
-    k4 = times(h, system.rhs(phase + turn * DOP8_C[4], y4))
-    y5 = axpy(axpy(axpy(y, DOP8_A[5][0], k0), DOP8_A[5][3], k3), DOP8_A[5][4], k4)
-    k5 = times(h, system.rhs(phase + turn * DOP8_C[5], y5))
-    y6 = axpy(axpy(axpy(axpy(y, DOP8_A[6][0], k0), DOP8_A[6][3], k3), DOP8_A[6][4], k4), DOP8_A[6][5], k5)
-    k6 = times(h, system.rhs(phase + turn * DOP8_C[6], y6))
-    y7 = axpy(axpy(axpy(axpy(y, DOP8_A[7][0], k0), DOP8_A[7][3], k3), DOP8_A[7][4], k4), DOP8_A[7][5], k5)
-    k7 = times(h, system.rhs(phase + turn * DOP8_C[7], axpy(y7, DOP8_A[7][6], k6)))
-    y8 = axpy(axpy(axpy(axpy(y, DOP8_A[8][0], k0), DOP8_A[8][3], k3), DOP8_A[8][4], k4), DOP8_A[8][5], k5)
-    k8 = times(h, system.rhs(phase + turn * DOP8_C[8], axpy(axpy(y8, DOP8_A[8][6], k6), DOP8_A[8][7], k7)))
-    y9 = axpy(axpy(axpy(axpy(y, DOP8_A[9][0], k0), DOP8_A[9][3], k3), DOP8_A[9][4], k4), DOP8_A[9][5], k5)
-    y9 = axpy(axpy(axpy(y9, DOP8_A[9][6], k6), DOP8_A[9][7], k7), DOP8_A[9][8], k8)
-    k9 = times(h, system.rhs(phase + turn * DOP8_C[9], y9))
-    y10 = axpy(axpy(axpy(axpy(y, DOP8_A[10][0], k0), DOP8_A[10][3], k3), DOP8_A[10][4], k4), DOP8_A[10][5], k5)
-    y10 = axpy(axpy(axpy(axpy(y10, DOP8_A[10][6], k6), DOP8_A[10][7], k7), DOP8_A[10][8], k8), DOP8_A[10][9], k9)
-    k10 = times(h, system.rhs(phase + turn * DOP8_C[10], y10))
-    y11 = axpy(axpy(axpy(axpy(y, DOP8_A[11][0], k0), DOP8_A[11][3], k3), DOP8_A[11][4], k4), DOP8_A[11][5], k5)
-    y11 = axpy(axpy(axpy(axpy(y11, DOP8_A[11][6], k6), DOP8_A[11][7], k7), DOP8_A[11][8], k8), DOP8_A[11][9], k9)
-    k11 = times(h, system.rhs(phase + turn, axpy(y11, DOP8_A[11][10], k10)))
-    out = axpy(axpy(axpy(axpy(y, DOP8_B[0], k0), DOP8_B[5], k5), DOP8_B[6], k6), DOP8_B[7], k7)
-    return axpy(axpy(axpy(axpy(out, DOP8_B[8], k8), DOP8_B[9], k9), DOP8_B[10], k10), DOP8_B[11], k11)
+    k1 = times(h, system.rhs(phase + turn * c[1], combined(y, a[1], (k0,))))
+    k2 = times(h, system.rhs(phase + turn * c[2], combined(y, a[2], (k0, k1))))
+    k3 = times(h, system.rhs(phase + turn * c[3], combined(y, a[3], (k0, k2))))
+    k4 = times(h, system.rhs(phase + turn * c[4], combined(y, a[4], (k0, k2, k3))))
+    k5 = times(h, system.rhs(phase + turn * c[5], combined(y, a[5], (k0, k3, k4))))
+    k6 = times(h, system.rhs(phase + turn * c[6], combined(y, a[6], (k0, k3, k4, k5))))
+    k7 = times(h, system.rhs(phase + turn * c[7], combined(y, a[7], (k0, k3, k4, k5, k6))))
+    k8 = times(h, system.rhs(phase + turn * c[8], combined(y, a[8], (k0, k3, k4, k5, k6, k7))))
+    k9 = times(h, system.rhs(phase + turn * c[9], combined(y, a[9], (k0, k3, k4, k5, k6, k7, k8))))
+    k10 = times(h, system.rhs(phase + turn * c[10], combined(y, a[10], (k0, k3, k4, k5, k6, k7, k8, k9))))
+    k11 = times(h, system.rhs(phase + turn, combined(y, a[11], (k0, k3, k4, k5, k6, k7, k8, k9, k10))))
+    return combined(y, DOP8_B, (k0, k5, k6, k7, k8, k9, k10, k11))
 
 
 @kernel
@@ -159,23 +139,24 @@ def dopri5_step(system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -
     """
     k1 = times(h, rate)
     k2 = times(h, system.rhs(phase + turn * (1 / 5), axpy(y, 1 / 5, k1)))
-    k3 = times(h, system.rhs(phase + turn * (3 / 10), axpy(axpy(y, 3 / 40, k1), 9 / 40, k2)))
-    y4 = axpy(axpy(axpy(y, 44 / 45, k1), -56 / 15, k2), 32 / 9, k3)
-    k4 = times(h, system.rhs(phase + turn * (4 / 5), y4))
-    y5 = axpy(axpy(axpy(y, 19372 / 6561, k1), -25360 / 2187, k2), 64448 / 6561, k3)
-    k5 = times(h, system.rhs(phase + turn * (8 / 9), axpy(y5, -212 / 729, k4)))
-    y6 = axpy(axpy(axpy(y, 9017 / 3168, k1), -355 / 33, k2), 46732 / 5247, k3)
-    k6 = times(h, system.rhs(phase + turn, axpy(axpy(y6, 49 / 176, k4), -5103 / 18656, k5)))
-    y7 = axpy(axpy(axpy(y, 35 / 384, k1), 500 / 1113, k3), 125 / 192, k4)
-    y7 = axpy(axpy(y7, -2187 / 6784, k5), 11 / 84, k6)
+    k3 = times(h, system.rhs(phase + turn * (3 / 10), combined(y, (3 / 40, 9 / 40), (k1, k2))))
+    k4 = times(h, system.rhs(phase + turn * (4 / 5), combined(y, (44 / 45, -56 / 15, 32 / 9), (k1, k2, k3))))
+    y5 = combined(y, (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729), (k1, k2, k3, k4))
+    k5 = times(h, system.rhs(phase + turn * (8 / 9), y5))
+    y6 = combined(y, (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656), (k1, k2, k3, k4, k5))
+    k6 = times(h, system.rhs(phase + turn, y6))
+    y7 = combined(y, (35 / 384, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84), (k1, k3, k4, k5, k6))
     new_rate = system.rhs(phase + turn, y7)
     k7 = times(h, new_rate)
-    error = axpy(axpy(times(71 / 57600, k1), -71 / 16695, k3), 71 / 1920, k4)
-    error = axpy(axpy(axpy(error, -17253 / 339200, k5), 22 / 525, k6), -1 / 40, k7)
-    dense = axpy(times(-12715105075 / 11282082432, k1), 87487479700 / 32700410799, k3)
-    dense = axpy(axpy(dense, -10690763975 / 1880347072, k4), 701980252875 / 199316789632, k5)
-    dense = axpy(axpy(dense, -1453857185 / 822651844, k6), 69997945 / 29380423, k7)
-    return y7, new_rate, error, dense
+    later, error = (k3, k4, k5, k6, k7), (-71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+    dense = (
+        87487479700 / 32700410799, -10690763975 / 1880347072, 701980252875 / 199316789632, -1453857185 / 822651844,
+        69997945 / 29380423,
+    )  # fmt: skip
+    return (
+        y7, new_rate, combined(times(71 / 57600, k1), error, later),
+        combined(times(-12715105075 / 11282082432, k1), dense, later),
+    )  # fmt: skip
 
 
 @kernel
