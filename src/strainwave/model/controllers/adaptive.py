@@ -10,6 +10,7 @@ from ...base.choices import entry, select, with_entry
 from ...base.quantities import Angle, Ratio, Time, Torque
 from ...compile.jit import kernel
 from ...maths import cos, sin, sqrt
+from ..laws.friction import positive
 from .loops import is_controller
 from .measurement import known
 
@@ -59,10 +60,7 @@ class AdaptiveCancellation(NamedTuple):
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and a gain or a limit that is not positive (ValueError)."""
         is_controller("AdaptiveCancellation.loop", self.loop)
-        for name in ("gain", "most", "period"):
-            value = getattr(self, name)
-            if not value > 0.0:
-                raise ValueError(f"AdaptiveCancellation.{name} is {value:g}; it must be positive")
+        positive(self, "gain", "most", "period")
         if self.order < 1:
             raise ValueError(f"AdaptiveCancellation.order is {self.order}; it must be at least 1")
 
@@ -146,9 +144,6 @@ class Repetitive(NamedTuple):
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and numbers out of range (ValueError)."""
         is_controller("Repetitive.loop", self.loop)
-        for name in ("gain", "most", "period"):
-            value = getattr(self, name)
-            if not value > 0.0:
-                raise ValueError(f"Repetitive.{name} is {value:g}; it must be positive")
+        positive(self, "gain", "most", "period")
         if not 0.0 <= self.smooth <= 1.0:
             raise ValueError(f"Repetitive.smooth is {self.smooth:g}; it is a share, from 0 to 1")

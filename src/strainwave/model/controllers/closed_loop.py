@@ -17,6 +17,7 @@ from ...base.quantities import Angle, Ratio, Time, Torque
 from ...compile.jit import kernel, kernel_as
 from ...compile.tree import mapped, numbers
 from ..excitation import Harmonic, Line, NoError
+from ..laws.friction import positive
 from ..train.controls import Commanded
 from ..train.drive_train import motor_motion
 from .loops import is_controller
@@ -98,9 +99,7 @@ class Sampling(NamedTuple):
 
     def check(self) -> None:
         """Refuse times, limits and encoders that are none (ValueError)."""
-        for name in ("period", "limit"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"Sampling.{name} is {getattr(self, name):g}; it must be positive")
+        positive(self, "period", "limit")
         for name in ("delay", "motor_quantum", "motor_noise", "load_quantum", "load_noise"):
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"Sampling.{name} is {getattr(self, name):g}; it must be zero or more")

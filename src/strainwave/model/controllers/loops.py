@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from ...base.protocols import need
 from ...base.quantities import AngularSpeed, Damping, Inertia, Ratio, Time, TorsionalStiffness, number
+from ..laws.friction import positive
 from .measurement import known, moved
 
 
@@ -181,9 +182,7 @@ class GandhiGhorbel(NamedTuple):
         """Refuse an error that is none (TypeError), and gains that are not positive (ValueError)."""
         for method in ("value", "slope", "curvature"):
             need("GandhiGhorbel.error", self.error, method)
-        for name in ("K_p", "K_d", "period"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"GandhiGhorbel.{name} is {getattr(self, name):g}; it must be positive")
+        positive(self, "K_p", "K_d", "period")
 
 
 class DisturbanceObserver(NamedTuple):

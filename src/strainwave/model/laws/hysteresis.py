@@ -23,6 +23,7 @@ from ...base.protocols import need, scaled
 from ...base.quantities import Angle, Ratio, TorsionalStiffness
 from ...compile.jit import kernel
 from ...maths import sign
+from .friction import positive
 
 SHARPEST = 50  # n: every unit costs a multiplication in every step, and the sharper knee smaller steps
 
@@ -99,9 +100,7 @@ class BoucWen(NamedTuple):
 
     def check(self) -> None:
         """Refuse what is no hysteresis or creates energy (ValueError)."""
-        for name in ("K", "yield_twist", "A"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"BoucWen.{name} is {getattr(self, name):g}; it must be positive")
+        positive(self, "K", "yield_twist", "A")
         if not 0.0 <= self.ratio <= 1.0:
             raise ValueError(f"BoucWen.ratio is {self.ratio:g}; it is the elastic share of the torque, from 0 to 1")
         if self.n < 1:
