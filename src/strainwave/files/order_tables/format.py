@@ -7,6 +7,7 @@ What a format leaves of an order table: rounding, straight lines between points,
 
 import dataclasses
 import math
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,10 +15,10 @@ from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import numpy as np
 
-from ...base.quantities import shown
+from ...base.quantities import positive_count, shown
 from ...base.results import Floats
 from .content import OrderContent
-from .points import MARK, MOST_POINTS, Points, highest_order, motion, points_for, remarks
+from .points import MARK, MOST_POINTS, Points, highest_order, motion, points_for, remarks, sampled
 
 QUANTITY = {"rad": "an angle in rad", "N*m": "a torque in N*m"}
 
@@ -34,7 +35,7 @@ class Held(NamedTuple):
     ----------
     stored, exact : callable
         Value by angle of the shaft [rad] and direction: of the numbers in the file, and of the same before rounding.
-    numbers : object
+    numbers : Any
         The numbers that go into the file, as the format wants them.
     quantum : float
         Step of the stored values, in the unit of the table; 0 where they are floating-point numbers of 64 bits.
@@ -46,7 +47,7 @@ class Held(NamedTuple):
 
     stored: Motion
     exact: Motion
-    numbers: object
+    numbers: Any
     quantum: float = 0.0
     points: int | None = None
     turns: int = 1
@@ -131,13 +132,6 @@ def residual_of(
     )  # fmt: skip
 
 
-def lookup_remark(table: OrderContent, points: Points) -> str:
-    """What straight lines between points leave of a table that the file also holds as a function."""
-    content = Held(motion(points, table.zero), table.one_direction, points, points=len(points.forward))
-    left = residual_of(table, table, content, (), True)
-    return f"lookup: straight lines between {left.points} points leave {left.rms:.3g} {left.unit} rms"
-
-
 def _lines_rms(table: OrderContent) -> float:
     sets = (table.lines, table.backward or ())
     return max(math.hypot(*(line.amplitude / math.sqrt(2.0) for line in lines)) for lines in sets)
@@ -161,6 +155,8 @@ class OrderFormat(ABC):
         Whether it can hold a delay and a constant part; where a constant has no effect, `needs_mean` is false.
     most_lines : int or None
         How many orders it holds at most.
+    begin : str
+        Pattern of the begin of a file without remarks.
     """
 
     name: ClassVar[str]
@@ -173,6 +169,7 @@ class OrderFormat(ABC):
     with_mean: ClassVar[bool] = True
     needs_mean: ClassVar[bool] = True
     most_lines: ClassVar[int | None] = None
+    begin: ClassVar[str] = "(?!)"
 
     @abstractmethod
     def store(self, table: OrderContent) -> Held:
@@ -187,9 +184,10 @@ class OrderFormat(ABC):
         """Read a file back (Unfit, ValueError)."""
 
     @classmethod
-    @abstractmethod
     def recognises(cls, text: str) -> bool:
-        """Whether a text looks like a file of this format."""
+        """Whether a text says at its head, or at its end, that it is of this format, or begins like a file of it."""
+        mark = re.compile(rf"{MARK}: {cls.name}(?: \*\))?\n")
+        return any(mark.search(part) for part in (text[:4000], text[-4000:])) or re.match(cls.begin, text) is not None
 
     def highest(self, table: OrderContent) -> int | None:
         """Highest order that the file can hold, if there is a limit."""
@@ -259,21 +257,79 @@ class OrderFormat(ABC):
 
 
 class WithPoints(OrderFormat):
-    """A format with points a turn beside its lines, or instead of them; its option `points` sets how many."""
+    """A format with points a turn beside its lines, or instead of them; its option `points` sets how many.
+
+    Attributes
+    ----------
+    ends : int
+        Whether the last point repeats the first: 0 or 1.
+    more : str
+        How a file holds higher orders.
+    """
 
     points: int | None
+    ends: ClassVar[int] = 0
+    more: ClassVar[str] = f"; give more points, at most {MOST_POINTS}"
+
+    def __post_init__(self) -> None:
+        if self.points is not None:
+            positive_count("points", self.points, MOST_POINTS + self.ends)
+
+    def most(self) -> int:
+        """How many points a file holds at most."""
+        return MOST_POINTS + self.ends
+
+    def turns(self, table: OrderContent) -> int:
+        """Turns of the table's shaft over which the points go."""
+        return 1
 
     def count(self, table: OrderContent) -> int:
-        """Points a turn."""
-        return self.points or points_for(table, MOST_POINTS)
+        """Points over these turns, without the last one where it repeats the first."""
+        return (self.points or points_for(table, self.most() - self.ends, self.turns(table)) + self.ends) - self.ends
 
     def highest(self, table: OrderContent) -> int:
         """Two points a period."""
-        return highest_order(self.count(table))
+        return highest_order(self.count(table), self.turns(table))
 
     def why_highest(self, table: OrderContent) -> str:
         """The number of points."""
-        return f"two of its {self.count(table)} points a period; give more points, at most {MOST_POINTS}"
+        return f"two of its {self.count(table) + self.ends} points a period{self.more}"
+
+
+class OfPoints(WithPoints):
+    """A format of points alone, in a unit of its own.
+
+    Attributes
+    ----------
+    decimals : int or None
+        That are kept of a value.
+    """
+
+    decimals: ClassVar[int | None] = None
+
+    def size(self) -> float:
+        """Unit of the file in that of the table."""
+        return 1.0
+
+    def start(self, table: OrderContent) -> float:
+        """Angle [rad] of the first point."""
+        return 0.0
+
+    def kept(self, points: Points) -> Points:
+        """Points as the machine keeps them, in the unit of the file."""
+        return points
+
+    def store(self, table: OrderContent) -> Held:
+        """Sample the table, in the unit of the file, and round."""
+        size, count, turns = self.size(), self.count(table), self.turns(table)
+        exact = sampled(table, count, turns=turns, start=self.start(table))
+        straight, points = motion(exact, table.zero), exact.scaled(1.0 / size)
+        if self.decimals is None:
+            return Held(straight, straight, points, 0.0, count + self.ends, turns)
+        step = 10.0**-self.decimals
+        points = points.rounded(step)
+        stored = motion(self.kept(points).scaled(size), table.zero)
+        return Held(stored, straight, points, step * abs(size), count + self.ends, turns)
 
 
 class Exact(OrderFormat):
@@ -301,12 +357,6 @@ def encoded(form: OrderFormat, table: OrderContent, drop: bool = False) -> tuple
             f"rms and so correct nothing (its step is {left.quantum:.3g} {left.unit}); take a finer format"
         )
     return form.text(kept, held, remarks(form.name, kept, left.sentences(), form.options())), left
-
-
-def marked(text: str, name: str) -> bool:
-    """Whether a file says at its head, or at its end, that it is of a format of this name."""
-    pattern = f"{MARK}: {name}\n"
-    return pattern in text[:4000] or pattern in text[-4000:]
 
 
 def with_options(cls: type[OrderFormat], given: dict[str, Any]) -> OrderFormat:

@@ -17,16 +17,14 @@ from ..yaml_text import FileError, Problem, as_path, complaint, read_text
 from .content import OrderContent, positive
 from .format import OrderFormat, TableResidual, encoded, with_options
 from .formats.beckhoff import Beckhoff
-from .formats.c_header import CHeader
-from .formats.csv_lines import CsvLines
-from .formats.csv_points import CsvPoints
+from .formats.code import CHeader, StructuredText
+from .formats.csv_file import CsvLines, CsvPoints
 from .formats.hal import HalComponent
 from .formats.json_file import JsonFile
 from .formats.linuxcnc import LinuxCnc
 from .formats.moteus import Moteus
 from .formats.onstepx import OnStepX
 from .formats.sinumerik import Sinumerik
-from .formats.structured_text import StructuredText
 from .formats.twincat import TwinCat
 from .points import Unfit, said_by
 

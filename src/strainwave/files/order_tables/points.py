@@ -9,7 +9,7 @@ Remarks at the head of a file: what the numbers below them mean, and what the fi
 import json
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -99,6 +99,20 @@ def _text(line: int, key: str, value: str) -> str:
     if not isinstance(found, str):
         raise Unfit(line, key, f"{shown(value)} is no text in double quotes; write it so")
     return found
+
+
+def rows_of(text: str) -> Iterator[tuple[int, str]]:
+    """Lines of a file with something on them that is no remark, each with its number."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() and not line.lstrip().startswith("#"):
+            yield number, line.strip()
+
+
+def enter(found: dict[int, Any], line: int, name: str, place: int, value: Any) -> None:
+    """Enter what a file has at a place, or refuse the second one (Unfit)."""
+    if place in found:
+        raise Unfit(line, name, "is there twice; leave one out")
+    found[place] = value
 
 
 def float_in(line: int, field: str, text: str) -> float:
@@ -209,3 +223,22 @@ def content_of(points: Points, fields: dict[str, Any]) -> OrderContent:
         points = points._replace(forward=one, backward=None)
     lines, mean, back, mean_back = points.lines(fields.get("zero", 0.0))
     return OrderContent(**{**fields, "lines": lines, "mean": mean, "backward": back, "mean_backward": mean_back})
+
+
+def ways(table: OrderContent) -> list[tuple[str, float, tuple[Line, ...]]]:
+    """Constant and lines of forward motion, and of backward motion where they are other ones."""
+    back = [] if table.backward is None else [("backward", table.mean_backward, table.backward)]
+    return [("forward", table.mean, table.lines), *back]
+
+
+def acting(table: OrderContent) -> list[tuple[str, tuple[Line, ...]] | None]:
+    """Which of `ways` acts in forward motion, and which in backward motion; None where nothing does."""
+    names = [(way, lines) for way, _, lines in ways(table)]
+    return [None if table.direction == "backward" else names[0], None if table.direction == "forward" else names[-1]]
+
+
+def two_ways(fields: Mapping[str, Any], sets: Mapping[str, tuple[float, tuple[Line, ...]]]) -> OrderContent:
+    """Table of constant and lines by direction of motion: forward, and backward where there are such."""
+    mean_backward, backward = sets.get("backward", (0.0, None))
+    mean, lines = sets["forward"]
+    return OrderContent(**fields, lines=lines, mean=mean, backward=backward, mean_backward=mean_backward)

@@ -19,8 +19,8 @@ import numpy as np
 from ....base.quantities import shown
 from ....model.excitation import Line
 from ..content import OrderContent, positive, shifted
-from ..format import Held, OrderFormat, marked
-from ..points import Unfit, float_in, said_by, whole_in
+from ..format import Held, OrderFormat
+from ..points import Unfit, enter, float_in, rows_of, said_by, whole_in
 
 HIGHEST_ORDER, COEFFICIENTS, FIRST = 200, 9, 7
 INDEX = {"A": 0x32CB, "B": 0x36CB}
@@ -49,12 +49,18 @@ class Beckhoff(OrderFormat):
     turn: ClassVar[str | None] = "motor"
     with_mean: ClassVar[bool] = False
     most_lines: ClassVar[int | None] = COEFFICIENTS
+    begin: ClassVar[str] = r"\s*0x3[26]CB:"
 
     def __post_init__(self) -> None:
         if self.channel not in INDEX or self.wave not in ("cos", "sin"):
             raise ValueError(
                 f"channel is {shown(self.channel)} and wave {shown(self.wave)}; take A or B, and cos or sin"
             )
+
+    @property
+    def _offset(self) -> float:
+        """What the drive's phase has beyond that of a cosine [rad]."""
+        return 0.5 * math.pi if self.wave == "sin" else 0.0
 
     def highest(self, table: OrderContent) -> int:
         """The largest n."""
@@ -66,21 +72,19 @@ class Beckhoff(OrderFormat):
 
     def store(self, table: OrderContent) -> Held:
         """Round phases [degrees] and amplitudes to 32 bits."""
-        offset = 0.5 * math.pi if self.wave == "sin" else 0.0
         numbers = []
         for line in shifted(table.lines, table.zero):
             if line.amplitude > LARGEST32:
                 raise ValueError(f"order {line.order} has {line.amplitude:g} N*m; REAL32 ends at {LARGEST32:.3g}")
-            phi = np.float32(math.degrees(math.fmod(line.phase + offset, 2.0 * math.pi)) % 360.0)
+            phi = np.float32(math.degrees(math.fmod(line.phase + self._offset, 2.0 * math.pi)) % 360.0)
             numbers.append((line.order, float(phi) % 360.0, float(np.float32(line.amplitude))))
-        stored = OrderContent(_lines(numbers, offset, table.zero), unit="N*m")
+        stored = OrderContent(_lines(numbers, self._offset, table.zero), unit="N*m")
         quantum = max((float(np.spacing(np.float32(line.amplitude))) for line in table.lines), default=0.0)
         return Held(stored.one_direction, table.one_direction, numbers, quantum)
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write index:subindex, type, value, the bytes in the order of the bus, and what it is."""
         numbers = held.numbers
-        assert isinstance(numbers, list)
         rows = [self._row(1, "INT16", 3, "control: use the start-up list"), self._row(2, "REAL32", 1.0, "gain")]
         for k, (n, phi, r) in enumerate([*numbers, *[(0, 0.0, 0.0)] * (COEFFICIENTS - len(numbers))]):
             for offset, (kind, value, what) in enumerate(
@@ -97,18 +101,15 @@ class Beckhoff(OrderFormat):
         """Read the rows; a coefficient with r = 0 is none."""
         fields, _ = said_by(text)
         found: dict[int, float] = {}
-        for number, line in enumerate(text.splitlines(), start=1):
-            if not line.strip() or line.lstrip().startswith("#"):
-                continue
+        for number, line in rows_of(text):
             match = ROW.match(line)
             if match is None:
                 raise Unfit(
                     number, "file", f"{shown(line[:60])} is no row of 0x32CB; write index:subindex type value data"
                 )
             _, sub, kind, value, data = match.groups()
-            if int(sub, 16) in found:
-                raise Unfit(number, f"subindex {sub}", "is there twice; leave one out")
-            found[int(sub, 16)] = _checked(number, int(sub, 16), kind.upper(), value, data)
+            at = int(sub, 16)
+            enter(found, number, f"subindex {sub}", at, _checked(number, at, kind.upper(), value, data))
         gain = found.get(2, 1.0)
         numbers = []
         for k in range(COEFFICIENTS + 1):
@@ -120,16 +121,9 @@ class Beckhoff(OrderFormat):
             n, phi, r = (float(value) for value in one if value is not None)
             if r > 0.0:
                 numbers.append((int(n), phi, gain * r))
-        zero = fields.get("zero", 0.0)
-        offset = 0.5 * math.pi if self.wave == "sin" else 0.0
-        constant = sum(r * math.cos(math.radians(phi) - offset) for n, phi, r in numbers if n == 0)
-        lines = _lines([one for one in numbers if one[0] > 0], offset, zero)
+        constant = sum(r * math.cos(math.radians(phi) - self._offset) for n, phi, r in numbers if n == 0)
+        lines = _lines([one for one in numbers if one[0] > 0], self._offset, fields.get("zero", 0.0))
         return OrderContent(**{"unit": "N*m"} | fields, lines=lines, mean=constant)
-
-    @classmethod
-    def recognises(cls, text: str) -> bool:
-        """Whether it says so, or begins with a row of the object."""
-        return marked(text, cls.name) or re.match(r"\s*0x3[26]CB:", text) is not None
 
 
 def _lines(numbers: list[tuple[int, float, float]], offset: float, zero: float) -> tuple[Line, ...]:

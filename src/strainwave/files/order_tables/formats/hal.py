@@ -13,8 +13,8 @@ from typing import ClassVar
 from ....base.quantities import shown
 from ....model.excitation import HIGHEST, Line
 from ..content import OrderContent
-from ..format import Exact, Held, marked
-from ..points import Unfit, float_in, said_by, whole_in
+from ..format import Exact, Held
+from ..points import Unfit, acting, float_in, rows_of, said_by, two_ways, ways, whole_in
 
 LINE = re.compile(r"\{([0-9.]{1,12}), ([^,{}]{1,60}), ([^,{}]{1,60})\},?")
 SET = re.compile(r"static const double (forward|backward)\[([0-9]{1,6})\]\[3\] = \{")
@@ -74,15 +74,10 @@ class HalComponent(Exact):
             "option period no;", "function _;", 'license "GPL";', "include <rtapi_math.h>;", ";;",
             f"static const double per_turn = {per_turn!r};  // turns of the table's shaft per turn of the joint",
             f"static const double zero = {table.zero!r};", f"static const double delay = {table.delay!r};",
-            *_set("forward", table.mean, table.lines),
-            *([] if table.backward is None else _set("backward", table.mean_backward, table.backward)),
-            "FUNCTION(_) {",
+            *(row for one in ways(table) for row in _set(*one)), "FUNCTION(_) {",
         ]  # fmt: skip
-        way, lines = ("forward", table.lines) if table.backward is None else ("backward", table.backward)
-        back = "" if table.direction == "forward" else SUM.replace("WAY", way).replace("COUNT", str(len(lines)))
-        ahead = SUM.replace("WAY", "forward").replace("COUNT", str(len(table.lines)))
-        body = BODY.replace("BACK", back).replace("AHEAD", "" if table.direction == "backward" else ahead)
-        return "\n".join(rows) + body + "}\n"
+        ahead, back = ("" if one is None else _sum(*one) for one in acting(table))
+        return "\n".join(rows) + BODY.replace("BACK", back).replace("AHEAD", ahead) + "}\n"
 
     def parse(self, text: str) -> OrderContent:
         """Read the lines of the component."""
@@ -90,8 +85,7 @@ class HalComponent(Exact):
         sets: dict[str, list[Line]] = {}
         wanted: dict[str, int] = {}
         way = ""
-        for number, row in enumerate(text.splitlines(), start=1):
-            plain = row.strip()
+        for number, plain in rows_of(text):
             if (found := SET.fullmatch(plain)) is not None:
                 way = found.group(1)
                 sets[way], wanted[way] = [], int(found.group(2))
@@ -104,16 +98,12 @@ class HalComponent(Exact):
                 raise Unfit(1, side, f"has {len(sets[side])} lines where it names {wanted[side]}; it may be cut off")
         if "forward" not in sets or "\ncorrection = " not in text:
             raise Unfit(1, "file", "is no whole component; it may be cut off, write it again")
-        kept = {side: tuple(line for line in lines if line.order > 0) for side, lines in sets.items()}
-        return OrderContent(
-            **{"unit": "rad"} | fields, lines=kept["forward"], mean=means["forward"], backward=kept.get("backward"),
-            mean_backward=means.get("backward", 0.0),
-        )  # fmt: skip
+        kept = {way: (means[way], tuple(line for line in lines if line.order > 0)) for way, lines in sets.items()}
+        return two_ways({"unit": "rad"} | fields, kept)
 
-    @classmethod
-    def recognises(cls, text: str) -> bool:
-        """Whether it says so."""
-        return marked(text, cls.name)
+
+def _sum(way: str, lines: tuple[Line, ...]) -> str:
+    return SUM.replace("WAY", way).replace("COUNT", str(len(lines)))
 
 
 def _set(way: str, mean: float, lines: tuple[Line, ...]) -> list[str]:

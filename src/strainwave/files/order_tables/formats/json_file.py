@@ -23,6 +23,7 @@ class JsonFile(Exact):
     own_sign: ClassVar[bool] = True
     both_ways: ClassVar[bool] = True
     with_delay: ClassVar[bool] = True
+    begin: ClassVar[str] = r"\s*\{"
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write the fields, lines last."""
@@ -56,11 +57,6 @@ class JsonFile(Exact):
             speeds=tuple(speeds) if isinstance(speeds, list) else speeds,
             **fields,
         )
-
-    @classmethod
-    def recognises(cls, text: str) -> bool:
-        """Whether it begins as a JSON object."""
-        return text.lstrip().startswith("{")
 
 
 def _refused(constant: str) -> None:

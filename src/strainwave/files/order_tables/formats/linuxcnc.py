@@ -16,8 +16,8 @@ import numpy as np
 
 from ....base.quantities import interval, positive_count, shown
 from ..content import OrderContent
-from ..format import Held, OrderFormat, marked
-from ..points import Points, Unfit, content_of, float_in, highest_order, motion, points_for, said_by, sampled
+from ..format import Held, OfPoints
+from ..points import Points, Unfit, content_of, float_in, said_by
 
 MOST, DIGITS = 256, 9
 DEGREE = math.pi / 180.0
@@ -25,7 +25,7 @@ QUANTUM = 10.0**-DIGITS * DEGREE  # rad
 
 
 @dataclass(frozen=True)
-class LinuxCnc(OrderFormat):
+class LinuxCnc(OfPoints):
     """Compensation file of a rotary joint in degrees.
 
     Attributes
@@ -42,6 +42,9 @@ class LinuxCnc(OrderFormat):
     title: ClassVar[str] = "LinuxCNC's COMP_FILE"
     unit: ClassVar[str | None] = "rad"
     both_ways: ClassVar[bool] = True
+    ends: ClassVar[int] = 1
+    decimals: ClassVar[int | None] = DIGITS
+    more: ClassVar[str] = "; take a shorter span, or write the format hal"
 
     def __post_init__(self) -> None:
         interval("span", self.span)
@@ -52,7 +55,27 @@ class LinuxCnc(OrderFormat):
                     f"points is {count}; LinuxCNC's COMP_FILE holds 3 to {MOST}, beyond that write the format hal"
                 )
 
-    def _turns(self, table: OrderContent) -> int:
+    def most(self) -> int:
+        """How many points the control holds."""
+        return MOST
+
+    def size(self) -> float:
+        """A degree."""
+        return DEGREE
+
+    def start(self, table: OrderContent) -> float:
+        """Angle of the table's shaft [rad] at the begin of the span."""
+        return self.span[0] * DEGREE * _ratio(table)
+
+    def kept(self, points: Points) -> Points:
+        """Corrections in 32 bits."""
+        forward, backward = (
+            None if side is None else side.astype(np.float32).astype(float)
+            for side in (points.forward, points.backward)
+        )
+        return Points(np.asarray(forward), backward, points.turns, points.start)
+
+    def turns(self, table: OrderContent) -> int:
         """Whole turns of the table's shaft over the span."""
         turns = (self.span[1] - self.span[0]) / 360.0 * _ratio(table)
         if abs(turns - round(turns)) > 1e-6 or round(turns) < 1:
@@ -62,30 +85,9 @@ class LinuxCnc(OrderFormat):
             )
         return round(turns)
 
-    def count(self, table: OrderContent) -> int:
-        """Steps between the lines."""
-        return (self.points or points_for(table, MOST - 1, self._turns(table)) + 1) - 1
-
-    def highest(self, table: OrderContent) -> int:
-        """Two steps a period."""
-        return highest_order(self.count(table), self._turns(table))
-
-    def why_highest(self, table: OrderContent) -> str:
-        """The number of points."""
-        return f"two of its {self.count(table) + 1} points a period; take a shorter span, or write the format hal"
-
-    def store(self, table: OrderContent) -> Held:
-        """Round positions to a billionth of a degree, corrections to 32 bits."""
-        turns = self._turns(table)
-        exact = sampled(table, self.count(table), turns=turns, start=self.span[0] * DEGREE * _ratio(table))
-        degrees = exact.scaled(1.0 / DEGREE).rounded(10.0**-DIGITS)
-        stored = motion(_in_single(degrees).scaled(DEGREE), table.zero)
-        return Held(stored, motion(exact, table.zero), degrees, QUANTUM, self.count(table) + 1, turns)
-
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write nominal, forward and reverse, and the remarks below them."""
         points = held.numbers
-        assert isinstance(points, Points)
         reverse = points.forward if points.backward is None else points.backward
         count = len(points.forward)
         low, high = self.span
@@ -114,11 +116,6 @@ class LinuxCnc(OrderFormat):
         table = np.array(rows)
         return content_of(_points(table, fields), {"unit": "rad", "turn": "output"} | fields)
 
-    @classmethod
-    def recognises(cls, text: str) -> bool:
-        """Whether its mark stands at the end."""
-        return marked(text, cls.name)
-
 
 def _ratio(table: OrderContent) -> float:
     """Turns of the table's shaft per turn of the joint."""
@@ -127,16 +124,6 @@ def _ratio(table: OrderContent) -> float:
     if table.ratio is None:
         raise ValueError("the orders count on the motor turn and the joint is the output; give the table its ratio")
     return table.ratio
-
-
-def _in_single(points: Points) -> Points:
-    """Corrections as the controller keeps them, in 32 bits."""
-    both = (
-        None if side is None else side.astype(np.float32).astype(float) for side in (points.forward, points.backward)
-    )
-    forward, backward = both
-    assert forward is not None
-    return points._replace(forward=forward, backward=backward)
 
 
 def _points(table: Any, fields: dict[str, Any]) -> Points:

@@ -9,14 +9,14 @@ table beside its values is given again when it is read. Not confirmed: the sign 
 
 import re
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ....base.quantities import number, shown
 from ..content import OrderContent
 from ..format import Held, OrderFormat
-from ..points import Points, Unfit, content_of, float_in, highest_order, motion, sampled, whole_in
+from ..points import Points, Unfit, content_of, enter, float_in, highest_order, motion, rows_of, sampled, whole_in
 
 POINTS, MOST = 1024, 127
 SCALE = re.compile(r"conf set motor\.cogging_dq_scale (\S+)")
@@ -38,6 +38,7 @@ class Moteus(OrderFormat):
     title: ClassVar[str] = "moteus"
     unit: ClassVar[str | None] = "N*m"
     turn: ClassVar[str | None] = "motor"
+    begin: ClassVar[str] = r"(?s).{0,4000}conf set motor\.cogging_dq_"
 
     def __post_init__(self) -> None:
         number("torque_constant", self.torque_constant, positive=True)
@@ -66,8 +67,7 @@ class Moteus(OrderFormat):
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write the lines of the configuration, all of which are sent to the controller."""
-        numbers: Any = held.numbers
-        scale, values = numbers
+        scale, values = held.numbers
         rows = [f"conf set motor.cogging_dq_comp.{i} {value}" for i, value in enumerate(values)]
         return "\n".join([f"conf set motor.cogging_dq_scale {scale!r}", *rows, "conf write"]) + "\n"
 
@@ -75,14 +75,13 @@ class Moteus(OrderFormat):
         """Read scale and values; other lines are not looked at."""
         scale: float | None = None
         values: dict[int, int] = {}
-        for line_number, line in enumerate(text.splitlines(), start=1):
-            if (found := SCALE.fullmatch(line.strip())) is not None:
+        for line_number, line in rows_of(text):
+            if (found := SCALE.fullmatch(line)) is not None:
                 scale = float_in(line_number, "cogging_dq_scale", found.group(1))
-            elif (found := VALUE.fullmatch(line.strip())) is not None:
+            elif (found := VALUE.fullmatch(line)) is not None:
                 place = whole_in(line_number, "cogging_dq_comp", found.group(1), 0, POINTS - 1)
-                if place in values:
-                    raise Unfit(line_number, f"cogging_dq_comp.{place}", "is there twice; leave one out")
-                values[place] = whole_in(line_number, f"cogging_dq_comp.{place}", found.group(2), -128, 127)
+                what = f"cogging_dq_comp.{place}"
+                enter(values, line_number, what, place, whole_in(line_number, what, found.group(2), -128, 127))
             elif "cogging_dq" in line:
                 raise Unfit(line_number, "file", f"{shown(line[:60])} is no line of the table; correct it")
         if scale is None or len(values) != POINTS:
@@ -90,8 +89,3 @@ class Moteus(OrderFormat):
             raise Unfit(1, "file", f"has not {missing}; it may be cut off, write it again")
         points = Points(np.array([values[i] for i in range(POINTS)]) * (scale * self.torque_constant))
         return content_of(points, {"unit": "N*m"})
-
-    @classmethod
-    def recognises(cls, text: str) -> bool:
-        """Whether it sets the table."""
-        return "conf set motor.cogging_dq_" in text[:4000]

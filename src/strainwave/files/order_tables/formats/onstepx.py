@@ -12,14 +12,14 @@ steps_per_degree are given again when the file is read. Not confirmed: the sense
 import math
 import re
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ....base.quantities import number, positive_count, shown
 from ..content import OrderContent
 from ..format import Held, OrderFormat
-from ..points import Points, Unfit, content_of, highest_order, motion, sampled, whole_in
+from ..points import Points, Unfit, content_of, enter, highest_order, motion, rows_of, sampled, whole_in
 
 DAY, FEWEST, LARGEST = 86400, 61, 127
 ENTRY = re.compile(r":WR\[?([0-9]{1,6}),([+-]?[0-9]{1,6})\]?#")
@@ -48,6 +48,7 @@ class OnStepX(OrderFormat):
     unit: ClassVar[str | None] = "rad"
     turn: ClassVar[str | None] = "motor"
     needs_mean: ClassVar[bool] = False
+    begin: ClassVar[str] = rf"\s*{ENTRY.pattern}"
 
     def __post_init__(self) -> None:
         number("steps_per_degree", self.steps_per_degree, positive=True)
@@ -105,23 +106,20 @@ class OnStepX(OrderFormat):
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write a command a second, and the one that saves."""
-        entries: Any = held.numbers
-        return "\n".join([*(f":WR{n},{steps:+d}#" for n, steps in enumerate(entries)), SAVE]) + "\n"
+        return "\n".join([*(f":WR{n},{steps:+d}#" for n, steps in enumerate(held.numbers)), SAVE]) + "\n"
 
     def parse(self, text: str) -> OrderContent:
         """Read the commands and add the steps up; the constant part is left at 0."""
         entries: dict[int, int] = {}
-        for line_number, line in enumerate(text.splitlines(), start=1):
-            plain = line.strip()
-            if not plain or plain == SAVE:
+        for line_number, plain in rows_of(text):
+            if plain == SAVE:
                 continue
             match = ENTRY.fullmatch(plain)
             if match is None:
                 raise Unfit(line_number, "file", f"{shown(plain[:60])} is no command of the table; write :WRn,sn#")
             place = whole_in(line_number, "entry", match.group(1), 0, self.capacity - 1)
-            if place in entries:
-                raise Unfit(line_number, f"entry {place}", "is there twice; leave one out")
-            entries[place] = whole_in(line_number, f"entry {place}", match.group(2), -128, 127)
+            what = f"entry {place}"
+            enter(entries, line_number, what, place, whole_in(line_number, what, match.group(2), -128, 127))
         count = len(entries)
         if count < FEWEST or set(entries) != set(range(count)):
             raise Unfit(1, "file", f"has {count} entries that do not follow each other from 0; it may be cut off")
@@ -135,8 +133,3 @@ class OnStepX(OrderFormat):
         sums = np.concatenate([[0.0], np.cumsum(steps)[:-1]])
         fields = {"unit": "rad", "ratio": self.ratio or DAY / count}
         return content_of(Points((sums - np.mean(sums)) / self._steps), fields)
-
-    @classmethod
-    def recognises(cls, text: str) -> bool:
-        """Whether it begins with a command of the table."""
-        return ENTRY.match(text.lstrip()) is not None

@@ -18,20 +18,8 @@ import numpy as np
 
 from ....base.quantities import positive_count, shown
 from ..content import OrderContent
-from ..format import Held, OrderFormat, marked
-from ..points import (
-    MOST_POINTS,
-    Points,
-    Unfit,
-    content_of,
-    float_in,
-    highest_order,
-    motion,
-    points_for,
-    said_by,
-    sampled,
-    whole_in,
-)
+from ..format import Held, OfPoints
+from ..points import MOST_POINTS, Points, Unfit, content_of, enter, float_in, rows_of, said_by, whole_in
 
 DIGITS, DEGREE = 9, pi / 180.0
 AXIS = re.compile(r"[A-Z][A-Z0-9_]{0,31}")
@@ -42,7 +30,7 @@ MOST = MOST_POINTS + 1
 
 
 @dataclass(frozen=True)
-class Sinumerik(OrderFormat):
+class Sinumerik(OfPoints):
     """Part program for $AA_ENC_COMP.
 
     Attributes
@@ -62,6 +50,10 @@ class Sinumerik(OrderFormat):
     title: ClassVar[str] = "SINUMERIK's $AA_ENC_COMP"
     unit: ClassVar[str | None] = "rad"
     turn: ClassVar[str | None] = "output"
+    ends: ClassVar[int] = 1
+    decimals: ClassVar[int | None] = DIGITS
+    more: ClassVar[str] = "; set MD38000 $MA_MM_ENC_COMP_MAX_POINTS and give it as capacity"
+    begin: ClassVar[str] = r"(?s).{0,8000}\$AA_ENC_COMP\["
 
     def __post_init__(self) -> None:
         if not isinstance(self.axis, str) or not AXIS.fullmatch(self.axis):
@@ -70,37 +62,19 @@ class Sinumerik(OrderFormat):
         if capacity < 3:
             raise ValueError(f"capacity is {capacity}; a table needs 3 points at least")
         if self.points is not None and not 3 <= positive_count("points", self.points) <= capacity:
-            raise ValueError(
-                f"points is {self.points}; the control holds 3 to {capacity}: set MD38000 "
-                "$MA_MM_ENC_COMP_MAX_POINTS and give it as capacity"
-            )
+            raise ValueError(f"points is {self.points}; the control holds 3 to {capacity}: {self.more[2:]}")
 
-    def count(self, table: OrderContent) -> int:
-        """Steps a turn."""
-        return (self.points or points_for(table, self.capacity - 1) + 1) - 1
+    def most(self) -> int:
+        """How many points the control holds."""
+        return self.capacity
 
-    def highest(self, table: OrderContent) -> int:
-        """Two steps a period."""
-        return highest_order(self.count(table))
-
-    def why_highest(self, table: OrderContent) -> str:
-        """The number of points."""
-        return (
-            f"two of its {self.count(table) + 1} points a period; set MD38000 $MA_MM_ENC_COMP_MAX_POINTS and give it "
-            "as capacity"
-        )
-
-    def store(self, table: OrderContent) -> Held:
-        """Round values to a billionth of a degree."""
-        exact = sampled(table, self.count(table))
-        degrees = exact.scaled(-1.0 / DEGREE).rounded(10.0**-DIGITS)
-        stored = motion(degrees.scaled(-DEGREE), table.zero)
-        return Held(stored, motion(exact, table.zero), degrees, 10.0**-DIGITS * DEGREE, self.count(table) + 1)
+    def size(self) -> float:
+        """A degree, to be taken off."""
+        return -DEGREE
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write the program, both ends of the turn included."""
         points = held.numbers
-        assert isinstance(points, Points)
         count = len(points.forward)
         rows = ["%_N_" + self.axis + "_EEC_INI", *(f"; {line}" for line in said), "CHANDATA(1)"]
         for i in range(count + 1):
@@ -119,10 +93,10 @@ class Sinumerik(OrderFormat):
         fields, _ = said_by(text)
         values: dict[int, float] = {}
         others: dict[str, float] = {}
-        for number, line in enumerate(text.splitlines(), start=1):
-            if not line.lstrip().upper().startswith("$AA_ENC_COMP"):
+        for number, line in rows_of(text):
+            if not line.upper().startswith("$AA_ENC_COMP"):
                 continue
-            match = ASSIGNED.match(line.strip())
+            match = ASSIGNED.match(line)
             if match is None or (match.group(1) is None) is (match.group(3) is None):
                 raise Unfit(number, "file", f"{shown(line[:60])} is no assignment of $AA_ENC_COMP; correct it")
             kind, _, place, _, value = match.groups()
@@ -130,9 +104,7 @@ class Sinumerik(OrderFormat):
                 others[kind] = float_in(number, f"$AA_ENC_COMP{kind}", value)
             else:
                 at = whole_in(number, "point", place, 0, MOST - 1)
-                if at in values:
-                    raise Unfit(number, f"point {at}", "is there twice; leave one out")
-                values[at] = float_in(number, f"point {at}", value)
+                enter(values, number, f"point {at}", at, float_in(number, f"point {at}", value))
         if set(others) != {"_STEP", "_MIN", "_MAX", "_IS_MODULO"}:
             raise Unfit(1, "file", "has not all of _STEP, _MIN, _MAX and _IS_MODULO; it may be cut off")
         if (others["_MIN"], others["_MAX"], others["_IS_MODULO"]) != (0.0, 360.0, 1.0):
@@ -147,8 +119,3 @@ class Sinumerik(OrderFormat):
         return content_of(
             Points(-DEGREE * np.array([values[i] for i in range(count)])), {"unit": "rad", "turn": "output"} | fields
         )
-
-    @classmethod
-    def recognises(cls, text: str) -> bool:
-        """Whether it assigns the table."""
-        return marked(text, cls.name) or "$AA_ENC_COMP[" in text[:8000]

@@ -18,21 +18,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ....base.quantities import positive_count, shown
+from ....base.quantities import shown
 from ..content import OrderContent
-from ..format import Held, OrderFormat, marked
-from ..points import (
-    MOST_POINTS,
-    Points,
-    Unfit,
-    content_of,
-    float_in,
-    highest_order,
-    motion,
-    points_for,
-    said_by,
-    sampled,
-)
+from ..format import Held, OfPoints
+from ..points import Points, Unfit, content_of, float_in, rows_of, said_by
+from .code import refuse_name, st_real
 
 DEGREE = pi / 180.0
 SIGNS = MappingProxyType({"command": 1.0, "actual": -1.0})
@@ -41,7 +31,7 @@ ARRAY = re.compile(r"(\w+) *: *ARRAY *\[0\.\.([0-9]{1,6})\] *OF *ST_PositionComp
 
 
 @dataclass(frozen=True)
-class TwinCat(OrderFormat):
+class TwinCat(OfPoints):
     """Global variables for TwinCAT 3, positions and compensations in degrees of the output.
 
     Attributes
@@ -62,37 +52,25 @@ class TwinCat(OrderFormat):
     unit: ClassVar[str | None] = "rad"
     turn: ClassVar[str | None] = "output"
     both_ways: ClassVar[bool] = True
+    ends: ClassVar[int] = 1
+    more: ClassVar[str] = "; give more points"
+    begin: ClassVar[str] = "(?s).{0,8000}ST_PositionCompensationTableElement"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.variable, str) or not re.fullmatch(r"[A-Za-z]\w{0,50}", self.variable, re.ASCII):
-            raise ValueError(f"variable is {shown(self.variable)}; give a name of letters and digits")
+        super().__post_init__()
+        refuse_name("variable", self.variable)
         if self.added_to not in SIGNS:
             raise ValueError(f"added_to is {shown(self.added_to)}; it must be 'command' or 'actual'")
-        if self.points is not None and positive_count("points", self.points, MOST_POINTS + 1) < 3:
+        if self.points is not None and self.points < 3:
             raise ValueError(f"points is {self.points}; a table needs 3 at least")
 
-    def count(self, table: OrderContent) -> int:
-        """Steps a turn."""
-        return self.points - 1 if self.points else points_for(table, MOST_POINTS)
-
-    def highest(self, table: OrderContent) -> int:
-        """Two steps a period."""
-        return highest_order(self.count(table))
-
-    def why_highest(self, table: OrderContent) -> str:
-        """The number of points."""
-        return f"two of its {self.count(table) + 1} points a period; give more points"
-
-    def store(self, table: OrderContent) -> Held:
-        """Sample the table in degrees; nothing is rounded."""
-        exact = sampled(table, self.count(table))
-        held = motion(exact, table.zero)
-        return Held(held, held, exact.scaled(SIGNS[self.added_to] / DEGREE), points=self.count(table) + 1)
+    def size(self) -> float:
+        """A degree, to be added or taken off."""
+        return SIGNS[self.added_to] * DEGREE
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write one array, or one for each direction of motion."""
         points = held.numbers
-        assert isinstance(points, Points)
         rows = [*(f"// {line}" for line in said), "VAR_GLOBAL"]
         if points.backward is None:
             rows += self._array("", points.forward, "WorkDirectionBoth")
@@ -121,8 +99,7 @@ class TwinCat(OrderFormat):
         arrays: dict[str, list[tuple[float, float]]] = {}
         wanted: dict[str, int] = {}
         name = ""
-        for number, line in enumerate(text.splitlines(), start=1):
-            plain = line.strip()
+        for number, plain in rows_of(text):
             if (found := ARRAY.match(plain)) is not None:
                 name = found.group(1)
                 if name in arrays:
@@ -135,21 +112,13 @@ class TwinCat(OrderFormat):
                 raise Unfit(number, name[:40] or "file", f"{shown(plain[:60])} is no element of a table; correct it")
         for name, elements in arrays.items():
             _check(name[:40], elements, wanted[name])
-        sides = [
-            SIGNS[self.added_to] * DEGREE * np.array([value for _, value in elements[:-1]])
-            for elements in arrays.values()
-        ]
+        sides = [self.size() * np.array([value for _, value in elements[:-1]]) for elements in arrays.values()]
         if len(sides) not in (1, 2) or (len(sides) == 2 and len(sides[0]) != len(sides[1])):
             raise Unfit(1, "file", f"has {len(sides)} tables; one, or two of one size, can be read")
         if len(sides) == 2 and not next(iter(arrays)).endswith("Positive"):
             sides = sides[::-1]
         points = Points(sides[0], sides[1] if len(sides) == 2 else None)
         return content_of(points, {"unit": "rad", "turn": "output"} | fields)
-
-    @classmethod
-    def recognises(cls, text: str) -> bool:
-        """Whether it has the type of the elements."""
-        return marked(text, cls.name) or "ST_PositionCompensationTableElement" in text[:8000]
 
 
 def _check(name: str, elements: list[tuple[float, float]], wanted: int) -> None:
@@ -161,10 +130,3 @@ def _check(name: str, elements: list[tuple[float, float]], wanted: int) -> None:
         raise Unfit(1, name, "has positions that are not equidistant from 0 to 360; only such can be read as orders")
     if elements[0][1] != elements[-1][1]:
         raise Unfit(1, name, "ends with another compensation than it begins with, one turn apart; correct one")
-
-
-def st_real(value: float) -> str:
-    """A number as a literal of IEC 61131-3, which has a point."""
-    mantissa, mark, exponent = repr(value).partition("e")
-    whole = mantissa if "." in mantissa else f"{mantissa}.0"
-    return whole + (f"E{exponent}" if mark else "")

@@ -1,0 +1,130 @@
+"""CSV of lines, equal to the bit when read back, and CSV of points for anything that reads columns."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ....base.quantities import shown
+from ....model.excitation import HIGHEST, Line
+from ..content import OrderContent
+from ..format import Exact, Held, OfPoints
+from ..points import MARK, MOST_POINTS, Points, Unfit, content_of, float_in, rows_of, said_by, two_ways, ways, whole_in
+
+LINES, POINTS = "direction,order,amplitude,phase", ("angle_rad,value", "angle_rad,forward,backward")
+END = "# end"
+EVEN = 1e-6  # of a step: how far an angle may be from its place
+
+
+@dataclass(frozen=True)
+class CsvLines(Exact):
+    """CSV of lines, one row an order and order 0 for the constant, with the other fields in remarks."""
+
+    name: ClassVar[str] = "csv"
+    title: ClassVar[str] = "CSV of lines"
+    own_sign: ClassVar[bool] = True
+    both_ways: ClassVar[bool] = True
+    with_delay: ClassVar[bool] = True
+    begin: ClassVar[str] = rf"(?s)(.{{0,4000}}\n)?{LINES}\n"
+
+    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+        """Write a row an order; amplitude in the unit of the table, phase in rad."""
+        rows = [*(f"# {line}" for line in said), LINES]
+        for way, mean, lines in ways(table):
+            name = way if table.backward is not None else table.direction
+            rows.append(f"{name},0,{mean!r},0.0")
+            rows += [f"{name},{line.order},{line.amplitude!r},{line.phase!r}" for line in lines]
+        return "\n".join([*rows, END]) + "\n"
+
+    def parse(self, text: str) -> OrderContent:
+        """Read the rows."""
+        fields, _ = said_by(text)
+        sets: dict[str, list[Line]] = {}
+        means: dict[str, float] = {}
+        width, rows = _body(text, (LINES,))
+        for number, line in rows:
+            cells = line.split(",")
+            if len(cells) != width or cells[0] not in ("both", "forward", "backward"):
+                raise Unfit(number, "file", f"{shown(line[:60])} is no row of {LINES}; correct it")
+            order = whole_in(number, "order", cells[1], 0, HIGHEST)
+            size, phase = float_in(number, "amplitude", cells[2]), float_in(number, "phase", cells[3])
+            lines = sets.setdefault(cells[0], [])
+            if order == 0:
+                means[cells[0]] = size
+            else:
+                lines.append(Line(order, size, phase))
+        if f"{MARK}: {self.name}\n" in text and not text.rstrip().endswith(END):
+            raise Unfit(text.count("\n") + 1, "file", f"does not end with {END!r}; it is cut off, save the table again")
+        if not sets:
+            raise Unfit(1, "file", "has no rows; it may be cut off, save the table again")
+        return _content(fields, {way: (means.get(way, 0.0), tuple(lines)) for way, lines in sets.items()})
+
+
+def _content(fields: dict[str, Any], sets: dict[str, tuple[float, tuple[Line, ...]]]) -> OrderContent:
+    """Table of rows by direction: "both", one direction alone, or forward and backward."""
+    if set(sets) == {"forward", "backward"}:
+        return two_ways(fields | {"direction": "both"}, sets)
+    if len(sets) > 1:
+        raise Unfit(1, "direction", f"has rows of {' and '.join(sets)}; write both, or forward and backward")
+    (direction,) = sets
+    if fields.get("direction", direction) != direction:
+        raise Unfit(1, "direction", f"is {fields['direction']} in the remarks and {direction} in the rows; correct it")
+    return two_ways(fields | {"direction": direction}, {"forward": sets[direction]})
+
+
+@dataclass(frozen=True)
+class CsvPoints(OfPoints):
+    """CSV of points at equidistant angles of the encoder over one turn: angle, value, and that in backward motion.
+
+    Attributes
+    ----------
+    points : int, optional
+        Points a turn. Default: 32 a period of the highest order, at least 64.
+    """
+
+    points: int | None = None
+    name: ClassVar[str] = "points"
+    title: ClassVar[str] = "CSV of points"
+    own_sign: ClassVar[bool] = True
+    both_ways: ClassVar[bool] = True
+    begin: ClassVar[str] = rf"\s*({'|'.join(POINTS)})"
+
+    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+        """Write a row a point."""
+        points = held.numbers
+        columns = [points.angles(), points.forward] + ([] if points.backward is None else [points.backward])
+        rows = [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
+        return "\n".join([*(f"# {line}" for line in said), POINTS[len(columns) - 2], *rows]) + "\n"
+
+    def parse(self, text: str) -> OrderContent:
+        """Read the rows."""
+        fields, _ = said_by(text)
+        width, rows = _body(text, POINTS)
+        found: list[list[float]] = []
+        for number, line in rows:
+            cells = line.split(",")
+            if len(cells) != width:
+                raise Unfit(number, "file", f"has {len(cells)} cells where the head names {width}; correct it")
+            found.append([float_in(number, "value", cell) for cell in cells])
+            if len(found) > MOST_POINTS:
+                raise Unfit(number, "file", f"has more than {MOST_POINTS} points; take fewer")
+        if len(found) < 4:
+            raise Unfit(1, "file", f"has {len(found)} points; a turn needs 4 at least, it may be cut off")
+        table = np.array(found)
+        step = 2.0 * math.pi / len(table)
+        if np.max(np.abs(table[:, 0] - step * np.arange(len(table)))) > EVEN * step:
+            raise Unfit(
+                1, "angle_rad", f"the {len(table)} angles are not equidistant from 0 over one turn; some may be missing"
+            )
+        return content_of(Points(table[:, 1], table[:, 2] if width > 2 else None), fields)
+
+
+def _body(text: str, heads: tuple[str, ...]) -> tuple[int, Iterator[tuple[int, str]]]:
+    """Columns of a table below one of some heads, and its rows with their numbers."""
+    rows = rows_of(text)
+    number, head = next(rows, (1, heads[0]))
+    if head not in heads:
+        raise Unfit(number, "file", f"has the columns {shown(head[:60])}; they must be {heads[0]}")
+    return head.count(",") + 1, rows
