@@ -33,8 +33,8 @@ class Result:
     rows: ClassVar[str] = "point"
 
     def __init_subclass__(cls) -> None:
-        """Let a class that says what it prints say the same everywhere: `dataclass` leaves a `__repr__` as it is."""
-        if not {"__str__", "facts"}.isdisjoint(vars(cls)):
+        """Let a class that says what it prints, or whose base does, say it in its `__repr__` too."""
+        if cls.__str__ is not Result.__str__ or cls.facts is not Result.facts:
             cls.__repr__ = cls.__str__  # type: ignore[method-assign, assignment]
 
     def facts(self) -> tuple[Fact, ...]:
@@ -43,7 +43,8 @@ class Result:
 
     def __str__(self) -> str:
         facts = self.facts()
-        return on_screen("\n".join(lines(facts))) if facts else super().__str__()
+        return on_screen("
+".join(lines(facts))) if facts else super().__str__()
 
     def variables(self) -> Labelled:
         """Arrays of the dataset by name: dimensions, values, unit."""

@@ -1,11 +1,12 @@
-"""What fits of a system have in common: values and intervals of its free parameters by path.
+"""What fits have in common: values and intervals of their numbers by path.
 
 Which parameters data do not tell, and what they tell instead.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -83,8 +84,60 @@ def _simplest(lost: Floats) -> Floats:
     return np.asarray(min(rows, key=lambda row: int(np.sum(np.abs(row) > SMALL * np.max(np.abs(row))))))
 
 
+class Fit(Result):
+    """A fit: value, deviation and interval of its numbers by path.
+
+    `values` are by name, or in the order of `names`; `covariance` and `freedom` go with them.
+    """
+
+    values: Any
+    covariance: Floats
+    freedom: Floats
+    unidentified: dict[str, str]
+    by_logarithm: ClassVar[tuple[str, ...]] = ()  # scales, whose interval is one of the logarithm
+
+    def _found(self) -> dict[str, float]:
+        """Values by name."""
+        found: dict[str, float] = self.values
+        return found
+
+    def _name(self, path: str) -> str:
+        name = str(path).rpartition(".")[2]
+        if name in self.unidentified:
+            raise ValueError(self.unidentified[name])
+        if name not in self._found():
+            raise ValueError(f"the fit has no {path!r}; it has {', '.join(self._found())}")
+        return name
+
+    def _place(self, path: str) -> int:
+        return list(self._found()).index(self._name(path))
+
+    def value(self, path: str) -> float:
+        """Value of a number in SI, by its name or its path in the law: "K1", "second.yield_twist".
+
+        Raises
+        ------
+        ValueError
+            If there is no such number, or the measurement does not tell it.
+        """
+        return self._found()[self._name(path)]
+
+    def deviation(self, path: str) -> float:
+        """Standard deviation of a number in SI; errors as `value`."""
+        at = self._place(path)
+        return float(np.sqrt(self.covariance[at, at]))
+
+    def interval(self, path: str, level: float = 0.95) -> Interval:
+        """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
+        value, freedom = self.value(path), float(self.freedom[self._place(path)])
+        if self._name(path) not in self.by_logarithm:
+            return interval(value, self.deviation(path), freedom, level)
+        low, high = interval(math.log(value), self.deviation(path) / value, freedom, level)
+        return Interval(math.exp(max(low, -600.0)), math.exp(min(high, 600.0)))
+
+
 @dataclass(frozen=True, eq=False)
-class Fitted(Result):
+class Fitted(Fit):
     """A system whose free parameters were found from a measurement.
 
     Attributes
@@ -110,23 +163,13 @@ class Fitted(Result):
     freedom: Floats
     discrepancy: Discrepancy
 
-    def _place(self, path: str) -> int:
+    def _found(self) -> dict[str, float]:
+        return dict(zip(self.names, self.values.tolist(), strict=True))
+
+    def _name(self, path: str) -> str:
         if path not in self.names:
             raise ValueError(f"{shown(path)} was not fitted; the free parameters are {', '.join(self.names) or 'none'}")
-        return self.names.index(path)
-
-    def value(self, path: str) -> float:
-        """Value of a free parameter, in SI."""
-        return float(self.values[self._place(path)])
-
-    def deviation(self, path: str) -> float:
-        """Standard deviation of a free parameter, in SI."""
-        at = self._place(path)
-        return float(np.sqrt(self.covariance[at, at]))
-
-    def interval(self, path: str, level: float = 0.95) -> Interval:
-        """Interval in which a free parameter lies with a probability."""
-        return interval(self.value(path), self.deviation(path), float(self.freedom[self._place(path)]), level)
+        return path
 
     def lines(self) -> list[str]:
         """One line for each free parameter: value and 95 % interval."""
@@ -135,43 +178,6 @@ class Fitted(Result):
             f"  {name} = {value:.6g} ({low:.6g} .. {high:.6g})"
             for name, value, (low, high) in zip(self.names, self.values, bounds, strict=True)
         ]
-
-
-class ByName:
-    """What fits with numbers of several origins have in common: value, deviation and interval by name."""
-
-    values: dict[str, float]
-    covariance: Floats
-    freedom: Floats
-    unidentified: dict[str, str]
-
-    def value(self, path: str) -> float:
-        """Value of a number in SI, by its name or its path in the law: "K1", "second.yield_twist".
-
-        Raises
-        ------
-        ValueError
-            If there is no such number, or the measurement does not tell it.
-        """
-        return self.values[self._name(path)]
-
-    def deviation(self, path: str) -> float:
-        """Standard deviation of a number in SI; errors as `value`."""
-        i = list(self.values).index(self._name(path))
-        return float(np.sqrt(self.covariance[i, i]))
-
-    def interval(self, path: str, level: float = 0.95) -> Interval:
-        """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
-        freedom = float(self.freedom[list(self.values).index(self._name(path))])
-        return interval(self.value(path), self.deviation(path), freedom, level)
-
-    def _name(self, path: str) -> str:
-        name = str(path).rpartition(".")[2]
-        if name in self.unidentified:
-            raise ValueError(self.unidentified[name])
-        if name not in self.values:
-            raise ValueError(f"the fit has no {path!r}; it has {', '.join(self.values)}")
-        return name
 
 
 def free_leaves(system: Any, free: Sequence[str]) -> list[int]:

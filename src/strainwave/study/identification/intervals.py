@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
+from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
@@ -33,6 +34,9 @@ HIGHEST_LEVERAGE = 0.9
 HIGHEST = 32  # order of the autoregression
 ROWS = 12  # of the longest record for each order
 LENGTH = 1 << 14  # of the impulse response, in samples
+
+COLOURS = np.linspace(-0.9, 0.98, 20)  # phi tried
+NONE = 1e-300
 
 
 def slices(records: Any, rows: int) -> list[slice]:
@@ -251,6 +255,60 @@ def long_run(scores: Floats, records: Any = None) -> Floats:
         pairs = sum(scores[p][lag:].T @ scores[p][:-lag] for p in parts if p.stop - p.start > lag)
         total = total + (1.0 - lag / bandwidth) * (pairs + np.transpose(pairs))
     return np.asarray(total)
+
+
+def restricted(jacobian: Floats, residual: Floats) -> Spread:
+    """Scatter of least squares with the jacobian (n, p) and the residual (n,): coloured, and perhaps uneven."""
+    (n, p), (basis, back) = jacobian.shape, _basis(jacobian)
+    phi = _colour(basis, residual)
+    innovation = _innovations(_white(basis, phi), _white(residual, phi))
+    # V is the covariance of the residual: basis' V basis by the filter that takes white noise to it
+    passed = backwards(basis, np.array([phi]), [slice(0, n)])
+    passed[0] /= math.sqrt(1.0 - phi * phi)
+    power = float(innovation @ innovation) / (n - p)
+    covariance = power * back @ (passed.T @ passed) @ back.T
+    own = spread(jacobian, residual)
+    wider = np.sqrt(np.maximum(np.diag(own.covariance) / np.maximum(np.diag(covariance), NONE), 1.0))
+    freedom = max((n - p) * (1.0 - abs(phi)) / (1.0 + abs(phi)), 1.0)
+    return Spread(covariance * np.outer(wider, wider), np.full(p, freedom), np.array([phi]))
+
+
+def _white(values: Floats, phi: float) -> Floats:
+    """Take the colour phi out of columns (n, ...); the first row keeps its scatter."""
+    found = np.array(values)
+    found[1:] -= phi * values[:-1]
+    found[0] *= math.sqrt(1.0 - phi * phi)
+    return found
+
+
+def _innovations(basis: Floats, residual: Floats) -> Floats:
+    Q = np.linalg.qr(basis)[0]
+    return np.asarray(residual - Q @ (Q.T @ residual))
+
+
+def _colour(basis: Floats, residual: Floats) -> float:
+    """Colour phi of largest restricted likelihood."""
+    n, p = basis.shape
+
+    def cost(phi: float) -> float:
+        Q, triangle = np.linalg.qr(_white(basis, phi))
+        white = _white(residual, phi)
+        miss = white - Q @ (Q.T @ white)
+        size = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)) + NONE)))
+        power = math.log(float(miss @ miss) + NONE)
+        return float((n - p) * power - math.log(1.0 - phi * phi) + size)
+
+    best = int(np.argmin([cost(phi) for phi in COLOURS.tolist()]))
+    ends = COLOURS[max(best - 1, 0)], COLOURS[min(best + 1, len(COLOURS) - 1)]
+    found = minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": 1e-4})
+    return float(found.x)
+
+
+def derived_freedom(rates: Floats, covariance: Floats, freedom: Any) -> Floats:
+    """Degrees of freedom (m,) of numbers with the derivatives rates (m, p) by the unknowns: Satterthwaite's rule."""
+    shares = rates**2 * np.diag(covariance)
+    total = np.maximum(np.sum(shares**2 / freedom, axis=1), NONE)
+    return np.asarray(np.maximum(np.sum(shares, axis=1) ** 2 / total, 1.0))
 
 
 def bootstrap(

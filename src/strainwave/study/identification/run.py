@@ -1,6 +1,7 @@
 """One stretch of a measurement in which a shaft turns one way: a quantity over time and angle."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,24 +40,15 @@ class Run:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        columns = {}
-        for name in ("time", "angle", "value"):
-            try:
-                columns[name] = np.array(getattr(self, name), float)
-            except (TypeError, ValueError):
-                raise ValueError(f"{name} is {shown(getattr(self, name))}; it must be an array of numbers") from None
-        shapes = {name: column.shape for name, column in columns.items()}
+        columns = {name: column(name, getattr(self, name)) for name in ("time", "angle", "value")}
+        shapes = {name: values.shape for name, values in columns.items()}
         if len(set(shapes.values())) > 1 or columns["time"].ndim != 1:
             told = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
             raise ValueError(f"a run has arrays of the shapes {told}; give one length")
         if len(columns["time"]) < FEWEST:
             raise ValueError(f"a run has {len(columns['time'])} samples; give {FEWEST} at least")
-        for name, column in columns.items():
-            good = np.abs(column) <= LARGEST
-            if not np.all(good):
-                i = int(np.flatnonzero(~good)[0])
-                raise ValueError(f"{name} of sample {i} is {column[i]}; remove the sample")
-            object.__setattr__(self, name, column)
+        for name, values in columns.items():
+            object.__setattr__(self, name, values)
         refuse_descending(self.time)
         way = np.sign(self.travel) * np.diff(self.angle)
         back = -float(np.sum(way[way < 0.0]))
@@ -86,6 +78,21 @@ class Run:
     def angle_before(self, delay: float) -> Floats:
         """Angle (n,) [rad] a time [s] before each sample; beyond the ends at the mean speed there."""
         return angle_before(self.time, self.angle, delay)
+
+
+def column(name: str, values: Any, of: str = "sample") -> Floats:
+    """Finite real numbers as a new array, or say which of the samples is none (ValueError)."""
+    try:
+        found = np.array(values, complex if np.iscomplexobj(values) else float)
+    except (TypeError, ValueError, OverflowError):
+        found = np.empty(0, complex)
+    if np.iscomplexobj(found):
+        raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")
+    good = np.abs(found) <= LARGEST
+    if not np.all(good):
+        i = int(np.flatnonzero(~good)[0])
+        raise ValueError(f"{name} of {of} {i} is {found.flat[i]}; remove the {of}")
+    return found
 
 
 def refuse_descending(time: Floats) -> None:

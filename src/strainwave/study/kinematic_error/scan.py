@@ -13,9 +13,10 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.quantities import LARGEST, positive_count, shown
+from ...base.quantities import positive_count, shown
 from ...model.excitation import HIGHEST
 from ...model.gears.error_spectrum import extremes
+from ..identification.run import column
 from .line_noise import FEWEST, Floor, correlation, noise_floor, power, probability
 from .scan_results import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, squared_amplitude, together
 
@@ -188,24 +189,11 @@ def error_scan(
 
 
 def _direction(which: str, angle: Any, error: Any, sign: float) -> Direction:
-    run = []
-    for name, values in (("angle", angle), ("error", error)):
-        try:
-            if np.iscomplexobj(values):
-                raise TypeError
-            run.append(np.asarray(values, float))
-        except (TypeError, ValueError, OverflowError):
-            raise ValueError(f"{which}{name} is {shown(values)}; it must be an array of numbers in rad") from None
-    theta, e = run
+    theta, e = column(f"{which}angle", angle), column(f"{which}error", error)
     if theta.ndim != 1 or theta.shape != e.shape or len(theta) < 4:
         raise ValueError(
             f"{which}angle and error have the shapes {theta.shape} and {e.shape}; give one length of 4 at least"
         )
-    for name, column in (("angle", theta), ("error", e)):
-        good = np.abs(column) <= LARGEST
-        if not np.all(good):
-            i = int(np.flatnonzero(~good)[0])
-            raise ValueError(f"{which}{name} of sample {i} is {column[i]}; remove the sample")
     steps = np.diff(theta)
     if not np.all(steps > 0.0):
         i = int(np.flatnonzero(steps <= 0.0)[0])

@@ -10,7 +10,7 @@ from ....files.logs.read import read_log
 from ....files.scan_file import name_and_unit
 from ....files.yaml_text import FileError, Problem, complaint
 from ....plot.svg import stacked
-from ....study.identification.lack_of_fit import LackOfFit
+from ....study.identification.law_fit import LackOfFit
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop
 from ....study.identification.loops.loop_result import LoopFit

@@ -12,18 +12,17 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.special import fdtri
 
-from ....base.quantities import LARGEST, checked, number, shown
+from ....base.quantities import checked, number, shown
 from ....base.results import Floats
 from ....model.laws.friction import Coulomb, LuGre, QuadraticDamping, Stribeck, Viscous
 from ....model.laws.hysteresis import Parallel
 from ....model.laws.meshing import LoadFriction
-from ..intervals import spread
-from ..lack_of_fit import LackOfFit
+from ..intervals import Spread, derived_freedom, restricted, spread
+from ..law_fit import Candidate, LackOfFit, compared
 from ..loops.loop_model import states
 from ..loops.loop_path import read_loop
-from ..loops.loop_solve import Scatter, derived_freedom, restricted
+from ..run import column
 from .friction_model import (
-    FrictionCandidate,
     FrictionFit,
     FrictionSolution,
     Runs,
@@ -37,7 +36,6 @@ FEWEST = 6
 FOLDS = 12
 SHARP = 0.01  # of the lowest speed: over which the sign of dry friction is smoothed
 FASTEST = 3000.0  # rad/s, 29 000 rpm
-WITHIN = 2.0  # standard errors of the difference from the best candidate
 CHANCE = 1e-3  # that noise alone makes the squared errors of two right laws differ by as large a ratio
 ROUNDING = 1e-12  # of the largest torque
 SETTLED = 0.5  # of the highest speed: where a Stribeck speed leaves its Coulomb friction to be seen
@@ -155,17 +153,10 @@ def fit_friction(
 
 
 def _column(name: str, values: Any, count: int | None = None) -> Floats:
-    try:
-        column = np.asarray(values, float)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers") from None
-    if column.ndim != 1 or (count is not None and len(column) != count):
-        raise ValueError(f"{name} has the shape {column.shape}; give one number for each of the {count or ''} runs")
-    good = np.abs(column) <= LARGEST
-    if not np.all(good):
-        i = int(np.flatnonzero(~good)[0])
-        raise ValueError(f"{name} of run {i} is {column[i]}; remove the run")
-    return column
+    found = column(name, values, "run")
+    if found.ndim != 1 or (count is not None and len(found) != count):
+        raise ValueError(f"{name} has the shape {found.shape}; give one number for each of the {count or ''} runs")
+    return found
 
 
 def _runs(speed: Any, torque: Any, load: Any, deviation: Any, breakaway: Any) -> tuple[Runs, dict[str, str], bool]:
@@ -250,7 +241,7 @@ def _fitted(terms: Terms, runs: Runs) -> FrictionSolution | None:
     return fit if good and 0.0 <= p.get("mu", 0.0) < 1.0 else None
 
 
-def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution, tuple[FrictionCandidate, ...], str]:
+def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution, tuple[Candidate, ...], str]:
     """The simplest candidate within two standard errors of the best on runs left out, the table, and the reason.
 
     It must also have squared errors that noise alone may make differ so much: a ratio of chi squares (F).
@@ -259,27 +250,12 @@ def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution
     count = len(runs.speed)
     fold = np.arange(count) % min(FOLDS, count)
     errors = np.array([_left_out(runs, fit, fold) for fit in fits])
-    means = errors.mean(axis=1)
-    best = int(np.argmin(means))
-    difference = errors - errors[best]
-    spreads = np.std(difference, axis=1, ddof=1) / np.sqrt(count)
-    worse = np.divide(difference.mean(axis=1), spreads, out=np.zeros(len(fits)), where=spreads > 0.0)
     # a few runs with large errors make the standard error large: noise alone still has no ratio as large
     rounding = (ROUNDING * float(np.max(np.abs(runs.weight * runs.torque), initial=0.0))) ** 2
-    near = means <= float(fdtri(count, count, 1.0 - CHANCE)) * (means[best] + rounding)
-    taken = min(np.flatnonzero((worse <= WITHIN) & near), key=lambda i: (len(fits[i].p), means[i]))
-    unit = 1.0 / float(np.median(runs.weight))
-    rows = tuple(
-        FrictionCandidate(
-            str(fits[i].terms), len(fits[i].p), unit * float(means[i]) ** 0.5, float(worse[i]), bool(i == taken)
-        )
-        for i in np.argsort(means, kind="stable")
-    )
-    said = f"{fits[taken].terms}: error {unit * means[taken] ** 0.5:.3g} N*m on runs left out"
-    if taken == best:
-        return fits[taken], rows, f"{said}, the smallest of {len(fits)} candidates"
-    more = f"{unit * means[best] ** 0.5:.3g} N*m, of {fits[best].terms}"
-    return fits[taken], rows, f"{said}, within two standard errors of the smallest, {more}"
+    most = float(fdtri(count, count, 1.0 - CHANCE)) * (float(np.min(errors.mean(axis=1))) + rounding)
+    given = [(str(fit.terms), len(fit.p)) for fit in fits]
+    taken, rows, reason = compared(given, errors, 1.0 / float(np.median(runs.weight)), "on runs left out", most)
+    return fits[taken], rows, reason
 
 
 def _left_out(runs: Runs, fit: FrictionSolution, fold: Any) -> Floats:
@@ -304,8 +280,8 @@ def _law(p: dict[str, float], width: float, lowest: float, stiffness: Presliding
 
 
 def _result(
-    runs: Runs, fit: FrictionSolution, known: Scatter, unidentified: dict[str, str],
-    comparison: tuple[FrictionCandidate, ...], reason: str, width: float, stiffness: Presliding | None,
+    runs: Runs, fit: FrictionSolution, known: Spread, unidentified: dict[str, str],
+    comparison: tuple[Candidate, ...], reason: str, width: float, stiffness: Presliding | None,
     lack: LackOfFit | None,
 ) -> FrictionFit:  # fmt: skip
     names = list(fit.terms.names())
@@ -340,7 +316,7 @@ def _result(
     load_law = checked(LoadFriction(p["mu"], width)) if "mu" in p else None
     fitted = predicted(fit.terms, fit.p, runs)
     return FrictionFit(
-        _law(p, width, lowest, stiffness), load_law, values, covariance, freedom, unidentified,
-        comparison, reason, float(np.sqrt(np.mean((runs.torque - fitted) ** 2))), runs.speed, runs.torque, fitted,
-        tuple(remarks), lack,
+        _law(p, width, lowest, stiffness), values, covariance, freedom, unidentified, comparison, reason,
+        float(np.sqrt(np.mean((runs.torque - fitted) ** 2))), runs.torque, fitted, tuple(remarks), lack, load_law,
+        runs.speed,
     )  # fmt: skip

@@ -16,27 +16,16 @@ from ....base.quantities import checked, number
 from ....base.results import Floats
 from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
-from ..lack_of_fit import LackOfFit
+from ..intervals import Spread, derived_freedom, restricted
+from ..law_fit import Candidate, LackOfFit, compared
 from .loop_model import FULL, Shape, way_of_one
 from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
-from .loop_result import LoopCandidate, LoopFit
-from .loop_solve import (
-    RANK,
-    Scatter,
-    Solution,
-    derived_freedom,
-    left_out,
-    restricted,
-    scatter,
-    shifts_of_begins,
-    solve,
-    started,
-)
+from .loop_result import LoopFit
+from .loop_solve import RANK, Solution, left_out, scatter, shifts_of_begins, solve, started
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
 BEYOND = 12  # samples that a slope needs
-WITHIN = 2.0  # standard errors of the difference from the best candidate
 CLEAR = 2.0  # standard deviations by which two slopes must differ
 
 WAVES = 8  # cosines for each direction
@@ -149,7 +138,7 @@ def structure(loop: Loop, fit: Solution) -> Structure | None:
     return Structure(LackOfFit(pure, missed, ratio, chance, "loop"), noise)
 
 
-def wider(loop: Loop, fit: Solution, found: Structure | None) -> Scatter:
+def wider(loop: Loop, fit: Solution, found: Structure | None) -> Spread:
     """Scatter of the unknowns; where structure was found at least that of the noise times the ratio."""
     known = scatter(loop, fit)
     if found is None or not found.lack.found:
@@ -287,34 +276,12 @@ def _untold(loop: Loop, fit: Solution) -> str:
     return ""
 
 
-def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[LoopCandidate, ...], str]:
+def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[Candidate, ...], str]:
     """The simplest candidate within two standard errors of the best in blocks left out, the table, and the reason."""
-    errors = [left_out(loop, fit) for fit in fits]
-    means = [float(np.mean(error)) for error in errors]
-    best = int(np.argmin(means))
-    worse = []
-    for error in errors:
-        difference = error - errors[best]
-        spread = float(np.std(difference, ddof=1) / np.sqrt(len(difference)))
-        worse.append(float(np.mean(difference)) / spread if spread > 0.0 else 0.0)
-    within = [i for i in range(len(fits)) if worse[i] <= WITHIN]
-    taken = min(within, key=lambda i: (len(fits[i].p), means[i]))
-    unit = 1.0 / float(np.median(fits[taken].weight))
-    rows = tuple(
-        LoopCandidate(str(fits[i].shape), len(fits[i].p), unit * float(np.sqrt(means[i])), worse[i], i == taken)
-        for i in sorted(range(len(fits)), key=lambda i: means[i])
-    )
-    said = f"{fits[taken].shape}: error {unit * np.sqrt(means[taken]):.3g} N*m in blocks left out"
-    if taken == best:
-        reason = f"{said}, the smallest of {len(fits)} candidates"
-    else:
-        reason = (
-            f"{said}, within two standard errors of the smallest, {unit * np.sqrt(means[best]):.3g} N*m, of "
-            f"{fits[best].shape}, which has {len(fits[best].p) - len(fits[taken].p)} more unknowns"
-        )
-        if len(fits[best].p) == len(fits[taken].p):
-            reason = f"{said}, the smallest of {len(fits)} candidates"
-    return fits[taken], rows, reason
+    errors, given = np.array([left_out(loop, fit) for fit in fits]), [(str(fit.shape), len(fit.p)) for fit in fits]
+    units = [1.0 / float(np.median(fit.weight)) for fit in fits]
+    taken, _, _ = compared(given, errors, 1.0, "")
+    return fits[taken], *compared(given, errors, units[taken], "in blocks left out")[1:]
 
 
 def _law(fit: Solution, reached: float) -> Any:
@@ -355,7 +322,7 @@ def _numbers(fit: Solution, p: Floats, rated: float) -> dict[str, float]:
 
 
 def _result(
-    loop: Loop, fit: Solution, unidentified: dict[str, str], comparison: tuple[LoopCandidate, ...], reason: str,
+    loop: Loop, fit: Solution, unidentified: dict[str, str], comparison: tuple[Candidate, ...], reason: str,
     rated: float, remarks: tuple[str, ...], ratio: float | None,
 ) -> LoopFit:  # fmt: skip
     found = structure(loop, fit)
@@ -372,8 +339,8 @@ def _result(
     fitted = torque_along(fit.shape, fit.p, loop.path, loop.torsion).value
     reached = float(np.max(np.abs(loop.torque - fit.p[-1])))
     return LoopFit(
-        _law(fit, reached), values, rates @ covariance @ rates.T, freedom, unidentified,
-        comparison, reason, rated, loop.cycles, closed_energy(loop.torsion, loop.torque, loop.path),
-        float(np.sqrt(np.mean((loop.torque - fitted) ** 2))), loop.torsion, loop.torque, fitted, remarks, ratio,
-        None if found is None else found.lack,
+        _law(fit, reached), values, rates @ covariance @ rates.T, freedom, unidentified, comparison, reason,
+        float(np.sqrt(np.mean((loop.torque - fitted) ** 2))), loop.torque, fitted, remarks,
+        None if found is None else found.lack, rated, loop.cycles,
+        closed_energy(loop.torsion, loop.torque, loop.path), loop.torsion, ratio,
     )  # fmt: skip

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....base.quantities import LARGEST, shown
 from ....base.results import Floats
+from ..run import column
 from .loop_model import Path
 
 FEWEST = 40
@@ -52,7 +52,10 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
         If they are too few or not finite, one axis does not move, nothing reverses, the torque is saturated, or the
         loop runs the wrong way round.
     """
-    x, t = (_column(name, values) for name, values in (("torsion [rad]", torsion), ("torque [N*m]", torque)))
+    x, t = (column(name, values) for name, values in (("torsion [rad]", torsion), ("torque [N*m]", torque)))
+    for name, values in (("torsion [rad]", x), ("torque [N*m]", t)):
+        if values.ndim != 1 or len(values) < FEWEST:
+            raise ValueError(f"{name} has the shape {values.shape}; give one column of at least {FEWEST} samples")
     if len(x) != len(t):
         raise ValueError(f"torsion has {len(x)} samples and torque {len(t)}; give one torque for every torsion")
     for name, unit, values in (("torsion", "rad", x), ("torque", "N*m", t)):
@@ -79,20 +82,6 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
     path, begin_noise = _path(x, turns, noise[0])
     _refuse_backward(x, t, path)
     return Loop(x, t, path, *noise, begin_noise)
-
-
-def _column(name: str, values: Any) -> Floats:
-    try:
-        column = np.asarray(values, float)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers") from None
-    if column.ndim != 1 or len(column) < FEWEST:
-        raise ValueError(f"{name} has the shape {column.shape}; give one column of at least {FEWEST} samples")
-    good = np.abs(column) <= LARGEST
-    if not np.all(good):
-        i = int(np.flatnonzero(~good)[0])
-        raise ValueError(f"{name} of sample {i} is {column[i]}; remove the sample")
-    return column
 
 
 def _noise(values: Floats) -> float:

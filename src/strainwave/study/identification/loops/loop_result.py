@@ -1,19 +1,16 @@
 """What a fitted loop gives: the law, its numbers with their intervals, the candidates compared, the samples."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
 from ....base.above import above
-from ....base.records import Labelled, Result
+from ....base.records import Labelled
 from ....base.results import Floats
-from ....base.sentences import on_screen
-from ....base.units import ARCSEC
 from ....model.laws.hysteresis import Parallel
 from ....model.laws.springs import Play
-from ..fitted import ByName
-from ..lack_of_fit import LackOfFit
+from ..law_fit import Candidate, LawFit
 
 SPRING_UNIT, TORQUE_UNIT, ANGLE_UNIT = "N*m/rad", "N*m", "rad"
 UNITS = {
@@ -28,22 +25,11 @@ SAID = {
 }  # fmt: skip
 
 
-class LoopCandidate(NamedTuple):
-    """A candidate law: what it has, its unknowns, and its error in blocks that were left out.
-
-    `error` is the root mean square [N*m] of blocks of samples under the fit to the others, `worse` the mean
-    difference of its square from the best candidate's in standard errors of that difference.
-    """
-
-    name: str
-    unknowns: int
-    error: float
-    worse: float
-    chosen: bool
+LoopCandidate = Candidate
 
 
 @dataclass(frozen=True, eq=False)
-class LoopFit(ByName, Result):
+class LoopFit(LawFit):
     """A torsion law identified from a measured loop.
 
     Attributes
@@ -53,53 +39,30 @@ class LoopFit(ByName, Result):
     values : dict of str to float
         Numbers by their path: "K1", "K2", "K3", "T1", "T2", "half_gap", "K", "yield_twist", "beta", "gamma" of the law,
         "torsion_offset", "torque_offset", "lost_motion" and "hysteresis_loss" [rad].
-    covariance : (m, m) array
-        Of these numbers, in their order.
-    freedom : (m,) array
-        Degrees of freedom of their intervals.
-    unidentified : dict of str to str
-        What the loop does not tell, by its path, each with a sentence.
-    comparison : tuple of LoopCandidate
-        The candidates by their error in blocks left out, smallest first.
-    reason : str
-        Why this candidate was chosen.
+    covariance, freedom, unidentified, comparison, reason, residual_rms, remarks, lack_of_fit
+        As of `LawFit`, with errors in blocks left out.
     rated_torque : float
         Torque [N*m] of lost motion (at +-4 % of it) and hysteresis loss (after it).
     cycles : float
         Number of cycles measured.
     energy : float
         Energy [J] that the measured cycles dissipate, as far as they close.
-    residual_rms : float
-        Root mean square [N*m] of measured minus fitted torque.
     torsion, torque, fitted : (n,) arrays
         Measured samples [rad], [N*m] and the fitted torque [N*m].
-    remarks : tuple of str
-        What limits the result.
     ratio : float or None
         Ratio of the gear, for `yaml`.
-    lack_of_fit : LackOfFit or None
-        What the law misses along the loop beside the noise; None where the samples are too few to tell.
     """
 
-    law: Any
-    values: dict[str, float]
-    covariance: Floats
-    freedom: Floats
-    unidentified: dict[str, str]
-    comparison: tuple[LoopCandidate, ...]
-    reason: str
+    rows: ClassVar[str] = "sample"
+    units: ClassVar[dict[str, str]] = UNITS
+    said: ClassVar[dict[str, str]] = SAID
+    unknown: ClassVar[str] = "the samples are too few to tell whether the law fits"
+
     rated_torque: float
     cycles: float
     energy: float
-    residual_rms: float
     torsion: Floats
-    torque: Floats
-    fitted: Floats
-    remarks: tuple[str, ...]
     ratio: float | None = None
-    lack_of_fit: LackOfFit | None = None
-
-    rows: ClassVar[str] = "sample"
 
     @property
     def lost_motion(self) -> float:
@@ -127,42 +90,9 @@ class LoopFit(ByName, Result):
         """Measured torsion of every sample."""
         return {"torsion": ("sample", self.torsion, "rad")}
 
-    def variables(self) -> Labelled:
-        """Measured and fitted torque and their difference."""
-        return {
-            "torque": ("sample", self.torque, "N*m"),
-            "fitted": ("sample", self.fitted, "N*m"),
-            "residual": ("sample", self.torque - self.fitted, "N*m"),
-        }
-
-    def table(self) -> list[tuple[str, float, float, float, str]]:
-        """Rows (name, value, low, high, unit) of the numbers, angles in arcmin."""
-        found = []
-        for name, value in self.values.items():
-            low, high = self.interval(name)
-            scale, unit = (60.0 * ARCSEC, "arcmin") if UNITS[name] == ANGLE_UNIT else (1.0, UNITS[name])
-            found.append((SAID.get(name, name), value / scale, low / scale, high / scale, unit))
-        return found
-
-    @property
-    def misses(self) -> str:
-        """Sentence on what the law misses; empty where nothing shows that it does."""
-        return str(self.lack_of_fit) if self.lack_of_fit is not None and self.lack_of_fit.found else ""
-
-    def sentences(self) -> tuple[str, ...]:
-        """What the samples do not tell, why this law was taken, what limits the result, whether the law fits."""
-        fits = "" if self.misses else str(self.lack_of_fit or "the samples are too few to tell whether the law fits")
-        told = (*dict.fromkeys(self.unidentified.values()), self.reason, *self.remarks, fits)
-        return tuple(sentence for sentence in told if sentence)
-
-    def __str__(self) -> str:
-        lines = [
+    def headline(self) -> str:
+        """What was fitted."""
+        return (
             f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycle{'s' * (self.cycles != 1.0)}, up to "
             f"{np.max(np.abs(self.torque)):.4g} N*m; residual {self.residual_rms:.3g} N*m rms"
-        ]
-        if self.misses:
-            lines.append(f"  {self.misses}")
-        for name, value, low, high, unit in self.table():
-            lines.append(f"  {name:<26}{value:>12.5g}  ({low:.5g} .. {high:.5g}) {unit}")
-        lines += [f"  {sentence}" for sentence in self.sentences()]
-        return on_screen("\n".join(lines))
+        )

@@ -10,14 +10,12 @@ Scatter of a loop's unknowns: coloured residuals, reversals read with noise, err
 
 import math
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.signal import lfilter
 
 from ....base.results import Floats
-from ..intervals import spread
+from ..intervals import Spread, restricted
 from .loop_model import FULL, Shape, torque
 from .loop_path import Loop
 
@@ -36,9 +34,6 @@ LEAST_TOLD = ("start", "kappa", "torsion_offset", "half_gap", "yield_twist", "K"
 UNTOLD = 1e3  # times its value: standard deviation of an unknown that was left out
 RANK = 1e-9
 BOUND = 1e6  # degrees of freedom of what stands at a bound
-
-COLOURS = np.linspace(-0.9, 0.98, 20)  # phi tried
-NONE = 1e-300
 
 
 class Solution(NamedTuple):
@@ -189,72 +184,7 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
     return np.array(found)
 
 
-class Scatter(NamedTuple):
-    """Covariance (p, p) of the unknowns, degrees of freedom (p,) of its diagonal, and the colour phi."""
-
-    covariance: Floats
-    freedom: Floats
-    phi: float
-
-
-def restricted(jacobian: Floats, residual: Floats) -> Scatter:
-    """Scatter of least squares with the jacobian (n, p) and the residual (n,): coloured, and perhaps uneven."""
-    n, p = jacobian.shape
-    sizes = np.linalg.norm(jacobian, axis=0)
-    basis, triangle = np.linalg.qr(jacobian / sizes)
-    phi = _colour(basis, residual)
-    innovation = _innovations(_white(basis, phi), _white(residual, phi))
-    # V is the covariance of the residual: basis' V basis by the filter that takes white noise to it
-    passed = lfilter([1.0], [1.0, -phi], basis[::-1], axis=0)[::-1]
-    passed[0] /= math.sqrt(1.0 - phi * phi)
-    back = np.linalg.inv(triangle) / sizes[:, None]
-    power = float(innovation @ innovation) / (n - p)
-    covariance = power * back @ (passed.T @ passed) @ back.T
-    own = spread(jacobian, residual)
-    wider = np.sqrt(np.maximum(np.diag(own.covariance) / np.maximum(np.diag(covariance), NONE), 1.0))
-    freedom = max((n - p) * (1.0 - abs(phi)) / (1.0 + abs(phi)), 1.0)
-    return Scatter(covariance * np.outer(wider, wider), np.full(p, freedom), phi)
-
-
-def _white(values: Floats, phi: float) -> Floats:
-    """Take the colour phi out of columns (n, ...); the first row keeps its scatter."""
-    found = np.array(values)
-    found[1:] -= phi * values[:-1]
-    found[0] *= math.sqrt(1.0 - phi * phi)
-    return found
-
-
-def _innovations(basis: Floats, residual: Floats) -> Floats:
-    Q = np.linalg.qr(basis)[0]
-    return np.asarray(residual - Q @ (Q.T @ residual))
-
-
-def _colour(basis: Floats, residual: Floats) -> float:
-    """Colour phi of largest restricted likelihood."""
-    n, p = basis.shape
-
-    def cost(phi: float) -> float:
-        Q, triangle = np.linalg.qr(_white(basis, phi))
-        white = _white(residual, phi)
-        miss = white - Q @ (Q.T @ white)
-        size = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)) + NONE)))
-        power = math.log(float(miss @ miss) + NONE)
-        return float((n - p) * power - math.log(1.0 - phi * phi) + size)
-
-    best = int(np.argmin([cost(phi) for phi in COLOURS.tolist()]))
-    ends = COLOURS[max(best - 1, 0)], COLOURS[min(best + 1, len(COLOURS) - 1)]
-    found = minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": 1e-4})
-    return float(found.x)
-
-
-def derived_freedom(rates: Floats, covariance: Floats, freedom: Any) -> Floats:
-    """Degrees of freedom (m,) of numbers with the derivatives rates (m, p) by the unknowns: Satterthwaite's rule."""
-    shares = rates**2 * np.diag(covariance)
-    total = np.maximum(np.sum(shares**2 / freedom, axis=1), NONE)
-    return np.asarray(np.maximum(np.sum(shares, axis=1) ** 2 / total, 1.0))
-
-
-def scatter(loop: Loop, fit: Solution) -> Scatter:
+def scatter(loop: Loop, fit: Solution) -> Spread:
     """Scatter of the unknowns of a fit; 0 for those that stand at a bound."""
     told = np.sum(fit.jacobian**2, axis=0) > 0.0
     told &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
@@ -268,7 +198,7 @@ def scatter(loop: Loop, fit: Solution) -> Scatter:
     whole, freedom = np.zeros((len(told), len(told))), BOUND * np.ones(len(told))
     whole[np.diag_indices(len(told))] = np.where(bound, 0.0, (UNTOLD * fit.p) ** 2)
     whole[np.ix_(told, told)], freedom[told] = covariance, found.freedom
-    return Scatter(whole, freedom, found.phi)
+    return Spread(whole, freedom, found.whitener)
 
 
 def _apart(J: Floats) -> bool:
