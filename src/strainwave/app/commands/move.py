@@ -20,7 +20,7 @@ from ...study.move.result import Move
 from ..console import Progress, reported
 from ..output import write_all
 from ..view import quantity, span
-from .options import json_option, output_option, project_argument
+from .options import dialect_options, json_option, output_option, project_argument
 
 CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
 
@@ -37,12 +37,11 @@ CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
     help='Motor speeds to avoid, as "1200 rpm" "1500 rpm"; repeatable.',
 )  # fmt: skip
 @click.option("--avoid", is_flag=True, help="Take the speeds to avoid of the analysis too, which takes its time.")
-@click.option("--delimiter", default=",", help="Column separator of a CSV profile.")
-@click.option("--decimal", default=".", help="Decimal separator of a CSV profile.")
+@dialect_options
 @json_option
 def move(
     project: Path, profile: tuple[str, ...], output: Path, start: str | None, payload: str | None, window: str | None,
-    bands: tuple[tuple[str, str], ...], avoid: bool, delimiter: str, decimal: str, as_json: bool,
+    bands: tuple[tuple[str, str], ...], avoid: bool, delimiter: str | None, decimal: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Move the load along PROFILE: pointing error, settling, torques against the ratings, life, energy.
 
@@ -51,7 +50,7 @@ def move(
     0.6 s", "dwell, time: 0.4 s". Without it the profile of the project file is taken.
     """
     drive = read_project(project)
-    parts = [profile_part(text, {"delimiter": delimiter, "decimal": decimal}) for text in profile]
+    parts = [profile_part(text, delimiter=delimiter, decimal=decimal) for text in profile]
     angles = {"start": start, "window": window}
     given: dict[str, Any] = {
         name: quantity(f"--{name}", text, "rad") for name, text in angles.items() if text is not None
@@ -71,7 +70,7 @@ def move(
     click.echo(reported(drive.title, found.facts(), as_json, written))
 
 
-def profile_part(text: str, table: dict[str, str]) -> Any:
+def profile_part(text: str, **table: str | None) -> Any:
     """One part of a profile: of a CSV file, or of fields such as "trapezoid, angle: 90 deg, time: 0.6 s"."""
     if text.lower().endswith(".csv"):
         return read_profile(text, **table)

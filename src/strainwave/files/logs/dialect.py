@@ -107,7 +107,7 @@ def find(
     Unclear
         If no dialect reads the lines, or two read different tables.
     """
-    single = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1)
+    single = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1 and delimiter != '"')
     if not single or decimal not in (None, *SIGNS) or (delimiter == decimal and decimal is not None):
         raise Unclear(
             f"cannot be read with the delimiter {delimiter!r} and the decimal sign {decimal!r}; the delimiter is one "

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ...base.results import Floats
 from ...base.units import NUMBER, convert, parse
-from ...study.identification.log import CANONICAL
+from ...study.identification.run import CANONICAL
 from .dialect import split
 
 KINDS = ("rad", "rad/s", "rad/s**2", "N*m", "s", "A", "V", "Hz", "K", "m", "N")  # SI units of channels

@@ -19,7 +19,7 @@ from ..yaml_text import as_path
 from .binary import BINARY
 from .conditioning import aligned, averaged, regular, trimmed, unwrapped
 from .names import canonical, converted, expected, named, si_unit
-from .table import Column, read_table, refuse
+from .table import Column, place_of, read_table, refuse, unit_of
 
 WRONG_GEAR = 0.02  # relative difference of measured and given ratio
 
@@ -56,7 +56,7 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
     if columns is not None and not isinstance(columns, Mapping):
         return _in_order(path, file, columns)
     given = {} if columns is None else dict(columns)
-    places = {channel: _place(path, file, channel, column) for channel, column in given.items()}
+    places = {channel: place_of(path, file, channel, column) for channel, column in given.items()}
     if not given and not any(column.name for column in file):
         raise refuse(
             path,
@@ -97,25 +97,9 @@ def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> 
     return {name: column for name, column in zip(columns, file, strict=True) if name}
 
 
-def _place(path: Path, file: list[Column], channel: str, wanted: str | int) -> int:
-    if isinstance(wanted, int) and not isinstance(wanted, bool):
-        if 0 <= wanted < len(file):
-            return wanted
-        raise refuse(path, f"has {len(file)} columns, so none at the place {wanted} for {channel}; 0 is the first")
-    for names in ([c.name for c in file], [named(c.name).name for c in file]):
-        if names.count(str(wanted)) == 1:
-            return names.index(str(wanted))
-    there = ", ".join(c.name for c in file if c.name) or f"{len(file)} columns without names, from 0 on"
-    raise refuse(path, f"has no single column {shown(wanted)} for {channel}; it has {there}")
-
-
-def _unit(column: Column) -> str:
-    return column.unit or named(column.name).unit
-
-
 def _measures(column: Column, channel: str) -> bool:
     """Whether a column's unit, if it has one, can be that of a channel."""
-    unit, kind = _unit(column), expected(channel)
+    unit, kind = unit_of(column), expected(channel)
     return not unit or not kind or si_unit(unit) == kind
 
 
@@ -141,7 +125,7 @@ def in_si(
     si: dict[str, str] = {}
     assumed = []
     for channel, column in columns.items():
-        unit, kind = units.get(channel, _unit(column)), expected(channel)
+        unit, kind = units.get(channel, unit_of(column)), expected(channel)
         if unit == "":
             if kind:
                 assumed.append(f"{channel} in {kind}")
@@ -303,7 +287,7 @@ def read_log(
         file, notes = BINARY[path.suffix.lower()](path)
     else:
         count = None if columns is None or hasattr(columns, "keys") else len(columns)
-        file, notes = read_table(path, delimiter, decimal, count)
+        file, notes, _ = read_table(path, delimiter, decimal, count)
     log = _log(path, file, columns, units or {}, rate, unwrap, notes)
     if ratio is not None:
         _check_ratio(path, log, ratio, notes)

@@ -4,6 +4,7 @@ Dates of ISO 8601 in a text table: they become seconds since the first of them.
 """
 
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -15,7 +16,7 @@ import numpy as np
 from ...base.results import Floats
 from ..yaml_text import FileError, Problem, complaint, read_text, shown
 from .dialect import Dialect, Unclear, find, is_number, number, split
-from .names import header_cells, unit_row
+from .names import converted, header_cells, named, unit_row
 
 LARGEST = 1024 * 1024 * 1024  # of a text file [bytes]
 COMMENTS = ("#", "%", "//")
@@ -121,8 +122,8 @@ def refuse(path: Path, sentence: str, line: int = 1, column: int = 1, what: str 
 
 
 def read_table(
-    path: Path, delimiter: str | None, decimal: str | None, count: int | None
-) -> tuple[list[Column], list[str]]:
+    path: Path, delimiter: str | None, decimal: str | None, count: int | None = None, what: str = "log"
+) -> tuple[list[Column], list[str], list[int]]:
     """Read a text table.
 
     Parameters
@@ -133,11 +134,13 @@ def read_table(
         Column separator and decimal sign, or None to find them.
     count : int or None
         Number of columns, if the user names all of them.
+    what : str
+        What the file is, in words; of a log alone a last line may be cut off.
 
     Returns
     -------
-    tuple of list of Column and list of str
-        The columns, and notes about what was guessed.
+    tuple of list of Column, list of str and list of int
+        The columns, notes about what was guessed, and where the lines of numbers stand.
 
     Raises
     ------
@@ -145,12 +148,12 @@ def read_table(
         If the text is no table, or can be read in two ways.
     """
     notes: list[str] = []
-    text = read_text(path, "log", LARGEST, notes)
+    text = read_text(path, what, LARGEST, notes)
     if isinstance(text, Problem):
         raise FileError(complaint(path, [text]))
     lines = _lines(text)
     if not lines.text:
-        raise refuse(path, "is empty; give a log with a line for each sample")
+        raise refuse(path, f"is empty; give a {what} with a line for each sample")
     try:
         dated = in_seconds(lines.text)
         dialect, start = find(dated.lines, delimiter, decimal, count)
@@ -165,7 +168,7 @@ def read_table(
         notes.append(f"the file was read as {dialect}")
     width = len(split(lines.text[start], dialect.delimiter))
     names, units = _header(path, lines, start, dialect, width)
-    values = _numbers(path, lines, start, dialect, notes)
+    values = _numbers(path, lines, start, dialect, notes, whole=what != "log")
     for place in dated.places[start] if dated.first else []:
         # what stands before a date, and one sign for the date itself
         units[len(split(lines.text[start][:place] + "0", dialect.delimiter)) - 1] = "s"
@@ -175,7 +178,78 @@ def read_table(
     # a separator at the end of each line
     if len(columns) > 1 and not names[-1] and np.all(np.isnan(values[:, -1])):
         columns.pop()
-    return columns, notes
+    return columns, notes, lines.numbers[start : start + len(values)]
+
+
+def unit_of(column: Column) -> str:
+    """Unit that a file gives a column, "" without one."""
+    return column.unit or named(column.name).unit
+
+
+def place_of(path: Path, file: list[Column], channel: str, wanted: str | int, hint: str = "") -> int:
+    """Place of the column of a channel, by its name or its place (FileError)."""
+    if isinstance(wanted, int) and not isinstance(wanted, bool):
+        if 0 <= wanted < len(file):
+            return wanted
+        raise refuse(path, f"has {len(file)} columns, so none at the place {wanted} for {channel}; 0 is the first")
+    for names in ([c.name for c in file], [named(c.name).name for c in file]):
+        if names.count(str(wanted)) == 1:
+            return names.index(str(wanted))
+    there = ", ".join(c.name for c in file if c.name) or f"{len(file)} columns without names, from 0 on"
+    raise refuse(path, f"has no single column {shown(wanted)} for {channel}; it has {there}{hint}")
+
+
+def rising_columns(
+    path: Path, file: list[Column], lines: list[int], wanted: Mapping[str, tuple[str, str]], hint: str, remedy: str,
+    reverse: bool = False,
+) -> list[Floats]:  # fmt: skip
+    """Columns of a table in SI, all numbers finite and those of the first column ascending.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    file, lines
+        As of `read_table`.
+    wanted : dict of str to (str, str)
+        By field the name of its column, with its unit where the file does not give it, and the SI unit.
+    hint, remedy : str
+        What to do where a column or its unit is missing, and where the first column does not ascend.
+    reverse : bool
+        Whether the first column may descend throughout: all are then turned.
+    """
+    found, places = [], []
+    for field, (text, kind) in wanted.items():
+        name, unit = named(text)
+        place = place_of(path, file, field, name, f"; {hint}")
+        given, values = unit_of(file[place]), file[place].values
+        if not (unit or given):
+            raise refuse(path, f"column {shown(name)} has no unit; {hint}", 1, place + 1, field)
+        if unit and given and unit != given:
+            raise refuse(
+                path,
+                f"column {shown(name)} is in {given} and was requested in {unit}; leave one out",
+                1,
+                place + 1,
+                field,
+            )
+        if not np.all(np.isfinite(values)):
+            i = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise refuse(path, "is no finite number; correct it or remove the line", lines[i], place + 1, field)
+        try:
+            found.append(np.asarray(converted(values, unit or given, kind)))
+        except ValueError as error:
+            raise refuse(path, str(error), 1, place + 1, field) from None
+        places.append(place)
+    first, name = file[places[0]].values, next(iter(wanted))
+    if reverse and len(first) > 1 and first[1] < first[0]:
+        first, lines, found = first[::-1], lines[::-1], [values[::-1] for values in found]
+    back = np.flatnonzero(np.diff(first) <= 0.0)
+    if len(back):
+        i = int(back[0])
+        said = f"{first[i + 1]:.9g} stands after {first[i]:.9g} of line {lines[i]}; {remedy}"
+        raise refuse(path, said, lines[i + 1], places[0] + 1, name)
+    return found
 
 
 def _lines(text: str) -> Lines:
@@ -213,11 +287,11 @@ def _header(path: Path, lines: Lines, start: int, dialect: Dialect, width: int) 
     return above[-1], units
 
 
-def _numbers(path: Path, lines: Lines, start: int, dialect: Dialect, notes: list[str]) -> Floats:
+def _numbers(path: Path, lines: Lines, start: int, dialect: Dialect, notes: list[str], *, whole: bool) -> Floats:
     """Values (lines, columns); NaN where there is none."""
     body, d = lines.text[start:], dialect.delimiter
     width = len(split(body[0], d))
-    if len(body) > 1 and _wrong_cell(body[-1], dialect, width):
+    if not whole and len(body) > 1 and _wrong_cell(body[-1], dialect, width):
         notes.append(f"the last line ({lines.numbers[-1]}) is cut off and was left out")
         body = body[:-1]
     if not dialect.thousands and (dialect.decimal == "." or not any("." in line for line in body)):

@@ -23,12 +23,8 @@ from ...base.formats import ENDINGS
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
-from .run import Run
+from .run import CANONICAL, Run
 
-CANONICAL = {
-    "motor_angle": "rad", "load_angle": "rad", "motor_speed": "rad/s", "load_speed": "rad/s", "motor_torque": "N*m",
-    "load_torque": "N*m", "torque": "N*m", "torsion": "rad", "current": "A", "input": "", "output": "",
-}  # fmt: skip
 HOLE = 1.5  # of the usual step: a longer one is a gap
 SHORTEST = 0.01  # of the log: a shorter stretch is "other"
 SMOOTHED = 0.01  # of the log: over it the speed is averaged

@@ -1,4 +1,4 @@
-"""One stretch of a measurement in which a shaft turns one way: a quantity over time and angle."""
+"""One stretch of a measurement in which a shaft turns one way: a quantity over time and angle; names of channels."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,6 +8,10 @@ import numpy as np
 from ...base.quantities import LARGEST, shown
 from ...base.results import Floats
 
+CANONICAL = {
+    "motor_angle": "rad", "load_angle": "rad", "motor_speed": "rad/s", "load_speed": "rad/s", "motor_torque": "N*m",
+    "load_torque": "N*m", "torque": "N*m", "torsion": "rad", "current": "A", "input": "", "output": "",
+}  # fmt: skip
 FEWEST = 32
 STILL = 1e-9  # rad
 SMOOTHED = 0.05  # of the travel: over which a speed is a mean

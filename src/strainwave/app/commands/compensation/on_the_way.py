@@ -19,7 +19,6 @@ from ..options import json_option, output_option, project_argument
 from .compensate import plant_of, plant_options
 
 USUAL = ("loop", "inverse")
-CSV = {"delimiter": ",", "decimal": "."}
 MOST_ROWS = 20_000  # of a CSV file
 FIGURES = {"move": (240.0, "a move"), "run-up": (300.0, "a run-up and a run-down")}  # height of a panel [px], label
 
@@ -48,7 +47,7 @@ def compensate_move(
     profile of the project file is taken.
     """
     drive = read_project(project)
-    parts = [profile_part(text, CSV) for text in profile] or (drive.move and list(drive.move.profile))
+    parts = [profile_part(text) for text in profile] or (drive.move and list(drive.move.profile))
     if not parts:
         raise ValueError(
             f"{project.name} has no move; write 'trapezoid, angle: 20 deg, time: 0.4 s' after it, or a group"

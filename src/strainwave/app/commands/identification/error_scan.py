@@ -15,7 +15,7 @@ from ....model.orders import order_map
 from ....study.kinematic_error.scan import error_scan as scanned
 from ....study.kinematic_error.scan_results import ErrorScan
 from ...console import number, print_table, to_json
-from ..options import file_type, json_option
+from ..options import dialect_options, file_type, json_option
 
 SHAFTS = click.Choice(("motor", "output"))
 SHOWN_IN_PROJECT = 64
@@ -44,8 +44,7 @@ def _orders(_ctx: click.Context, _option: click.Parameter, text: str | None) -> 
 @click.option("--error", help='Column of the error, as "Fehler [arcsec]"; "error" or "ate" by default.')
 @click.option("--backward", help='Column of the error on the way back; "backward" by default.')
 @click.option("--ate", is_flag=True, help="The error is the vendors', output minus motor/ratio.")
-@click.option("--delimiter", default=",", help="Column separator.")
-@click.option("--decimal", default=".", help="Decimal separator.")
+@dialect_options
 @json_option
 def error_scan(
     file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,

@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
+from ....files.logs.names import named
 from ....files.logs.read import read_log
-from ....files.scan_file import name_and_unit
 from ....files.yaml_text import FileError, Problem, complaint
 from ....plot.svg import stacked
 from ....study.identification.law_fit import LackOfFit
@@ -51,9 +51,9 @@ def loop_scan(
 
 def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, decimal: str | None) -> Log:
     """Log of the channels torsion and torque in the order of the samples; errors as `read_log`."""
-    named = {channel: name_and_unit(text) for channel, text in wanted.items()}
-    columns = {channel: name for channel, (name, _) in named.items()}
-    units = {channel: unit for channel, (_, unit) in named.items() if unit}
+    found = {channel: named(text) for channel, text in wanted.items()}
+    columns = {channel: name for channel, (name, _) in found.items()}
+    units = {channel: unit for channel, (_, unit) in found.items() if unit}
     given: dict[str, Any] = {"trim": 0.0, "unwrap": False, "delimiter": delimiter, "decimal": decimal}
     try:
         return read_log(file, columns, units, rate=1.0, **given)
