@@ -18,7 +18,7 @@ from ...model.excitation import HIGHEST
 from ...model.gears.error_spectrum import extremes
 from ..identification.run import column
 from .line_noise import FEWEST, Floor, correlation, noise_floor, power, probability
-from .scan_results import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, squared_amplitude, together
+from .scan_results import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, polar, squared_amplitude, together
 
 HIGHEST_SOUGHT = 100
 NEARLY = 1e-6  # of a turn: rounding of the angles
@@ -306,15 +306,5 @@ def _line(i: int, order: int, fits: list[Fit], variances: list[float], false_ala
     (a, b), covariance = together(
         [(values, v * inverse) for v, (values, inverse) in zip(variances, found, strict=True)]
     )
-    amplitude = math.hypot(a, b)
-    if amplitude == 0.0:
-        return ScanLine(order, 0.0, math.sqrt(float(np.trace(covariance)) / 2.0), 0.0, math.pi, 1.0)
-    along, across = np.array([a, b]) / amplitude, np.array([-b, a]) / amplitude
-    return ScanLine(
-        order,
-        amplitude,
-        math.sqrt(max(float(along @ covariance @ along), 0.0)),
-        math.atan2(-b, a),
-        math.sqrt(max(float(across @ covariance @ across), 0.0)) / amplitude,
-        false_alarm,
-    )
+    line = polar(complex(a, b), covariance)
+    return ScanLine(order, line.amplitude, line.amplitude_error, -line.phase, line.phase_error, false_alarm)

@@ -215,6 +215,25 @@ def together(parts: Sequence[Part]) -> Part:
     return np.mean(values, axis=0), np.sum(covariances, axis=0) / len(parts) ** 2
 
 
+class Polar(NamedTuple):
+    """A line by amplitude and phase, each with its standard error to first order."""
+
+    amplitude: float
+    amplitude_error: float
+    phase: float
+    phase_error: float
+
+
+def polar(c: complex, covariance: Floats) -> Polar:
+    """Amplitude and phase of c, whose real and imaginary part have this covariance (2, 2)."""
+    amplitude = abs(c)
+    if amplitude == 0.0:
+        return Polar(0.0, math.sqrt(float(np.trace(covariance)) / 2.0), 0.0, math.pi)
+    along, across = np.array([c.real, c.imag]) / amplitude, np.array([-c.imag, c.real]) / amplitude
+    errors = (math.sqrt(max(float(one @ covariance @ one), 0.0)) for one in (along, across))
+    return Polar(amplitude, next(errors), math.atan2(c.imag, c.real), next(errors) / amplitude)
+
+
 def squared_amplitude(parts: Sequence[Part], samples: int) -> float:
     """Squared amplitude [rad^2] whose ratio to the noise is that of a line's cosine and sine.
 

@@ -6,6 +6,7 @@ at the speed w a delay that is d longer turns c by exp(-i k w d).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -171,41 +172,25 @@ def _root(spread: Floats) -> Floats:
     return np.asarray(np.linalg.inv(np.linalg.cholesky(spread)))
 
 
-def _means(orders: Floats, speeds: Floats, values: Floats, roots: Floats, d: float) -> Floats:
-    """The lines (lines,) that are nearest to those of the runs, these turned by a longer delay."""
-    turn = np.exp(-1j * orders[None, :] * speeds[:, None] * d)
-    found = np.empty(len(orders), complex)
-    for i in range(len(orders)):
-        rows = [root @ _rotation(t) for root, t in zip(roots[:, i], turn[:, i], strict=True)]
-        wanted = [root @ (c.real, c.imag) for root, c in zip(roots[:, i], values[:, i], strict=True)]
-        a, b = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)[0]
-        found[i] = complex(a, b)
-    return found
-
-
-def _rotation(turn: complex) -> Floats:
-    return np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
+def _weighted(roots: Floats, c: Any) -> Floats:
+    """Real and imaginary parts (runs, lines, 2) of numbers (runs, lines), in deviations."""
+    return np.asarray(np.einsum("rijk,rik->rij", roots, np.stack([c.real, c.imag], axis=-1)))
 
 
 def _linear(
     orders: Floats, speeds: Floats, values: Floats, roots: Floats, d: float, delayed: bool
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Derivatives by (lines, delay) and differences, in deviations, at the nearest lines of a delay."""
-    means = _means(orders, speeds, values, roots, d)
-    runs, lines = values.shape
-    jacobian, rest = np.zeros((2 * runs * lines, 2 * lines + delayed)), np.empty(2 * runs * lines)
-    for r in range(runs):
-        for i in range(lines):
-            row = slice(2 * (r * lines + i), 2 * (r * lines + i) + 2)
-            turn = np.exp(-1j * orders[i] * speeds[r] * d)
-            model = means[i] * turn
-            jacobian[row, 2 * i : 2 * i + 2] = roots[r, i] @ _rotation(turn)
-            if delayed:
-                slope = -1j * orders[i] * speeds[r] * model
-                jacobian[row, -1] = roots[r, i] @ (slope.real, slope.imag)
-            left = values[r, i] - model
-            rest[row] = roots[r, i] @ (left.real, left.imag)
-    return jacobian, rest, means
+    (runs, lines), turn = values.shape, np.exp(-1j * orders * speeds[:, None] * d)
+    own = np.stack([_weighted(roots, turn), _weighted(roots, 1j * turn)], axis=-1)
+    wanted, jacobian = _weighted(roots, values), np.zeros((runs, lines, 2, 2 * lines + delayed))
+    means = np.empty(lines, complex)
+    for i in range(lines):
+        jacobian[:, i, :, 2 * i : 2 * i + 2] = own[:, i]
+        means[i] = complex(*np.linalg.lstsq(own[:, i].reshape(-1, 2), wanted[:, i].ravel(), rcond=None)[0])
+    if delayed:
+        jacobian[..., -1] = _weighted(roots, -1j * orders * speeds[:, None] * turn * means)
+    return jacobian.reshape(2 * runs * lines, -1), _weighted(roots, values - means * turn).ravel(), means
 
 
 def _delay(orders: Floats, speeds: Floats, values: Floats, roots: Floats) -> float:

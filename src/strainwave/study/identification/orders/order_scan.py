@@ -9,6 +9,7 @@ from scipy.special import gammaincc
 
 from ....base.quantities import number, numbers, shown
 from ....base.results import Floats
+from ...kinematic_error.scan_results import polar
 from ..run import Run
 from .order_fit import LONGEST, ROUNDS, Joint, RunFit, fit_run, together
 from .order_result import OrderLine, OrderScan
@@ -212,19 +213,14 @@ def _lines(
     for i, (line, c) in enumerate(zip(found, joint.values, strict=True)):
         place = slice(2 * i, 2 * i + 2)
         covariance = joint.covariance[place, place] * _birge(joint) ** 2
-        amplitude = abs(c)
-        along = np.array([c.real, c.imag]) / amplitude if amplitude > 0.0 else np.array([1.0, 0.0])
-        across = np.array([-along[1], along[0]])
+        whole = polar(complex(c), covariance)
         own = np.array([abs(fit.values[i]) for fit in fits])
         errors = np.array([math.sqrt(0.5 * float(np.trace(fit.spreads[i]))) for fit in fits])
         made.append(
             OrderLine(
                 order=line.place,
                 order_error=line.error,
-                amplitude=amplitude,
-                amplitude_error=math.sqrt(float(along @ covariance @ along)),
-                phase=math.atan2(c.imag, c.real),
-                phase_error=math.sqrt(float(across @ covariance @ across)) / amplitude if amplitude else math.pi,
+                **whole._asdict(),
                 kind=line.kind,
                 why=_why(line, several=several),
                 false_alarm=line.false_alarm,
