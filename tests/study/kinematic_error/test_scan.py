@@ -234,7 +234,7 @@ def test_a_scan_prints_a_row_per_line():
     noise = 1e-7 * np.random.default_rng(4).normal(size=200)
     text = str(sw.error_scan(uniform(200), lines_at(uniform(200)) + noise))
     assert [row.split()[0] for row in text.splitlines()[1:4]] == ["1", "2", "4"]
-    assert "rad rms, white noise" in text
+    assert "arcsec rms, white noise" in text
 
 
 THETA = uniform(100)

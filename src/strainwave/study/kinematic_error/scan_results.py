@@ -11,7 +11,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...base.results import Floats
-from ...base.sentences import on_screen
+from ...base.sentences import number, on_screen
+from ...base.units import ARCSEC
 from ...model.excitation import KinematicError, Line
 from ...model.gears.error_spectrum import extremes
 
@@ -125,19 +126,23 @@ class ErrorScan:
         return high - low
 
     def __str__(self) -> str:
-        rows = [f"{'order':>6}  {'amplitude (rad)':<24}{'phase (rad)':<20}{'false alarm':>12}"]
+        def arcsec(angle: float, digits: int = 4) -> str:
+            return number(angle / ARCSEC, digits)
+
+        rows = [f"{'order':>6}  {'amplitude (arcsec)':<24}{'phase (deg)':<20}{'false alarm':>12}  ± one standard error"]
         for line in self.lines:
-            amplitude = f"{line.amplitude:.4g} ± {line.amplitude_error:.2g}"
-            phase = f"{line.phase:.3f} ± {line.phase_error:.2g}"
+            amplitude = f"{arcsec(line.amplitude)} ± {arcsec(line.amplitude_error, 2)}"
+            phase = f"{number(math.degrees(line.phase))} ± {number(math.degrees(line.phase_error), 2)}"
             rows.append(f"{line.order:>6}  {amplitude:<24}{phase:<20}{line.false_alarm:>12.1e}")
-        rows.append(f"lines together: {self.peak_to_peak:.4g} rad peak-to-peak; found above {self.threshold:.2g} rad")
+        together, least = arcsec(self.peak_to_peak), arcsec(self.threshold, 2)
+        rows.append(f"lines together: {together} arcsec peak-to-peak; found above {least} arcsec")
         rows.append(f"{self.samples} samples over {self.turns:.4g} turns")
-        rows.append(f"residual: {self.residual:.3g} rad rms, {self.noise} noise")
+        rows.append(f"residual: {arcsec(self.residual, 3)} arcsec rms, {self.noise} noise")
         if self.reversal is not None:
-            r = self.reversal
+            lost, error, peak = self.reversal.lost_motion, self.reversal.lost_motion_error, self.reversal.peak_to_peak
             rows.append(
-                f"reversal: lost motion {r.lost_motion:.4g} ± {r.lost_motion_error:.2g} rad, its variation "
-                f"{r.peak_to_peak:.3g} rad peak-to-peak"
+                f"reversal: lost motion {arcsec(lost)} ± {arcsec(error, 2)} arcsec, its variation {arcsec(peak, 3)} "
+                "arcsec peak-to-peak"
             )
         return on_screen("\n".join(rows))
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from ....base.units import ARCSEC
 from ....files.scan_file import ScanFile, read_scan
@@ -14,7 +13,7 @@ from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import order_map
 from ....study.kinematic_error.scan import error_scan as scanned
 from ....study.kinematic_error.scan_results import ErrorScan
-from ...console import number, print_table, to_json
+from ...console import to_json
 from ..options import dialect_options, file_type, json_option
 
 SHAFTS = click.Choice(("motor", "output"))
@@ -64,9 +63,12 @@ def error_scan(
     search = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
     scan = _scan(file, forward, factor, backward, search)
     if as_json:
-        click.echo(to_json({"file": file.name, "turn": turn or shaft, "unit": "rad"} | _data(scan)))
+        told = {"file": file.name, "turn": turn or shaft, "unit": "rad"} | asdict(scan)
+        click.echo(to_json(told | {"peak_to_peak": scan.peak_to_peak}))
         return
-    _print(file, scan, turn or shaft)
+    click.echo(f"{file.name}: {len(scan.lines)} lines, orders per turn of the {turn or shaft}\n{scan}")
+    if scan.lines:
+        click.echo(f"for a project file:\n{project_lines(scan.lines)}")
 
 
 def _factor(shaft: str, turn: str, ratio: int | None) -> float:
@@ -88,45 +90,11 @@ def _scan(
         raise FileError(complaint(file, [Problem(run.last, 1, "angle", str(error))])) from None
 
 
-def _data(scan: ErrorScan) -> dict[str, Any]:
-    return asdict(scan) | {"peak_to_peak": scan.peak_to_peak}
-
-
-def _arcsec(angle: float) -> float:
-    return angle / ARCSEC
-
-
-def _print(file: Path, scan: ErrorScan, turn: str) -> None:
-    columns = ("order", "amplitude (arcsec)", "± (arcsec)", "phase (deg)", "± (deg)", "false alarm")
-    rows = [
-        (
-            str(line.order), _arcsec(line.amplitude), number(_arcsec(line.amplitude_error), 2),
-            float(np.degrees(line.phase)), number(float(np.degrees(line.phase_error)), 2), f"{line.false_alarm:.1e}",
-        )
-        for line in scan.lines
-    ]  # fmt: skip
-    print_table(f"{file.name}: {len(rows)} lines, orders per turn of the {turn}", columns, rows, "± one standard error")
-    said = {
-        "peak-to-peak of the lines": _arcsec(scan.peak_to_peak),
-        "residual, rms": _arcsec(scan.residual),
-        "found above an amplitude of": _arcsec(scan.threshold),
-    }
-    if scan.reversal is not None:
-        said["lost motion (forward - backward)"] = _arcsec(scan.reversal.lost_motion)
-        said["  its standard error"] = _arcsec(scan.reversal.lost_motion_error)
-        said["  its variation, peak-to-peak"] = _arcsec(scan.reversal.peak_to_peak)
-    for name, value in said.items():
-        click.echo(f"{name:<36}{number(value, 4)} arcsec")
-    click.echo(f"{scan.samples} samples over {scan.turns:.4g} turns; the residual is taken as {scan.noise} noise")
-    if scan.lines:
-        click.echo(f"for a project file:\n{project_lines(scan.lines)}")
-
-
 def project_lines(lines: Iterable[Any]) -> str:
     """The strongest lines of an angle [rad], by their orders, as the field `kinematic_error` of a project file."""
     rows = ["  kinematic_error:"]
     strongest = sorted(lines, key=lambda line: -line.amplitude)[:SHOWN_IN_PROJECT]
     for line in sorted(strongest, key=lambda line: line.order):
-        size = f"amplitude: {_arcsec(line.amplitude):.6g} arcsec, phase: {line.phase:.5g} rad"
+        size = f"amplitude: {line.amplitude / ARCSEC:.6g} arcsec, phase: {line.phase:.5g} rad"
         rows.append(f"    - {{order: {round(line.order)}, {size}}}")
     return "\n".join(rows)

@@ -6,7 +6,6 @@ from typing import Any
 import click
 import numpy as np
 
-from ....base.units import ARCSEC
 from ....files.identified.identify_drive import with_torsion
 from ....files.logs.read import read_log
 from ....plot.fits import order_scan_panels
@@ -16,9 +15,8 @@ from ....study.identification.log import Log
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as scanned
 from ....study.identification.run import Run
-from ...console import number, print_table, to_json
+from ...console import to_json
 from ...output import staged, write_csv
-from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
 from .error_scan import project_lines
 
@@ -62,7 +60,9 @@ def order_scan(
     if as_json:
         click.echo(to_json(data(found, channel)))
         return
-    _print(found, channel, len(runs))
+    click.echo(f"{channel}: {found}")
+    if found.unit == "rad" and any(whole(line) for line in found.lines):
+        click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(filter(whole, found.lines))}")
     if output is not None:
         click.echo(f"written: {output / CSV}, {JSON}, {SVG}")
 
@@ -129,34 +129,6 @@ def _columns(found: OrderScan) -> list[tuple[str, Any]]:
     names = ("order", "order_error", "amplitude", "amplitude_error", "phase", "phase_error", "false_alarm")
     columns = [(name, np.array([getattr(line, name) for line in found.lines])) for name in names]
     return [*columns, ("stays_with_angle", np.array([float(line.kind == "order") for line in found.lines]))]
-
-
-def _print(found: OrderScan, channel: str, runs: int) -> None:
-    size, unit = (ARCSEC, "arcsec") if found.unit == "rad" else (1.0, found.unit)
-    rows = []
-    for line in found.lines:
-        low, high = line.interval()
-        ends = number(low / size, 3), number(high / size, 3)
-        order = f"{line.order:.6g}" + (f" ± {number(line.order_error, 2)}" if line.order_error else "")
-        angles = float(np.degrees(line.phase)), number(float(np.degrees(line.phase_error)), 2)
-        rows.append((order, line.amplitude / size, *ends, *angles, line.kind, f"{line.false_alarm:.0e}"))
-    columns = ("order", f"amplitude ({sign(unit)})", "from", "to", "phase (deg)", "±", "stays with", "false alarm")
-    words = {"order": "the angle", "frequency": "the time", "undecided": "undecided"}
-    body = [(*row[:6], words[row[6]], row[7]) for row in rows]
-    speeds = ", ".join(dict.fromkeys(number(float(speed), 4) for speed in found.speeds))
-    print_table(f"{channel}: {len(rows)} lines in {runs} runs at {speeds} rad/s", columns, body, "interval of 95 %")
-    for line in found.lines:
-        if line.kind != "order":
-            hertz = "" if np.isnan(line.frequency) else f", {number(line.frequency, 4)} Hz"
-            click.echo(f"order {line.order:.6g}{hertz}: {line.why}")
-    if np.isfinite(found.delay_error):
-        low, high = found.delay_interval()
-        click.echo(f"the value lags {1e3 * found.delay:.4g} ms behind the angle ({1e3 * low:.4g} to {1e3 * high:.4g})")
-    click.echo(f"residual {number(found.residual / size, 4)} {sign(unit)} rms, slow parts and lines taken out")
-    for note in found.notes:
-        click.echo(f"note: {note}")
-    if found.unit == "rad" and any(whole(line) for line in found.lines):
-        click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(filter(whole, found.lines))}")
 
 
 def whole(line: OrderLine) -> bool:

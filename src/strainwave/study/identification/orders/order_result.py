@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from ....base.quantities import numbers, shown
 from ....base.records import Labelled, Result
 from ....base.results import Floats
-from ....base.sentences import on_screen
+from ....base.sentences import number, on_screen
+from ....base.units import ARCSEC
 from ..intervals import Interval, interval
 from ..run import angle_before, refuse_descending
 from .order_search import Kind
@@ -159,19 +160,21 @@ class OrderScan(Result):
         return table | {"order_error": ("line", errors, "")}
 
     def __str__(self) -> str:
-        unit = f" {self.unit}" if self.unit else ""
-        lines = [f"Order scan of {len(self.speeds)} runs at {', '.join(f'{s:.4g}' for s in self.speeds)} rad/s"]
+        size, unit = (ARCSEC, " arcsec") if self.unit == "rad" else (1.0, f" {self.unit}" if self.unit else "")
+        speeds = ", ".join(dict.fromkeys(f"{speed:.4g}" for speed in self.speeds))
+        lines = [f"Order scan of {len(self.speeds)} runs at {speeds} rad/s"]
         for one in self.lines:
-            low, high = one.interval()
+            low, high = (number(end / size, 4) for end in one.interval())
             place = (
                 f"{one.frequency:.4g} Hz"
                 if one.kind == "frequency"
                 else f"order {one.order:g} +- {one.order_error:.2g}"
             )
-            told = f"{one.amplitude:.4g}{unit} (95 %: {max(low, 0.0):.4g} to {high:.4g}), phase {one.phase:.3g} rad"
-            lines.append(f"  {place}: {told}; {one.why}")
+            phase = f"{number(math.degrees(one.phase))} +- {number(math.degrees(one.phase_error), 2)} deg"
+            told = f"{number(one.amplitude / size)}{unit} (95 %: {low} to {high}), phase {phase}"
+            lines.append(f"  {place}: {told}; {one.why}; false alarm {one.false_alarm:.0e}")
         if math.isfinite(self.delay_error):
-            low, high = self.delay_interval()
-            lines.append(f"  delay {1e3 * self.delay:.4g} ms (95 %: {1e3 * low:.4g} to {1e3 * high:.4g})")
-        lines.append(f"  left: {self.residual:.4g}{unit} rms")
+            low, high = (number(1e3 * end) for end in self.delay_interval())
+            lines.append(f"  the value lags {number(1e3 * self.delay)} ms behind the angle (95 %: {low} to {high})")
+        lines.append(f"  left: {number(self.residual / size)}{unit} rms, slow parts and lines taken out")
         return on_screen("\n".join(lines + [f"  {note}" for note in self.notes]))
