@@ -129,10 +129,10 @@ from .study.speed_map.under_load import CampbellLine as CampbellLine
 from .study.speed_map.rules import VendorRule as VendorRule
 
 # Studies: kinematic error
-from .study.kinematic_error.scan import error_scan as error_scan
-from .study.kinematic_error.scan_results import ErrorScan as ErrorScan
-from .study.kinematic_error.scan_results import Reversal as Reversal
-from .study.kinematic_error.scan_results import ScanLine as ScanLine
+from .study.identification.orders.error_scan import error_scan as error_scan
+from .study.identification.orders.error_result import ErrorScan as ErrorScan
+from .study.identification.orders.error_result import Reversal as Reversal
+from .study.identification.orders.error_result import ScanLine as ScanLine
 from .study.kinematic_error.budget import BudgetRow as BudgetRow
 from .study.kinematic_error.budget import BudgetTotal as BudgetTotal
 from .study.kinematic_error.budget import ErrorBudget as ErrorBudget

@@ -1,1 +1,1 @@
-"""Scans and budgets of the kinematic error."""
+"""Budgets and parts of the kinematic error."""

@@ -11,8 +11,8 @@ from ....base.units import ARCSEC
 from ....files.scan_file import ScanFile, read_scan
 from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import order_map
-from ....study.kinematic_error.scan import error_scan as scanned
-from ....study.kinematic_error.scan_results import ErrorScan
+from ....study.identification.orders.error_result import ErrorScan
+from ....study.identification.orders.error_scan import error_scan as scanned
 from ...console import to_json
 from ..options import dialect_options, file_type, json_option
 

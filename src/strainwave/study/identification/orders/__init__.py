@@ -1,1 +1,1 @@
-"""Orders from runs over any part of a turn."""
+"""Lines of a measured quantity over an angle: orders from runs over any part of a turn, and from whole turns."""

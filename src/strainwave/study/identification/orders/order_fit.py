@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ....base.results import Floats
-from ...kinematic_error.line_noise import CLOSE, Floor, noise_floor
 from ..run import Run
+from .line_noise import CLOSE, Floor, noise_floor
 
 SLOW = 12  # waves over the travel, at most, that friction and drift along it may have
 LONGEST = 0.02  # s: the largest delay that is looked for

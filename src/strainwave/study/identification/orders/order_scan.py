@@ -9,8 +9,8 @@ from scipy.special import gammaincc
 
 from ....base.quantities import number, numbers, shown
 from ....base.results import Floats
-from ...kinematic_error.scan_results import polar
 from ..run import Run
+from .error_result import polar
 from .order_fit import LONGEST, ROUNDS, Joint, RunFit, fit_run, together
 from .order_result import OrderLine, OrderScan
 from .order_search import DECIDED, FoundLine

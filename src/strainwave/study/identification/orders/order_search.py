@@ -16,8 +16,8 @@ from scipy.fft import rfft
 from scipy.special import gammaincc
 
 from ....base.results import Floats
-from ...kinematic_error.line_noise import Floor
 from ..run import Run
+from .line_noise import Floor
 from .order_fit import rounding, slow_columns
 
 Kind = Literal["order", "frequency", "undecided"]

@@ -10,11 +10,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ...base.results import Floats
-from ...base.sentences import number, on_screen
-from ...base.units import ARCSEC
-from ...model.excitation import KinematicError, Line
-from ...model.gears.error_spectrum import extremes
+from ....base.results import Floats
+from ....base.sentences import number, on_screen
+from ....base.units import ARCSEC
+from ....model.excitation import KinematicError, Line
+from ....model.gears.error_spectrum import extremes
 
 WORST_CONDITION = 1e6
 

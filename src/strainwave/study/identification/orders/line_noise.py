@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.results import Floats
+from ....base.results import Floats
 
 NEIGHBOURS = 64  # independent frequencies from which the noise at an order is estimated
 FEWEST = 12

@@ -13,12 +13,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.quantities import positive_count, shown
-from ...model.excitation import HIGHEST
-from ...model.gears.error_spectrum import extremes
-from ..identification.run import column
+from ....base.quantities import positive_count, shown
+from ....model.excitation import HIGHEST
+from ....model.gears.error_spectrum import extremes
+from ..run import column
+from .error_result import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, polar, squared_amplitude, together
 from .line_noise import FEWEST, Floor, correlation, noise_floor, power, probability
-from .scan_results import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, polar, squared_amplitude, together
 
 HIGHEST_SOUGHT = 100
 NEARLY = 1e-6  # of a turn: rounding of the angles
