@@ -43,8 +43,7 @@ class Result:
 
     def __str__(self) -> str:
         facts = self.facts()
-        return on_screen("
-".join(lines(facts))) if facts else super().__str__()
+        return on_screen("\n".join(lines(facts))) if facts else super().__str__()
 
     def variables(self) -> Labelled:
         """Arrays of the dataset by name: dimensions, values, unit."""

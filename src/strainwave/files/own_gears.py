@@ -4,6 +4,8 @@ YAML holds a list `gears`, each a group of fields; CSV a line of column names an
 in every cell or in the column's name, as in `K1 [N*m/rad]`. Every problem names its line.
 """
 
+import csv
+import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +14,7 @@ from ..base.units import NUMBER, RPM
 from ..model.gears.gear import NUMBERS, Gear
 from .fields.kinds import Items, Quantity, Row, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file
-from .scan_file import name_and_unit, read_rows
+from .logs.names import named
 from .yaml_text import Keys, Located, Problem, as_path, name, read, refuse, shown, text_of
 
 SPEEDS = {"max_rpm": "max_speed", "average_rpm": "average_speed"}
@@ -112,7 +114,7 @@ def _twice(gears: tuple[OwnGear, ...], located: Located) -> Iterator[Problem]:
 def _of_table(text: str) -> Located:
     """Content of a CSV file, as YAML would have it; what is wrong with its lines is among the problems."""
     found = Located()
-    rows = list(read_rows(text, ",", found.problems))
+    rows = list(_rows(text, found.problems))
     if found.problems:
         return found
     if not 2 <= len(rows) <= MOST:
@@ -120,7 +122,7 @@ def _of_table(text: str) -> Located:
         found.problems.append(Problem(1, 1, "file", said))
         return found
     (first, header), *body = rows
-    names, units = zip(*map(name_and_unit, header), strict=True)
+    names, units = zip(*map(named, header), strict=True)
     twice = sorted(key for key in names if names.count(key) > 1)
     if len(header) == 1:
         found.problems.append(Problem(first, 1, "file", "has one column; separate the columns by commas"))
@@ -145,6 +147,17 @@ def _of_table(text: str) -> Located:
                 group[key] = f"{cell} {unit}".strip()
         found.content["gears"].append(group)
     return found
+
+
+def _rows(text: str, problems: list[Problem]) -> Iterator[tuple[int, list[str]]]:
+    """Rows that are neither empty nor a remark, each with its line."""
+    reader = csv.reader(io.StringIO(text), strict=True, skipinitialspace=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row) and not row[0].startswith("#"):
+                yield reader.line_num, [cell.strip() for cell in row]
+    except csv.Error as error:
+        problems.append(Problem(reader.line_num, 1, "file", f"is not CSV ({error}); check the quotes"))
 
 
 def _has_unit(cell: str) -> bool:
