@@ -8,7 +8,7 @@ from .model import gears as gears
 from .model import laws as laws
 from .model import train as train
 from .numerics.ensemble import measures as measures
-from .study.sweep import sampling as sampling
+from .sample import sampling as sampling
 from . import plot as plot
 from .app import report as report
 from .model.gears import *
@@ -22,11 +22,11 @@ from .numerics.ensemble.measures import Mean as Mean
 from .numerics.ensemble.measures import Peak as Peak
 from .numerics.ensemble.measures import Poincare as Poincare
 from .numerics.ensemble.measures import Rms as Rms
-from .study.sweep.sampling import LatinHypercube as LatinHypercube
-from .study.sweep.sampling import LogUniform as LogUniform
-from .study.sweep.sampling import Normal as Normal
-from .study.sweep.sampling import Sobol as Sobol
-from .study.sweep.sampling import Uniform as Uniform
+from .sample.sampling import LatinHypercube as LatinHypercube
+from .sample.sampling import LogUniform as LogUniform
+from .sample.sampling import Normal as Normal
+from .sample.sampling import Sobol as Sobol
+from .sample.sampling import Uniform as Uniform
 
 # Systems: what moves, and what excites it
 from .model.drive import HDC_40_050 as HDC_40_050
@@ -239,10 +239,10 @@ from .drive.asked import Payload as Payload
 from .drive.asked import MotorLimits as MotorLimits
 
 # Studies: sweeps, variability, the article
-from .study.sweep.sweep import sweep as sweep
-from .study.sweep.sweep import EnsembleMeasure as EnsembleMeasure
-from .study.variability.variability import variability as variability
-from .study.variability.result import Variability as Variability
+from .sample.sweep import sweep as sweep
+from .sample.sweep import EnsembleMeasure as EnsembleMeasure
+from .sample.variability import variability as variability
+from .sample.result import Variability as Variability
 from .study.article.validate import Comparison as Comparison
 from .study.article.validate import compare as compare
 

@@ -15,7 +15,7 @@ import pytest
 import zarr
 
 import strainwave as sw
-from strainwave.study.sweep.identity import digest, identity, installed
+from strainwave.sample.identity import digest, identity, installed
 
 SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0)
 ALPHA = np.array([0.5, 1.0, 2.0])
@@ -145,7 +145,7 @@ def measure(system, names={"law", "omega", "J", "B"}):
     return K * shifted(system.J) * helper.K * even(4) * (str(system) in {"a", "b", "cc"}) * len(NAMES & names)
 """
 HELPER = "K = %s\ndef shifted(x): return x + %s\n"
-ASK = "import m; from strainwave.study.sweep.identity import digest; print(digest(m.measure))"
+ASK = "import m; from strainwave.sample.identity import digest; print(digest(m.measure))"
 
 
 def test_a_new_process_recognises_a_function_and_sees_what_its_helpers_changed(tmp_path):

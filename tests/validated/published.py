@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 
 import strainwave as sw
+from strainwave.sample.reductions import ranking
 from strainwave.study.article.article import reproduce
-from strainwave.study.variability.sensitivity import ranking
 
 from .row import Row
 
@@ -187,7 +187,7 @@ ROWS = (
         "first-order indices S1, S2, S3",
         ("0.3139", "0.4424", "0.0000"),
         ishigami,
-        "study/variability/test_variability.py::test_first_order_indices_of_the_ishigami_function",
+        "sample/test_variability.py::test_first_order_indices_of_the_ishigami_function",
         note="from 8000 points: within three standard errors",
     ),
 )

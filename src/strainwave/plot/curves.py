@@ -13,8 +13,8 @@ from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
 from ..numerics.sampled.linear import LoopResponse
 from ..numerics.sampled.loops import LoopEnsemble, LoopRun
+from ..sample.result import Variability
 from ..study.analysis.validity import LEVELS, ORDERS, GeneralValidity, ValidityMap
-from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
 from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PINK
 from .panels import TIME, Axis, Cells, Note, Panel, angle, angle_unit, panels_of

@@ -80,8 +80,8 @@ def sweep(
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
     kept = tuple(map(named, measures))
-    from ...study.sweep.sweep import EnsembleMeasure
-    from ...study.sweep.sweep import sweep as swept
+    from ...sample.sweep import EnsembleMeasure
+    from ...sample.sweep import sweep as swept
 
     measure = EnsembleMeasure((0.0,) * state_count(system), periods, kept, settle)
     with logged(drive.title) as progress, client(cluster) as connected:
@@ -233,7 +233,7 @@ def named(text: str) -> Any:
 def logged(title: str) -> Iterator[Progress]:
     """Show on stderr the progress, and what the library logs."""
     with Progress(title) as progress:
-        log, shown = logging.getLogger("strainwave.study"), logging.StreamHandler(sys.stderr)
+        log, shown = logging.getLogger("strainwave.sample"), logging.StreamHandler(sys.stderr)
         shown.setFormatter(logging.Formatter("{}: %(message)s".format(title.replace("%", "%%"))))
         log.addHandler(shown)
         level = log.level

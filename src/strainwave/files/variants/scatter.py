@@ -14,11 +14,11 @@ from ...base.sentences import on_screen
 from ...compile.jit import load
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
+from ...sample.reductions import Ranking, ranking
 from ...study.analysis.avoid import band_above
 from ...study.analysis.load_cases import WITH_MEMORY
 from ...study.analysis.runup import silent
 from ...study.identification.intervals import Interval
-from ...study.variability.sensitivity import Ranking, ranking
 from ..fields.groups import Radians
 from ..yaml_text import read
 from .names import nominal_of

@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
-from ...base.results import Floats
+from ..base.results import Floats
 from .points import Job, Part, compute
 
 log = logging.getLogger(__name__)

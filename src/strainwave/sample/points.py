@@ -14,9 +14,9 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.quantities import checked, replace
-from ...base.results import Floats
-from ...numerics.ensemble.request import LaneError, check_lanes
+from ..base.quantities import checked, replace
+from ..base.results import Floats
+from ..numerics.ensemble.request import LaneError, check_lanes
 from .layout import described
 from .sampling import by_path
 

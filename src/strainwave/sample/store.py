@@ -20,7 +20,7 @@ import zarr
 from zarr.codecs import Crc32cCodec
 from zarr.storage import LocalStore, MemoryStore
 
-from ...base.results import Floats
+from ..base.results import Floats
 from .identity import check_spec, check_versions
 from .layout import Layout
 from .lock import StoreLock

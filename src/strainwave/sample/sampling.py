@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
-from ...base.quantities import number, numbers, parameters, positive_count, shown
-from ...base.results import Floats
+from ..base.quantities import number, numbers, parameters, positive_count, shown
+from ..base.results import Floats
 
 SOBOL_BITS = 30  # of SciPy's points: 2**30 of them are distinct
 LARGEST_SAMPLE = 2**40

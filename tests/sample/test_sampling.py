@@ -6,7 +6,7 @@ from scipy.special import ndtr
 from scipy.stats import kstest, qmc
 
 import strainwave as sw
-from strainwave.study.sweep.sampling import points_of
+from strainwave.sample.sampling import points_of
 
 LAWS = {"law.K": sw.Normal(100.0, 5.0), "J": sw.LogUniform(0.1, 10.0), "B": sw.Uniform(-1.0, 3.0)}
 

@@ -17,15 +17,15 @@ from uuid import uuid4
 
 import xarray as xr
 
-from ... import __version__
-from ...base.quantities import checked, positive_count, shown
-from ...base.results import Floats
-from ...compile.lanes import LANES
-from ...numerics.ensemble.ensemble import ensemble
-from ...numerics.ensemble.machine import machine_of
-from ...numerics.ensemble.measures import Peak, Rms
-from ...numerics.ensemble.request import LaneError, lanes_of, method_of, spans, what_and_how
-from ...numerics.ensemble.stepping import stepping_of
+from .. import __version__
+from ..base.quantities import checked, positive_count, shown
+from ..base.results import Floats
+from ..compile.lanes import LANES
+from ..numerics.ensemble.ensemble import ensemble
+from ..numerics.ensemble.machine import machine_of
+from ..numerics.ensemble.measures import Peak, Rms
+from ..numerics.ensemble.request import LaneError, lanes_of, method_of, spans, what_and_how
+from ..numerics.ensemble.stepping import stepping_of
 from .identity import digest, installed, readable
 from .layout import LARGEST, Layout, check_size, chunk_size, layout_of
 from .local import ProcessPool, ThreadPool

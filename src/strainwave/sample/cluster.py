@@ -12,8 +12,8 @@ from typing import Any
 
 from distributed import Client, KilledWorker
 
-from ...base.quantities import shown
-from ...base.results import Floats
+from ..base.quantities import shown
+from ..base.results import Floats
 from .points import Job, compute
 
 log = logging.getLogger(__name__)

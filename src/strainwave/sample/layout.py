@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.lanes import LANES
+from ..compile.lanes import LANES
 
 MOST_CHUNKS = 4096  # that a sweep point by point is cut into: each costs a few files and milliseconds
 SMALLEST, LARGEST = 32, 1 << 17

@@ -21,10 +21,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import strainwave as sw
-from strainwave.study.sweep import store as sweep_store
-from strainwave.study.sweep.layout import chunk_size, layout_of
-from strainwave.study.sweep.lock import StoreLock
-from strainwave.study.sweep.sampling import GridPoints
+from strainwave.sample import store as sweep_store
+from strainwave.sample.identity import digest
+from strainwave.sample.layout import chunk_size, layout_of
+from strainwave.sample.lock import StoreLock
+from strainwave.sample.sampling import GridPoints
 
 SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0)
 ALPHA, OMEGA = np.array([0.5, 1.0, 2.0]), np.linspace(1.0, 2.0, 20)
@@ -459,7 +460,7 @@ def test_a_folder_that_is_no_store_is_refused_and_an_empty_one_taken(tmp_path):
 
 HOLD = """
 import sys, pathlib
-from strainwave.study.sweep.lock import StoreLock
+from strainwave.sample.lock import StoreLock
 lock = StoreLock(pathlib.Path(sys.argv[1]))
 print("held", flush=True)
 sys.stdin.read()
@@ -581,7 +582,7 @@ def test_chunks_are_consecutive_points_and_cover_all(shape, target):
 
 
 def test_a_grid_of_a_million_million_points_is_cut_without_making_them():
-    from strainwave.study.sweep.sampling import points_of
+    from strainwave.sample.sampling import points_of
 
     points = points_of({"J": range(1, 10_001), "B": range(10_000), "omega": range(10_000)})
     layout = layout_of(points.shape, 65536)
@@ -654,3 +655,9 @@ def test_an_ensemble_in_chunks_is_the_ensemble_as_a_whole(tmp_path):
     assert swept["peak"].attrs["error_estimate"] == pytest.approx(whole["peak"].attrs["error_estimate"], rel=0.5)
     estimates = zarr.open_array(tmp_path / "s" / "error_estimate")[:]
     assert swept["peak"].attrs["error_estimate"] == estimates[:, 0].max()
+
+
+def test_a_store_that_was_begun_before_the_room_had_its_name_is_recognised():
+    sample = sw.LatinHypercube(4, {"law.K": sw.Normal(1e5, 5e3)})
+    spec = digest(sw.EnsembleMeasure((0.0, 0.0), 20, (sw.Peak(),)), sample)
+    assert spec == "fad1b0c30b484964f95c2d562286518baab78ec93e9a7257827a38f739ed4a4b"

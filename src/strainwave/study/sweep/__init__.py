@@ -1,1 +1,0 @@
-"""Parameter sweeps with a store."""

@@ -1,1 +1,0 @@
-"""Scatter from unit to unit."""
