@@ -10,9 +10,11 @@ Saltelli et al. 2008, Global Sensitivity Analysis: The Primer, secs. 1.2.5, 1.2.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import betaincinv
 
 from ..base.results import Floats
 
+CONFIDENCE = 0.95
 RESAMPLED = 200
 FEWEST, PART = 5, 100  # numbers of a group, and which part of all: fewer may be the tail of the other
 LOUDER = 1.1  # least ratio across the gap: closer groups are two sides of nothing that matters
@@ -40,6 +42,11 @@ class Influence:
     coefficient_error: float
     index: float
     index_error: float
+
+    @property
+    def sentence(self) -> str:
+        """Its index in words."""
+        return f"{self.path}: first-order index {self.index:.2f} ± {self.index_error:.2f}"
 
 
 @dataclass(frozen=True)
@@ -167,3 +174,11 @@ def two_groups(sample: Floats) -> TwoGroups | None:
     return TwoGroups(
         float(np.exp(logs[at - 1])), float(np.exp(logs[at])), share, float(np.sqrt(share * (1 - share) / n))
     )
+
+
+def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
+    """Interval of 95 % of a probability of which `count` trials gave `hits`."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = 0.0 if hits == 0 else float(betaincinv(hits, count - hits + 1, tail))
+    high = 1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail))
+    return low, high

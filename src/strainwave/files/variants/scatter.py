@@ -5,16 +5,19 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.special import betaincinv, ndtr, ndtri
+from scipy.special import ndtr, ndtri
 
-from ...base.quantities import number, parse, positive_count
+from ...base.facts import Fact, lines
+from ...base.quantities import number as checked_number
+from ...base.quantities import parse, positive_count
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted, SolveError
-from ...base.sentences import on_screen
+from ...base.sentences import number, on_screen
+from ...base.speeds import Speeds
 from ...compile.jit import load
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
-from ...sample.reductions import Ranking, ranking
+from ...sample.reductions import CONFIDENCE, Ranking, clopper_pearson, ranking
 from ...study.analysis.avoid import band_above
 from ...study.analysis.load_cases import WITH_MEMORY
 from ...study.analysis.runup import silent
@@ -25,8 +28,8 @@ from .names import nominal_of
 from .replaced import replaced, tuning
 
 LEAST = 32  # drives, for an interval and a ranking to mean anything
+TOLD, MOST_ERRORS = (0.05, 0.5, 0.95), 3  # quantiles and errors that the text has
 CUT = 3.0  # standard deviations: no drive is farther from its nominal value
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +56,10 @@ class Exceedance(Result):
         Sentences about drives without a curve, each once.
     tuning : str
         What every drive has of gains given as a bandwidth and damping given as a ratio, in a sentence; empty of others.
+    loads : tuple of float
+        Torques of the load [N*m] under each of which every drive is followed.
+    speeds : Speeds or None
+        Those of the project, in whose unit the speeds to avoid are told.
     """
 
     rows: ClassVar[str] = "drive"
@@ -68,6 +75,7 @@ class Exceedance(Result):
     errors: tuple[str, ...]
     tuning: str = ""
     loads: tuple[float, ...] = ()
+    speeds: Speeds | None = None
 
     @property
     def under(self) -> str:
@@ -121,21 +129,41 @@ class Exceedance(Result):
         speeds = {name: ("drive", getattr(self, name), "rad/s") for name in ("at", "low", "high")}
         return {"oscillation": ("drive", self.oscillation, "rad"), **speeds, **factors}
 
-    def __str__(self) -> str:
-        low, high = self.interval
-        shares = np.nanquantile(self.oscillation, (0.05, 0.5, 0.95)) if self.failed < self.count else [np.nan] * 3
-        lines = [
-            f"Exceedance: {self.count} drives, {len(self.factors)} numbers scatter, seed {self.seed}",
-            f"  {self.exceeding} exceed an oscillation of {self.limit:.6g} rad: probability {self.probability:.4g}",
-            f"  95 % confidence (Clopper-Pearson): {low:.4g} to {high:.4g}",
-            "  oscillation of 5, 50, 95 % of the drives: " + ", ".join(f"{value:.6g}" for value in shares) + " rad",
-        ]
-        if (ends := self.ends()) is not None:
-            begin, end = (f"{one.low:.6g} .. {one.high:.6g}" for one in ends)
-            lines.append(f"  speeds to avoid from {begin} to {end} rad/s, 95 % of the drives that exceed it")
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of an exceedance, once."""
+        share, low, high = (f"{number(100.0 * p, 3)} %" for p in (self.probability, *self.interval))
         rows = () if self.ranking is None else self.ranking.rows
-        lines += [f"  {row.path}: first-order index {row.index:.2f} +- {row.index_error:.2f}" for row in rows]
-        return on_screen("\n".join([*lines, *(f"  {one}" for one in (self.under, self.tuning, *self.errors) if one)]))
+        sizes = np.nanquantile(self.oscillation, TOLD) if self.failed < self.count else np.full(len(TOLD), np.nan)
+        exceeding = f"{self.exceeding} of {self.count} drives exceed {{}} somewhere in the range"
+        failed = f"{self.failed} of the drives have no response curve: {'; '.join(self.errors[:MOST_ERRORS])}"
+        return (
+            Fact("limit_rad", self.limit, exceeding),
+            Fact("drives", self.count), Fact("exceeding", self.exceeding), Fact("failed", self.failed),
+            Fact("probability", self.probability), Fact("interval", self.interval), Fact("confidence", CONFIDENCE),
+            Fact("method", "Clopper-Pearson", f"probability {share}, 95 % confidence ({{}}) {low} to {high}"),
+            Fact("oscillation_quantiles_rad", tuple(sizes.tolist()), "oscillation of 5, 50, 95 % of the drives: {}"),
+            Fact("oscillation_rad", self.oscillation), Fact("at_rad_per_s", self.at),
+            Fact("avoid_low_rad_per_s", self.low), Fact("avoid_high_rad_per_s", self.high),
+            Fact("", self._ends_said(), "{}"),
+            Fact("factors", self.factors), Fact("first_order_index", {row.path: row.index for row in rows}),
+            Fact("", tuple(row.sentence for row in rows), "{}"),
+            Fact("errors", self.errors), Fact("", failed, "{}" if self.failed else ""),
+            Fact("load_torques_N_m", self.loads), Fact("", self.under, "{}" if self.under else ""),
+            Fact("tuning", self.tuning, "{}" if self.tuning else ""),
+            Fact("seed", self.seed, f"seed {self.seed}"),
+        )  # fmt: skip
+
+    def _ends_said(self) -> tuple[str, ...]:
+        """Where the speeds to avoid begin and end, in the unit of the project's speeds."""
+        ends, speeds = self.ends(), self.speeds
+        if ends is None:
+            return ()
+        own, unit = (float, "rad/s") if speeds is None else (speeds.own, speeds.own_unit)
+        begin, end = (f"{number(own(one.low), 6)} to {number(own(one.high), 6)}" for one in ends)
+        return (f"speeds to avoid begin at {begin} and end at {end} {unit} (95 % of the drives that exceed it)",)
+
+    def __str__(self) -> str:
+        return on_screen("\n".join(lines(self.facts())))
 
 
 def exceedance(
@@ -185,17 +213,14 @@ def exceedance(
     ----------
     Clopper & Pearson 1934, Biometrika 26, 404-413 (the interval).
     """
-    count = positive_count("count", count)
-    if count < LEAST:
+    if positive_count("count", count) < LEAST:
         raise ValueError(f"count is {count}; it must be at least {LEAST} drives")
-    if not project.scatter:
-        raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
-    allowed = project.limit if limit is None else number("limit [rad]", limit, positive=True)
+    factors = _factors(project, count, seed)
+    allowed = project.limit if limit is None else checked_number("limit [rad]", limit, positive=True)
     if allowed is None:
         raise ValueError(f"{project.path.name} has no limit; write for example 'limit: {{oscillation: 60 arcsec}}'")
     if project.train is not None:
         refuse_free(project.train)
-    factors = drawn(project.scatter, count, seed, project.correlation)
     rows: list[tuple[float, float, float, float]] = []
     errors = dict[str, None]()
 
@@ -205,7 +230,7 @@ def exceedance(
         rank = None if np.any(np.isnan(found)) else ranking(own, found, np.random.default_rng(seed))
         said = tuning(project, own, retune)
         torques = _torques(project)
-        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, torques)
+        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, torques, project.speeds)
 
     load()  # of many drives, which pays where one response does not
     try:
@@ -262,10 +287,15 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
     ValueError
         If the project has no scatter.
     """
-    count = positive_count("count", count)
+    return _drives(project, _factors(project, count, seed), retune)
+
+
+def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
+    """Factors (count,) of the numbers that scatter."""
+    positive_count("count", count)
     if not project.scatter:
         raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
-    return _drives(project, drawn(project.scatter, count, seed, project.correlation), retune)
+    return drawn(project.scatter, count, seed, project.correlation)
 
 
 def _drives(project: Project, factors: dict[str, Floats], retune: bool) -> Iterator[Project]:
@@ -297,11 +327,3 @@ def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int, correla
         sizes, directions = np.linalg.eigh(np.array(correlation))
         z = np.clip(z @ (np.sqrt(np.maximum(sizes, 0.0)) * directions).T, -CUT, CUT)
     return {name: (not isinstance(size, Radians)) + size * z[:, i] for i, (name, size) in enumerate(scatter)}
-
-
-def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
-    """Interval of 95 % of a probability of which `count` trials gave `hits`."""
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    low = 0.0 if hits == 0 else float(betaincinv(hits, count - hits + 1, tail))
-    high = 1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail))
-    return low, high
