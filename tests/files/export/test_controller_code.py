@@ -10,7 +10,7 @@ import strainwave as sw
 from strainwave.base.choices import larger, select, smaller
 from strainwave.files.export.export import controller_code
 from strainwave.files.export.plant import plant_code, plant_of
-from strainwave.files.export.traced import Unrecordable
+from strainwave.files.export.traced import Recording, Unrecordable
 from strainwave.maths import cos, sin
 from strainwave.model import controllers as own
 from strainwave.numerics.sampled.loops import run_loop
@@ -325,3 +325,20 @@ def test_a_measurement_that_is_none_leaves_the_state_and_holds_the_torque(name, 
     silent = by_c(tmp_path, OWN[name], gone, SAMPLE)
     assert np.all(silent[30:50] == silent[29])
     assert np.all(silent[50:] == 0.0)
+
+
+def test_operations_in_place_are_recorded_and_a_refusal_names_the_function_that_asks():
+    recording = Recording()
+    x = recording.given("x")
+    value = x
+    value += 1.0
+    value *= (x < 2.0) & ~(x > 1.0)
+    assert recording.code((value,))[0] == "const double a0 = x + 1.0;"
+    assert "(double)(a1 != 0.0 && a3 != 0.0)" in recording.code((value,))[4]
+    assert (x == "word") is False
+
+    def asks():
+        return x % 2
+
+    with pytest.raises(Unrecordable, match="asks takes a remainder"):
+        asks()

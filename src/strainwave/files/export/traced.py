@@ -12,6 +12,7 @@ from numbers import Real
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 FUNCTIONS = {
     "sin": "sin", "cos": "cos", "tan": "tan", "exp": "exp", "expm1": "expm1", "log": "log", "log1p": "log1p",
@@ -30,6 +31,8 @@ FORMS = {
     "where": "({} != 0.0) ? {} : {}",
 } | {name: f"{c}({{}}, {{}})" if name in ("arctan2", "hypot", "power", "copysign", "fmod") else f"{c}({{}})"
      for name, c in FUNCTIONS.items()}  # fmt: skip
+FORMS |= {"bitwise_and": FORMS["logical_and"], "bitwise_or": FORMS["logical_or"], "invert": FORMS["logical_not"]}
+BETWEEN = (__name__, NDArrayOperatorsMixin.__module__)  # modules between a model and what refuses its operation
 REMEDY = (
     "it is run once to record its operations; write it without branches, with abs, comparisons times numbers and the "
     "functions of strainwave.maths"
@@ -128,7 +131,7 @@ class Recording:
         return [f"{place} = {literal(value)};" for place, value in zip(places, values, strict=True)]
 
 
-class Traced:
+class Traced(NDArrayOperatorsMixin):
     """A recorded number: its name in C, the line that defines it, and the parameters that alone decide it, if any."""
 
     __slots__ = ("line", "parameters", "recording", "text")
@@ -148,7 +151,8 @@ class Traced:
     def __array_ufunc__(self, ufunc: Any, method: str, *arguments: Any, **options: Any) -> Any:
         """Record a function of NumPy."""
         arguments = tuple(a.item() if isinstance(a, np.ndarray) and a.ndim == 0 else a for a in arguments)
-        if method != "__call__" or options or ufunc.__name__ not in FORMS:
+        kept = isinstance(options.pop("out", (self,))[0], Traced)  # of x += y, not of an array
+        if method != "__call__" or options or not kept or ufunc.__name__ not in FORMS:
             _refuse(f"calls numpy.{ufunc.__name__}, which C code does not have", *arguments)
         return self._recorded(ufunc.__name__, *arguments)
 
@@ -167,71 +171,14 @@ class Traced:
         """The tuple with another number at this place."""
         return tuple(self._recorded("where", self == float(k), value, item) for k, item in enumerate(items))
 
-    def __add__(self, other: Any) -> Any:
-        return self._recorded("add", self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self._recorded("add", other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._recorded("subtract", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._recorded("subtract", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self._recorded("multiply", self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self._recorded("multiply", other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self._recorded("divide", self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self._recorded("divide", other, self)
-
-    def __pow__(self, other: Any) -> Any:
-        return self._recorded("power", self, other)
-
-    def __rpow__(self, other: Any) -> Any:
-        return self._recorded("power", other, self)
-
-    def __neg__(self) -> Any:
-        return self._recorded("negative", self)
-
     def __pos__(self) -> Any:
         return self
 
-    def __abs__(self) -> Any:
-        return self._recorded("absolute", self)
-
-    def __lt__(self, other: Any) -> Any:
-        return self._recorded("less", self, other)
-
-    def __le__(self, other: Any) -> Any:
-        return self._recorded("less_equal", self, other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self._recorded("greater", self, other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self._recorded("greater_equal", self, other)
-
-    def __eq__(self, other: object) -> Any:
+    def __eq__(self, other: object) -> Any:  # unlike NumPy's, it answers for what is no number, too
         return self._recorded("equal", self, other)
 
     def __ne__(self, other: object) -> Any:
         return self._recorded("not_equal", self, other)
-
-    def __and__(self, other: Any) -> Any:
-        return self._recorded("logical_and", self, other)
-
-    def __or__(self, other: Any) -> Any:
-        return self._recorded("logical_or", self, other)
-
-    def __invert__(self) -> Any:
-        return self._recorded("logical_not", self)
 
     def __bool__(self) -> bool:
         _refuse("branches on a value (if, and, or, min or max)", self)
@@ -257,7 +204,7 @@ def _refuse(what: str, *values: Any) -> NoReturn:
     if names:
         raise Decided(names)
     frame = sys._getframe(1)
-    while frame.f_globals.get("__name__") == __name__ and frame.f_back is not None:
+    while frame.f_globals.get("__name__") in BETWEEN and frame.f_back is not None:
         frame = frame.f_back
     raise Unrecordable(f"{frame.f_code.co_qualname} {what} in line {frame.f_lineno}: {REMEDY}")
 
