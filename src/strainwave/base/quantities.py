@@ -252,10 +252,15 @@ def complex_numbers(name: str, values: Any) -> NDArray[np.complex128]:
 
 def positive_count(name: str, value: Any, most: int = MOST) -> int:
     """Return a whole number from 1 to `most`, or say in one sentence that `name` is none."""
-    if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < 1:
-        raise ValueError(f"{name} is {shown(value)}; it must be a whole number of at least 1")
-    if int(value) > most:
+    if whole(name, value, 1) > most:
         raise ValueError(f"{name} is {shown(value)}; it must be at most {most}")
+    return int(value)
+
+
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """Return a whole number from `least` on, such as a seed, or say in one sentence that `name` is none."""
+    if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < least:
+        raise ValueError(f"{name} is {shown(value)}; it must be a whole number of at least {least}")
     return int(value)
 
 

@@ -8,7 +8,8 @@ from typing import Any, Literal
 
 from ..base.above import above
 from ..base.law import depends
-from ..base.quantities import checked, positive_count
+from ..base.protocols import lacking
+from ..base.quantities import checked, positive_count, shown
 from ..base.results import SolveError
 from ..base.sentences import listed, on_screen
 from ..base.speeds import Speeds
@@ -327,3 +328,28 @@ def mean_of(torque: Harmonics | None) -> float:
 def with_mean(torque: Harmonics | None, mean: float) -> Harmonics:
     """A torque with another mean [N*m]."""
     return Harmonics((*(torque.terms if torque else ()), Harmonic(0.0, mean=mean - mean_of(torque))))
+
+
+def train_of(project: Any, what: str) -> tuple[str, DriveTrain]:
+    """The whole train of a project, or a train itself, for a purpose in words; and what drives its motor, in words.
+
+    Where the file names no motor it is in the position loop of `motors`.
+
+    Raises
+    ------
+    TypeError
+        If it is neither.
+    ValueError
+        If the project has no whole train.
+    """
+    if isinstance(project, DriveTrain):
+        return "", checked(project)
+    if lacking(project, "motors"):
+        raise TypeError(f"{what} takes a Project or a DriveTrain, not {shown(project)}; read_project gives a project")
+    trains: list[tuple[str, DriveTrain]] = list(project.motors().items())
+    if not trains:
+        raise ValueError(
+            "this project has no whole drive train, as its damping or stiffness varies or its speeds are those of a "
+            f"forcing; {what} needs one: leave the variation out, and give the speeds of the motor or the load"
+        )
+    return trains[-1]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
-from ..base.quantities import number, numbers, parameters, positive_count, shown
+from ..base.quantities import number, numbers, parameters, positive_count, shown, whole
 from ..base.results import Floats
 
 SOBOL_BITS = 30  # of SciPy's points: 2**30 of them are distinct
@@ -214,8 +214,7 @@ class SamplePoints:
             if not isinstance(law, Distribution):
                 raise TypeError(f"the distribution of {path!r} is {shown(law)}; give Uniform, LogUniform or Normal")
             law.check()
-        if isinstance(sample.seed, bool) or not isinstance(sample.seed, int) or sample.seed < 0:
-            raise ValueError(f"{kind}.seed is {shown(sample.seed)}; it must be a whole number of at least 0")
+        whole(f"{kind}.seed", sample.seed)
         self.laws = {named(key): law for key, law in sample.distributions.items()}
         self.dims: tuple[str, ...] = ("point",)
         self.shape: tuple[int, ...] = (count,)

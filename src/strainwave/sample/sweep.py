@@ -18,7 +18,7 @@ from uuid import uuid4
 import xarray as xr
 
 from .. import __version__
-from ..base.quantities import checked, positive_count, shown
+from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats
 from ..compile.lanes import LANES
 from ..numerics.ensemble.ensemble import ensemble
@@ -342,8 +342,7 @@ def _check(measure: Any, system: Any, points: Points, seed: Any, units: Any) -> 
         isinstance(units, Mapping) and all(isinstance(v, str) for pair in units.items() for v in pair)
     ):
         raise TypeError(f"units are {shown(units)}; they must be a dict such as {{'peak': 'rad'}}")
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
+    whole("seed", seed)
     parameter_units = check_names(system, points.paths)
     if taken := sorted(set(OWN_NAMES) & set(points.paths)):
         raise ValueError(f"a parameter named {taken[0]!r} cannot be swept: the store uses that name")

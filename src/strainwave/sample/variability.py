@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..base.law import is_spring
 from ..base.protocols import lacking, state_count, with_parts
-from ..base.quantities import LARGEST, interval, number, numbers, parameters, positive_count, replace, shown
+from ..base.quantities import LARGEST, interval, number, numbers, parameters, positive_count, replace, shown, whole
 from ..base.results import Floats, SolveError
 from ..drive.jumps import jumps
 from ..numerics.attractors.settle import SEEN, settled
@@ -143,8 +143,7 @@ def drawn(system: Any, distributions: Any, count: int, seed: Any) -> dict[str, F
     """Values (count,) of every parameter, drawn independently; the first drives of a larger count are the same."""
     if not isinstance(distributions, Mapping) or not distributions:
         raise ValueError(f"distributions are {shown(distributions)}; give a dict of path to distribution")
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
+    whole("seed", seed)
     known = {p.path: p.value for p in parameters(system)}
     names = [named(key) for key in distributions]
     for path in (path for name in names for path in name.split(TOGETHER)):

@@ -64,10 +64,9 @@ class Joint:
 def joint_of(train: DriveTrain) -> Joint:
     """Numbers of a train that a joint can have."""
     N, end = train.N, train.load.end()
-    inertia = end.J + sum(J for J, _, _ in train.load.chain())
     stiffness = float(spring_stiffness(train.law, 0.0))
     motor, load = _friction(train.motor.drag), _friction(end.drag)
-    joint = Joint(N, stiffness, train.B, N * N * train.motor.J, inertia)
+    joint = Joint(N, stiffness, train.B, N * N * train.motor.J, train.load_inertia)
     joint.dry, joint.viscous = (N * motor[0], load[0]), (N * N * motor[1], load[1])
     joint.lost += (
         _left_out(train) + [f"{name} of the motor" for name in motor[2]] + [f"{n} of the load" for n in load[2]]

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...base.protocols import state_count, with_parts
-from ...base.quantities import interval, positive_count, shown
+from ...base.quantities import interval, positive_count, shown, whole
 from ...base.results import Floats
 from ..integration.corners import repeating
 from ..integration.methods import Method
@@ -197,8 +197,6 @@ def _grid(spans: Any, shape: tuple[int, int]) -> tuple[Floats, Floats]:
 
 
 def _random(spans: Any, samples: int, seed: Any) -> tuple[Floats, Floats]:
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(whole("seed", seed))
     (x0, x1), (v0, v1) = spans
     return rng.uniform(x0, x1, samples), rng.uniform(v0, v1, samples)

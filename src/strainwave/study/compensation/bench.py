@@ -10,7 +10,7 @@ from ...base.protocols import lacking, lines_of, terms_of
 from ...base.quantities import checked, shown
 from ...base.results import Floats, SolveError
 from ...drive.operating_point import operating_state
-from ...drive.project import Project
+from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import SampledPD
@@ -137,7 +137,8 @@ def bench_of(
         If it has no whole train, no kinematic error, or a loop that cannot be sampled.
     """
     remarks: list[str] = []
-    train, inertia = _train(project)
+    name, train = train_of(project, "a compensation")
+    inertia = project.loop_inertia if name else train.loop_inertia
     gear = getattr(project, "gear", None)
     if not any(line.amplitude for line in lines_of(train.error)):
         raise ValueError(
@@ -207,21 +208,6 @@ def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
     else:
         excitation = Harmonics((*terms_of(own), Harmonic(0.0, mean=torque)))
     return plain._replace(load=plain.load.with_end(plain.load.end()._replace(excitation=excitation))), torque
-
-
-def _train(project: Project) -> tuple[DriveTrain, float]:
-    if isinstance(project, DriveTrain):
-        end = project.load.end().J + sum(J for J, _, _ in project.load.chain())
-        return checked(project), project.motor.J + end / project.N**2
-    if lacking(project, "motors"):
-        raise TypeError(f"give a Project or a DriveTrain, not {shown(project)}; read_project gives a project")
-    trains = project.motors()
-    if not trains:
-        raise ValueError(
-            "this project has no whole drive train, as its damping or stiffness varies or its speeds are those of a "
-            "forcing; compensation needs one: leave the variation out, and give the speeds of the motor or the load"
-        )
-    return list(trains.values())[-1], project.loop_inertia
 
 
 def _sampling(project: Project, sampling: Sampling | None, remarks: list[str]) -> Sampling:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.protocols import lacking, lines_of
-from ...base.quantities import number, numbers, shown
+from ...base.quantities import number, numbers, shown, whole
 from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...model.controllers.closed_loop import Sampling
@@ -18,11 +18,11 @@ from ...numerics.loading import loaded_state
 from ...numerics.sampled.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
 from ...theory.lyapunov import mean_torque
 from ..analysis.remedies.knobs import stiffer
+from ..analysis.runup import silent
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
-from .gains import TURNS, refuse_unstable, times_of
+from .gains import TURNS, refuse_unstable, times_of, units_of
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
-from .units import units_of
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
 HERTZ = 2.0 * np.pi
@@ -32,10 +32,6 @@ SLOWER = 0.5  # of the rate of the plain loop: what a controller of another kind
 SLOWEST = 100.0  # of the longest run that is taken: what is slower is not waited for
 LONG = 60.0  # s
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
-
-
-def silent(_what: str, _share: float) -> None:
-    """Tell nobody."""
 
 
 def compensate(
@@ -99,7 +95,7 @@ def compensate(
     benches = benches_of(project, sampling, loop, plant, load_angles)
     motor_speed = _speed(next(iter(benches.values())), project, speed)
     design = compensator_of(controller)
-    return _worst(benches, design, motor_speed, robust, _whole("units", units), _whole("seed", seed), progress)
+    return _worst(benches, design, motor_speed, robust, whole("units", units), whole("seed", seed), progress)
 
 
 def compensation_bench(
@@ -198,12 +194,6 @@ def compensator_of(controller: Any) -> Compensator:
     return given(controller)
 
 
-def _whole(name: str, value: Any) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise ValueError(f"{name} is {shown(value)}; give a whole number, 0 or more")
-    return value
-
-
 def _speed(bench: Bench, project: Project, speed: float | None) -> float:
     if speed is None:
         speed = resonance_speed(bench)
@@ -223,8 +213,7 @@ def resonance_speed(bench: Bench) -> float:
     line = max(lines_of(bench.model.error), key=lambda line: line.amplitude)
     law, end = bench.model.law, bench.model.load.end()
     torsion = loaded_state(law, -mean_torque(end.excitation))[0]
-    inertia = end.J + sum(J for J, _, _ in bench.model.load.chain())
-    speed: float = np.sqrt(float(law.stiffness(torsion)) / inertia) / line.order
+    speed: float = np.sqrt(float(law.stiffness(torsion)) / bench.model.load_inertia) / line.order
     return speed
 
 
@@ -362,8 +351,8 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
     train, gains = bench.model, bench.loop
     if design.name != "angle" or not isinstance(gains, SampledPD):
         return
-    load = train.load.end().J + sum(J for J, _, _ in train.load.chain())
-    bandwidth, order = float(np.sqrt(gains.K_p / (train.motor.J + load / train.N**2))), max(bench.orders)
+    bandwidth = float(np.sqrt(gains.K_p / train.loop_inertia))
+    order = max(bench.orders)
     if order * abs(speed) > bandwidth:
         yield (
             f"{design.name}: order {order} at {speed / RPM:.4g} rpm is {order * abs(speed) / HERTZ:.3g} Hz, beyond the "

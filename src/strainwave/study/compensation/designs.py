@@ -7,6 +7,7 @@ Controllers that are given, not designed: what they measure, how fast they learn
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import pi
 from typing import Any
 
@@ -122,14 +123,8 @@ def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
     return (found.amplitude * np.exp(1j * found.phase))[:, 0]
 
 
-def _predicted(bench: Bench, speed: float) -> Any:
-    table = table_against(bench, speed, amplitudes_of(bench, speed, model=True))
-    return TorqueTable(bench.loop, table)
-
-
-def _measured(bench: Bench, speed: float) -> Any:
-    table = table_against(bench, speed, amplitudes_of(bench, speed, model=False))
-    return TorqueTable(bench.loop, table)
+def _table(bench: Bench, speed: float, *, model: bool) -> Any:
+    return TorqueTable(bench.loop, table_against(bench, speed, amplitudes_of(bench, speed, model=model)))
 
 
 def _adaptive(bench: Bench, speed: float) -> Any:
@@ -140,12 +135,13 @@ def _adaptive_inverse(bench: Bench, speed: float) -> Any:
     return adaptive(bench, speed, _inverse(bench, speed))
 
 
-def adaptive(bench: Bench, speed: float, loop: Any) -> Any:
-    """Adaptive cancellation of every order around a loop, with the model's phase."""
-    G, rate, most = bench.response(speed).error_of_torque, rate_of(bench, speed), guard(bench, speed)
+def adaptive(bench: Bench, speed: float, loop: Any, output: Any = None, most: float | None = None) -> Any:
+    """Adaptive cancellation of every order around a loop, with the model's phase: of the load's error, or an output."""
+    G, rate = bench.response(speed, output=output).error_of_torque, rate_of(bench, speed)
+    most, period = guard(bench, speed) if most is None else most, bench.sampling.period
     for k, g in zip(bench.orders, G, strict=True):
-        gain, phase = 2.0 * rate / float(abs(g)), float(np.angle(g))
-        loop = AdaptiveCancellation(loop, bench.model.N, gain, phase, most, bench.sampling.period, order=k)
+        gain, phase, on_load = 2.0 * rate / float(abs(g)), float(np.angle(g)), int(output is None)
+        loop = AdaptiveCancellation(loop, bench.model.N, gain, phase, most, period, order=k, on_load=on_load)
     return loop
 
 
@@ -157,15 +153,7 @@ def _repetitive(bench: Bench, speed: float) -> Any:
 
 
 def _adaptive_motor(bench: Bench, speed: float) -> Any:
-    model = bench.model
-    G, rate, loop = bench.response(speed, output=behind_of(bench)).error_of_torque, rate_of(bench, speed), bench.loop
-    most = motor_guard(bench, speed)
-    for k, g in zip(bench.orders, G, strict=True):
-        gain = 2.0 * rate / float(abs(g))
-        loop = AdaptiveCancellation(
-            loop, model.N, gain, float(np.angle(g)), most, bench.sampling.period, order=k, on_load=0
-        )
-    return loop
+    return adaptive(bench, speed, bench.loop, behind_of(bench), motor_guard(bench, speed))
 
 
 def _observer(bench: Bench, _speed: float) -> Any:
@@ -179,9 +167,8 @@ def _observer(bench: Bench, _speed: float) -> Any:
 def _notch(bench: Bench, _speed: float) -> Any:
     """Notch at the resonance of the free train: there the loop excites it most."""
     train = bench.model
-    load = train.load.end().J + sum(J for J, _, _ in train.load.chain())
     stiffness = float(train.law.stiffness(bench.start(_speed, model=True)[0]))
-    frequency = np.sqrt(stiffness * (1.0 / load + 1.0 / (train.N**2 * train.motor.J)))
+    frequency = np.sqrt(stiffness * (1.0 / train.load_inertia + 1.0 / (train.N**2 * train.motor.J)))
     return notch(bench.loop, float(min(frequency, 0.9 * pi / bench.sampling.period)), bench.sampling.period)
 
 
@@ -190,19 +177,14 @@ def _gandhi_ghorbel(bench: Bench, _speed: float) -> Any:
     if not isinstance(gains, SampledPD):
         raise ValueError("gandhi-ghorbel takes its gains from a PD loop; give loop=SampledPD(K_p, K_d, period)")
     N = model.N
-    load = model.load.end().J + sum(J for J, _, _ in model.load.chain())
     # The law's torque is Psi K_p e_l with e_l the error over N: on the motor's side K_p/N^2
     return GandhiGhorbel(
-        model.error, N, model.motor.J, load, gains.K_p * N * N, gains.K_d * N * N, bench.sampling.period
+        model.error, N, model.motor.J, model.load_inertia, gains.K_p * N * N, gains.K_d * N * N, bench.sampling.period
     )
 
 
 def _load_integral(bench: Bench, speed: float) -> Any:
-    return LoadIntegral(bench.loop, bench.model.N, _load_rate(bench, speed), bench.sampling.period)
-
-
-def _load_rate(bench: Bench, speed: float) -> float:
-    return SLOW / bench.response(speed).slowest
+    return LoadIntegral(bench.loop, bench.model.N, SLOW / bench.response(speed).slowest, bench.sampling.period)
 
 
 POSITIVE = "It is stable where the plain loop is: a torque that does not depend on what is measured moves no pole."
@@ -218,12 +200,17 @@ COMPENSATORS = {
         ),
         Compensator("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear, False, POSITIVE, False),
         Compensator(
-            "predicted-table", "torque table of the error that the model predicts", _predicted, False, POSITIVE, False
+            "predicted-table",
+            "torque table of the error that the model predicts",
+            partial(_table, model=True),
+            False,
+            POSITIVE,
+            False,
         ),
         Compensator(
             "measured-table",
             "torque table of the measured error, by the inverse of the model",
-            _measured,
+            partial(_table, model=False),
             True,
             POSITIVE + " It lowers the error where the model's response is right within 60 degrees.",
             False,

@@ -23,6 +23,7 @@ from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
+from ..analysis.runup import silent
 from .averaged import Drives, Largest, largest
 from .checked import Balanced, Worth, balanced, sensitivities, worth
 from .result import Candidate, Design, front
@@ -34,10 +35,6 @@ BEST = 3  # designs whose sensitivities are told
 AVERAGING, BALANCE = "averaging", "harmonic balance"
 OSCILLATION = "oscillation"
 Told = Callable[[str, float], None]
-
-
-def silent(_stage: str, _share: float) -> None:
-    """Tell nobody."""
 
 
 class Option(NamedTuple):

@@ -17,6 +17,7 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
 from ...drive.asked import MotorLimits, Payload, motor_findings
 from ...drive.operating_point import mean_torque
+from ...drive.project import train_of
 from ...drive.run import holds_its_place
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding
@@ -194,17 +195,9 @@ def checked_limits(limits: MotorLimits | None) -> MotorLimits | None:
 
 
 def _train(project: Any) -> tuple[DriveTrain, tuple[str, ...]]:
-    if isinstance(project, DriveTrain):
-        return checked(project), ()
-    if lacking(project, "motors"):
-        raise TypeError(f"move takes a Project or a DriveTrain, not {shown(project)}; read_project gives a project")
-    trains = project.motors()
-    if not trains:
-        raise ValueError(
-            "this project has no whole drive train, as its damping or stiffness varies or its speeds are those of a "
-            "forcing; a move needs one: leave the variation out, and give the speeds of the motor or the load"
-        )
-    name, train = list(trains.items())[-1]  # where the file names no motor: the position loop
+    name, train = train_of(project, "a move")
+    if not name:
+        return train, ()
     remarks: list[str] = []
     if not project.motor_named:
         remarks.append(Sentence("The file names no loop of the motor; a {} is assumed.", name))
