@@ -1,15 +1,16 @@
 """Several projects side by side: the analysis of each drive under all its loads, and what an engineer compares."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.facts import Fact, lines
 from ...base.quantities import shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted
-from ...base.sentences import on_screen
+from ...base.sentences import number, on_screen
 from ...base.units import ARCSEC, RPM
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -49,6 +50,8 @@ class ProjectComparison(Result):
         Largest oscillation that the project allows [rad]; nan where it has no limit.
     failures : tuple of str
         By which limits of gear and motor each drive fails, in sentences; empty by none.
+    files : tuple of str
+        Name of the file of each project.
     """
 
     titles: tuple[str, ...]
@@ -69,6 +72,7 @@ class ProjectComparison(Result):
     jumps: Floats
     limit: Floats
     failures: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
 
     rows: ClassVar[str] = "drive"
 
@@ -91,16 +95,44 @@ class ProjectComparison(Result):
         }  # fmt: skip
         return {name: ("drive", getattr(self, name), unit) for name, unit in units.items()}
 
+    def row(self, i: int) -> tuple[Fact, ...]:
+        """What is compared of a drive."""
+        numbers = {name: None if np.isnan(own[i]) else float(own[i]) for name, (_, own, _) in self.variables().items()}
+        return (
+            Fact("file", self.files[i] if self.files else None),
+            Fact("title", self.titles[i]), Fact("gear", self.gears[i]),
+            Fact("oscillation_arcsec", numbers["oscillation"]), Fact("speed_rpm", numbers["speed"]),
+            Fact("load_torque_N_m", numbers["load"]), Fact("lowest_load_torque_N_m", numbers["lowest_load"]),
+            Fact("highest_load_torque_N_m", numbers["highest_load"]), Fact("verdict", self.verdicts[i].answer.value),
+            Fact("keep_out_of", self.keep_out_of(i) or "none"), Fact("torque_N_m", numbers["torque"]),
+            Fact("omega_0_rad_per_s", numbers["omega_0"]), Fact("damping_ratio", numbers["damping_ratio"]),
+            Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"]),
+            Fact("load_inertia_kg_m2", numbers["load_inertia"]), Fact("folds", int(self.jumps[i])),
+            Fact("limit_arcsec", numbers["limit"]), Fact("failures", self.failures[i]),
+        )  # fmt: skip
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is compared, once: the smallest oscillation first in the text."""
+        ordered = np.argsort(self.oscillation).tolist()
+        title = f"Comparison of {len(self.titles)} drives, the largest oscillation of the error of each"
+        return (
+            Fact("", title, "{}"),
+            Fact("", tuple(sentence for i in ordered for sentence in self._sentences(i)), "  {}"),
+            Fact("drives", tuple(map(self.row, range(len(self.titles))))),
+        )
+
+    def _sentences(self, i: int) -> Iterator[str]:
+        limit = "" if np.isnan(self.limit[i]) else f" (limit {number(self.limit[i] / ARCSEC)})"
+        yield (
+            f"{self.titles[i]} ({self.gears[i]}): {number(self.oscillation[i] / ARCSEC)} arcsec{limit} at "
+            f"{number(self.speed[i] / RPM)} rpm of the base angle with {number(self.load[i])} N·m on the load, largest "
+            f"torque in the gear {number(self.torque[i])} N·m, ω₀ {number(self.omega_0[i])} rad/s, "
+            f"{int(self.jumps[i])} folds; {self.verdicts[i].answer}; keep out of: {self.keep_out_of(i) or 'none'}"
+        )
+        yield from [f"  {self.failures[i]}"] if self.failures[i] else []
+
     def __str__(self) -> str:
-        lines = [f"Comparison of {len(self.titles)} drives, the largest oscillation of the error of each"]
-        for i in np.argsort(self.oscillation):
-            lines.append(
-                f"  {self.titles[i]} ({self.gears[i]}): {self.oscillation[i] / ARCSEC:.4g} arcsec at "
-                f"{self.speed[i] / RPM:.5g} rpm of the base angle with {self.load[i]:.4g} N*m on the load, largest "
-                f"torque in the gear {self.torque[i]:.4g} N*m; {self.verdicts[i].answer}"
-            )
-            lines += [f"    {said}" for said in self.failures[i : i + 1] if said]
-        return on_screen("\n".join(lines))
+        return on_screen("\n".join(lines(self.facts())))
 
 
 def compare_projects(
@@ -148,8 +180,8 @@ def _compared(given: list[Project], found: list[Analysis]) -> ProjectComparison:
     responses = tuple(one.loudest for one in found)
     mean = [p.mean_load_torque for p in given]
 
-    def each(number: Callable[[Project], Any]) -> Floats:
-        return np.array([np.nan if (value := number(p)) is None else value for p in given], float)
+    def each(of: Callable[[Project], Any]) -> Floats:
+        return np.array([np.nan if (value := of(p)) is None else value for p in given], float)
 
     return ProjectComparison(
         tuple(p.title for p in given),
@@ -170,6 +202,7 @@ def _compared(given: list[Project], found: list[Analysis]) -> ProjectComparison:
         np.array([_folds(response) for response in responses], float),
         each(lambda p: p.limit),
         tuple(" ".join(limit.sentence for limit in gravest(one.limits) if limit.fails) for one in found),
+        tuple(p.path.name for p in given),
     )
 
 
