@@ -144,8 +144,8 @@ from .study.kinematic_error.parts import error_parts as error_parts
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
 from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
 from .study.gear.hysteresis import lost_motion as lost_motion
-from .study.gear.hysteresis_fit import HysteresisFit as HysteresisFit
-from .study.gear.hysteresis_fit import fit_hysteresis as fit_hysteresis
+from .study.gear.hysteresis import HysteresisFit as HysteresisFit
+from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
 from .study.gear.efficiency import Efficiency as Efficiency
 from .study.gear.efficiency import efficiency as efficiency
 from .study.gear.energy import EnergyBalance as EnergyBalance

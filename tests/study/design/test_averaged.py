@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.study.design.averaged import Drives, impedance, largest
-from strainwave.study.design.checked import balanced, worth
+from strainwave.study.design.averaged import Drives, balanced, impedance, largest, worth
 
 GEAR = sw.catalogue.gear("CSG-40-50")
 LINE = sw.KinematicError((sw.Line(2, 1e-4),))

@@ -24,8 +24,7 @@ from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ..analysis.runup import silent
-from .averaged import Drives, Largest, largest
-from .checked import Balanced, Worth, balanced, sensitivities, worth
+from .averaged import Balanced, Drives, Largest, Worth, balanced, largest, sensitivities, worth
 from .result import Candidate, Design, front
 from .specification import SURE, WORDS, Check, Specification, checks, life
 
