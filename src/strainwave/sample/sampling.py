@@ -9,7 +9,7 @@ Source: A. B. Owen, Monte Carlo theory, methods and examples, chapters 10 and 17
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -168,18 +168,6 @@ def by_path(system: Any, values: Mapping[str, Any]) -> dict[str, Any]:
     return apart
 
 
-class Points(Protocol):
-    """The points of a sweep: names and lengths of the dimensions, and the values of a stretch of points."""
-
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
-    paths: tuple[str, ...]
-
-    def values(self, first: int, count: int) -> dict[str, Floats]:
-        """Values (count,) of every parameter from point `first` on, the last dimension running fastest."""
-        ...
-
-
 class GridPoints:
     """All combinations of the values of the parameters."""
 
@@ -219,16 +207,16 @@ class SamplePoints:
         self.dims: tuple[str, ...] = ("point",)
         self.shape: tuple[int, ...] = (count,)
         self.paths = tuple(self.laws)
-        self.shares: _LatinShares | _SobolShares
-        if sobol:
-            self.shares = _SobolShares(len(self.laws), sample.seed)
-        else:
-            self.shares = _LatinShares(count, len(self.laws), sample.seed)
+        n = len(self.laws)
+        self.shares = _SobolShares(n, sample.seed) if sobol else _LatinShares(count, n, sample.seed)
 
     def values(self, first: int, count: int) -> dict[str, Floats]:
         """Values (count,) of every parameter from point `first` on."""
         shares = self.shares.stretch(first, count)
         return {p: np.asarray(law.quantile(shares[i]), float) for i, (p, law) in enumerate(self.laws.items())}
+
+
+Points = GridPoints | SamplePoints  # of a sweep: names and lengths of the dimensions, values of a stretch of points
 
 
 class _SobolShares:
