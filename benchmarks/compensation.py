@@ -22,9 +22,9 @@ from strainwave.study.compensation.bench import bench_of
 
 ARCSEC, TURN = math.pi / 648_000.0, 2.0 * math.pi
 DRIVE = sw.catalogue.gear("CSG-40-50").drive(load_inertia=10.0, motor_inertia=4.5e-4, B=40.0)
-LOOP = sw.from_bandwidth(TURN * 30.0, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
+LOOP = sw.train.from_bandwidth(TURN * 30.0, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
 TRAIN = DRIVE.train(kinematic_error=sw.KinematicError((sw.Line(2, 23.0 * ARCSEC),)), control=LOOP, omega=50.0)
-SAMPLING = sw.Sampling(limit=3.0, motor_quantum=TURN / 2**16, load_quantum=TURN / 2**24)
+SAMPLING = sw.controllers.Sampling(limit=3.0, motor_quantum=TURN / 2**16, load_quantum=TURN / 2**24)
 SPEED = 55.0  # of the motor [rad/s]
 SAMPLES = 4000
 
@@ -68,7 +68,7 @@ def one_update(controllers, rounds, calls):
         jobs[name] = (
             lambda c=closed.controller: run(updates, c, c.start(), calls),
             lambda c=closed.controller: run(empty, c, c.start(), calls),
-            lambda loop=closed: sw.run_loop(loop, SAMPLES * SAMPLING.period, every=SAMPLES),
+            lambda loop=closed: sw.numerics.run_loop(loop, SAMPLES * SAMPLING.period, every=SAMPLES),
         )
         for job in jobs[name]:
             job()  # compiles
@@ -93,9 +93,11 @@ def many_loops(controllers, loops, name="adaptive-inverse"):
         "train.law.K1": closed.train.law.K1 * draw.uniform(0.85, 1.15, loops),
         "train.error.lines.0.phase": draw.uniform(0.0, TURN, loops),
     }
-    sw.loop_ensemble(closed, {"train.law.K1": varied["train.law.K1"][:2]}, 0.01, settle=0.0, orders=[2.0])  # compiles
+    sw.numerics.loop_ensemble(
+        closed, {"train.law.K1": varied["train.law.K1"][:2]}, 0.01, settle=0.0, orders=[2.0]
+    )  # compiles
     wall, cpu = time.perf_counter(), time.process_time()
-    found = sw.loop_ensemble(closed, varied, 10.0, settle=8.0, orders=[2.0])
+    found = sw.numerics.loop_ensemble(closed, varied, 10.0, settle=8.0, orders=[2.0])
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     print(f"{loops} loops of 10 s at 4 kHz, {name}: {wall:.1f} s wall, {cpu:.1f} s CPU, {os.cpu_count()} processors")
     print(f"{found.steps} step(s) between samples; {int(np.sum(~found.stable))} unstable")
@@ -109,7 +111,7 @@ def main():
     parser.add_argument("--calls", type=int, default=1_000_000)
     given = parser.parse_args()
     bench = bench_of(TRAIN, SAMPLING)
-    controllers = {name: design.build(bench, SPEED) for name, design in sw.COMPENSATORS.items()}
+    controllers = {name: design.build(bench, SPEED) for name, design in sw.study.COMPENSATORS.items()}
     one_update(controllers, given.rounds, given.calls)
     many_loops(controllers, given.loops)
 

@@ -38,7 +38,7 @@ def regression():
     def one(kind, rng):
         y = noisy(kind, clean, 0.1, rng)
         found = inverse @ y
-        scatter = sw.spread(table, y - table @ found)
+        scatter = sw.fit.spread(table, y - table @ found)
         return np.abs(found - true), np.sqrt(np.diag(scatter.covariance)), scatter.freedom
 
     return ("offset", "drift", "motion", "quadrature", "cube"), one
@@ -84,7 +84,7 @@ def response():
 
     def one(kind, rng):
         y = noisy(kind, clean.real, 0.02, rng) + 1j * noisy(kind, clean.imag, 0.02, rng)
-        found = sw.fit_response(omega, y, guess, free=tuple(true), harmonics=3)
+        found = sw.fit.fit_response(omega, y, guess, free=tuple(true), harmonics=3)
         return np.abs(found.values - [*true.values()]), np.sqrt(np.diag(found.covariance)), found.freedom
 
     return tuple(true), one

@@ -53,7 +53,10 @@ def coverage(what, kind, count):
         law = sw.Parallel(sw.PiecewiseLinear(*SLOPES), sw.BoucWen(ELEMENT[0], 0.0, ELEMENT[1]))
         truth = dict(zip(("K1", "K2", "K3", "T1", "T2"), SLOPES, strict=True))
         truth |= {"K": ELEMENT[0], "yield_twist": ELEMENT[1], "torsion_offset": 0.0, "torque_offset": 0.0}
-        truth |= {"lost_motion": sw.lost_motion(law, RATED), "hysteresis_loss": sw.hysteresis_loop(law, RATED).loss}
+        truth |= {
+            "lost_motion": sw.study.lost_motion(law, RATED),
+            "hysteresis_loss": sw.hysteresis_loop(law, RATED).loss,
+        }
     else:
         clean, truth = torque(), TRUE
     hits = dict.fromkeys((*truth, LACK), 0)

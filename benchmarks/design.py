@@ -25,7 +25,7 @@ def specification(motors, loads, held):
         motor_inertias=tuple(np.geomspace(2e-5, 1e-3, motors)),
         damping_ratio=0.03,
         duty=duty,
-        loop=None if held else sw.Tuning(60.0 * math.pi),
+        loop=None if held else sw.train.Tuning(60.0 * math.pi),
     )
 
 

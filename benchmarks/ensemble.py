@@ -156,10 +156,10 @@ def laws(rounds):
         ("Backlash", sw.Backlash(1.0, 0.5), 2),
         ("Play before Cubic", sw.Play(0.1, sw.Cubic(1.0, 0.05)), 2),
         ("Tabulated, 7 points", sw.tabulated([(0.5, 0.6), (1.0, 1.3), (2.0, 3.0)], odd=True), 2),
-        ("RoundedPiecewiseLinear", sw.RoundedPiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2, 0.1), 2),
-        ("Coulomb beside Cubic", sw.Parallel(sw.Cubic(1.0, 0.05), sw.Coulomb(0.1, 0.05)), 2),
-        ("Stribeck beside Cubic", sw.Parallel(sw.Cubic(1.0, 0.05), sw.Stribeck(0.1, 0.15, 0.1, 0.05)), 2),
-        ("LuGre beside Cubic", sw.Parallel(sw.Cubic(1.0, 0.05), sw.LuGre(50.0, 0.5, 0.1, 0.1, 0.15, 0.1)), 3),
+        ("RoundedPiecewiseLinear", sw.laws.RoundedPiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2, 0.1), 2),
+        ("Coulomb beside Cubic", sw.Parallel(sw.Cubic(1.0, 0.05), sw.laws.Coulomb(0.1, 0.05)), 2),
+        ("Stribeck beside Cubic", sw.Parallel(sw.Cubic(1.0, 0.05), sw.laws.Stribeck(0.1, 0.15, 0.1, 0.05)), 2),
+        ("LuGre beside Cubic", sw.Parallel(sw.Cubic(1.0, 0.05), sw.laws.LuGre(50.0, 0.5, 0.1, 0.1, 0.15, 0.1)), 3),
         ("BoucWen", sw.BoucWen(1.0, 0.4, 0.3), 3),
     ):
         batch = block_of(DUFFING._replace(law=law), (sw.Peak(),), 10, 1, (0.0,) * states)

@@ -18,9 +18,9 @@ from strainwave.study.compensation.bench import bench_of
 
 ARCSEC, TURN = math.pi / 648_000.0, 2.0 * math.pi
 DRIVE = sw.catalogue.gear("CSG-40-50").drive(load_inertia=10.0, motor_inertia=4.5e-4, B=40.0)
-LOOP = sw.from_bandwidth(TURN * 30.0, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
+LOOP = sw.train.from_bandwidth(TURN * 30.0, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
 TRAIN = DRIVE.train(kinematic_error=sw.KinematicError((sw.Line(2, 23.0 * ARCSEC),)), control=LOOP, omega=50.0)
-SAMPLING = sw.Sampling(limit=3.0, motor_quantum=TURN / 2**16, load_quantum=TURN / 2**24)
+SAMPLING = sw.controllers.Sampling(limit=3.0, motor_quantum=TURN / 2**16, load_quantum=TURN / 2**24)
 SPEED = 55.0  # of the motor [rad/s]
 DRIVER = """#include <stdio.h>
 #include <stdlib.h>
@@ -72,7 +72,7 @@ def main():
     print(f"{'plant, Dop8':20}{nanoseconds(TRAIN, PLANT, given.rounds, given.steps, step=1e-4):10.1f} ns a step")
     method = sw.Rk4()
     print(f"{'plant, Rk4':20}{nanoseconds(TRAIN, PLANT, given.rounds, given.steps, step=1e-4, method=method):10.1f}")
-    for name, design in sw.COMPENSATORS.items():
+    for name, design in sw.study.COMPENSATORS.items():
         controller = bench.closed(design.build(bench, SPEED), SPEED).controller
         print(f"{name:20}{nanoseconds(controller, CONTROLLER, given.rounds, given.steps):10.1f}")
 

@@ -18,8 +18,8 @@ import strainwave as sw
 ARCSEC, TURN = math.pi / 648_000.0, 2.0 * math.pi
 GEAR = sw.catalogue.gear("SHG-25-100")
 PLAIN = GEAR.drive(load_inertia=1.2, motor_inertia=4e-4, B=4.0)
-LAW = sw.fit_hysteresis(PLAIN.law, GEAR.hysteresis_loss, rated_torque=GEAR.rated_torque).law
-LOOP = sw.from_bandwidth(TURN * 120.0, PLAIN.J_m + PLAIN.J_l / PLAIN.N**2, 0.7)
+LAW = sw.fit.fit_hysteresis(PLAIN.law, GEAR.hysteresis_loss, rated_torque=GEAR.rated_torque).law
+LOOP = sw.train.from_bandwidth(TURN * 120.0, PLAIN.J_m + PLAIN.J_l / PLAIN.N**2, 0.7)
 TRUTH = {
     "law.first.K1": LAW.first.K1,
     "law.first.K2": LAW.first.K2,
@@ -39,7 +39,7 @@ def train(law, B, line, **options):
 def measured():
     """A log of the run-up."""
     line = sw.Line(2, 40.0 * ARCSEC, 0.4)
-    run = train(LAW, 4.0, line, control=LOOP, reference=sw.SpeedProfile((0.0, 20.0), (80.0, 115.0)))
+    run = train(LAW, 4.0, line, control=LOOP, reference=sw.train.SpeedProfile((0.0, 20.0), (80.0, 115.0)))
     t = np.arange(0.0, 20.0, 1e-3)
     y = sw.simulate(run, np.zeros(len(run.state_names())), t, method=sw.Dopri5(rtol=1e-9, atol=1e-12)).y
     motor = run.reference.value(t) + y[2]
@@ -62,7 +62,7 @@ def main():
     softer = LAW._replace(
         first=LAW.first._replace(K1=28e3, K2=45e3, K3=60e3), second=LAW.second._replace(K=5e4, yield_twist=6e-5)
     )
-    guess = train(softer, 6.0, sw.Line(2, 30.0 * ARCSEC, 0.2), control=sw.Held())
+    guess = train(softer, 6.0, sw.Line(2, 30.0 * ARCSEC, 0.2), control=sw.train.Held())
     started = time.thread_time()
     found = sw.identify(guess, measured(), tuple(TRUTH), inputs={"reference": "motor_angle"}, outputs={"x": "torsion"})
     print(found, f"\n{time.thread_time() - started:.1f} s of one core, compilation and the run-up in it")

@@ -39,7 +39,7 @@ SYSTEMS = {
     "fifth power": (DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 0.0, 0.05, 0.0, 0.02))), sw.PRIMARY),
     "two lines": (DUFFING._replace(error=TWO_LINES), sw.PRIMARY),
     "three rounded slopes": (
-        DUFFING._replace(law=sw.RoundedPiecewiseLinear(1.0, 1.05, 1.1, 0.3, 0.6, 0.1)), sw.PRIMARY
+        DUFFING._replace(law=sw.laws.RoundedPiecewiseLinear(1.0, 1.05, 1.1, 0.3, 0.6, 0.1)), sw.PRIMARY
     ),
 }  # fmt: skip
 

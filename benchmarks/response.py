@@ -119,7 +119,9 @@ def family(rounds: int) -> float:
     rates = []
     for _ in range(rounds):
         start = time.thread_time()
-        branches = sw.response_family(SYSTEM, SPAN, {"law.alpha": alphas}, harmonics=7, points=points, threads=1)
+        branches = sw.numerics.response_family(
+            SYSTEM, SPAN, {"law.alpha": alphas}, harmonics=7, points=points, threads=1
+        )
         rates.append(len(branches) / (time.thread_time() - start))
     return statistics.median(rates)
 

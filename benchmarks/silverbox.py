@@ -30,7 +30,7 @@ def read(path):
 
 def fit(path, rows=TRAIN):
     V1, V2 = read(path)[:, rows]
-    law = sw.Parallel(sw.Cubic(K, 1.0), sw.QuadraticDamping(0.0))
+    law = sw.Parallel(sw.Cubic(K, 1.0), sw.laws.QuadraticDamping(0.0))
     guess = sw.Oscillator(K / RESONANCE**2, 2.0 * DAMPING * K / RESONANCE, law, sw.Harmonic(0.0), 1.0)
     return sw.identify(guess, {"time": np.arange(len(V1)) / RATE, "input": V1, "output": V2}, FREE)
 

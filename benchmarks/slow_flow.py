@@ -41,9 +41,11 @@ def one_by_one() -> int:
     )
 
 
-def map_of(system: sw.Oscillator, resonance: sw.Resonance, band: tuple[float, float]) -> Callable[[], sw.ValidityMap]:
+def map_of(
+    system: sw.Oscillator, resonance: sw.Resonance, band: tuple[float, float]
+) -> Callable[[], sw.results.ValidityMap]:
     """A map of 100 x 100 cells of a drive, to be timed."""
-    return lambda: sw.validity_map(system, resonance, np.linspace(*band, 100), STRENGTHS)
+    return lambda: sw.study.validity_map(system, resonance, np.linspace(*band, 100), STRENGTHS)
 
 
 def main(rounds: int = 7) -> dict[str, float]:
@@ -55,7 +57,7 @@ def main(rounds: int = 7) -> dict[str, float]:
         "map of a biased cubic law": (map_of(BIASED, sw.PRIMARY, (0.7, 1.6)), 1.0, min(rounds, 3)),
         "map of a gear's three slopes": (map_of(GEAR, sw.Resonance(2, 1), (150.0, 280.0)), 1.0, 1),
         "general map of 60 x 40": (
-            lambda: sw.validity_in_general(np.geomspace(0.005, 5.0, 60), np.geomspace(0.003, 0.2, 40)),
+            lambda: sw.study.validity_in_general(np.geomspace(0.005, 5.0, 60), np.geomspace(0.003, 0.2, 40)),
             1.0, min(rounds, 3),
         ),
     }  # fmt: skip

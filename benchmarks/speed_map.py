@@ -108,7 +108,7 @@ def largest(system: object, omega: np.ndarray, x0: float, reach: float, rng: np.
     states += [np.zeros(count)] * (0 if train is None else len(train.state_names()) - 2)
     found = sw.ensemble(
         system, {"omega": np.repeat(omega, STARTS)}, states, periods=24, settle=settle,
-        measures=(sw.Extremes(), sw.Mean()), method=sw.Dopri5(rtol=1e-7, atol=1e-11), threads=2,
+        measures=(sw.numerics.Extremes(), sw.numerics.Mean()), method=sw.Dopri5(rtol=1e-7, atol=1e-11), threads=2,
     )  # fmt: skip
     assert np.all(found["status"] == 0)
     high, low, mean = (found[name].values for name in ("highest", "lowest", "mean"))

@@ -34,7 +34,7 @@ ERROR = sw.KinematicError((sw.Line(2, 23.0 * ARCSEC),))
 SYSTEM = DRIVE.error_equation(kinematic_error=ERROR, omega=1250.0 * RPM, motor="held")
 SMOOTH = SYSTEM._replace(law=GEAR.cubic)
 BAND = (100.0, 200.0)
-LOOP = sw.from_bandwidth(2.0 * math.pi * 30.0, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
+LOOP = sw.train.from_bandwidth(2.0 * math.pi * 30.0, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
 SCATTER = {"law.K": sw.Normal(GEAR.cubic.K, 0.05 * GEAR.cubic.K), "B": sw.Normal(21.6, 2.0)}
 GRID = {"B": np.linspace(15.0, 40.0, 100), "omega": np.linspace(*BAND, 100)}
 
@@ -65,7 +65,7 @@ def two_runs():
 def logged(train):
     """Angles of motor and load, logged on a run-up of a drive with other numbers."""
     own = train._replace(B=30.0, law=train.law._replace(K1=1.1e5))
-    own = own._replace(omega=1.0, reference=sw.SpeedProfile((0.0, 4.0), (100.0, 180.0)))
+    own = own._replace(omega=1.0, reference=sw.train.SpeedProfile((0.0, 4.0), (100.0, 180.0)))
     t = np.arange(0.0, 4.0, 1e-3)
     y = sw.simulate(own, np.zeros(4), t, method=sw.Dopri5(rtol=1e-8)).y
     motor = own.reference.value(t) + y[2]
@@ -118,8 +118,8 @@ def questions(folder):
         ("Is the motor's loop stable, with which margins?", "sw.margins(train)", "", lambda: sw.margins(train)),
         ("Which gear of the catalogue does my joint need?", "sw.design(specification)", "design",
          lambda: sw.design(elbow)),
-        ("How much do drives of one type differ?", "sw.variability(system, scatter, count=1000)", "",
-         lambda: sw.variability(SMOOTH, SCATTER, count=1000)),
+        ("How much do drives of one type differ?", "sw.sample.variability(system, scatter, count=1000)", "",
+         lambda: sw.sample.variability(SMOOTH, SCATTER, count=1000)),
         ("How likely does a drive exceed its limit?", "sw.exceedance(project, count=200)", "variability",
          lambda: sw.exceedance(project, count=200)),
         ("How do two numbers act together, on 10 000 points?", "sw.sweep(measure, system, grid)", "sweep",

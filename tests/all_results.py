@@ -13,7 +13,7 @@ from strainwave.files.reading import from_text
 DUFFING = sw.Oscillator(J=1.0, B=0.05, law=sw.Cubic(1.0, 0.1), excitation=sw.Harmonic(0.18), omega=1.2)
 CURVE = sw.Parallel(sw.Linear(7160.0), sw.BoucWen(900.0, 0.0, 8e-5))
 
-LOOPED = sw.HDC_40_050.train(control=sw.SpeedLoop(0.5, 20.0))
+LOOPED = sw.HDC_40_050.train(control=sw.train.SpeedLoop(0.5, 20.0))
 NUMBERS = np.linspace(0.9, 1.1, 33)
 
 
@@ -30,7 +30,7 @@ def drive():
 @cache
 def run():
     train = sw.HDC_40_050._replace(law=CURVE).train(
-        control=sw.SpeedLoop(0.5, 20.0), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), omega=150.0
+        control=sw.train.SpeedLoop(0.5, 20.0), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), omega=150.0
     )
     gear = sw.catalogue.gear("CSG-40-50")
     return sw.drive_run(train, t=np.linspace(0.0, 0.01, 21), method=sw.Dopri5(rtol=1e-6), gear=gear)
@@ -38,7 +38,7 @@ def run():
 
 @cache
 def move():
-    train = sw.HDC_40_050.train(control=sw.Held(), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)))
+    train = sw.HDC_40_050.train(control=sw.train.Held(), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)))
     part, gear = sw.Trapezoid(0.02, 0.01), sw.catalogue.gear("CSG-40-50")
     return sw.move(train, part, gear=gear, bands=[(1.0, 9.0)], tail=1e-3, method=sw.Dopri5(rtol=1e-4, atol=1e-6))
 
@@ -80,7 +80,7 @@ def response_fit():
     curve = branch()
     first = curve.coefficients[:, 1] - 1j * curve.coefficients[:, 2]
     below = slice(0, int(np.flatnonzero(curve.omega > 1.0)[0]))
-    return sw.fit_response(curve.omega[below], first[below], DUFFING, free=("B", "law.K"), harmonics=5)
+    return sw.fit.fit_response(curve.omega[below], first[below], DUFFING, free=("B", "law.K"), harmonics=5)
 
 
 @cache
@@ -91,37 +91,54 @@ def design():
     return sw.design(spec, gears=[sw.catalogue.gear("CSG-40-50"), sw.catalogue.gear("CSG-20-100")])
 
 
-CLOSED = sw.ClosedLoop(
-    sw.HDC_40_050.train(control=sw.Commanded(), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), omega=150.0),
-    sw.SampledPD(10.0, 0.1, 1e-3),
-    sw.Sampling(1e-3, 1e-3),
+CLOSED = sw.controllers.ClosedLoop(
+    sw.HDC_40_050.train(
+        control=sw.train.Commanded(), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), omega=150.0
+    ),
+    sw.controllers.SampledPD(10.0, 0.1, 1e-3),
+    sw.controllers.Sampling(1e-3, 1e-3),
 )
 
 
 @cache
 def loops():
-    return sw.loop_ensemble(CLOSED, {"controller.K_p": [10.0, 20.0]}, 0.01, settle=4e-3, orders=[2.0])
+    return sw.numerics.loop_ensemble(CLOSED, {"controller.K_p": [10.0, 20.0]}, 0.01, settle=4e-3, orders=[2.0])
 
 
 @cache
 def compensation():
-    one = sw.Residual(1e-4, 2e-4, 3e-4, 1e-5)
-    return sw.Compensation(
-        name="adaptive", title="adaptive cancellation", speed=150.0, before=one, after=one._replace(rms=1e-6),
-        torque=sw.TorqueUse(0.1, 0.3, 0.0), torque_before=sw.TorqueUse(0.1, 0.2, 0.0), gear_torque=20.0,
-        orders=np.array([2.0, 4.0]), amplitude_before=np.array([1e-4, 1e-5]), amplitude_after=np.array([1e-6, 2e-6]),
-        robustness=(sw.Robustness(-0.2, 1e-4, 2e-6),), stable=True, condition="It converges.", load_encoder=True,
-        excluded="", units=units(), controller=CLOSED.controller, warnings=(), remarks=("Assumed.",),
-    )  # fmt: skip
+    one = sw.results.Residual(1e-4, 2e-4, 3e-4, 1e-5)
+    return sw.results.Compensation(
+        name="adaptive",
+        title="adaptive cancellation",
+        speed=150.0,
+        before=one,
+        after=one._replace(rms=1e-6),
+        torque=sw.results.TorqueUse(0.1, 0.3, 0.0),
+        torque_before=sw.results.TorqueUse(0.1, 0.2, 0.0),
+        gear_torque=20.0,
+        orders=np.array([2.0, 4.0]),
+        amplitude_before=np.array([1e-4, 1e-5]),
+        amplitude_after=np.array([1e-6, 2e-6]),
+        robustness=(sw.results.Robustness(-0.2, 1e-4, 2e-6),),
+        stable=True,
+        condition="It converges.",
+        load_encoder=True,
+        excluded="",
+        units=units(),
+        controller=CLOSED.controller,
+        warnings=(),
+        remarks=("Assumed.",),
+    )
 
 
 def units():
-    return sw.Units(loops(), loops(), np.array([0.9, 1.1]), np.array([1.2, 0.8]), ((1, "its phase is off"),))
+    return sw.results.Units(loops(), loops(), np.array([0.9, 1.1]), np.array([1.2, 0.8]), ((1, "its phase is off"),))
 
 
 def compensated_move():
-    score = sw.MoveScore("loop", 0.1, 1e-4, 2e-4, 1e-6, 0.4, 0.0)
-    return sw.CompensatedMove(NUMBERS, 1e-4 * NUMBERS[None], NUMBERS[None], (score,), 1.0, 1e-5, ("Assumed.",))
+    score = sw.results.MoveScore("loop", 0.1, 1e-4, 2e-4, 1e-6, 0.4, 0.0)
+    return sw.results.CompensatedMove(NUMBERS, 1e-4 * NUMBERS[None], NUMBERS[None], (score,), 1.0, 1e-5, ("Assumed.",))
 
 
 @cache
@@ -148,23 +165,25 @@ RESULTS = {
         "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
         "StatesAtSpeeds": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).states_at(NUMBERS),
         "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
-        "ValidityMap": lambda: sw.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0]),
-        "GeneralValidity": lambda: sw.validity_in_general([0.05, 0.1], [0.02, 0.05, 0.1]),
-        "Hardening": lambda: sw.hardening(DUFFING, [0.0, 0.1], (0.2, 1.6), speeds=[1.1]),
+        "ValidityMap": lambda: sw.study.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0]),
+        "GeneralValidity": lambda: sw.study.validity_in_general([0.05, 0.1], [0.02, 0.05, 0.1]),
+        "Hardening": lambda: sw.study.hardening(DUFFING, [0.0, 0.1], (0.2, 1.6), speeds=[1.1]),
         "Passage": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), 0.01),
         "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), [0.01, 0.02]),
         "LoopFit": loop_fit,
         "FrictionFit": friction_fit,
         "DriveRun": run,
         "Move": move,
-        "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
+        "Bode": lambda: sw.bode(
+            sw.HDC_40_050.train(control=sw.train.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)
+        ),
         "StateSpace": lambda: sw.state_space(LOOPED),
         "Margins": lambda: sw.margins(LOOPED),
         "SpeedMap": lambda: sw.speed_map(axis(), speeds=(100.0, 180.0), loads=[-20.0, 0.0], search=False),
         "Design": design,
         "DriveMotion": lambda: sw.drive_motion(axis(), 120.0),
-        "ProjectComparison": lambda: sw.compare_projects([axis(), axis()]),
-        "Exceedance": lambda: sw.Exceedance(
+        "ProjectComparison": lambda: sw.compare([axis(), axis()]),
+        "Exceedance": lambda: sw.results.Exceedance(
             1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, *[90.0 * NUMBERS] * 3, 1, None, ()
         ),
         "Log": lambda: sw.Log(
@@ -174,19 +193,19 @@ RESULTS = {
             ("Read.",),
             ("Strange.",),
         ),
-        "LoopRun": lambda: sw.run_loop(CLOSED, 0.01),
+        "LoopRun": lambda: sw.numerics.run_loop(CLOSED, 0.01),
         "LoopEnsemble": loops,
-        "LoopResponse": lambda: sw.loop_response(CLOSED, [10.0, 20.0, 40.0]),
+        "LoopResponse": lambda: sw.numerics.loop_response(CLOSED, [10.0, 20.0, 40.0]),
         "Units": units,
         "Compensation": compensation,
         "CompensatedMove": compensated_move,
-        "CompensatedRunup": lambda: sw.CompensatedRunup(
+        "CompensatedRunup": lambda: sw.results.CompensatedRunup(
             NUMBERS, NUMBERS[None] * 1e-4, NUMBERS[None] * 2e-4, ("loop",), np.array([1.0]), 2.0, ("Assumed.",)
         ),
         "Monitored": lambda: sw.monitor(
             0.01 * np.arange(50), np.cos(2.0 * 0.1 * np.arange(50)), angle=0.1 * np.arange(50), bandwidth=20.0
         ),
-        "PredictionTable": lambda: sw.PredictionTable(
+        "PredictionTable": lambda: sw.results.PredictionTable(
             NUMBERS,
             np.array([2, 4]),
             np.array([NUMBERS, 0.5j * NUMBERS]) * 1e-4,
@@ -199,12 +218,14 @@ RESULTS = {
         ),
         "DecayFit": decay,
         "Identified": identified,
-        "LawComparison": lambda: sw.LawComparison(
+        "LawComparison": lambda: sw.results.LawComparison(
             ("linear",), np.array([2.0]), np.array([1e-3]), np.array([1.1e-3]), (identified(),)
         ),
         "OrderScan": order_scan,
         "ResponseFit": response_fit,
-        "CompensationBench": lambda: sw.CompensationBench(np.array([150.0]), ("adaptive",), ((compensation(),),)),
+        "CompensationBench": lambda: sw.results.CompensationBench(
+            np.array([150.0]), ("adaptive",), ((compensation(),),)
+        ),
     }.items()
 }
 WITHOUT_FIGURE = (

@@ -71,29 +71,31 @@ LAWS = {
     "Backlash": sw.Backlash(1.0, 0.5),
     "Play": sw.Play(1e-4, CSF_40_50),
     "Play, Cubic": sw.Play(0.4, sw.Cubic(1.0, 0.1)),
-    "RoundedPiecewiseLinear": sw.RoundedPiecewiseLinear(1.0, 1.4, 1.8, 0.54, 1.21, 0.2),
+    "RoundedPiecewiseLinear": sw.laws.RoundedPiecewiseLinear(1.0, 1.4, 1.8, 0.54, 1.21, 0.2),
     "Tabulated": sw.tabulated([(-1.1, -2.0), (-0.4, -0.5), (0.0, 0.0), (0.45, 0.4), (0.9, 1.3), (1.4, 3.0)]),
     "Saturating": Saturating(2.0, 0.7),
     "Stop": Stop(2.0, 0.9, 30.0, 0.4),
-    "AngleTorque": sw.AngleTorque(0.3, order=2),
-    "AngleTorque, off centre": sw.AngleTorque(0.3, phase=0.4),
+    "AngleTorque": sw.train.AngleTorque(0.3, order=2),
+    "AngleTorque, off centre": sw.train.AngleTorque(0.3, phase=0.4),
 }
 ODD = {name for name in LAWS if name not in ("Polynomial", "Stop", "Tabulated", "AngleTorque, off centre")}
 SMOOTH = {name for name in LAWS if name not in ("PiecewiseLinear", "Backlash", "Play", "Play, Cubic", "Stop")}
 
 # Laws of friction and memory, of the scale J = K = 1.
 DISSIPATIVE = {
-    "Viscous": sw.Viscous(0.05, warming=20.0, load=3.0, per_torque=0.02),
-    "Coulomb": sw.Coulomb(0.02, 0.05),
-    "QuadraticDamping": sw.QuadraticDamping(0.3),
-    "Stribeck": sw.Stribeck(0.02, 0.03, 0.3, 0.05),
-    "LuGre": sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3),
+    "Viscous": sw.laws.Viscous(0.05, warming=20.0, load=3.0, per_torque=0.02),
+    "Coulomb": sw.laws.Coulomb(0.02, 0.05),
+    "QuadraticDamping": sw.laws.QuadraticDamping(0.3),
+    "Stribeck": sw.laws.Stribeck(0.02, 0.03, 0.3, 0.05),
+    "LuGre": sw.laws.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3),
     "BoucWen": sw.BoucWen(1.0, 0.3, 0.4, 1.0, 0.6, 0.4, 1),
     "BoucWen, n = 3, gamma < 0": sw.BoucWen(2.0, 0.0, 0.4, 1.2, 0.7, -0.5, 3),
     "Parallel, springs": sw.Parallel(LAWS["Cubic"], LAWS["Backlash"]),
     "Parallel, nested": sw.Parallel(
         sw.BoucWen(0.5, 0.0, 0.2),
-        sw.Parallel(sw.Coulomb(0.02, 0.05), sw.Parallel(LAWS["Cubic"], sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3))),
+        sw.Parallel(
+            sw.laws.Coulomb(0.02, 0.05), sw.Parallel(LAWS["Cubic"], sw.laws.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3))
+        ),
     ),
 }
 
@@ -108,20 +110,27 @@ ERRORS = {
 }
 
 VARIATIONS = {
-    "Variation": sw.Variation((sw.Ripple(1, 0.2, 0.4), sw.Ripple(2, -0.1))),
-    "NoVariation": sw.NoVariation(),
+    "Variation": sw.gears.Variation((sw.gears.Ripple(1, 0.2, 0.4), sw.gears.Ripple(2, -0.1))),
+    "NoVariation": sw.gears.NoVariation(),
 }
 
 SYSTEMS = {
     "Duffing": sw.Oscillator(1.0, 0.05, LAWS["Cubic"], sw.Harmonic(0.18), 1.0),
     "everything": sw.Oscillator(0.7, 0.1, LAWS["Saturating"], EXCITATIONS["Harmonics"], 1.3, ERRORS["KinematicError"]),
     "backlash": sw.Oscillator(1.0, 0.1, LAWS["Backlash"], sw.Harmonic(0.6), 0.8),
-    "varying": sw.VaryingOscillator(
-        0.7, sw.GearDamping(0.1, sw.Variation((sw.Ripple(3, 0.3, 0.2),)), 5.0, fast=0.4, v_fast=0.3), LAWS["Cubic"],
-        sw.Harmonic(0.3, mean=0.1), 1.3, ERRORS["KinematicError"], VARIATIONS["Variation"],
+    "varying": sw.gears.VaryingOscillator(
+        0.7,
+        sw.gears.GearDamping(0.1, sw.gears.Variation((sw.gears.Ripple(3, 0.3, 0.2),)), 5.0, fast=0.4, v_fast=0.3),
+        LAWS["Cubic"],
+        sw.Harmonic(0.3, mean=0.1),
+        1.3,
+        ERRORS["KinematicError"],
+        VARIATIONS["Variation"],
     ),
-    "varying, plain": sw.VaryingOscillator(1.0, sw.GearDamping(0.1), LAWS["Backlash"], sw.Harmonic(0.3), 1.1),
-}  # fmt: skip
+    "varying, plain": sw.gears.VaryingOscillator(
+        1.0, sw.gears.GearDamping(0.1), LAWS["Backlash"], sw.Harmonic(0.3), 1.1
+    ),
+}
 
 DISSIPATIVE_SYSTEMS = {
     name: sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.3), 1.1, ERRORS["KinematicError"])
@@ -131,45 +140,61 @@ DISSIPATIVE_SYSTEMS = {
 DRIVES = {"HDC_40_050": sw.HDC_40_050}
 
 REFERENCES = {
-    "Steady": sw.Steady(),
-    "AtRest": sw.AtRest(),
-    "SpeedProfile": sw.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)),
-    "Segment": sw.Segment(-1.0, 0.3, 0.5, -0.4, 0.2),
-    "Shaped": sw.shaped(sw.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)), 2.0, 0.1),
+    "Steady": sw.train.Steady(),
+    "AtRest": sw.train.AtRest(),
+    "SpeedProfile": sw.train.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)),
+    "Segment": sw.train.Segment(-1.0, 0.3, 0.5, -0.4, 0.2),
+    "Shaped": sw.controllers.shaped(sw.train.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)), 2.0, 0.1),
 }
 
-PROFILES = {"TorqueProfile": sw.TorqueProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0))}
+PROFILES = {"TorqueProfile": sw.train.TorqueProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0))}
 
 # Drive trains of the scale J = K = 1, ratio 3: every control, law, drag and load.
-PLAIN_TRAIN = sw.DriveTrain(sw.Motor(0.2, sw.Harmonic(0.3)), 3.0, 0.05, LAWS["Cubic"], sw.Load(1.5))
+PLAIN_TRAIN = sw.DriveTrain(sw.train.Motor(0.2, sw.Harmonic(0.3)), 3.0, 0.05, LAWS["Cubic"], sw.train.Load(1.5))
 TRAINS = {
     "free": PLAIN_TRAIN,
     "held": sw.DriveTrain(
-        sw.Motor(0.2, control=sw.Held()), 3.0, 0.05, LAWS["PiecewiseLinear"],
-        sw.Load(1.5, PROFILES["TorqueProfile"], LAWS["AngleTorque"]), 1.0, sw.NoError(), REFERENCES["SpeedProfile"],
+        sw.train.Motor(0.2, control=sw.train.Held()),
+        3.0,
+        0.05,
+        LAWS["PiecewiseLinear"],
+        sw.train.Load(1.5, PROFILES["TorqueProfile"], LAWS["AngleTorque"]),
+        1.0,
+        sw.NoError(),
+        REFERENCES["SpeedProfile"],
     ),
     "position loop": PLAIN_TRAIN._replace(
-        motor=sw.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["Stribeck"], sw.PositionLoop(2.0, 0.3)),
+        motor=sw.train.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["Stribeck"], sw.train.PositionLoop(2.0, 0.3)),
         reference=REFERENCES["SpeedProfile"],
     ),
-    "commanded": PLAIN_TRAIN._replace(motor=sw.Motor(0.2, control=Commanded())),
+    "commanded": PLAIN_TRAIN._replace(motor=sw.train.Motor(0.2, control=Commanded())),
     "loop with a lag": PLAIN_TRAIN._replace(
-        motor=sw.Motor(0.2, control=sw.Lagged(sw.SpeedLoop(0.3, 0.2, 0.05), 0.1)), reference=REFERENCES["SpeedProfile"]
+        motor=sw.train.Motor(0.2, control=sw.train.Lagged(sw.train.SpeedLoop(0.3, 0.2, 0.05), 0.1)),
+        reference=REFERENCES["SpeedProfile"],
     ),
     "everything": sw.DriveTrain(
-        sw.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["LuGre"], sw.SpeedLoop(0.3, 0.2, 0.05)),
-        3.0, 0.05, DISSIPATIVE["Parallel, nested"],
-        sw.Elastic(
-            0.1, 0.02, LAWS["Saturating"],
-            sw.Elastic(0.2, 0.01, DISSIPATIVE["BoucWen"], sw.Load(1.0, EXCITATIONS["Harmonic"], DISSIPATIVE["LuGre"])),
+        sw.train.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["LuGre"], sw.train.SpeedLoop(0.3, 0.2, 0.05)),
+        3.0,
+        0.05,
+        DISSIPATIVE["Parallel, nested"],
+        sw.train.Elastic(
+            0.1,
+            0.02,
+            LAWS["Saturating"],
+            sw.train.Elastic(
+                0.2, 0.01, DISSIPATIVE["BoucWen"], sw.train.Load(1.0, EXCITATIONS["Harmonic"], DISSIPATIVE["LuGre"])
+            ),
         ),
-        1.3, ERRORS["KinematicError"], REFERENCES["SpeedProfile"], sw.LoadFriction(0.1, 0.2),
+        1.3,
+        ERRORS["KinematicError"],
+        REFERENCES["SpeedProfile"],
+        sw.laws.LoadFriction(0.1, 0.2),
     ),
-}  # fmt: skip
+}
 
 TRAIN_FORMS = {
-    "SteadyTrain": sw.SteadyTrain(PLAIN_TRAIN._replace(error=ERRORS["KinematicError"]), 1.3, bandwidth=0.1),
-    "SteadyTrain, in time": sw.SteadyTrain(PLAIN_TRAIN._replace(reference=sw.AtRest()), 1.3, 0),
+    "SteadyTrain": sw.train.SteadyTrain(PLAIN_TRAIN._replace(error=ERRORS["KinematicError"]), 1.3, bandwidth=0.1),
+    "SteadyTrain, in time": sw.train.SteadyTrain(PLAIN_TRAIN._replace(reference=sw.train.AtRest()), 1.3, 0),
     "Metered": Metered(TRAINS["everything"]),
     "AtLoad": AtLoad(TRAINS["everything"], 1.3),
     "AtLoad, rigid": AtLoad(TRAINS["held"], 1.0),

@@ -201,7 +201,7 @@ def test_example_move():
     settled = module.main()
     assert settled == pytest.approx(0.03139, abs=1e-5)
     top = 100.0 * 1.5 * 0.5 * math.pi / 0.6
-    profile = sw.SpeedProfile((0.0, 0.2, 0.4, 0.6), (0.0, top, top, 0.0))
+    profile = sw.train.SpeedProfile((0.0, 0.2, 0.4, 0.6), (0.0, top, top, 0.0))
     train = module.JOINT._replace(reference=profile)
     state = sw.drive_run(train, t=1e-4).trajectory.y[:, 0]
     for span in ((0.0, 0.2), (0.2, 0.4), (0.4, 0.6), (0.6, 0.8)):
@@ -459,7 +459,7 @@ def test_example_design():
     # Independent: SciPy's DOP853 on equations by hand, at the worst speed of the best design.
     number, best = example("design").main()
     assert best.gear == "CSG-40-50"
-    spectrum = sw.accuracy_spectrum(sw.catalogue.gear("CSG-40-50").accuracy)
+    spectrum = sw.gears.accuracy_spectrum(sw.catalogue.gear("CSG-40-50").accuracy)
     lines = tuple((line.order, line.amplitude * 648_000.0 / math.pi) for line in spectrum.lines)
     joint = TwoInertias(
         5e-4, best.load_inertia, 50.0, (1e5, 1.4e5, 1.8e5), (54.0, 196.0), best.B, lines, bandwidth=30.0
@@ -472,7 +472,7 @@ def test_example_design():
 def test_example_loop_scan():
     # Closed form of the true law's small loop, +-3.48 N*m: the torque stays below T1 and the element does not saturate.
     lost_motion, fit = example("loop_scan").main()
-    true = sw.lost_motion(example("loop_scan").TRUE, 87.0) * 10800.0 / math.pi
+    true = sw.study.lost_motion(example("loop_scan").TRUE, 87.0) * 10800.0 / math.pi
     assert true == pytest.approx(0.4974, abs=5e-5)
     low, high = (end * 10800.0 / math.pi for end in fit.interval("lost_motion", 0.99))
     assert low < true < high

@@ -181,10 +181,10 @@ def test_curves_of_a_users_linear_law_and_pulses_are_the_closed_forms():
 
 
 # Integration methods. Bogacki & Shampine 1989, Appl. Math. Lett. 2, 321; Shu & Osher 1988, J. Comput. Phys. 77, 439.
-BOGACKI_SHAMPINE = sw.runge_kutta(
+BOGACKI_SHAMPINE = sw.numerics.runge_kutta(
     ((), (1 / 2,), (0, 3 / 4)), (2 / 9, 1 / 3, 4 / 9), embedded=(7 / 24, 1 / 4, 1 / 3, 1 / 8)
 )
-SSPRK3 = sw.runge_kutta(((), (1,), (1 / 4, 1 / 4)), (1 / 6, 1 / 6, 2 / 3))
+SSPRK3 = sw.numerics.runge_kutta(((), (1,), (1 / 4, 1 / 4)), (1 / 6, 1 / 6, 2 / 3))
 
 
 class Midpoint(NamedTuple):
@@ -200,7 +200,9 @@ class Midpoint(NamedTuple):
 
 
 def error_after_a_period(scheme, steps):
-    end = sw.simulate(SWINGING, (1.0, 0.0), 2 * np.pi, method=sw.FixedStep(scheme, steps_per_period=steps)).y[:, -1]
+    end = sw.simulate(SWINGING, (1.0, 0.0), 2 * np.pi, method=sw.numerics.FixedStep(scheme, steps_per_period=steps)).y[
+        :, -1
+    ]
     return np.hypot(end[0] - 1.0, end[1])
 
 
@@ -213,7 +215,7 @@ def test_scheme_of_a_user_has_its_order_in_simulate(scheme, order):
 @pytest.mark.parametrize("system", [DUFFING, KINKED])
 def test_adaptive_scheme_of_a_user_meets_its_tolerance_between_steps_too(system):
     times = np.linspace(0.0, 10.0, 37)
-    method = sw.AdaptiveStep(BOGACKI_SHAMPINE, rtol=1e-7, atol=1e-9)
+    method = sw.numerics.AdaptiveStep(BOGACKI_SHAMPINE, rtol=1e-7, atol=1e-9)
     run, exact = (sw.simulate(system, START, times, method=m) for m in (method, EXACT))
     assert run.switches == exact.switches
     np.testing.assert_allclose(run.y, exact.y, rtol=0, atol=1e-5)
@@ -232,26 +234,26 @@ def test_its_tableau_gives_the_steps_of_dormand_and_prince():
         -12715105075 / 11282082432, 0, 87487479700 / 32700410799, -10690763975 / 1880347072,
         701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423,
     )  # fmt: skip
-    scheme = sw.runge_kutta(a, b, embedded=embedded, dense=dense)
+    scheme = sw.numerics.runge_kutta(a, b, embedded=embedded, dense=dense)
     assert scheme.stable() == pytest.approx(sw.Dopri5().scheme.stable(), abs=0.05)
     times = np.linspace(0.0, 30.0, 50)
     run, own = (
         sw.simulate(DUFFING, START, times, method=m)
-        for m in (sw.AdaptiveStep(scheme, 1e-6, 1e-9), sw.Dopri5(1e-6, 1e-9))
+        for m in (sw.numerics.AdaptiveStep(scheme, 1e-6, 1e-9), sw.Dopri5(1e-6, 1e-9))
     )
     assert abs(run.steps - own.steps) <= 1  # at the begin nothing is known of the longest step but its stability
     np.testing.assert_allclose(run.y, own.y, rtol=0, atol=1e-9)
     with pytest.raises(ValueError, match="estimate of fourth order needs `dense`"):
-        sw.runge_kutta(a, b, embedded=embedded)
+        sw.numerics.runge_kutta(a, b, embedded=embedded)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
     [
-        sw.FixedStep(Midpoint(), steps_per_period=4000),
-        sw.FixedStep(SSPRK3, steps=200),
-        sw.AdaptiveStep(BOGACKI_SHAMPINE, rtol=1e-7, atol=1e-9),
+        sw.numerics.FixedStep(Midpoint(), steps_per_period=4000),
+        sw.numerics.FixedStep(SSPRK3, steps=200),
+        sw.numerics.AdaptiveStep(BOGACKI_SHAMPINE, rtol=1e-7, atol=1e-9),
     ],
 )
 def test_method_of_a_user_runs_ensembles(method):
@@ -269,12 +271,18 @@ def test_method_of_a_user_runs_ensembles(method):
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
-        (lambda: sw.runge_kutta(((), (1 / 2, 0)), (0, 1)), r"row 1 of a is \(0\.5, 0\); it must be 1 finite weights"),
-        (lambda: sw.runge_kutta(((), (1 / 2,)), (0, 0.9)), "must add up to 1"),
-        (lambda: sw.runge_kutta(((),), (0, 1)), "a has 1 rows and b 2 weights"),
-        (lambda: sw.AdaptiveStep(SSPRK3), r"needs an estimate of the error; give runge_kutta\(\.\.\., embedded="),
-        (lambda: sw.AdaptiveStep(Midpoint()), r"has no attempt, error_order, stable, looks"),
-        (lambda: sw.FixedStep(np.cos), "FixedStep takes a NamedTuple with step, order"),
+        (
+            lambda: sw.numerics.runge_kutta(((), (1 / 2, 0)), (0, 1)),
+            r"row 1 of a is \(0\.5, 0\); it must be 1 finite weights",
+        ),
+        (lambda: sw.numerics.runge_kutta(((), (1 / 2,)), (0, 0.9)), "must add up to 1"),
+        (lambda: sw.numerics.runge_kutta(((),), (0, 1)), "a has 1 rows and b 2 weights"),
+        (
+            lambda: sw.numerics.AdaptiveStep(SSPRK3),
+            r"needs an estimate of the error; give runge_kutta\(\.\.\., embedded=",
+        ),
+        (lambda: sw.numerics.AdaptiveStep(Midpoint()), r"has no attempt, error_order, stable, looks"),
+        (lambda: sw.numerics.FixedStep(np.cos), "FixedStep takes a NamedTuple with step, order"),
     ],
 )
 def test_wrong_scheme_is_one_sentence(wrong, sentence):
@@ -308,9 +316,9 @@ class Drift(NamedTuple):
         return {"end": y[0]}
 
 
-@pytest.mark.parametrize("method", [sw.Dopri5(), sw.Dop8(), sw.Rk4(), sw.FixedStep(SSPRK3)])
+@pytest.mark.parametrize("method", [sw.Dopri5(), sw.Dop8(), sw.Rk4(), sw.numerics.FixedStep(SSPRK3)])
 def test_measure_of_a_user_is_a_variable_of_an_ensemble(method):
-    kept = sw.Peak(), TopSpeed(), Drift(), sw.Poincare()
+    kept = sw.Peak(), TopSpeed(), Drift(), sw.numerics.Poincare()
     found = sw.ensemble(DUFFING, {"omega": [0.7, 1.3]}, START, periods=5, measures=kept, method=method)
     assert (found["top_speed"].attrs["units"], found["peak"].attrs["units"]) == ("rad/s", "rad")
     run = sw.simulate(DUFFING._replace(omega=1.3), START, np.linspace(0.0, 10 * np.pi / 1.3, 2001))
@@ -357,7 +365,7 @@ class LaggingLoop(NamedTuple):
 
 ERROR = sw.KinematicError((sw.Line(2, 1.1e-4, 0.3),))
 DRIVE = sw.Drive(5.26e-4, 5e-2, 50.0, 5.0, sw.Cubic(7160.0, 1e4))
-LOOP = sw.PositionLoop(2.0, 0.05)
+LOOP = sw.train.PositionLoop(2.0, 0.05)
 CONTROLS = {"levelling": LevellingLoop(2.0, 0.05, 0.1), "lagging": LaggingLoop(2.0, 0.05, 900.0)}
 each_control = pytest.mark.parametrize("control", CONTROLS.values(), ids=CONTROLS.keys())
 TIGHT = sw.Dopri5(rtol=1e-11, atol=1e-14)

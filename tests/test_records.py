@@ -158,7 +158,7 @@ def test_a_table_has_a_row_for_every_point():
 
 
 def test_the_parameter_of_a_branch_is_a_coordinate():
-    other = sw.parameter_response(DUFFING, "excitation.amplitude", (0.1, 0.15))
+    other = sw.numerics.parameter_response(DUFFING, "excitation.amplitude", (0.1, 0.15))
     data = other.to_xarray()
     np.testing.assert_array_equal(data["excitation.amplitude"].values, other.values)
     assert np.all(data["omega"] == 1.2)
@@ -263,7 +263,7 @@ def test_a_file_names_results_and_models_of_this_package_alone(name, tmp_path):
 
 
 def test_what_no_file_gives_back_is_refused_before_anything_is_written(tmp_path):
-    train = sw.HDC_40_050._replace(law=Doubled(7160.0)).train(control=sw.Held())
+    train = sw.HDC_40_050._replace(law=Doubled(7160.0)).train(control=sw.train.Held())
     mine = sw.drive_run(train, (1e-4, 0.0), (0.0, 1e-3), method=sw.Dopri5(rtol=1e-3))
     with pytest.raises(ValueError, match=r"train\.law is a Doubled of your own .*; pickle the result, or save its"):
         mine.save(tmp_path / "run.nc")

@@ -73,11 +73,11 @@ def forms(project):
     train = project.train
     if train is None:
         return
-    if isinstance(train.motor.control, sw.Free):
-        yield sw.SteadyTrain(train, 100.0)
+    if isinstance(train.motor.control, sw.train.Free):
+        yield sw.train.SteadyTrain(train, 100.0)
     else:
         yield AtLoad(train, train.omega)
-        yield Metered(train._replace(reference=sw.SpeedProfile((0.0, 1.0, 2.0), (100.0, 100.0, 200.0))))
+        yield Metered(train._replace(reference=sw.train.SpeedProfile((0.0, 1.0, 2.0), (100.0, 100.0, 200.0))))
 
 
 def complaints(text):

@@ -28,7 +28,7 @@ def main():
     differences = {}
     for axes, (name, (omega, resonance, shown)) in zip(panels.flat, REGIMES.items(), strict=True):
         system = DRIVE.error_equation(motor_torque=sw.Harmonic(10.0), omega=omega)
-        both = sw.compare(system, resonance)
+        both = sw.study.compare_with_integration(system, resonance)
         differences[name] = 100 * both.rms_difference
         t, integrated, theory = both.t, both.integrated.y[0] * 1e3, both.theory.x * 1e3
         if shown is None:  # 870 cycles: show the extremes of each

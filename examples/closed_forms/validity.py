@@ -29,9 +29,9 @@ def drive(peak_to_peak):
 def main():
     _, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
     speeds = np.linspace(0.3, 0.8, 120) * OMEGA_0
-    of_drive = sw.validity_map(drive(ARCMIN), sw.Resonance(2, 1), speeds, np.geomspace(0.05, 3.0, 80))
+    of_drive = sw.study.validity_map(drive(ARCMIN), sw.Resonance(2, 1), speeds, np.geomspace(0.05, 3.0, 80))
     of_drive.plot(left).set(title="CSG-40-50, 3 % damping", ylabel="kinematic error (arcmin peak-to-peak)")
-    in_general = sw.validity_in_general(np.geomspace(0.005, 5.0, 60), np.geomspace(0.005, 0.1, 20))
+    in_general = sw.study.validity_in_general(np.geomspace(0.005, 5.0, 60), np.geomspace(0.005, 0.1, 20))
     in_general.plot(right).set(title="peak of any cubic law")
 
     resonance = sw.Resonance(2, 1)

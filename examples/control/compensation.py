@@ -22,8 +22,8 @@ import strainwave as sw
 
 ARCSEC, RPM, TURN = math.pi / 648_000.0, math.pi / 30.0, 2.0 * math.pi
 DRIVE = sw.catalogue.gear("CSG-40-50").drive(load_inertia=10.0, motor_inertia=4.5e-4, B=40.0)
-LOOP = sw.from_bandwidth(TURN * 30.0, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
-SAMPLING = sw.Sampling(limit=3.0, motor_quantum=TURN / 2**16, load_quantum=TURN / 2**24)
+LOOP = sw.train.from_bandwidth(TURN * 30.0, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
+SAMPLING = sw.controllers.Sampling(limit=3.0, motor_quantum=TURN / 2**16, load_quantum=TURN / 2**24)
 SPEEDS = 0.5 * DRIVE.omega_0_held * np.array([0.3, 0.5, 0.7, 1.1, 1.3, 2.0, 3.0])
 
 
@@ -35,7 +35,7 @@ def train(amplitude, phase):
 def main():
     known, real = train(23.0 * ARCSEC, 0.0), train(23.0 * ARCSEC / 0.8, -0.3)
     names = ["inverse", "adaptive-inverse"]
-    bench = sw.compensation_bench(known, names, speeds=SPEEDS, sampling=SAMPLING, plant=real)
+    bench = sw.study.compensation_bench(known, names, speeds=SPEEDS, sampling=SAMPLING, plant=real)
     _, axes = plt.subplots(figsize=(7, 4), layout="constrained")
     before = np.array([one.before.rms for one in bench.results[0]])
     axes.plot(SPEEDS / RPM, before / ARCSEC, "k-o", label="plain loop")

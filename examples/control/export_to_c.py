@@ -24,7 +24,7 @@ TORQUE, STEP, STEPS = 0.35, 1e-4, 8000  # N m, s
 JOINT = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 20.0, 80.0)).train(
     motor_torque=sw.Harmonic(0.0, mean=TORQUE),
     kinematic_error=sw.KinematicError((sw.Line(2, 1.1e-4),)),
-    reference=sw.AtRest(),
+    reference=sw.train.AtRest(),
 )
 
 

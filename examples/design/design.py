@@ -28,7 +28,7 @@ ELBOW = sw.Specification(
     damping_ratio=0.03,
     duty=(sw.DutySegment(60.0, 20.0 * RPM, 2.0), sw.DutySegment(30.0, 10.0 * RPM, 3.0)),
     life=10_000.0,
-    loop=sw.Tuning(60.0 * math.pi),
+    loop=sw.train.Tuning(60.0 * math.pi),
 )
 
 

@@ -36,7 +36,7 @@ def drive():
 def main():
     plt.style.use("tableau-colorblind10")
     speeds = np.append(np.linspace(600.0, 2000.0, 19), 1300.0)
-    found = sw.variability(drive(), SCATTER, speeds=np.sort(speeds) * RPM, count=1000)
+    found = sw.sample.variability(drive(), SCATTER, speeds=np.sort(speeds) * RPM, count=1000)
     _, panels = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
     sw.draw(found, panels[0])
     for path, marker in zip(SCATTER, "osD^", strict=True):

@@ -19,14 +19,14 @@ ARCMIN = math.pi / 180.0 / 60.0
 
 def main():
     spring = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)
-    law = sw.fit_hysteresis(spring, 0.5 * ARCMIN, 0.3 * ARCMIN, rated_torque=178.0).law
+    law = sw.fit.fit_hysteresis(spring, 0.5 * ARCMIN, 0.3 * ARCMIN, rated_torque=178.0).law
     J = 1.3
     B = 2.0 * 0.01 * math.sqrt(spring.K1 * J)
     system = sw.Oscillator(J, B, law, sw.Harmonic(10.0), math.sqrt(spring.K1 / J))
 
     loop = sw.hysteresis_loop(law, 178.0)
     orbit = sw.find_orbit(system)
-    balance = sw.energy_balance(system, orbit)
+    balance = sw.study.energy_balance(system, orbit)
     share = balance.losses["BoucWen"] / sum(balance.losses.values())
 
     figure, axes = plt.subplots(figsize=(6.4, 4.0))

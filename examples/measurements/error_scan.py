@@ -34,7 +34,7 @@ def main():
     scan = sw.error_scan(angle, forward, backward=(angle, backward))
     drive = GEAR.drive(load_inertia=1.3, B=40.0)
     system = drive.error_equation(kinematic_error=scan.error, omega=SPEED, motor="held")
-    parts = sw.error_parts(system, sw.find_orbit(system))
+    parts = sw.study.error_parts(system, sw.find_orbit(system))
 
     _, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
     turns = angle / (2 * np.pi)

@@ -32,7 +32,7 @@ excitation: {kinematic_error: [{order: 2, amplitude: 25 arcsec}]}
 def measured(train):
     """The log of a run-up of another drive: its own stiffness, damping and error."""
     own = train._replace(B=4.0, law=train.law._replace(K1=34e3, K2=47e3), error=sw.KinematicError((LINE,)))
-    run = own._replace(omega=1.0, reference=sw.SpeedProfile((0.0, 4.0), (70.0, 115.0)))
+    run = own._replace(omega=1.0, reference=sw.train.SpeedProfile((0.0, 4.0), (70.0, 115.0)))
     t = np.arange(0.0, 4.0, 1e-3)
     y = sw.simulate(run, np.zeros(4), t, method=sw.Dopri5(rtol=1e-9, atol=1e-12)).y
     motor = run.reference.value(t) + y[2]

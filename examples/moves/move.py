@@ -22,13 +22,13 @@ import strainwave as sw
 GEAR = sw.catalogue.gear("SHG-25-100")
 ARCSEC = math.pi / 648_000.0
 MOTOR, LOAD = GEAR.input_inertia + 2e-5, 0.5  # kg m^2
-LOOP = sw.from_bandwidth(2.0 * math.pi * 30.0, MOTOR + LOAD / GEAR.ratio**2, 0.7)
+LOOP = sw.train.from_bandwidth(2.0 * math.pi * 30.0, MOTOR + LOAD / GEAR.ratio**2, 0.7)
 JOINT = sw.DriveTrain(
-    motor=sw.Motor(MOTOR, control=LOOP),
+    motor=sw.train.Motor(MOTOR, control=LOOP),
     N=float(GEAR.ratio),
     B=5.0,
     law=GEAR.law,
-    load=sw.Load(LOAD, drag=sw.AngleTorque(60.0)),
+    load=sw.train.Load(LOAD, drag=sw.train.AngleTorque(60.0)),
     error=sw.KinematicError((sw.Line(order=2, amplitude=5e-5),)),
 )
 PROFILES = {"trapezoid": sw.Trapezoid(0.5 * math.pi, 0.6), "S-curve": sw.SCurve(0.5 * math.pi, 0.6)}

@@ -22,8 +22,8 @@ LOW, HIGH = 100.0, 200.0  # rad/s
 
 def run_up(seconds):
     """Motor speed [rad/s] and dynamic error [rad] of a run-up that takes so long."""
-    ramp = sw.SpeedProfile(times=(0.0, seconds), speeds=(LOW, HIGH))
-    train = DRIVE.train(control=sw.Held(), kinematic_error=ERROR, reference=ramp)
+    ramp = sw.train.SpeedProfile(times=(0.0, seconds), speeds=(LOW, HIGH))
+    train = DRIVE.train(control=sw.train.Held(), kinematic_error=ERROR, reference=ramp)
     orbit = sw.find_orbit(DRIVE.error_equation(motor="held", kinematic_error=ERROR, omega=LOW))
     times = np.linspace(0.0, seconds, 20001)
     run = sw.simulate(train, orbit.state(0.0), times, method=sw.Dopri5(rtol=1e-8))

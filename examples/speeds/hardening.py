@@ -29,14 +29,14 @@ DRIVE = sw.Oscillator(
 def main():
     _, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
     shown = np.array([-0.4, 0.0, 1.0, 2.0]) * LAW.alpha
-    curves = sw.response_family(DRIVE, RANGE, {"law.alpha": shown})
+    curves = sw.numerics.response_family(DRIVE, RANGE, {"law.alpha": shown})
     for alpha, curve, style in zip(shown, curves, ("-.", ":", "-", "--"), strict=True):
         left.plot(curve.omega / RPM, curve.oscillation / ARCSEC, style, color="k", label=f"{alpha:.3g}")
     left.set(xlabel="motor (rpm)", ylabel="oscillation of the error (arcsec)", title="CSG-40-50: alpha (1/rad²)")
     left.legend()
 
     alpha = np.linspace(-0.4, 2.0, 25) * LAW.alpha
-    found = sw.hardening(DRIVE, alpha, RANGE)
+    found = sw.study.hardening(DRIVE, alpha, RANGE)
     right.plot(alpha, found.peak / ARCSEC, "k-", label="largest error (arcsec)")
     right.plot(alpha, found.jump_width / RPM, "k--", label="speeds with two motions (rpm)")
     real = [gear.cubic.alpha for gear in map(sw.catalogue.gear, ("CSG-40-50", "CSG-40-100"))]
@@ -45,7 +45,7 @@ def main():
         right.text(value, right.get_ylim()[1], f"{name} ", rotation=90, ha="right", va="top", fontsize=8)
     right.set(xlabel="alpha (1/rad²)", title="what it trades")
     right.legend(loc="center left")
-    own = sw.hardening(DRIVE, [0.0, LAW.alpha], RANGE)
+    own = sw.study.hardening(DRIVE, [0.0, LAW.alpha], RANGE)
     return 100.0 * (own.peak[1] / own.peak[0] - 1.0)
 
 

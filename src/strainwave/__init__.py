@@ -1,46 +1,39 @@
 """strainwave: the nonlinear dynamic error of strain wave gears (harmonic drives).
 
-`__init__.pyi` beside this file is the table of contents. A name is loaded when it is first used, so that importing the
-package costs nothing.
+A *project* is a project file, read by `read_project`: the whole drive. A *system* is its error equation,
+`drive.error_equation(...)`; a *train* is the whole drive in numbers, `drive.train(...)`. Numbers are SI and radians.
+
+Of a project: `report.write` (is the drive all right, and what would help), `project.response` (error at each speed,
+jumps), `speed_map` (speeds to avoid), `drive_motion` (motion at one speed), `move` (worst error and settling of a
+move), `compensate` (what a controller leaves), `exceedance` (how likely a drive exceeds its limit), `compare`,
+`replaced` (other numbers), `export` (C, FMU, simulators).
+Of a system: `find_orbit` (error at one speed), `frequency_response`, `simulate` (error in time), `slow_flow` (a
+formula, and how good it is), `passage` (run-up through a resonance), `lyapunov` (does every motion decay), `basins`
+(where it comes to rest), `sweep` and `ensemble` (many variants).
+Of a train: `margins` and `bode` (the motor's loop), `state_space`, `drive_run` (a run in time).
+From measurements: `identify_drive` (stiffness, damping, error from a log), `fit_loop` (stiffness from a loop on a
+bench), `fit_decay` (from a free vibration), `error_scan` and `order_scan` (orders), `fit_friction`.
+For a joint to be built: `design` (gears of the catalogue that do what is asked), `catalogue.gear`.
+
+Namespaces have the rest: `laws`, `train`, `controllers`, `gears`, `fit`, `sample`, `numerics`, `theory`, `study`,
+`results`, `plot`, `report`. `__init__.pyi` beside this file is the table of contents. A name is loaded when it is first
+used, so that importing the package costs nothing.
 """
 
 import sys
-from collections.abc import Iterator
-from importlib import import_module
-from pathlib import Path
 from typing import Any
 
-from .base.above import DRAWERS, FORMER, Former, drawer
+from .base.above import Former, contents, former
 
 __version__ = "0.2.0"
 
-
-def _contents(file: Path, room: str = "") -> Iterator[tuple[str, str]]:
-    """Public names that a table of contents lists, each with its home; a star stands for another table."""
-    for line in file.read_text(encoding="utf-8").splitlines():
-        match line.split():
-            case ["from", home, "import", "*"]:
-                yield from _contents(file.parent.joinpath(*home.split("."), "__init__.py"), home)
-            case ["from", home, "import", name, "as", _]:
-                yield name, (room + home).rstrip(".")
-
-
 sys.meta_path.append(Former())
-_HOME = dict(_contents(Path(__file__).with_suffix(".pyi")))
-
-__all__ = list(_HOME)
+__all__, _load, _names = contents(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    if name in DRAWERS:
-        return drawer(name)
-    if f"{__name__}.{name}" in FORMER:
-        return import_module(f"{__name__}.{name}")
-    if name not in _HOME:
-        raise AttributeError(f"strainwave has no name {name!r}; dir(strainwave) lists what it has")
-    home = import_module(_HOME[name] or ".", __name__)
-    return vars(home)[name] if name in vars(home) else import_module(f"{home.__name__}.{name}")
+    return _load(name) if name in __all__ else former(name)
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, "__version__"])
+    return [*_names(), "__version__"]

@@ -41,10 +41,32 @@ class Fields:
 def test_same_things_have_the_same_identity_and_others_another():
     assert digest(product, SYSTEM, GRID) == digest(product, SYSTEM, dict(GRID))
     things = [
-        1, 1.0, True, "1", None, 1j, ALPHA, ALPHA.astype("f4"), SYSTEM, SYSTEM.law, (1.0,), [1.0, 2.0], product, noise,
-        partial(noise, rng=1), partial(noise, rng=2), Fields(), Fields((1.0,)), sw.Rk4(steps=30), np.sin,
-        math.sin, sw.Sobol(8, {"J": sw.Uniform(0.0, 1.0)}), sw.Sobol(8, {"J": sw.LogUniform(0.5, 1.0)}), Fields, int,
-    ]  # fmt: skip
+        1,
+        1.0,
+        True,
+        "1",
+        None,
+        1j,
+        ALPHA,
+        ALPHA.astype("f4"),
+        SYSTEM,
+        SYSTEM.law,
+        (1.0,),
+        [1.0, 2.0],
+        product,
+        noise,
+        partial(noise, rng=1),
+        partial(noise, rng=2),
+        Fields(),
+        Fields((1.0,)),
+        sw.Rk4(steps=30),
+        np.sin,
+        math.sin,
+        sw.sample.Sobol(8, {"J": sw.Uniform(0.0, 1.0)}),
+        sw.sample.Sobol(8, {"J": sw.sample.LogUniform(0.5, 1.0)}),
+        Fields,
+        int,
+    ]
     assert len({identity(thing) for thing in things}) == len(things)
 
 

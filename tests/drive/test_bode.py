@@ -23,7 +23,7 @@ def closed_form(drive, omega, torque, gain=0.0):
 @pytest.mark.parametrize(("source", "torque"), [("motor", (1.0, 0.0)), ("load", (0.0, 1.0))])
 @pytest.mark.parametrize("gain", [0.0, 0.3])
 def test_linear_response_is_its_transfer_function(source, torque, gain):
-    train = DRIVE.train(control=sw.SpeedLoop(gain) if gain else sw.Free())
+    train = DRIVE.train(control=sw.train.SpeedLoop(gain) if gain else sw.train.Free())
     found = sw.bode(train, OMEGA, source=source)
     exact = np.array([closed_form(DRIVE, w, torque, gain) for w in OMEGA]).T
     np.testing.assert_allclose(found.motor, exact[0], rtol=1e-9)
@@ -46,7 +46,7 @@ def test_resonance_and_antiresonance_are_those_of_the_textbook():
 
 
 def test_held_motor_leaves_the_load_alone_on_its_spring():
-    found = sw.bode(DRIVE.train(control=sw.Held()), OMEGA, source="load")
+    found = sw.bode(DRIVE.train(control=sw.train.Held()), OMEGA, source="load")
     s = 1j * OMEGA
     np.testing.assert_allclose(found.load, 1.0 / (DRIVE.J_l * s + DRIVE.B + 7160.0 / s), rtol=1e-9)
     assert np.all(found.motor == 0.0)
@@ -60,7 +60,11 @@ def test_mean_torque_stiffens_the_small_signal():
 
 def test_coupling_adds_a_resonance():
     chain = sw.DriveTrain(
-        sw.Motor(DRIVE.J_m), 50.0, 0.0, sw.Linear(7160.0), sw.Elastic(0.02, 0.0, sw.Linear(3e4), sw.Load(0.03))
+        sw.train.Motor(DRIVE.J_m),
+        50.0,
+        0.0,
+        sw.Linear(7160.0),
+        sw.train.Elastic(0.02, 0.0, sw.Linear(3e4), sw.train.Load(0.03)),
     )
     stiffness = np.array([[7160 / 2500, -7160 / 50, 0], [-7160 / 50, 7160 + 3e4, -3e4], [0, -3e4, 3e4]])
     squares = np.linalg.eigvals(np.diag([1 / DRIVE.J_m, 1 / 0.02, 1 / 0.03]) @ stiffness)
@@ -72,7 +76,7 @@ def test_coupling_adds_a_resonance():
     assert abs(slow) == pytest.approx(1.0 / (50.0 * 1e-2 * (DRIVE.J_m + 0.05 / 2500)), rel=1e-6)
 
 
-@pytest.mark.parametrize("control", [sw.Free(), sw.PositionLoop(0.05, 0.02)], ids=["free", "loop"])
+@pytest.mark.parametrize("control", [sw.train.Free(), sw.train.PositionLoop(0.05, 0.02)], ids=["free", "loop"])
 def test_small_amplitude_gives_the_linear_response(control):
     train, omega = DRIVE.train(control=control), np.array([150.0, 420.0])
     small, linear = sw.bode(train, omega, amplitude=1e-7), sw.bode(train, omega)
@@ -100,7 +104,10 @@ def test_large_amplitude_has_the_torsion_of_the_error_equation():
         (lambda: sw.bode(PLAIN_TRAIN, [1.0], at=(0.0, 0.0)), "at is .*; it must be 4 finite numbers"),
         (lambda: sw.bode(PLAIN_TRAIN, [1.0]).decibels("x"), "shaft is 'x'; it must be 'motor' or 'load'"),
         (lambda: sw.bode(PLAIN_TRAIN, [1.0]).degrees(None), "shaft is None; it must be 'motor' or 'load'"),
-        (lambda: sw.bode(DRIVE.train(control=sw.Held()), [1.0]), "a held motor answers no torque; take source='load'"),
+        (
+            lambda: sw.bode(DRIVE.train(control=sw.train.Held()), [1.0]),
+            "a held motor answers no torque; take source='load'",
+        ),
     ],
 )
 def test_bad_input_is_told_in_one_sentence(call, sentence):

@@ -22,19 +22,21 @@ def loaded_to(torque):
     return x, path.sol(x)[0]
 
 
-@pytest.mark.parametrize("control", [sw.SpeedLoop(0.072, 2.8), sw.PositionLoop(5.0, 0.1), sw.Held()])
+@pytest.mark.parametrize("control", [sw.train.SpeedLoop(0.072, 2.8), sw.train.PositionLoop(5.0, 0.1), sw.train.Held()])
 @pytest.mark.parametrize("angle", [5.0, 60.0, 100.0])
 def test_a_law_with_memory_is_loaded_to_the_gravity_at_the_angle_of_the_load(control, angle):
-    train = DRIVE.train(control=control, load_drag=sw.AngleTorque(GRAVITY))
-    state = dict(zip(train.state_names(), sw.operating_state(train, 100.0, angle=angle), strict=True))
+    train = DRIVE.train(control=control, load_drag=sw.train.AngleTorque(GRAVITY))
+    state = dict(zip(train.state_names(), sw.study.operating_state(train, 100.0, angle=angle), strict=True))
     theta = (angle + state.get("motor deviation", 0.0)) / 100.0 - state["x"]
     x, z = loaded_to(GRAVITY * np.sin(theta))
     assert (state["x"], state["gear z1"]) == pytest.approx((x, z), rel=1e-6)
 
 
-@pytest.mark.parametrize("control", [sw.SpeedLoop(0.072, 2.8), sw.Held()])
+@pytest.mark.parametrize("control", [sw.train.SpeedLoop(0.072, 2.8), sw.train.Held()])
 def test_a_run_that_begins_there_stays_there(control):
-    train = DRIVE.train(control=control, load_drag=sw.AngleTorque(GRAVITY, phase=0.5), reference=sw.AtRest())
+    train = DRIVE.train(
+        control=control, load_drag=sw.train.AngleTorque(GRAVITY, phase=0.5), reference=sw.train.AtRest()
+    )
     run = sw.drive_run(train, t=0.05)
     assert np.ptp(run.error) < 1e-4 * abs(run.error[0])
 
@@ -44,14 +46,16 @@ def test_a_run_that_begins_there_stays_there(control):
     [
         lambda train: sw.find_orbit(train),
         lambda train: sw.frequency_response(train, (90.0, 110.0)),
-        lambda train: sw.parameter_response(train, "B", (7.0, 9.0)),
-        lambda train: sw.shoot(train, np.zeros(len(train.state_names()))),
+        lambda train: sw.numerics.parameter_response(train, "B", (7.0, 9.0)),
+        lambda train: sw.numerics.shoot(train, np.zeros(len(train.state_names()))),
     ],
 )
 def test_gravity_at_the_load_does_not_repeat_with_a_turn_of_the_motor(asked):
     drive = DRIVE._replace(law=SPRING)
     error = sw.KinematicError((sw.Line(2, 1e-4),))
-    train = drive.train(control=sw.PositionLoop(5.0, 0.1), load_drag=sw.AngleTorque(GRAVITY), kinematic_error=error)
+    train = drive.train(
+        control=sw.train.PositionLoop(5.0, 0.1), load_drag=sw.train.AngleTorque(GRAVITY), kinematic_error=error
+    )
     with pytest.raises(ValueError, match="DriveTrain does not repeat after 1 turn of the base angle"):
         asked(train._replace(omega=100.0))
 
@@ -59,7 +63,7 @@ def test_gravity_at_the_load_does_not_repeat_with_a_turn_of_the_motor(asked):
 @pytest.mark.slow
 def test_gravity_repeats_after_as_many_turns_as_the_ratio():
     drive = DRIVE._replace(law=SPRING, N=2.0, J_m=0.1)
-    train = drive.train(control=sw.PositionLoop(500.0, 50.0), load_drag=sw.AngleTorque(GRAVITY))
+    train = drive.train(control=sw.train.PositionLoop(500.0, 50.0), load_drag=sw.train.AngleTorque(GRAVITY))
     orbit = sw.find_orbit(train._replace(omega=100.0), period=2)
     turn = 2.0 * np.pi / 100.0
     run = sw.simulate(train._replace(omega=100.0), np.zeros(4), np.array([0.0, 60 * turn, 61 * turn, 62 * turn]))
@@ -80,4 +84,4 @@ def test_gravity_repeats_after_as_many_turns_as_the_ratio():
 )
 def test_a_speed_an_angle_or_a_start_that_is_none_is_refused_in_one_sentence(asked, sentence):
     with pytest.raises(ValueError, match=sentence):
-        sw.operating_state(DRIVE.train(control=sw.SpeedLoop(0.072, 2.8)), **asked)
+        sw.study.operating_state(DRIVE.train(control=sw.train.SpeedLoop(0.072, 2.8)), **asked)

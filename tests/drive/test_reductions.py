@@ -19,7 +19,7 @@ def error(amplitude):
 @pytest.mark.compiled
 def test_what_is_dropped_grows_with_n_times_the_error_slope():
     # relative difference and ripple are of first order in the error's amplitude
-    found = [sw.compare_reductions(DRIVE, error(amplitude), [150.0]) for amplitude in (1e-5, 2e-5, 4e-5)]
+    found = [sw.study.compare_reductions(DRIVE, error(amplitude), [150.0]) for amplitude in (1e-5, 2e-5, 4e-5)]
     for small, large in pairwise(found):
         assert large.ripple[0] / small.ripple[0] == pytest.approx(2.0, rel=0.02)
     assert found[2].error_slope == pytest.approx(50.0 * 2 * 4e-5, rel=1e-4)
@@ -28,16 +28,16 @@ def test_what_is_dropped_grows_with_n_times_the_error_slope():
 
 @pytest.mark.compiled
 def test_columns_are_the_orbits_of_their_equations():
-    found = sw.compare_reductions(DRIVE, error(1e-4), [150.0])
+    found = sw.study.compare_reductions(DRIVE, error(1e-4), [150.0])
     for mode in ("free", "held"):
         orbit = sw.find_orbit(DRIVE.error_equation(kinematic_error=error(1e-4), motor=mode, omega=150.0))
         assert getattr(found, mode)[0] == pytest.approx(orbit.peak, rel=1e-12)
-    whole = sw.find_orbit(sw.SteadyTrain(DRIVE.train(kinematic_error=error(1e-4)), 150.0))
+    whole = sw.find_orbit(sw.train.SteadyTrain(DRIVE.train(kinematic_error=error(1e-4)), 150.0))
     assert found.exact[0] == pytest.approx(whole.peak, rel=1e-12)
 
 
 def test_sentence_says_how_much_where_and_why():
-    found = sw.Reductions(
+    found = sw.results.Reductions(
         np.array([100.0, 200.0, 210.0]), np.array([1e-4, 1e-3, 5e-4]), np.array([1e-4, 1.02e-3, 2e-3]),
         np.array([1e-4, 1e-4, 1e-4]), 0.011, np.array([0.01, 0.05, 0.02]),
     )  # fmt: skip
@@ -51,7 +51,7 @@ def test_sentence_says_how_much_where_and_why():
 
 def test_without_any_orbit_the_sentence_says_so():
     nothing = np.array([np.nan])
-    found = sw.Reductions(np.array([1.0]), nothing, nothing, nothing, 0.0, nothing)
+    found = sw.results.Reductions(np.array([1.0]), nothing, nothing, nothing, 0.0, nothing)
     assert found.sentence().startswith("No periodic motion of the whole drive train was found")
 
 

@@ -42,9 +42,11 @@ def test_efficiency_of_a_steady_motion_is_its_closed_form():
     omega, b, load = 100.0, 2e-4, 3.0
     T_m = b * omega + load / 50.0
     train = LINEAR.train(
-        motor_torque=sw.Harmonic(0.0, mean=T_m), load_torque=sw.Harmonic(0.0, mean=-load), motor_drag=sw.Viscous(b),
+        motor_torque=sw.Harmonic(0.0, mean=T_m),
+        load_torque=sw.Harmonic(0.0, mean=-load),
+        motor_drag=sw.laws.Viscous(b),
         omega=omega,
-    )  # fmt: skip
+    )
     run = sw.drive_run(train, (load / 7160.0, 0.0, 0.0, 0.0), 0.1)
     assert run.efficiency() == pytest.approx(load / (50.0 * T_m), rel=1e-9)
     assert run.lost()["motor drag"] == pytest.approx(b * omega**2 * 0.1, rel=1e-9)
@@ -66,7 +68,7 @@ def test_gear_damping_takes_pi_b_omega_a_squared_a_period():
 
 def test_speed_and_torque_beyond_the_gears_limits_are_warnings():
     # 4000 rpm at the input and 523 N m repeated peak torque (catalogue); the load takes 600 N m at 450 rad/s = 4297 rpm
-    train = DRIVE.train(control=sw.Held(), load_torque=sw.Harmonic(0.0, mean=-600.0), omega=450.0)
+    train = DRIVE.train(control=sw.train.Held(), load_torque=sw.Harmonic(0.0, mean=-600.0), omega=450.0)
     run = sw.drive_run(train, (4e-3, 0.0), 0.05, gear=GEAR)
     assert run.trajectory.status is sw.Status.OK
     said = " ".join(run.warnings)
@@ -89,8 +91,8 @@ def test_bad_starts_and_times_are_told():
 
 def passage(duration):
     """Largest |x| of the held drive on a run-up through its resonance."""
-    profile = sw.SpeedProfile((0.0, duration), (100.0, 200.0))
-    train = DRIVE.train(control=sw.Held(), kinematic_error=ERROR, reference=profile)
+    profile = sw.train.SpeedProfile((0.0, duration), (100.0, 200.0))
+    train = DRIVE.train(control=sw.train.Held(), kinematic_error=ERROR, reference=profile)
     run = sw.simulate(train, (0.0, 0.0), duration, method=sw.Dopri5(rtol=1e-7, atol=1e-12))
     assert run.status is sw.Status.OK
     return run.peak(after=0.1 * duration)
@@ -108,7 +110,9 @@ def test_slow_run_up_reaches_the_peak_of_the_steady_response_and_a_fast_one_does
 
 
 def test_a_ripple_about_no_speed_or_after_the_end_is_refused():
-    train = sw.DriveTrain(sw.Motor(1e-4), 50.0, 1.0, sw.Linear(1e4), sw.Load(1.0), reference=sw.AtRest())
+    train = sw.DriveTrain(
+        sw.train.Motor(1e-4), 50.0, 1.0, sw.Linear(1e4), sw.train.Load(1.0), reference=sw.train.AtRest()
+    )
     run = sw.drive_run(train, t=1e-3)
     for after, said in ((0.0, "mean speed"), (1.0, "is not in it")):
         with pytest.raises(ValueError, match=said):
@@ -122,7 +126,7 @@ def test_a_ripple_about_no_speed_or_after_the_end_is_refused():
 
 
 # A move of 200 ms after a rest of 500 ms: speeds of the motor through these points.
-MOVE = sw.SpeedProfile((0.5, 0.55, 0.65, 0.7), (0.0, 60.0, 60.0, 0.0))
+MOVE = sw.train.SpeedProfile((0.5, 0.55, 0.65, 0.7), (0.0, 60.0, 60.0, 0.0))
 END = 0.75
 
 
@@ -153,7 +157,7 @@ def moved(y, gravity, t):
     ("gravity", "times"), [(0.0, END), (0.0, [0.0, 0.2, END]), (60.0, np.linspace(0.0, END, 8))], ids=["0", "3", "8"]
 )
 def test_move_after_a_rest_under_gravity(gravity, times):
-    train = DRIVE.train(control=sw.Held(), reference=MOVE, load_drag=sw.AngleTorque(gravity, 1, 1.0))
+    train = DRIVE.train(control=sw.train.Held(), reference=MOVE, load_drag=sw.train.AngleTorque(gravity, 1, 1.0))
     run = sw.drive_run(train, None, times, method=sw.Dopri5(rtol=1e-7, atol=1e-12))
     # the twist under which the gear holds the load at rest: theta_l = -x
     rest = brentq(lambda x: LAW.torque(x) - gravity * np.sin(1.0 - x), -1e-2, 1.1e-2, xtol=1e-18)
@@ -166,13 +170,15 @@ def test_move_after_a_rest_under_gravity(gravity, times):
     assert run.peak_speed == pytest.approx(60.0, rel=1e-12)
 
 
-@pytest.mark.parametrize("control", [sw.Held(), sw.PositionLoop(20.0, 0.5), sw.SpeedLoop(0.5, 20.0)], ids=str)
+@pytest.mark.parametrize(
+    "control", [sw.train.Held(), sw.train.PositionLoop(20.0, 0.5), sw.train.SpeedLoop(0.5, 20.0)], ids=str
+)
 def test_nothing_moves_before_a_move_begins(control):
     # with a kinematic error too: the load waits at theta_m/N - e - u
     train = DRIVE.train(
-        control=control, reference=MOVE, load_drag=sw.AngleTorque(60.0, 1, 1.0),
+        control=control, reference=MOVE, load_drag=sw.train.AngleTorque(60.0, 1, 1.0),
         kinematic_error=sw.KinematicError((sw.Line(2, 1e-4, 0.3),)),
-        load_torque=sw.TorqueProfile((1.0, 2.0), (-30.0, 0.0)),
+        load_torque=sw.train.TorqueProfile((1.0, 2.0), (-30.0, 0.0)),
     )  # fmt: skip
     run = sw.drive_run(train, None, 0.1, method=sw.Dopri5(rtol=1e-7, atol=1e-13))
     assert np.ptp(run.error) < 1e-8 * abs(run.error[0])
@@ -181,18 +187,20 @@ def test_nothing_moves_before_a_move_begins(control):
 
 def test_torque_that_nothing_holds_is_told():
     slack = sw.Drive(4.5e-4, 1.3, 50.0, 20.0, sw.Linear(0.0))
-    train = slack.train(control=sw.Held(), load_torque=sw.Harmonic(0.0, mean=-3.0), reference=sw.AtRest())
+    train = slack.train(control=sw.train.Held(), load_torque=sw.Harmonic(0.0, mean=-3.0), reference=sw.train.AtRest())
     with pytest.raises(sw.SolveError, match="give the state to begin with, y0"):
         sw.drive_run(train, None, 0.1)
     with pytest.raises(TypeError, match="a TorqueProfile has no mean torque; put Harmonic"):
-        sw.operating_state(train._replace(load=sw.Load(1.0, sw.TorqueProfile((0.0, 1.0), (0.0, 1.0)))), 0.0)
+        sw.study.operating_state(
+            train._replace(load=sw.train.Load(1.0, sw.train.TorqueProfile((0.0, 1.0), (0.0, 1.0)))), 0.0
+        )
 
 
 @pytest.mark.slow
 def test_a_lagged_speed_loop_without_integral_part_begins_on_its_reference_and_gives_way():
     # against a constant torque its speed falls by T/(N K_p); at first there is no deviation, so no torque of the loop
     K_p, load = 0.1, 20.0
-    control = sw.Lagged(sw.SpeedLoop(K_p=K_p, K_i=0.0), 1e-3)
+    control = sw.train.Lagged(sw.train.SpeedLoop(K_p=K_p, K_i=0.0), 1e-3)
     train = LINEAR.train(load_torque=sw.Harmonic(0.0, mean=-load), omega=100.0, control=control)
     run = sw.drive_run(train, None, 0.3)
     np.testing.assert_allclose(run.trajectory.y[:, 0], (load / 7160.0, 0.0, 0.0, 0.0, 0.0), rtol=1e-9, atol=1e-12)
@@ -201,13 +209,13 @@ def test_a_lagged_speed_loop_without_integral_part_begins_on_its_reference_and_g
 
 def test_torque_between_samples_counts_for_the_limits():
     # 600 N*m for 20 ms, more than the gear may carry, between two samples
-    knock = sw.TorqueProfile((0.1, 0.11, 0.13, 0.14), (0.0, -600.0, -600.0, 0.0))
-    train = DRIVE.train(control=sw.Held(), reference=sw.AtRest(), load_torque=knock)
+    knock = sw.train.TorqueProfile((0.1, 0.11, 0.13, 0.14), (0.0, -600.0, -600.0, 0.0))
+    train = DRIVE.train(control=sw.train.Held(), reference=sw.train.AtRest(), load_torque=knock)
     run = sw.drive_run(train, None, [0.0, 0.05, 0.5], gear=GEAR, method=sw.Dopri5())
     assert np.max(np.abs(run.torque)) < 100.0
     assert run.peak_torque > 600.0
     assert run.warnings
-    loose = train._replace(load=sw.Elastic(0.5, 10.0, sw.Linear(4e5), train.load))
+    loose = train._replace(load=sw.train.Elastic(0.5, 10.0, sw.Linear(4e5), train.load))
     every, seldom = (sw.drive_run(loose, None, t, method=sw.Dopri5()) for t in (0.13, [0.0, 0.05, 0.13]))
     assert seldom.peak_error == pytest.approx(np.max(np.abs(every.error)), rel=2e-3)
     assert seldom.peak_error == pytest.approx(every.peak_error, rel=1e-5)

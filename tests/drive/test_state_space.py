@@ -63,7 +63,7 @@ def test_matrices_are_those_of_two_inertias_by_hand():
 
 @pytest.mark.parametrize("gains", [(0.0, 0.0, 0.0), (1e-4, 0.3, 2.0), (0.0, 0.5, 50.0)])
 def test_response_is_that_of_scipy_for_the_transfer_functions_and_that_of_bode(gains):
-    train = DRIVE.train(control=sw.SpeedLoop(gains[1], gains[2], gains[0]) if any(gains) else sw.Free())
+    train = DRIVE.train(control=sw.train.SpeedLoop(gains[1], gains[2], gains[0]) if any(gains) else sw.train.Free())
     found = sw.state_space(train)
     bottom = np.polyadd(BOTTOM, np.polymul(gains, TOP))
     for output, top in (("motor speed", [*TOP, 0.0]), ("load speed", [B / N, K / N, 0.0])):
@@ -76,8 +76,10 @@ def test_response_is_that_of_scipy_for_the_transfer_functions_and_that_of_bode(g
 
 
 def test_couplings_friction_and_gravity_are_in_the_matrices():
-    load = sw.Elastic(0.02, 0.3, sw.Linear(3e4), sw.Load(0.03, drag=sw.AngleTorque(4.0)))
-    train = sw.DriveTrain(sw.Motor(J_M, drag=sw.Viscous(2e-3), control=sw.Held()), N, B, sw.Linear(K), load)
+    load = sw.train.Elastic(0.02, 0.3, sw.Linear(3e4), sw.train.Load(0.03, drag=sw.train.AngleTorque(4.0)))
+    train = sw.DriveTrain(
+        sw.train.Motor(J_M, drag=sw.laws.Viscous(2e-3), control=sw.train.Held()), N, B, sw.Linear(K), load
+    )
     found = sw.state_space(train)
     assert (found.inputs, found.states) == (("load torque",), ("x", "x'", "coupling 1", "coupling 1'"))
     # error of the load x + twist, with both inertias behind a held motor: M q'' + D q' + S q = torque on the last
@@ -91,8 +93,8 @@ def test_couplings_friction_and_gravity_are_in_the_matrices():
 
 
 def test_an_operating_point_changes_the_stiffness():
-    loaded = DRIVE.train(control=sw.PositionLoop(50.0, 0.5), load_torque=sw.Harmonic(0.0, mean=-40.0))
-    state = sw.operating_state(loaded, 100.0)
+    loaded = DRIVE.train(control=sw.train.PositionLoop(50.0, 0.5), load_torque=sw.Harmonic(0.0, mean=-40.0))
+    state = sw.study.operating_state(loaded, 100.0)
     found = sw.state_space(loaded, at=state, speed=100.0)
     np.testing.assert_allclose(found.C[4, 0], DRIVE.law.stiffness(state[0]), rtol=1e-7)
     assert found.C[4, 0] > 1.2 * K
@@ -100,7 +102,7 @@ def test_an_operating_point_changes_the_stiffness():
 
 @pytest.mark.parametrize("gains", [(0.0, 0.5, 50.0), (0.0, 0.02, 0.3), (0.0, 3.0, 900.0)])
 def test_margins_of_a_pd_loop_are_the_roots_of_its_polynomials(gains):
-    found = sw.margins(DRIVE.train(control=sw.PositionLoop(gains[2], gains[1])))
+    found = sw.margins(DRIVE.train(control=sw.train.PositionLoop(gains[2], gains[1])))
     crossings, real, factors = by_polynomials(*loop_polynomials(gains))
     np.testing.assert_allclose(found.gain_crossings, crossings, rtol=1e-7)
     np.testing.assert_allclose(found.phase_crossings, real, rtol=1e-6)
@@ -112,7 +114,7 @@ def test_margins_of_a_pd_loop_are_the_roots_of_its_polynomials(gains):
 
 
 def test_margins_of_a_speed_loop_with_inertia_are_the_roots_of_its_polynomials():
-    found = sw.margins(DRIVE.train(control=sw.SpeedLoop(0.3, 20.0, 2e-4)))
+    found = sw.margins(DRIVE.train(control=sw.train.SpeedLoop(0.3, 20.0, 2e-4)))
     crossings, _, _ = by_polynomials(*loop_polynomials((2e-4, 0.3, 20.0)))
     np.testing.assert_allclose(found.gain_crossings, crossings, rtol=1e-7)
 
@@ -120,7 +122,7 @@ def test_margins_of_a_speed_loop_with_inertia_are_the_roots_of_its_polynomials()
 def test_a_rigid_drive_with_a_pd_loop_has_the_margins_of_the_textbook():
     rigid = DRIVE._replace(law=sw.Linear(1e9), B=1e5)
     K_p, K_d = 50.0, 0.5
-    found = sw.margins(rigid.train(control=sw.PositionLoop(K_p, K_d)))
+    found = sw.margins(rigid.train(control=sw.train.PositionLoop(K_p, K_d)))
     # L = (K_d s + K_p)/(J s^2): (J w^2)^2 = (K_d w)^2 + K_p^2, and the phase margin is atan(K_d w/K_p)
     J = J_M + J_L / N**2
     w = np.sqrt((K_d**2 + np.sqrt(K_d**4 + 4.0 * J**2 * K_p**2)) / (2.0 * J**2))
@@ -130,7 +132,7 @@ def test_a_rigid_drive_with_a_pd_loop_has_the_margins_of_the_textbook():
     assert found.delay_margin == pytest.approx(np.arctan(K_d * w / K_p) / w, rel=1e-4)
 
 
-class Lagged(sw.PositionLoop):
+class Lagged(sw.train.PositionLoop):
     """The same loop with a lag of second order: two states of its own."""
 
     states = 2
@@ -158,7 +160,7 @@ def test_at_the_gain_margin_a_pole_is_on_the_imaginary_axis():
 
 def test_the_delay_margin_brings_the_loop_to_minus_one():
     gains = (0.0, 0.5, 50.0)
-    found = sw.margins(DRIVE.train(control=sw.PositionLoop(50.0, 0.5)))
+    found = sw.margins(DRIVE.train(control=sw.train.PositionLoop(50.0, 0.5)))
     top, bottom = loop_polynomials(gains)
     s = 1j * found.gain_crossings
     delayed = np.polyval(top, s) / np.polyval(bottom, s) * np.exp(-s * found.delay_margin)
@@ -174,13 +176,13 @@ def test_margins_agree_with_python_control():
     control = pytest.importorskip("control")
     top, bottom = loop_polynomials((0.0, 0.5, 50.0))
     gain, phase, _, _, crossing, _ = control.stability_margins(control.tf(top, bottom))
-    found = sw.margins(DRIVE.train(control=sw.PositionLoop(50.0, 0.5)))
+    found = sw.margins(DRIVE.train(control=sw.train.PositionLoop(50.0, 0.5)))
     assert found.gain_margin == pytest.approx(gain, rel=1e-5)
     assert np.rad2deg(found.phase_margin) == pytest.approx(phase, rel=1e-5)
     assert crossing > 0.0
 
 
-@pytest.mark.parametrize("control", [sw.Free(), sw.Held()], ids=["free", "held"])
+@pytest.mark.parametrize("control", [sw.train.Free(), sw.train.Held()], ids=["free", "held"])
 def test_a_motor_without_a_loop_has_no_margins(control):
     with pytest.raises(ValueError, match="has no loop to cut; give it a SpeedLoop or a PositionLoop"):
         sw.margins(DRIVE.train(control=control))
@@ -189,10 +191,10 @@ def test_a_motor_without_a_loop_has_no_margins(control):
 def test_bad_input_and_prints():
     with pytest.raises(ValueError, match=r"at is .*; it must be 4 finite numbers"):
         sw.state_space(PLAIN_TRAIN, at=(0.0, 0.0))
-    found = sw.state_space(DRIVE.train(control=sw.PositionLoop(50.0, 0.5)))
+    found = sw.state_space(DRIVE.train(control=sw.train.PositionLoop(50.0, 0.5)))
     text = str(found)
     assert "states: x [rad], x' [rad/s], motor deviation [rad], motor deviation' [rad/s]" in text
     assert "inputs: motor torque [N*m], load torque [N*m]" in text
     data = found.to_xarray()
     assert data["A"].sel(state="x", rate="x''").item() == found.A[1, 0]
-    assert "closed loop stable" in str(sw.margins(DRIVE.train(control=sw.PositionLoop(50.0, 0.5))))
+    assert "closed loop stable" in str(sw.margins(DRIVE.train(control=sw.train.PositionLoop(50.0, 0.5))))

@@ -12,14 +12,17 @@ control = pytest.importorskip("control", reason="python-control (extra `control`
 DRIVE = sw.Drive(J_m=5.26e-4, J_l=0.05, N=50.0, B=0.5, law=sw.Cubic(7160.0, 1e4))
 OMEGA = np.linspace(50.0, 900.0, 18)
 COUPLED = sw.DriveTrain(
-    sw.Motor(DRIVE.J_m, control=sw.Lagged(sw.PositionLoop(40.0, 0.4), 1e-3)), 50.0, 0.5, sw.Linear(7160.0),
-    sw.Elastic(0.02, 0.1, sw.Linear(3e4), sw.Load(0.03)),
-)  # fmt: skip
+    sw.train.Motor(DRIVE.J_m, control=sw.train.Lagged(sw.train.PositionLoop(40.0, 0.4), 1e-3)),
+    50.0,
+    0.5,
+    sw.Linear(7160.0),
+    sw.train.Elastic(0.02, 0.1, sw.Linear(3e4), sw.train.Load(0.03)),
+)
 TRAINS = {
     "free": DRIVE.train(),
-    "loop": DRIVE.train(control=sw.SpeedLoop(0.3, 4.0)),
+    "loop": DRIVE.train(control=sw.train.SpeedLoop(0.3, 4.0)),
     "coupled": COUPLED,
-    "held": DRIVE.train(control=sw.Held()),
+    "held": DRIVE.train(control=sw.train.Held()),
 }
 
 

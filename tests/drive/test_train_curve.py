@@ -17,14 +17,14 @@ from strainwave.numerics.curves.over_a_turn import traced_turn
 
 K, B, K_C, B_C, J_1, J_2, A = 1e5, 15.0, 1.5e5, 5.0, 0.1, 1.2, 1e-4
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=J_2, N=50.0, B=B, law=sw.Linear(K))
-HELD = sw.Held()
+HELD = sw.train.Held()
 ERROR = sw.KinematicError((sw.Line(2, A),))
 
 
 def train(control=HELD, law=None, mean=0.0, load_drag=None):
     made = DRIVE.train(control=control, kinematic_error=ERROR, omega=100.0)
     load = made.load._replace(excitation=sw.Harmonic(0.0, mean=mean), **({"drag": load_drag} if load_drag else {}))
-    return made._replace(load=sw.Elastic(J_1, B_C, sw.Linear(K_C), load), **({"law": law} if law else {}))
+    return made._replace(load=sw.train.Elastic(J_1, B_C, sw.Linear(K_C), load), **({"law": law} if law else {}))
 
 
 def at_the_load(omega):
@@ -86,7 +86,7 @@ def test_a_fast_line_of_the_error_is_not_sampled_too_coarsely():
 
 
 def test_the_state_at_the_load_moves_as_that_of_the_train():
-    whole, y = train(sw.SpeedLoop(0.5, 20.0)), np.array([1e-3, 0.2, 1e-3, 0.1, 4e-4, 0.05])
+    whole, y = train(sw.train.SpeedLoop(0.5, 20.0)), np.array([1e-3, 0.2, 1e-3, 0.1, 4e-4, 0.05])
     system = AtLoad(whole, whole.omega)
     own, rates = own_state(system, tuple(y)), np.array(system.rhs(0.3, tuple(y)))
     inner = np.array(system.train.rhs(0.3, own))
@@ -98,7 +98,7 @@ def test_the_state_at_the_load_moves_as_that_of_the_train():
 
 
 def test_gravity_is_left_out_of_the_steady_curve_and_that_is_told():
-    heavy = train(load_drag=sw.AngleTorque(40.0))
+    heavy = train(load_drag=sw.train.AngleTorque(40.0))
     found = train_curve(heavy, (95.0, 120.0))
     assert found.without_angle
     assert found.curve.peak == pytest.approx([at_the_load(w)[1] for w in found.curve.omega], rel=1e-6)
@@ -107,7 +107,7 @@ def test_gravity_is_left_out_of_the_steady_curve_and_that_is_told():
 def test_a_free_motor_with_a_coupling_has_the_curve_of_linear_algebra():
     # so small an error that its products with the alternating torque, N e' of the whole, do not show
     small, N, J_m = 1e-8, 50.0, 4.5e-4
-    free = train(sw.Free(), mean=-30.0)._replace(error=sw.KinematicError((sw.Line(2, small),)))
+    free = train(sw.train.Free(), mean=-30.0)._replace(error=sw.KinematicError((sw.Line(2, small),)))
     curve = train_curve(free, (80.0, 140.0)).curve
     gear, coupling = np.array([1.0 / N, -1.0, 0.0]), np.array([0.0, 1.0, -1.0])
 
@@ -125,27 +125,29 @@ def test_a_free_motor_with_a_coupling_has_the_curve_of_linear_algebra():
 
 
 def test_a_free_motor_alone_is_left_to_its_error_equation():
-    rigid = train(sw.Free())
+    rigid = train(sw.train.Free())
     assert not has_curve(rigid._replace(load=rigid.load.load))
     assert has_curve(rigid)
 
 
-@pytest.mark.parametrize("control", [sw.Held(), sw.Free(), sw.SpeedLoop(0.5, 20.0), sw.PositionLoop(30.0, 0.5)])
+@pytest.mark.parametrize(
+    "control", [sw.train.Held(), sw.train.Free(), sw.train.SpeedLoop(0.5, 20.0), sw.train.PositionLoop(30.0, 0.5)]
+)
 def test_the_operating_state_carries_load_and_friction(control):
     hardening = sw.Cubic(K, 6.9e4)
-    loaded = train(control, law=hardening, mean=-100.0, load_drag=sw.Viscous(3.0))
+    loaded = train(control, law=hardening, mean=-100.0, load_drag=sw.laws.Viscous(3.0))
     state = operating_state(loaded, 150.0)
     torque = 100.0 + 3.0 * 150.0 / 50.0
     assert hardening.torque(state[0]) == pytest.approx(torque, rel=1e-9)
     assert state[loaded.twists()[0]] == pytest.approx(torque / K_C, rel=1e-9)
-    if isinstance(control, sw.SpeedLoop | sw.PositionLoop):  # the loop's spring holds the motor against it
-        stiff = control.K_i if isinstance(control, sw.SpeedLoop) else control.K_p
+    if isinstance(control, sw.train.SpeedLoop | sw.train.PositionLoop):  # the loop's spring holds the motor against it
+        stiff = control.K_i if isinstance(control, sw.train.SpeedLoop) else control.K_p
         assert state[2] == pytest.approx(-torque / 50.0 / stiff, rel=1e-6)
 
 
 def test_modes_about_a_mean_torque_are_those_of_the_stiffness_there():
     hardening = sw.Cubic(K, 6.9e4)
-    loaded = DRIVE.train(control=sw.Held(), load_torque=sw.Harmonic(0.0, mean=-178.0))._replace(law=hardening)
+    loaded = DRIVE.train(control=sw.train.Held(), load_torque=sw.Harmonic(0.0, mean=-178.0))._replace(law=hardening)
     state = operating_state(loaded, 150.0)
     poles = sw.bode(loaded, [10.0], source="load", at=state, speed=150.0).poles
     assert np.abs(poles) == pytest.approx(np.sqrt(hardening.stiffness(state[0]) / J_2), rel=1e-6)
@@ -153,9 +155,9 @@ def test_modes_about_a_mean_torque_are_those_of_the_stiffness_there():
 
 
 def test_a_friction_that_only_holds_at_standstill_damps_no_mode_of_a_turning_motor():
-    dry = DRIVE.train(control=sw.SpeedLoop(0.5, 20.0), motor_drag=sw.Coulomb(0.1, 0.05))
+    dry = DRIVE.train(control=sw.train.SpeedLoop(0.5, 20.0), motor_drag=sw.laws.Coulomb(0.1, 0.05))
     still, turning = (sw.bode(dry, [10.0], speed=speed).poles for speed in (0.0, 150.0))
-    without = sw.bode(dry._replace(motor=dry.motor._replace(drag=sw.Viscous(0.0))), [10.0]).poles
+    without = sw.bode(dry._replace(motor=dry.motor._replace(drag=sw.laws.Viscous(0.0))), [10.0]).poles
     assert np.sort_complex(turning) == pytest.approx(np.sort_complex(without), rel=1e-6)
     assert np.max(np.abs(still)) > 2.0 * np.max(np.abs(without))
 
@@ -246,7 +248,7 @@ def test_a_curve_cut_short_says_so():
 def test_the_curve_of_a_loop_with_hysteresis_takes_few_points_and_is_that_of_an_integration():
     law = sw.Parallel(sw.PiecewiseLinear(67e3, 110e3, 120e3, 29.0, 108.0), sw.BoucWen(134e3, 0.0, 3.636e-5))
     error = sw.KinematicError((sw.Line(2, 8.727e-5), sw.Line(4, 1.939e-5, 1.222)))
-    loop = sw.Lagged(sw.SpeedLoop(0.0911, 4.417), 4e-4)
+    loop = sw.train.Lagged(sw.train.SpeedLoop(0.0911, 4.417), 4e-4)
     drive = sw.Drive(J_m=4.2e-4, J_l=1.6, N=100.0, B=19.64, law=law)
     made = drive.train(control=loop, kinematic_error=error, load_torque=sw.Harmonic(0.0, mean=-30.0), omega=130.0)
     found = train_curve(made, (130.0, 150.0), 16)

@@ -24,7 +24,7 @@ from strainwave.files.reading import ProjectError, from_text
 SCRIPT = Path(__file__).parent.parent / "typed_code.py"
 KNOWN = {name: law for name, law in (LAWS | DISSIPATIVE).items() if type(law) in law_types().values()}
 FRICTION = {name: law for name, law in DISSIPATIVE.items() if depends(law) > 1 and not isinstance(law, sw.Parallel)}
-LUGRE, GRAVITY = DISSIPATIVE["LuGre"], sw.AngleTorque(0.3)
+LUGRE, GRAVITY = DISSIPATIVE["LuGre"], sw.train.AngleTorque(0.3)
 RIPPLES = "stiffness: {ripples: [{order: 2, depth: 12 %}]}\n"
 TRAIN = {
     "law": (LAWS["Cubic"], LAWS["PiecewiseLinear"], DISSIPATIVE["Parallel, nested"]),
@@ -106,7 +106,7 @@ def untyped(texts):
 def test_every_law_behind_backlash_and_beside_hysteresis_has_types():
     projects = [project for text in gears() if (project := legal(text))]
     laws = {type(part) for project in projects for part in (project.drive.law, *project.drive.law)}
-    assert laws >= set(law_types().values()) - {sw.AngleTorque, sw.Viscous}
+    assert laws >= set(law_types().values()) - {sw.train.AngleTorque, sw.laws.Viscous}
     assert untyped([project.text for project in projects]) == []
 
 

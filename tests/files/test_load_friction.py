@@ -36,9 +36,9 @@ def refusal(tmp_path: Path, text: str) -> str:
 
 def test_a_share_of_the_torque_is_read_and_written(tmp_path):
     project = read(tmp_path, FILE)
-    assert project.train.friction == sw.LoadFriction(0.2)
+    assert project.train.friction == sw.laws.LoadFriction(0.2)
     assert read(tmp_path, sw.project_text(project)).train == project.train
-    assert read(tmp_path, sw.project_text(project.train, (100.0, 150.0))).train.friction == sw.LoadFriction(0.2)
+    assert read(tmp_path, sw.project_text(project.train, (100.0, 150.0))).train.friction == sw.laws.LoadFriction(0.2)
 
 
 def test_the_catalogues_efficiency_gives_it(tmp_path):

@@ -32,14 +32,14 @@ def control(loop):
 @pytest.mark.parametrize(
     ("loop", "expected"),
     [
-        ("{bandwidth: 30 Hz, damping: 0.7}", sw.PositionLoop(J * (30 * HZ) ** 2, 1.4 * J * 30 * HZ)),
-        ("{bandwidth: 30 Hz}", sw.PositionLoop(J * (30 * HZ) ** 2, 1.4 * J * 30 * HZ)),
-        ("{type: position, bandwidth: 200 rad/s, damping: 50 %}", sw.PositionLoop(J * 200.0**2, J * 200.0)),
-        ("{type: speed, bandwidth: 30 Hz, damping: 1}", sw.SpeedLoop(J * 30 * HZ, J * (30 * HZ) ** 2 / 4.0)),
-        ("{type: speed_loop, bandwidth: 30 Hz, damping: 1}", sw.SpeedLoop(J * 30 * HZ, J * (30 * HZ) ** 2 / 4.0)),
-        ("{type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}", sw.SpeedLoop(0.5, 20.0)),
-        ("{type: speed, K_p: 0.5 N*m*s/rad}", sw.SpeedLoop(0.5)),
-        ("{type: position, K_p: 30 N*m/rad, K_d: 0.3 N*m*s/rad}", sw.PositionLoop(30.0, 0.3)),
+        ("{bandwidth: 30 Hz, damping: 0.7}", sw.train.PositionLoop(J * (30 * HZ) ** 2, 1.4 * J * 30 * HZ)),
+        ("{bandwidth: 30 Hz}", sw.train.PositionLoop(J * (30 * HZ) ** 2, 1.4 * J * 30 * HZ)),
+        ("{type: position, bandwidth: 200 rad/s, damping: 50 %}", sw.train.PositionLoop(J * 200.0**2, J * 200.0)),
+        ("{type: speed, bandwidth: 30 Hz, damping: 1}", sw.train.SpeedLoop(J * 30 * HZ, J * (30 * HZ) ** 2 / 4.0)),
+        ("{type: speed_loop, bandwidth: 30 Hz, damping: 1}", sw.train.SpeedLoop(J * 30 * HZ, J * (30 * HZ) ** 2 / 4.0)),
+        ("{type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}", sw.train.SpeedLoop(0.5, 20.0)),
+        ("{type: speed, K_p: 0.5 N*m*s/rad}", sw.train.SpeedLoop(0.5)),
+        ("{type: position, K_p: 30 N*m/rad, K_d: 0.3 N*m*s/rad}", sw.train.PositionLoop(30.0, 0.3)),
     ],
 )
 def test_a_loop_is_given_by_bandwidth_or_by_gains(loop, expected):
@@ -76,8 +76,8 @@ def test_two_couplings_in_series_stand_from_the_gear_on():
         ("{inertia: 0.2 kg*m^2, law: {type: cubic, K: 2e5 N*m/rad, alpha: 1e3 1/rad^2}}"),
     )
     found = project("loop: {bandwidth: 30 Hz}", f"couplings: [{first}, {second}]")
-    behind = sw.Elastic(0.2, 0.0, sw.Cubic(2e5, 1e3), sw.Load(1.3))
-    assert found.train.load == sw.Elastic(0.1, 5.0, sw.Linear(4e5), behind)
+    behind = sw.train.Elastic(0.2, 0.0, sw.Cubic(2e5, 1e3), sw.train.Load(1.3))
+    assert found.train.load == sw.train.Elastic(0.1, 5.0, sw.Linear(4e5), behind)
     assert found.drive.J_l == pytest.approx(1.6)
     alone = project(load=f"couplings: [{first}]").train
     assert alone == project(load=f"coupling: {first}").train

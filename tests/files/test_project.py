@@ -149,7 +149,7 @@ def test_a_catalogue_gear_brings_its_own_motor_inertia(written):
         (
             "type: rounded_piecewise_linear, width: 1 mrad, "
             "K1: 1 N*m/rad, K2: 2 N*m/rad, K3: 3 N*m/rad, T1: 4 N*m, T2: 5 N*m",
-            sw.RoundedPiecewiseLinear(1.0, 2.0, 3.0, 4.0, 5.0, 1e-3),
+            sw.laws.RoundedPiecewiseLinear(1.0, 2.0, 3.0, 4.0, 5.0, 1e-3),
         ),
         (
             "type: tabulated, points: [[-1 rad, -2 N*m], [0 rad, 0 N*m], [2 rad, 30 N*cm]]",
@@ -189,7 +189,7 @@ def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(wri
     # CSG-40-50: 2.9e-4 rad, Harmonic Drive LLC, CSF/CSG catalogue p. 49
     project = read_project(written(GOOD.replace(LINES, f"accuracy: {text}")))
     assert project.kinematic_error.orders() == (1, 2, 4)
-    assert sw.peak_to_peak(project.kinematic_error) == pytest.approx(accuracy, rel=1e-12)
+    assert sw.gears.peak_to_peak(project.kinematic_error) == pytest.approx(accuracy, rel=1e-12)
     assert any("accuracy class" in note and "by assumption" in note for note in project.notes)
     assert not any("accuracy class" in note for note in read_project(written(GOOD)).notes)
 
@@ -652,9 +652,9 @@ def test_loop_drag_and_coupling_make_the_whole_train(written):
     )
     project = read_project(written(text))
     train = project.train
-    assert train.motor == sw.Motor(5e-4, drag=sw.Viscous(2e-4), control=sw.SpeedLoop(0.5, 20.0))
+    assert train.motor == sw.train.Motor(5e-4, drag=sw.laws.Viscous(2e-4), control=sw.train.SpeedLoop(0.5, 20.0))
     assert train.load[:3] == (0.1, 5.0, sw.Linear(4e5))
-    assert (train.load.load.J, train.load.load.drag) == (1.2, sw.AngleTorque(40.0))
+    assert (train.load.load.J, train.load.load.drag) == (1.2, sw.train.AngleTorque(40.0))
     assert project.drive.J_l == pytest.approx(1.3)
     assert read_project(written(GOOD)).train is None
 
@@ -664,9 +664,9 @@ def test_ripples_make_a_varying_oscillator(written):
     system = read_project(written(text + "stiffness: {ripples: [{order: 2, depth: 0.1, phase: 90 deg}]}\n")).system(
         200.0
     )
-    assert isinstance(system, sw.VaryingOscillator)
-    assert system.variation == sw.Variation((sw.Ripple(2, 0.1, math.pi / 2.0),))
-    assert system.damping.variation == sw.Variation((sw.Ripple(3, 0.1),))
+    assert isinstance(system, sw.gears.VaryingOscillator)
+    assert system.variation == sw.gears.Variation((sw.gears.Ripple(2, 0.1, math.pi / 2.0),))
+    assert system.damping.variation == sw.gears.Variation((sw.gears.Ripple(3, 0.1),))
     assert system.damping.warming == 20.0
 
 

@@ -18,20 +18,20 @@ WITH_LOOP = DRIVE._replace(law=YIELDING).train(
     kinematic_error=ERROR,
     load_torque=LOAD_TORQUE,
     omega=200.0,
-    control=sw.SpeedLoop(0.5, 20.0),
-    motor_drag=sw.LuGre(1e3, 1.0, 0.01, 0.1, 0.15, 0.5),
-    load_drag=sw.AngleTorque(40.0, 1, 0.2),
+    control=sw.train.SpeedLoop(0.5, 20.0),
+    motor_drag=sw.laws.LuGre(1e3, 1.0, 0.01, 0.1, 0.15, 0.5),
+    load_drag=sw.train.AngleTorque(40.0, 1, 0.2),
 )
 TRAINS = {
     "loop": WITH_LOOP,
-    "coupling": WITH_LOOP._replace(load=sw.Elastic(0.1, 5.0, sw.Cubic(4e5, 0.1), WITH_LOOP.load)),
+    "coupling": WITH_LOOP._replace(load=sw.train.Elastic(0.1, 5.0, sw.Cubic(4e5, 0.1), WITH_LOOP.load)),
     "two couplings": WITH_LOOP._replace(
-        load=sw.Elastic(0.1, 5.0, sw.Cubic(4e5, 0.1), sw.Elastic(0.2, 0.0, sw.Linear(1e5), WITH_LOOP.load))
+        load=sw.train.Elastic(0.1, 5.0, sw.Cubic(4e5, 0.1), sw.train.Elastic(0.2, 0.0, sw.Linear(1e5), WITH_LOOP.load))
     ),
     "loop with a lag": WITH_LOOP._replace(
-        motor=WITH_LOOP.motor._replace(control=sw.Lagged(sw.PositionLoop(50.0, 0.5), 1e-4))
+        motor=WITH_LOOP.motor._replace(control=sw.train.Lagged(sw.train.PositionLoop(50.0, 0.5), 1e-4))
     ),
-    "position loop": WITH_LOOP._replace(motor=WITH_LOOP.motor._replace(control=sw.PositionLoop(50.0, 0.5))),
+    "position loop": WITH_LOOP._replace(motor=WITH_LOOP.motor._replace(control=sw.train.PositionLoop(50.0, 0.5))),
     "free": DRIVE.train(motor_torque=sw.Harmonic(0.2, 2, 0.0, 1.0), kinematic_error=ERROR, omega=150.0),
 }
 
@@ -64,7 +64,7 @@ def test_the_error_equation_of_a_drive_survives_its_project_file(motor, tmp_path
     torques |= {"motor_torque": sw.Harmonic(0.2, 2, 0.0, 1.0)} if motor == "free" else {}
     equation = DRIVE.error_equation(**torques, omega=150.0, motor=motor)
     path = tmp_path / "axis.yaml"
-    control = sw.Free() if motor == "free" else sw.Held()
+    control = sw.train.Free() if motor == "free" else sw.train.Held()
     path.write_text(sw.project_text(DRIVE.train(**torques, control=control), (100.0, 200.0)), encoding="utf-8")
     project = read_project(path)
     assert (project.speeds.limits, project.motor, project.drive) == ((100.0, 200.0), motor, DRIVE)
@@ -78,9 +78,9 @@ def test_the_error_equation_of_a_drive_survives_its_project_file(motor, tmp_path
     [
         (DRIVE.train(omega=3.0), None, "does not take this train: project.yaml:6:13: excitation: nothing periodic"),
         (WITH_LOOP, (3.0, 2.0), r"omega \[rad/s\] is \(3.0, 2.0\); it must be two finite numbers"),
-        (WITH_LOOP._replace(reference=sw.AtRest()), None, r"constant speeds, and this train follows AtRest\(\)"),
+        (WITH_LOOP._replace(reference=sw.train.AtRest()), None, r"constant speeds, and this train follows AtRest\(\)"),
         (
-            WITH_LOOP._replace(load=sw.Load(1.0, sw.TorqueProfile((0.0, 1.0), (0.0, 1.0)))),
+            WITH_LOOP._replace(load=sw.train.Load(1.0, sw.train.TorqueProfile((0.0, 1.0), (0.0, 1.0)))),
             None,
             "holds torques as harmonics, and the load has TorqueProfile",
         ),

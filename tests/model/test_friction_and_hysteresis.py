@@ -78,39 +78,39 @@ def test_bouc_wen_levels_off_where_the_rate_vanishes():
 
 
 def test_lugre_at_a_steady_speed_is_the_stribeck_curve():
-    law = sw.LuGre(100.0, 1.0, 0.2, 0.6, 1.0, 0.1)
+    law = sw.laws.LuGre(100.0, 1.0, 0.2, 0.6, 1.0, 0.1)
     for v in (-0.5, -0.05, 0.02, 0.1, 3.0):
         g = 0.6 + 0.4 * math.exp(-((v / 0.1) ** 2))
         z = g / 100.0 * math.copysign(1.0, v)  # where z' = 0
         assert law.z_rate(0.0, v, (z,))[0] == pytest.approx(0.0, abs=1e-14)
         assert law.torque(0.0, v, (z,)) == pytest.approx(math.copysign(g, v) + 0.2 * v, rel=1e-13)
-    stribeck = sw.Stribeck(0.6, 1.0, 0.1, 1e-9)
+    stribeck = sw.laws.Stribeck(0.6, 1.0, 0.1, 1e-9)
     assert stribeck.torque(0.0, 0.05) == pytest.approx(0.6 + 0.4 * math.exp(-0.25), rel=1e-12)
 
 
 def test_lugre_loses_energy_always_if_viscous_friction_is_large_enough():
     # Barahanov & Ortega 2000: sigma_2 >= sigma_1 (T_s - T_c)/T_c, here 1 (1 - 0.6)/0.6 = 2/3
     v, z = np.meshgrid(np.linspace(-300.0, 300.0, 401), np.linspace(-0.01, 0.01, 101))  # |z| <= T_s/sigma_0
-    enough, short = (sw.LuGre(100.0, 1.0, s, 0.6, 1.0, 0.1).losses(0.0, v, (z,))[0] for s in (0.667, 0.4))
+    enough, short = (sw.laws.LuGre(100.0, 1.0, s, 0.6, 1.0, 0.1).losses(0.0, v, (z,))[0] for s in (0.667, 0.4))
     assert np.min(enough) >= 0.0
     assert np.min(short) < 0.0
 
 
 def test_coulomb_has_71_percent_at_its_width_and_99_5_at_ten_widths():
-    law = sw.Coulomb(2.0, 0.01)
+    law = sw.laws.Coulomb(2.0, 0.01)
     assert law.torque(0.0, 0.01) == pytest.approx(2.0 / math.sqrt(2.0), rel=1e-14)
     assert law.torque(0.0, -0.1) == pytest.approx(-2.0 * 0.995037190, rel=1e-9)
 
 
 def test_viscous_friction_falls_by_3_5_percent_per_kelvin_and_grows_with_the_load():
-    cold = sw.Viscous(0.1)
-    warm = sw.Viscous(0.1, warming=20.0)
+    cold = sw.laws.Viscous(0.1)
+    warm = sw.laws.Viscous(0.1, warming=20.0)
     assert warm.torque(0.0, 3.0) == pytest.approx(cold.torque(0.0, 3.0) * math.exp(-0.7), rel=1e-14)
-    assert sw.Viscous(0.1, load=-50.0, per_torque=0.01).torque(0.0, 1.0) == pytest.approx(0.15, rel=1e-14)
+    assert sw.laws.Viscous(0.1, load=-50.0, per_torque=0.01).torque(0.0, 1.0) == pytest.approx(0.15, rel=1e-14)
 
 
 def test_parallel_gives_each_law_its_own_states():
-    first, second = sw.BoucWen(1.0, 0.3, 0.4), sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3)
+    first, second = sw.BoucWen(1.0, 0.3, 0.4), sw.laws.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3)
     both, x, v = sw.Parallel(first, second), 0.2, -0.1
     assert states_of(both) == 2
     assert depends(both) == 3
@@ -119,7 +119,7 @@ def test_parallel_gives_each_law_its_own_states():
     assert sw.Oscillator(1.0, 0.0, both, sw.Harmonic(1.0), 1.0).state_names() == ("x", "x'", "z1", "z2")
 
 
-BOUC_WEN, LUGRE = sw.BoucWen(1.0, 0.3, 0.4), sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3)
+BOUC_WEN, LUGRE = sw.BoucWen(1.0, 0.3, 0.4), sw.laws.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3)
 
 
 @pytest.mark.parametrize(
@@ -136,11 +136,14 @@ BOUC_WEN, LUGRE = sw.BoucWen(1.0, 0.3, 0.4), sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05,
         (LUGRE._replace(T_s=0.02), r"LuGre has T_s = 0\.02 and T_c = 0\.03 N\*m; break-away takes at least"),
         (LUGRE._replace(sigma_0=0.0), r"LuGre\.sigma_0 is 0; it must be positive"),
         (LUGRE._replace(sigma_1=-1.0), r"LuGre\.sigma_1 is -1; it must not be negative"),
-        (sw.Coulomb(-1.0, 0.1), r"Coulomb\.T_c is -1; it must not be negative"),
-        (sw.Coulomb(1.0, 0.0), r"Coulomb\.width is 0; it must be positive"),
-        (sw.Stribeck(1.0, 2.0, 0.1, 0.2), r"the width must be smaller, or the break-away torque is never seen"),
-        (sw.Viscous(-1.0), r"Viscous\.B is -1; it must not be negative"),
-        (sw.Viscous(1.0, warming=-1e6), r"Viscous\.warming is -1e\+06 K, for 0\.035 1/K the factor exp\(3\.5e\+04\)"),
+        (sw.laws.Coulomb(-1.0, 0.1), r"Coulomb\.T_c is -1; it must not be negative"),
+        (sw.laws.Coulomb(1.0, 0.0), r"Coulomb\.width is 0; it must be positive"),
+        (sw.laws.Stribeck(1.0, 2.0, 0.1, 0.2), r"the width must be smaller, or the break-away torque is never seen"),
+        (sw.laws.Viscous(-1.0), r"Viscous\.B is -1; it must not be negative"),
+        (
+            sw.laws.Viscous(1.0, warming=-1e6),
+            r"Viscous\.warming is -1e\+06 K, for 0\.035 1/K the factor exp\(3\.5e\+04\)",
+        ),
     ],
 )
 def test_parameters_that_are_no_friction_are_refused_in_one_sentence(law, sentence):

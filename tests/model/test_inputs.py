@@ -37,8 +37,11 @@ LINE = sw.Line(2, 1e-4)
         (GOOD._replace(error=sw.KinematicError((sw.Line(-2, 1e-4),))), r"Line\.order is -2"),
         (sw.Drive(-5e-4, 0.05, 50.0, 0.017, sw.Linear(7160.0)), r"Drive\.J_m is -0\.0005; it must be positive"),
         (sw.HDC_40_050.train()._replace(B=-1.0), r"DriveTrain\.B is -1 N\*m\*s/rad; a damping must not be negative"),
-        (sw.Elastic(0.01, -1.0, sw.Linear(1.0), sw.Load(0.05)), r"Elastic\.B is -1 N\*m\*s/rad; a damping must not be"),
-        (sw.GearDamping(1.0, warming=-1e6), r"GearDamping\.warming is -1e\+06 K"),
+        (
+            sw.train.Elastic(0.01, -1.0, sw.Linear(1.0), sw.train.Load(0.05)),
+            r"Elastic\.B is -1 N\*m\*s/rad; a damping must not be",
+        ),
+        (sw.gears.GearDamping(1.0, warming=-1e6), r"GearDamping\.warming is -1e\+06 K"),
         (sw.Drive(5e-4, 0.05, 0.0, 0.017, sw.Linear(7160.0)), r"Drive\.N is 0; it must be positive"),
     ],
 )
@@ -135,8 +138,14 @@ def test_a_class_in_place_of_a_law_is_refused():
         (lambda: sw.simulate(GOOD, (0.0, 0.0), 10**400), "t must be an end time"),
         (lambda: sw.error_scan(10**400, [1.0]), "angle is 1000"),
         (lambda: sw.bode(sw.HDC_40_050.train(), [1.0], speed=""), "speed is ''; it must be a finite number"),
-        (lambda: sw.parameter_response(GOOD, LINE._replace(amplitude=10**400), (1.0, 2.0)), r"no continuous parameter"),
-        (lambda: sw.variability(GOOD, {"B": sw.Uniform(0.1, 0.2)}, speeds=1e-320), "speeds are 1e-320; they must be"),
+        (
+            lambda: sw.numerics.parameter_response(GOOD, LINE._replace(amplitude=10**400), (1.0, 2.0)),
+            r"no continuous parameter",
+        ),
+        (
+            lambda: sw.sample.variability(GOOD, {"B": sw.Uniform(0.1, 0.2)}, speeds=1e-320),
+            "speeds are 1e-320; they must be",
+        ),
     ],
 )
 def test_what_no_float_holds_and_what_is_no_number_is_one_short_sentence(asked, sentence):

@@ -110,14 +110,14 @@ def test_an_odd_table_of_points_on_both_sides_is_refused():
 
 
 def test_knots_that_would_overshoot_are_refused():
-    knots = (sw.Knot(0.0, 0.0, 3.5), sw.Knot(1.0, 1.0, 1.0), sw.Knot(2.0, 2.0, 1.0))
+    knots = (sw.laws.Knot(0.0, 0.0, 3.5), sw.laws.Knot(1.0, 1.0, 1.0), sw.laws.Knot(2.0, 2.0, 1.0))
     with pytest.raises(ValueError, match=r"slopes 3.5 and 1 N[*]m/rad at 0 and 1 rad, whose points rise with 1 N"):
-        checked(sw.Tabulated(knots))
+        checked(sw.laws.Tabulated(knots))
 
 
 def test_rounded_corners_are_exact_outside_and_off_by_an_eighth_of_width_and_change_at_the_corner():
     width = 2e-4
-    law = checked(sw.RoundedPiecewiseLinear(*SLOPES, width))
+    law = checked(sw.laws.RoundedPiecewiseLinear(*SLOPES, width))
     corners = SLOPES.breakpoints()
     x = np.linspace(-3e-3, 3e-3, 4001)
     outside = np.all(np.abs(x[:, None] - corners) >= 0.5 * width, axis=1)
@@ -131,7 +131,7 @@ def test_rounded_corners_are_exact_outside_and_off_by_an_eighth_of_width_and_cha
 @pytest.mark.parametrize("width", [0.0, -1e-5, 1.02e-3, math.pi])
 def test_rounded_corners_that_meet_are_refused(width):
     with pytest.raises(ValueError, match=r"RoundedPiecewiseLinear.width is .* at most 0.00101429 rad"):
-        checked(sw.RoundedPiecewiseLinear(*SLOPES, width))
+        checked(sw.laws.RoundedPiecewiseLinear(*SLOPES, width))
 
 
 def test_play_in_series_with_a_straight_spring_is_backlash():

@@ -9,9 +9,9 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.base.quantities import checked
 
-RIPPLES = sw.Variation((sw.Ripple(1, 0.1), sw.Ripple(2, 0.2, 0.5)))
-DAMPING = sw.GearDamping(0.1, sw.Variation((sw.Ripple(1, 0.4),)), warming=4.0, fast=0.5, v_fast=0.3)
-DRIVE = sw.VaryingOscillator(1.0, DAMPING, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.3, sw.NoError(), RIPPLES)
+RIPPLES = sw.gears.Variation((sw.gears.Ripple(1, 0.1), sw.gears.Ripple(2, 0.2, 0.5)))
+DAMPING = sw.gears.GearDamping(0.1, sw.gears.Variation((sw.gears.Ripple(1, 0.4),)), warming=4.0, fast=0.5, v_fast=0.3)
+DRIVE = sw.gears.VaryingOscillator(1.0, DAMPING, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.3, sw.NoError(), RIPPLES)
 
 
 def test_the_equation_of_motion_is_the_one_in_the_docstring():
@@ -38,7 +38,7 @@ def test_damping_stays_within_its_bounds():
 def test_an_orbit_is_the_same_by_balance_by_shooting_and_by_an_independent_integration():
     orbit = sw.find_orbit(DRIVE)
     assert orbit.status
-    shot = sw.shoot(DRIVE, orbit.state(0.0))
+    shot = sw.numerics.shoot(DRIVE, orbit.state(0.0))
     assert shot.amplitude(1) == pytest.approx(orbit.amplitude(1), rel=1e-9)
     np.testing.assert_allclose(shot.multipliers, orbit.multipliers, atol=1e-8)
     period = 2.0 * math.pi / 1.3
@@ -50,7 +50,7 @@ def test_an_orbit_is_the_same_by_balance_by_shooting_and_by_an_independent_integ
 
 def test_without_variation_the_curve_is_that_of_the_plain_oscillator():
     plain = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.0)
-    same = sw.VaryingOscillator(1.0, sw.GearDamping(0.1), sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.0)
+    same = sw.gears.VaryingOscillator(1.0, sw.gears.GearDamping(0.1), sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.0)
     expected, found = (sw.frequency_response(s, (0.8, 1.8), points=60) for s in (plain, same))
     assert [f.omega for f in found.folds] == pytest.approx([f.omega for f in expected.folds], rel=1e-8)
     jumps, plain_jumps = sw.jumps(found), sw.jumps(expected)
@@ -59,7 +59,7 @@ def test_without_variation_the_curve_is_that_of_the_plain_oscillator():
 
 
 def test_a_depth_is_a_parameter_that_can_be_swept():
-    branch = sw.parameter_response(DRIVE, "variation.ripples.1.depth", (0.0, 0.3), points=20)
+    branch = sw.numerics.parameter_response(DRIVE, "variation.ripples.1.depth", (0.0, 0.3), points=20)
     assert branch.status
     at = sw.find_orbit(sw.replace(DRIVE, {"variation.ripples.1.depth": 0.3}))
     assert branch.values[-1] == pytest.approx(0.3)
@@ -70,9 +70,9 @@ def test_a_depth_is_a_parameter_that_can_be_swept():
     "verb",
     [
         lambda s: sw.slow_flow(s, sw.PRIMARY),
-        lambda s: sw.backbone(s, np.array([0.1, 0.2])),
+        lambda s: sw.numerics.backbone(s, np.array([0.1, 0.2])),
         lambda s: sw.isolas(s, (1.0, 4.0)),
-        lambda s: sw.energy_balance(s, (0.0, 0.0)),
+        lambda s: sw.study.energy_balance(s, (0.0, 0.0)),
     ],
 )
 def test_verbs_of_the_plain_oscillator_refuse_in_one_sentence_that_says_what_does_take_it(verb):
@@ -84,18 +84,22 @@ def test_verbs_of_the_plain_oscillator_refuse_in_one_sentence_that_says_what_doe
 @pytest.mark.parametrize(
     ("model", "kind", "sentence"),
     [
-        (sw.Variation((sw.Ripple(1, 0.6), sw.Ripple(2, -0.5))), ValueError, "add up to 1.1; they must stay below 1"),
-        (sw.Variation((sw.Ripple(0, 0.1),)), ValueError, "Ripple.order is 0; it must be at least 1"),
-        (sw.Variation((sw.Ripple(1.5, 0.1),)), ValueError, "Ripple.order must be a whole number"),
-        (sw.GearDamping(-1.0), ValueError, "GearDamping.B is -1; it must not be negative"),
-        (sw.GearDamping(1.0, fast=-0.1), ValueError, "GearDamping.fast is -0.1"),
-        (sw.GearDamping(1.0, v_fast=0.0), ValueError, "GearDamping.v_fast is 0 rad/s; it must be positive"),
-        (sw.GearDamping(1.0, variation=3), TypeError, "GearDamping.variation is 3; it must be a Variation"),
-        (sw.GearDamping(1.0, variation=sw.NoVariation), TypeError, "GearDamping.variation is <class"),
-        (DRIVE._replace(variation=sw.NoVariation), TypeError, "VaryingOscillator.variation is the class"),
+        (
+            sw.gears.Variation((sw.gears.Ripple(1, 0.6), sw.gears.Ripple(2, -0.5))),
+            ValueError,
+            "add up to 1.1; they must stay below 1",
+        ),
+        (sw.gears.Variation((sw.gears.Ripple(0, 0.1),)), ValueError, "Ripple.order is 0; it must be at least 1"),
+        (sw.gears.Variation((sw.gears.Ripple(1.5, 0.1),)), ValueError, "Ripple.order must be a whole number"),
+        (sw.gears.GearDamping(-1.0), ValueError, "GearDamping.B is -1; it must not be negative"),
+        (sw.gears.GearDamping(1.0, fast=-0.1), ValueError, "GearDamping.fast is -0.1"),
+        (sw.gears.GearDamping(1.0, v_fast=0.0), ValueError, "GearDamping.v_fast is 0 rad/s; it must be positive"),
+        (sw.gears.GearDamping(1.0, variation=3), TypeError, "GearDamping.variation is 3; it must be a Variation"),
+        (sw.gears.GearDamping(1.0, variation=sw.gears.NoVariation), TypeError, "GearDamping.variation is <class"),
+        (DRIVE._replace(variation=sw.gears.NoVariation), TypeError, "VaryingOscillator.variation is the class"),
         (DRIVE._replace(J=0.0), ValueError, "VaryingOscillator.J is 0"),
         (DRIVE._replace(damping=0.1), TypeError, r"VaryingOscillator.damping is 0.1.*write GearDamping\(B\)"),
-        (DRIVE._replace(law=sw.Coulomb(1.0, 0.1)), TypeError, "law is a Coulomb, which has friction or memory"),
+        (DRIVE._replace(law=sw.laws.Coulomb(1.0, 0.1)), TypeError, "law is a Coulomb, which has friction or memory"),
     ],
 )
 def test_what_makes_no_sense_is_refused_in_one_sentence(model, kind, sentence):

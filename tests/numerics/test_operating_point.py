@@ -63,7 +63,7 @@ def test_under_a_vibration_the_mean_torque_of_a_cubic_law_is_that_of_a_softer_on
 
 RISING = {
     "three slopes": SLOPES,
-    "rounded": sw.RoundedPiecewiseLinear(*SLOPES, 2e-4),
+    "rounded": sw.laws.RoundedPiecewiseLinear(*SLOPES, 2e-4),
     "table": sw.tabulated([(-3e-3, -400.0), (-1e-3, -90.0), (0.0, 0.0), (4e-4, 44.0), (1.2e-3, 130.0), (2e-3, 300.0)]),
     "backlash": sw.Backlash(1e5, 4e-4),
     "backlash before slopes": sw.Play(3e-4, SLOPES),

@@ -23,9 +23,9 @@ def named(panel, label):
 def test_the_error_in_time_has_the_size_that_the_ensemble_measures():
     error = sw.KinematicError((sw.Line(2, 20.0 * ARCSEC),))
     drive = sw.Drive(J_m=2e-4, J_l=0.8, N=50.0, B=60.0, law=sw.Linear(2e4))
-    loop = sw.from_bandwidth(150.0, 2e-4 + 0.8 / 2500.0, 0.7)
+    loop = sw.train.from_bandwidth(150.0, 2e-4 + 0.8 / 2500.0, 0.7)
     train = drive.train(kinematic_error=error, control=loop, omega=60.0)
-    sampling = sw.Sampling(2e-3, 5e-4, motor_quantum=1e-7)
+    sampling = sw.controllers.Sampling(2e-3, 5e-4, motor_quantum=1e-7)
     bench = bench_of(train, sampling=sampling)
     found = sw.compensate(train, "angle", speed=60.0, sampling=sampling, robust=False)
     before, after = (figures.motion(bench, name, 60.0, name) for name in ("loop", "angle"))

@@ -10,8 +10,8 @@ from strainwave.plot import curves, panels_of
 from strainwave.sample.reductions import Ranking, RunningQuantile
 from strainwave.sample.result import SpeedSpread, Variability
 
-QUIET = sw.Attractor(1, -1.0, 1.0, np.array([[0.2, -0.3]]), 0.5, True)
-THIRD = sw.Attractor(3, -2.0, 2.0, np.array([[1.0, 0.0], [-0.5, 0.9], [-0.5, -0.9]]), 0.7, True)
+QUIET = sw.results.Attractor(1, -1.0, 1.0, np.array([[0.2, -0.3]]), 0.5, True)
+THIRD = sw.results.Attractor(3, -2.0, 2.0, np.array([[1.0, 0.0], [-0.5, 0.9], [-0.5, -0.9]]), 0.7, True)
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def axes():
 def test_basins_show_attractors_and_what_is_left(axes, shape):
     x, v = np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 1.0])
     label = np.array([0, 0, 0, 1, DIVERGED, CHAOTIC])
-    found = sw.Basins(x.ravel(), v.ravel(), label, (QUIET, THIRD), shape, ((-1.5, 1.5), (-2.0, 2.0)))
+    found = sw.results.Basins(x.ravel(), v.ravel(), label, (QUIET, THIRD), shape, ((-1.5, 1.5), (-2.0, 2.0)))
     sw.draw(found, axes)
     words = [text.get_text() for text in axes.get_legend().get_texts()]
     assert [word.partition(":")[0].split(",")[0] for word in words] == ["period 1", "period 3", "diverged", "chaotic"]
@@ -38,7 +38,7 @@ def test_basins_show_attractors_and_what_is_left(axes, shape):
 def test_an_orbit_diagram_shows_both_sweeps(axes):
     x = np.arange(12.0).reshape(3, 4, 1)
     period, peak = np.ones((3, 1), int), np.ones((3, 1))
-    found = sw.OrbitDiagram("omega", np.array([1.0, 2.0, 3.0]), x, -x, period, period, peak, peak, "rad/s")
+    found = sw.results.OrbitDiagram("omega", np.array([1.0, 2.0, 3.0]), x, -x, period, period, peak, peak, "rad/s")
     sw.draw(found, axes)
     down, up = axes.lines
     assert up.get_xdata()[4] == 2.0
@@ -83,10 +83,10 @@ def test_a_line_parts_basins_that_are_no_dust(axes):
     spans = ((-1e-4, 1e-4), (-1.0, 1.0))
     halves, dust = (x > 0.0).astype(int).ravel(), np.random.default_rng(0).integers(0, 2, 400)
     for label, count in ((dust, 0), (halves, 20)):
-        (panel,) = panels_of(sw.Basins(x.ravel(), v.ravel(), label, (QUIET, THIRD), (20, 20), spans))
+        (panel,) = panels_of(sw.results.Basins(x.ravel(), v.ravel(), label, (QUIET, THIRD), (20, 20), spans))
         border = next(curve for curve in panel.curves if not curve.marker)
         assert np.sum(np.isfinite(border.x)) == 2 * count  # an end below and above each cell
         np.testing.assert_allclose(border.x[np.isfinite(border.x)], 0.0, atol=1e-18)
-    sw.draw(sw.Basins(x.ravel(), v.ravel(), halves, (QUIET, THIRD), (20, 20), spans), axes)
+    sw.draw(sw.results.Basins(x.ravel(), v.ravel(), halves, (QUIET, THIRD), (20, 20), spans), axes)
     assert axes.get_xlabel() == "initial x (arcsec)"
     assert axes.get_ylabel() == "initial x' (rad/s)"

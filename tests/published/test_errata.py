@@ -17,7 +17,7 @@ import strainwave as sw
 
 @pytest.mark.slow
 def test_e1_printed_forcing_lacks_the_ratio_in_front_of_the_load_torque():
-    derived = sw.derivation()
+    derived = sw.theory.derive()
     s = derived.symbols
     printed = (s.T_m * s.J_l - s.T_l * s.J_m) / (s.N * s.J_m * s.J_l)
     corrected = (s.T_m * s.J_l - s.N * s.T_l * s.J_m) / (s.N * s.J_m * s.J_l)

@@ -85,7 +85,7 @@ def test_auto_07p_folds():
 def test_folds_agree_with_tight_shooting():
     for fold in sw.frequency_response(duffing(0.1, 0.05, 1.0), (0.5, 3.0), harmonics=15).folds:
         system = duffing(0.1, 0.05, 1.0)._replace(omega=fold.omega)
-        orbit = sw.shoot(system, fold.state(0.0), rtol=1e-12)
+        orbit = sw.numerics.shoot(system, fold.state(0.0), rtol=1e-12)
         # At a fold one multiplier is 1; shooting there converges linearly, but the multiplier is accurate.
         assert min(abs(orbit.multipliers - 1.0)) < 2e-4
         beyond = 1e-8 * fold.omega * (1.0 if fold.omega > 1.5 else -1.0)

@@ -123,7 +123,7 @@ def test_every_point_of_a_grid_gets_its_measure():
 
 
 def test_the_points_of_a_sample_carry_their_parameters(tmp_path):
-    sample = sw.Sobol(64, {"law.alpha": sw.Normal(1.0, 0.1), "omega": sw.Uniform(1.0, 2.0)})
+    sample = sw.sample.Sobol(64, {"law.alpha": sw.Normal(1.0, 0.1), "omega": sw.Uniform(1.0, 2.0)})
     result = sw.sweep(product, SYSTEM, sample, store=tmp_path / "s", chunk=10)
     assert result["product"].dims == ("point",)
     assert np.array_equal(result["product"], result["law.alpha"] * result["omega"])
@@ -145,9 +145,12 @@ def test_the_store_is_read_through_xarray_when_its_values_are_used(tmp_path):
     [
         (product, GRID),
         (picky, {"omega": OMEGA}),
-        (lambda system: {"law": system.law.K, "lists": np.arange(3.0)}, sw.Sobol(8, {"J": sw.Uniform(1.0, 2.0)})),
+        (
+            lambda system: {"law": system.law.K, "lists": np.arange(3.0)},
+            sw.sample.Sobol(8, {"J": sw.Uniform(1.0, 2.0)}),
+        ),
         (lambda system: system.B, {("J", "B"): [0.9, 1.0, 1.1]}),
-        (sw.EnsembleMeasure((0.0, 0.0), 2, (sw.Peak(), sw.Final(), sw.Poincare())), {"omega": OMEGA[:4]}),
+        (sw.EnsembleMeasure((0.0, 0.0), 2, (sw.Peak(), sw.Final(), sw.numerics.Poincare())), {"omega": OMEGA[:4]}),
     ],
 )
 def test_results_are_written_as_netcdf_and_read_back_equal(tmp_path, measure, grid):
@@ -341,7 +344,7 @@ def test_parameters_that_share_a_factor_are_scaled_together(tmp_path):
         assert result["law.K1 & law.K2 & law.K3"].attrs["units"] == ""
         np.testing.assert_allclose(result["b"][:, 1], [0.7, 1.4, 2.8])
         np.testing.assert_allclose(result["c"] / result["a"], 1.8)
-    sample = sw.LatinHypercube(50, {("law.K1", "law.K2"): sw.Normal(1.0, 0.1)})
+    sample = sw.sample.LatinHypercube(50, {("law.K1", "law.K2"): sw.Normal(1.0, 0.1)})
     result = sw.sweep(stiffnesses, SYSTEM._replace(law=law), sample)
     np.testing.assert_allclose(result["a"], result["law.K1 & law.K2"])
     np.testing.assert_allclose(result["b"] / result["a"], 1.4)
@@ -539,8 +542,11 @@ def test_a_folder_that_cannot_be_written_is_told_in_one_sentence(tmp_path):
             {"grid": {p: np.ones(10**4) for p in ("J", "B", "law.K", "omega")}},
             r"the sweep has 1e\+16 points, .* chunks",
         ),
-        ({"chunk": 1, "grid": sw.Sobol(2**30, {"J": sw.Uniform(1.0, 2.0)})}, "or a larger chunk"),
-        ({"chunk": 2**40, "grid": sw.LatinHypercube(2**40, {"J": sw.Uniform(1.0, 2.0)})}, r"chunk is 1\.1e\+12 points"),
+        ({"chunk": 1, "grid": sw.sample.Sobol(2**30, {"J": sw.Uniform(1.0, 2.0)})}, "or a larger chunk"),
+        (
+            {"chunk": 2**40, "grid": sw.sample.LatinHypercube(2**40, {"J": sw.Uniform(1.0, 2.0)})},
+            r"chunk is 1\.1e\+12 points",
+        ),
         ({"chunk": 0}, "chunk is 0"),
         ({"workers": 0}, "workers is 0"),
         ({"workers": 10**9}, "workers is 1000000000; it must be at most 1024"),
@@ -658,6 +664,6 @@ def test_an_ensemble_in_chunks_is_the_ensemble_as_a_whole(tmp_path):
 
 
 def test_a_store_that_was_begun_before_the_room_had_its_name_is_recognised():
-    sample = sw.LatinHypercube(4, {"law.K": sw.Normal(1e5, 5e3)})
+    sample = sw.sample.LatinHypercube(4, {"law.K": sw.Normal(1e5, 5e3)})
     spec = digest(sw.EnsembleMeasure((0.0, 0.0), 20, (sw.Peak(),)), sample)
     assert spec == "fad1b0c30b484964f95c2d562286518baab78ec93e9a7257827a38f739ed4a4b"

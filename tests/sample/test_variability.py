@@ -18,7 +18,7 @@ CUBIC = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 def test_quantiles_of_a_linear_drive_follow_from_its_gain():
     """The peak is A/|K - J w^2 + i B w|, proportional to A: its quantiles are those of A."""
     spread = {"excitation.amplitude": stats.norm(1.0, 0.1)}
-    found = sw.variability(LINEAR, spread, count=1000, seed=3, settle=30)
+    found = sw.sample.variability(LINEAR, spread, count=1000, seed=3, settle=30)
     at = found.speeds[0]
     wanted = stats.norm(1.0, 0.1).ppf(at.shares) / abs(1.0 + 0.4j)
     assert np.all(np.abs(at.quantiles - wanted) < 4.0 * at.errors)
@@ -30,7 +30,7 @@ def test_quantiles_of_a_linear_drive_follow_from_its_gain():
 @pytest.mark.slow
 def test_peaks_jumps_and_the_phase_of_cubic_drives():
     spread = {"law.alpha": sw.Uniform(0.03, 0.07), "excitation.phase": sw.Uniform(0.0, 6.28)}
-    found = sw.variability(CUBIC, spread, speeds=[0.7], count=64, jump_span=(0.8, 3.0), jump_count=6)
+    found = sw.sample.variability(CUBIC, spread, speeds=[0.7], count=64, jump_span=(0.8, 3.0), jump_count=6)
     for i in (0, 20):
         one = sw.replace(CUBIC, {path: float(v[i]) for path, v in found.drives.items()} | {"omega": 0.7})
         assert found.speeds[0].peak[i] == pytest.approx(sw.find_orbit(one).peak, rel=1e-5)
@@ -49,7 +49,7 @@ def test_peaks_jumps_and_the_phase_of_cubic_drives():
 @pytest.mark.compiled
 def test_drives_that_run_away_are_counted():
     soft = sw.Oscillator(1.0, 0.3, sw.Cubic(1.0, -0.3), sw.Harmonic(0.2), 0.5)
-    found = sw.variability(soft, {"law.alpha": sw.Uniform(-6.0, -0.3)}, count=160, settle=30, longest=60)
+    found = sw.sample.variability(soft, {"law.alpha": sw.Uniform(-6.0, -0.3)}, count=160, settle=30, longest=60)
     at = found.speeds[0]
     assert 0 < at.diverged < 128
     assert np.count_nonzero(np.isnan(at.peak)) == at.diverged
@@ -73,7 +73,7 @@ def test_a_factor_scales_its_parameters_together():
 def test_a_shared_factor_is_ranked_under_the_names_of_its_parameters():
     """Below resonance a gear of any slopes answers with torque over stiffness: the factor is all that matters."""
     system = sw.Oscillator(1.0, 0.5, sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2), sw.Harmonic(0.1), 0.05)
-    found = sw.variability(
+    found = sw.sample.variability(
         system, {("law.K1", "law.K2", "law.K3"): sw.Normal(1.0, 0.1), "B": sw.Uniform(0.45, 0.55)}, count=200
     )
     first = found.speeds[0].ranking.rows[0]
@@ -188,7 +188,7 @@ def test_the_probability_of_a_resonance_in_a_band():
 def test_the_band_counts_driven_orders_only():
     held = LINEAR._replace(excitation=sw.Harmonic(0.0, order=1), error=sw.KinematicError((sw.Line(2, 0.1),)))
     spread = {"law.K": sw.Uniform(1.0, 3.0)}
-    band = sw.variability(held, spread, count=400, settle=20, speed_band=(0.6, 0.7)).band
+    band = sw.sample.variability(held, spread, count=400, settle=20, speed_band=(0.6, 0.7)).band
     assert set(band.inside) == {2}
     p, error = band.probability()
     assert p == pytest.approx(0.26, abs=4.0 * error)
@@ -199,7 +199,7 @@ def test_natural_frequencies_at_an_amplitude_and_a_mean_torque():
     drives = {"law.alpha": np.array([0.05, 0.2])}
     found = natural_frequencies(CUBIC, drives, 1.0)
     np.testing.assert_allclose(found, np.sqrt(1.0 + 0.75 * drives["law.alpha"]), rtol=1e-12)
-    exact = sw.backbone(CUBIC._replace(law=sw.Cubic(1.0, 0.2)), [1.0]).omega[0]
+    exact = sw.numerics.backbone(CUBIC._replace(law=sw.Cubic(1.0, 0.2)), [1.0]).omega[0]
     assert found[1] == pytest.approx(exact, rel=1e-3)
     biased = CUBIC._replace(excitation=sw.Harmonic(1.0, mean=1.5))
     u = np.array([np.roots([a, 0.0, 1.0, -1.5])[-1].real for a in drives["law.alpha"]])
@@ -250,4 +250,4 @@ def test_drives_that_cannot_carry_their_mean_torque_are_counted():
 def test_bad_input_is_one_sentence(change, sentence):
     arguments = {"distributions": {"law.K": sw.Uniform(1.0, 3.0)}, "count": 32} | change
     with pytest.raises((ValueError, TypeError), match=sentence):
-        sw.variability(LINEAR, arguments.pop("distributions"), **arguments)
+        sw.sample.variability(LINEAR, arguments.pop("distributions"), **arguments)

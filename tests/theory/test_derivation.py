@@ -8,7 +8,7 @@ import strainwave as sw
 
 @pytest.fixture(scope="module")
 def derived():
-    return sw.derivation()
+    return sw.theory.derive()
 
 
 @pytest.fixture(scope="module")

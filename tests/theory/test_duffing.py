@@ -113,7 +113,7 @@ def test_free_oscillation_lies_on_the_backbone_of_harmonic_balance():
     system = constant(sw.Cubic(1.0, 0.3), 0.7)
     motion = exact_duffing.free(system, 2.0)
     z = motion.coefficients(20)
-    curve = sw.backbone(system, [z[1]], harmonics=20)
+    curve = sw.numerics.backbone(system, [z[1]], harmonics=20)
     assert curve.omega[0] == pytest.approx(motion.omega, rel=1e-11)
     np.testing.assert_allclose(curve.coefficients[0], z, rtol=0.0, atol=1e-10)
 

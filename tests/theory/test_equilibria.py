@@ -9,9 +9,9 @@ from strainwave.theory.equilibria import landscape
 
 SLOPES = sw.PiecewiseLinear(2.0, 3.0, 4.0, 0.5, 1.5)
 TABLE = sw.tabulated([(-1.0, -2.0), (0.0, 0.0), (0.4, 0.0), (1.5, 1.0)])
-FLAT_END = sw.Tabulated((sw.Knot(-1.0, -2.0, 2.0), sw.Knot(0.0, 0.0, 1.0), sw.Knot(1.0, 0.5, 0.0)))
+FLAT_END = sw.laws.Tabulated((sw.laws.Knot(-1.0, -2.0, 2.0), sw.laws.Knot(0.0, 0.0, 1.0), sw.laws.Knot(1.0, 0.5, 0.0)))
 LAWS = {
-    "rounded": sw.RoundedPiecewiseLinear(*SLOPES, 0.1),
+    "rounded": sw.laws.RoundedPiecewiseLinear(*SLOPES, 0.1),
     "table": TABLE,
     "table with a flat end": FLAT_END,
     "play": sw.Play(0.3, SLOPES),

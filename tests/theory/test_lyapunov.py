@@ -21,7 +21,7 @@ LAWS = {
     "piecewise": CSF,
     "backlash": sw.Backlash(1.0, 0.5),
     "play": sw.Play(0.3, sw.Cubic(1.0, 0.3)),
-    "rounded": sw.RoundedPiecewiseLinear(*CSF, 0.1),
+    "rounded": sw.laws.RoundedPiecewiseLinear(*CSF, 0.1),
     "table": sw.tabulated([(-1.0, -2.0), (0.0, 0.0), (0.4, 0.0), (1.5, 1.0)]),
 }
 

@@ -13,8 +13,8 @@ LAW = sw.Cubic(1.0, 0.2)
 
 
 def varying(damping, ripples=(), law=LAW, omega=2.0, mean=0.0):
-    variation = sw.Variation(tuple(ripples)) if ripples else sw.NoVariation()
-    return sw.VaryingOscillator(1.0, damping, law, sw.Harmonic(0.3, mean=mean), omega, sw.NoError(), variation)
+    variation = sw.gears.Variation(tuple(ripples)) if ripples else sw.gears.NoVariation()
+    return sw.gears.VaryingOscillator(1.0, damping, law, sw.Harmonic(0.3, mean=mean), omega, sw.NoError(), variation)
 
 
 class Locking(NamedTuple):
@@ -44,7 +44,9 @@ def march(rate, y, steps):
 
 
 def test_bounded_damping_that_varies_decays_from_everywhere_and_says_why():
-    damping = sw.GearDamping(0.1, sw.Variation((sw.Ripple(2, 0.5),)), warming=10.0, fast=0.4, v_fast=0.5)
+    damping = sw.gears.GearDamping(
+        0.1, sw.gears.Variation((sw.gears.Ripple(2, 0.5),)), warming=10.0, fast=0.4, v_fast=0.5
+    )
     proof = sw.lyapunov(varying(damping))
     b = 0.1 * math.exp(-0.35)
     assert damping.bounds() == pytest.approx((0.5 * 0.4 * b, 1.5 * b), rel=1e-14)
@@ -58,7 +60,7 @@ def test_bounded_damping_that_varies_decays_from_everywhere_and_says_why():
 
 def test_a_constant_damping_and_stiffness_give_what_the_plain_oscillator_gives():
     plain = sw.lyapunov(sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, -0.1), sw.Harmonic(0.0), 2.0))
-    proof = sw.lyapunov(varying(sw.GearDamping(0.1), law=sw.Cubic(1.0, -0.1)))
+    proof = sw.lyapunov(varying(sw.gears.GearDamping(0.1), law=sw.Cubic(1.0, -0.1)))
     assert (proof.scope, proof.region, proof.rest) == (plain.scope, plain.region, plain.rest)
     assert proof.V(0.3, -0.2) == plain.V(0.3, -0.2)
     assert proof.dissipation(0.3, -0.2) == pytest.approx(plain.dissipation(0.3, -0.2), rel=1e-15)
@@ -90,7 +92,7 @@ def test_random_damping_within_its_bounds_always_decays():
     damping = np.clip(damping, low, high)  # jumps every step, from nearly always low to nearly always high
     x, v = rng.uniform(-3.0, 3.0, (2, n))
     law = LAW
-    proof = sw.lyapunov(varying(sw.GearDamping(1.0, sw.Variation((sw.Ripple(1, 0.9),))), law=law))
+    proof = sw.lyapunov(varying(sw.gears.GearDamping(1.0, sw.gears.Variation((sw.gears.Ripple(1, 0.9),))), law=law))
     assert proof.holds
 
     def rate(i, _, y):
@@ -109,7 +111,7 @@ def random_ripples(rng):
     orders = rng.choice([1, 2, 3, 5], size=rng.integers(1, 4), replace=False)
     shares = rng.dirichlet(np.ones(len(orders))) * rng.uniform(0.1, 0.8)
     return [
-        sw.Ripple(int(o), float(d), float(p))
+        sw.gears.Ripple(int(o), float(d), float(p))
         for o, d, p in zip(orders, shares, rng.uniform(0, 6, len(orders)), strict=True)
     ]
 
@@ -121,10 +123,10 @@ def test_random_stiffness_within_the_condition_always_decays():
     for _ in range(6):
         ripples, omega = random_ripples(rng), float(rng.uniform(0.5, 3.0))
         angles = np.linspace(0.0, 2.0 * np.pi, 20001)
-        variation = sw.Variation(tuple(ripples))
+        variation = sw.gears.Variation(tuple(ripples))
         asked = 0.5 * omega * np.max(-variation.slope(angles) / variation.value(angles))
         least = 1.05 * float(asked)
-        system = varying(sw.GearDamping(least), ripples, law, omega)
+        system = varying(sw.gears.GearDamping(least), ripples, law, omega)
         proof = sw.lyapunov(system)
         assert proof.holds, proof.reason
         assert proof.scope == "global"
@@ -141,11 +143,11 @@ def test_random_stiffness_within_the_condition_always_decays():
                 assert np.all(now <= before + 1e-9)
                 before = now
         assert np.max(before) < 0.5 * np.max(proof.V(x, v, start))
-        assert not sw.lyapunov(varying(sw.GearDamping(0.95 * float(asked)), ripples, law, omega)).holds
+        assert not sw.lyapunov(varying(sw.gears.GearDamping(0.95 * float(asked)), ripples, law, omega)).holds
 
 
 def test_the_rate_of_v_along_a_motion_is_its_dissipation():
-    system = varying(sw.GearDamping(0.3, fast=0.5, v_fast=0.4), [sw.Ripple(1, 0.2, 0.3)], omega=1.3)
+    system = varying(sw.gears.GearDamping(0.3, fast=0.5, v_fast=0.4), [sw.gears.Ripple(1, 0.2, 0.3)], omega=1.3)
     free = system._replace(excitation=sw.Harmonic(0.0))
     proof = sw.lyapunov(system)
     assert proof.holds
@@ -160,7 +162,7 @@ def test_the_rate_of_v_along_a_motion_is_its_dissipation():
 
 def test_outside_the_condition_motions_can_grow():
     # At omega = 2 omega_0 a stiffness of depth 0.3 grows by 0.075 - B/(2 J) (theory.small_signal).
-    system = varying(sw.GearDamping(0.05), [sw.Ripple(1, 0.3)], sw.Linear(1.0), 2.0)
+    system = varying(sw.gears.GearDamping(0.05), [sw.gears.Ripple(1, 0.3)], sw.Linear(1.0), 2.0)
     proof = sw.lyapunov(system)
     assert not proof.holds
     assert "parametric_resonances" in proof.reason
@@ -176,9 +178,9 @@ def test_outside_the_condition_motions_can_grow():
 @pytest.mark.parametrize(
     ("system", "sentence"),
     [
-        (varying(sw.GearDamping(0.5), [sw.Ripple(1, 0.1)], mean=0.2), "the mean torque 0.2 N"),
+        (varying(sw.gears.GearDamping(0.5), [sw.gears.Ripple(1, 0.1)], mean=0.2), "the mean torque 0.2 N"),
         (varying(Locking(-2.0)._replace(B=-3.0)), "no upper bound"),
-        (varying(sw.GearDamping(0.01), [sw.Ripple(2, 0.5)]), "needs a damping of"),
+        (varying(sw.gears.GearDamping(0.01), [sw.gears.Ripple(2, 0.5)]), "needs a damping of"),
     ],
 )
 def test_what_is_not_proved_is_refused_with_its_reason(system, sentence):
@@ -189,7 +191,7 @@ def test_what_is_not_proved_is_refused_with_its_reason(system, sentence):
 
 
 def test_no_damping_at_all_is_stable_but_not_asymptotically():
-    proof = sw.lyapunov(varying(sw.GearDamping(0.0)))
+    proof = sw.lyapunov(varying(sw.gears.GearDamping(0.0)))
     assert proof.holds
     assert not proof.asymptotic
     assert "never gains energy" in proof.claim

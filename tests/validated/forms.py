@@ -84,12 +84,12 @@ def first_order_errors():
 
 def mathieu_edges():
     """a = 4/omega^2 of the six edges of three tongues, less Mathieu's characteristic value there."""
-    ripples = sw.Variation((sw.Ripple(1, 0.4),))
-    system = sw.VaryingOscillator(
-        1.0, sw.GearDamping(0.0), sw.Linear(1.0), sw.Harmonic(0.0), 1.0, sw.NoError(), ripples
+    ripples = sw.gears.Variation((sw.gears.Ripple(1, 0.4),))
+    system = sw.gears.VaryingOscillator(
+        1.0, sw.gears.GearDamping(0.0), sw.Linear(1.0), sw.Harmonic(0.0), 1.0, sw.NoError(), ripples
     )
     apart = []
-    for r in sw.parametric_resonances(system, (0.6, 2.5)):
+    for r in sw.study.parametric_resonances(system, (0.6, 2.5)):
         for a in (4.0 / r.low**2, 4.0 / r.high**2):
             apart.append(min(abs(a - mathieu_a(r.m, 0.2 * a)), abs(a - mathieu_b(r.m, 0.2 * a))))
     return [max(apart)]
@@ -109,7 +109,7 @@ def bouc_wen_loss():
 
 def drifting_exponent():
     under = sw.Oscillator(2.0, 0.3, sw.Linear(5.0), sw.Harmonic(1.0), 1.3)
-    return [sw.lyapunov_exponent(under, (0.0, 0.0), turns=400).value]
+    return [sw.numerics.lyapunov_exponent(under, (0.0, 0.0), turns=400).value]
 
 
 def backlash_contact():

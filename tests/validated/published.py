@@ -59,12 +59,12 @@ def twists(ratio, sizes, at):
 
 
 def mount_periods():
-    passing = sw.order_map(100).order("wave generator 2")
+    passing = sw.gears.order_map(100).order("wave generator 2")
     return [1.0 / passing.frequency_hz(100 * 2.0 * math.pi / day) for day in (86400.0, 86164.0905)]
 
 
 def resonance_rule():
-    return [sw.order_map(50).order("wave generator 2").frequency_hz(450.0 * math.pi / 30.0)]
+    return [sw.gears.order_map(50).order("wave generator 2").frequency_hz(450.0 * math.pi / 30.0)]
 
 
 def back_driving():

@@ -20,7 +20,12 @@ def law():
             yield name, {m: np.array([getattr(system.law, m)(v) for v in at]) for m in ("torque", "stiffness")}, CLOSED
             yield f"{name}/energy", np.array([system.law.energy(v) for v in at]), CLOSED
     points = [(-2.0e-3, -270.0), (-0.6e-3, -60.0), (0.0, 0.0), (0.5e-3, 52.0), (1.5e-3, 195.0), (2.1e-3, 300.0)]
-    for dry in (sw.Coulomb(0.02, 0.05), sw.Stribeck(0.02, 0.03, 0.3, 0.05), sw.QuadraticDamping(0.3), sw.Viscous(0.05)):
+    for dry in (
+        sw.laws.Coulomb(0.02, 0.05),
+        sw.laws.Stribeck(0.02, 0.03, 0.3, 0.05),
+        sw.laws.QuadraticDamping(0.3),
+        sw.laws.Viscous(0.05),
+    ):
         yield type(dry).__name__, np.array([dry.torque(0.0, v) for v in (-1.0, -0.02, 0.0, 0.3)]), CLOSED
     yield "tabulated", sw.tabulated(points).torque(x), CLOSED
 
@@ -33,24 +38,24 @@ def catalogue():
     yield "select", [g.name for g in sw.catalogue.select(series="CSG", ratio=100, torque=600.0)], EXACT
     yield "fit", {f"{degree}": vars(GEAR.fit(degree)) for degree in (3, 7)}, CLOSED
     yield "rounded", GEAR.rounded(1e-4), CLOSED
-    yield "check_limits", sw.check_limits(GEAR, peak_torque=600.0, average_torque=180.0, max_speed=350.0), CLOSED
-    yield "bearing_life", sw.bearing_life(GEAR, 120.0, 200.0), CLOSED
-    yield "cubic_mean", sw.cubic_mean(np.array([10.0, -40.0, 25.0]), np.array([1.0, 2.0, 3.0])), CLOSED
-    yield "accuracy_spectrum", sw.accuracy_spectrum(GEAR.accuracy), CLOSED
-    yield "peak_to_peak", sw.peak_to_peak(sw.accuracy_spectrum(GEAR.accuracy)), CLOSED
-    yield "no_load_drag", sw.no_load_drag(0.05, 0.02), CLOSED
-    yield "load_friction", sw.load_friction(0.7, 67.0, 100.0, 0.05), CLOSED
-    yield "fit_odd", vars(sw.fit_odd(GEAR.law, 2e-3, 5)), CLOSED
+    yield "check_limits", sw.gears.check_limits(GEAR, peak_torque=600.0, average_torque=180.0, max_speed=350.0), CLOSED
+    yield "bearing_life", sw.gears.bearing_life(GEAR, 120.0, 200.0), CLOSED
+    yield "cubic_mean", sw.gears.cubic_mean(np.array([10.0, -40.0, 25.0]), np.array([1.0, 2.0, 3.0])), CLOSED
+    yield "accuracy_spectrum", sw.gears.accuracy_spectrum(GEAR.accuracy), CLOSED
+    yield "peak_to_peak", sw.gears.peak_to_peak(sw.gears.accuracy_spectrum(GEAR.accuracy)), CLOSED
+    yield "no_load_drag", sw.gears.no_load_drag(0.05, 0.02), CLOSED
+    yield "load_friction", sw.gears.load_friction(0.7, 67.0, 100.0, 0.05), CLOSED
+    yield "fit_odd", vars(sw.gears.fit_odd(GEAR.law, 2e-3, 5)), CLOSED
     yield "small_signal", sw.small_signal(GEAR.cubic, 178.0), CLOSED
-    yield "from_bandwidth", [sw.from_bandwidth(190.0, 1e-3, kind=k) for k in ("position", "speed")], CLOSED
+    yield "from_bandwidth", [sw.train.from_bandwidth(190.0, 1e-3, kind=k) for k in ("position", "speed")], CLOSED
     yield "drive", {n: getattr(DRIVE, n) for n in ("J", "J_m", "J_l", "mu", "omega_0", "omega_0_held")}, CLOSED
 
 
 def orders():
     """Orders of a gear, sources of the static error, on which turn they count."""
-    yield "map", sw.order_map(50), CLOSED
-    yield "sources", sw.static_sources(50), CLOSED
-    yield "on_output_turn", sw.on_output_turn(sw.Harmonic(1.0, 3, 0.2), 50.0), CLOSED
+    yield "map", sw.gears.order_map(50), CLOSED
+    yield "sources", sw.gears.static_sources(50), CLOSED
+    yield "on_output_turn", sw.gears.on_output_turn(sw.Harmonic(1.0, 3, 0.2), 50.0), CLOSED
 
 
 def slow_flow():
@@ -104,24 +109,24 @@ def lyapunov():
 
 def parametric():
     """Parametric resonances and their tongue."""
-    yield "resonances", sw.parametric_resonances(SYSTEMS["varying"], (250.0, 700.0)), 1e-8
-    yield "tongue", sw.parametric_tongue(omega_0=289.4, mu=10.8 / 1.3, depth=0.05), CLOSED
+    yield "resonances", sw.study.parametric_resonances(SYSTEMS["varying"], (250.0, 700.0)), 1e-8
+    yield "tongue", sw.theory.parametric_tongue(omega_0=289.4, mu=10.8 / 1.3, depth=0.05), CLOSED
 
 
 def validity():
     """Errors of the closed forms against harmonic balance."""
-    found = sw.validity_in_general(np.geomspace(1e-2, 1.0, 5), [0.02, 0.1])
+    found = sw.study.validity_in_general(np.geomspace(1e-2, 1.0, 5), [0.02, 0.1])
     yield "general", [found.error, found.bend], FITTED
-    of_drive = sw.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0])
+    of_drive = sw.study.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0])
     yield "map", [of_drive.motion, of_drive.holds(5)], CLOSED
     for name, resonance in (("primary", sw.PRIMARY), ("none", sw.NONRESONANT)):
-        one = sw.compare(WEAK._replace(omega=1.0 if name == "primary" else 0.5), resonance)
+        one = sw.study.compare_with_integration(WEAK._replace(omega=1.0 if name == "primary" else 0.5), resonance)
         yield f"compare/{name}", [one.rms_difference, one.peak_theory, one.peak_integrated], 1e-6
 
 
 def derivation():
     """Lagrange's equations, as LaTeX."""
-    yield "latex", sw.derivation().latex(), EXACT
+    yield "latex", sw.theory.derive().latex(), EXACT
 
 
 def biased_flow():

@@ -22,7 +22,7 @@ ARCSEC = np.pi / 648_000.0
 ERROR = sw.KinematicError((sw.Line(2, 23.0 * ARCSEC, 0.3), sw.Line(4, 3.0 * ARCSEC)))
 GEAR = sw.catalogue.gear("CSG-40-50")
 DRIVE = GEAR.drive(load_inertia=1.3, motor_inertia=4.5e-4, B=21.6)
-LOOP = sw.from_bandwidth(60.0 * np.pi, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
+LOOP = sw.train.from_bandwidth(60.0 * np.pi, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2, 0.7)
 BOUC_WEN = sw.Parallel(GEAR.law, sw.BoucWen(6e4, 0.0, 8e-5))
 
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.2)
@@ -37,15 +37,22 @@ SYSTEMS = {
     "backlash": sw.Oscillator(1.0, 0.1, sw.Backlash(1.0, 0.5), sw.Harmonic(0.6), 0.8),
     "play": sw.Oscillator(1.0, 0.1, sw.Play(0.1, sw.Cubic(1.0, 0.1)), sw.Harmonic(0.3), 1.1),
     "Bouc-Wen": sw.Oscillator(1.3, 10.0, BOUC_WEN, sw.Harmonic(20.0), 250.0),
-    "Coulomb": sw.Oscillator(1.0, 0.05, sw.Parallel(sw.Cubic(1.0, 0.1), sw.Coulomb(0.02, 0.05)), sw.Harmonic(0.3), 1.1),
+    "Coulomb": sw.Oscillator(
+        1.0, 0.05, sw.Parallel(sw.Cubic(1.0, 0.1), sw.laws.Coulomb(0.02, 0.05)), sw.Harmonic(0.3), 1.1
+    ),
     "LuGre": sw.Oscillator(
-        1.0, 0.05, sw.Parallel(sw.Cubic(1.0, 0.1), sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3)), sw.Harmonic(0.3), 1.1
+        1.0, 0.05, sw.Parallel(sw.Cubic(1.0, 0.1), sw.laws.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3)), sw.Harmonic(0.3), 1.1
     ),
-    "varying": sw.VaryingOscillator(
-        1.3, sw.GearDamping(10.8, sw.Variation((sw.Ripple(2, 0.3),)), 5.0, fast=0.6, v_fast=0.2), GEAR.cubic,
-        sw.Harmonic(0.0), 150.0, ERROR, sw.Variation((sw.Ripple(1, 0.02), sw.Ripple(2, 0.05))),
+    "varying": sw.gears.VaryingOscillator(
+        1.3,
+        sw.gears.GearDamping(10.8, sw.gears.Variation((sw.gears.Ripple(2, 0.3),)), 5.0, fast=0.6, v_fast=0.2),
+        GEAR.cubic,
+        sw.Harmonic(0.0),
+        150.0,
+        ERROR,
+        sw.gears.Variation((sw.gears.Ripple(1, 0.02), sw.gears.Ripple(2, 0.05))),
     ),
-}  # fmt: skip
+}
 
 
 AXIS_FILE = """
@@ -83,6 +90,6 @@ def trains() -> dict[str, sw.DriveTrain]:
     """Whole trains: of the projects, and with friction, cogging and a sampled loop in place of those of a file."""
     found = {name: project.whole for name, project in projects().items() if project.whole is not None}
     rough = DRIVE._replace(law=GEAR.cubic).train(
-        control=sw.SpeedLoop(0.5, 20.0), kinematic_error=ERROR, motor_drag=sw.Viscous(2e-4), omega=150.0
+        control=sw.train.SpeedLoop(0.5, 20.0), kinematic_error=ERROR, motor_drag=sw.laws.Viscous(2e-4), omega=150.0
     )
     return found | {"speed loop, viscous": rough}

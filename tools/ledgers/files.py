@@ -26,8 +26,10 @@ FORMATS = {
 }  # fmt: skip
 PLANTS = {
     "piecewise": DRIVE.train(kinematic_error=ERROR),
-    "Bouc-Wen": DRIVE._replace(law=BOUC_WEN).train(kinematic_error=ERROR, load_drag=sw.AngleTorque(12.0)),
-    "friction": DRIVE.train(motor_drag=sw.LuGre(3.0, 0.02, 1e-3, 0.03, 0.05, 0.3), friction=sw.LoadFriction(0.08)),
+    "Bouc-Wen": DRIVE._replace(law=BOUC_WEN).train(kinematic_error=ERROR, load_drag=sw.train.AngleTorque(12.0)),
+    "friction": DRIVE.train(
+        motor_drag=sw.laws.LuGre(3.0, 0.02, 1e-3, 0.03, 0.05, 0.3), friction=sw.laws.LoadFriction(0.08)
+    ),
 }
 
 

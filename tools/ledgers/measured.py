@@ -37,7 +37,7 @@ def loop_record():
 def drive_record(project):
     """Angles of motor and load in a run-up of another drive than the project says."""
     own = project.train._replace(B=4.0, error=sw.KinematicError((sw.Line(2, 40.0 * ARCSEC, 0.4),)))
-    run = own._replace(omega=1.0, reference=sw.SpeedProfile((0.0, 2.0), (70.0, 115.0)))
+    run = own._replace(omega=1.0, reference=sw.train.SpeedProfile((0.0, 2.0), (70.0, 115.0)))
     t = np.arange(0.0, 2.0, 2e-3)
     y = sw.simulate(run, np.zeros(len(run.state_names())), t).y
     motor = run.reference.value(t) + y[2]
@@ -92,11 +92,11 @@ def fit_friction():
 
 def fit_decay():
     """Stiffness and damping from a free vibration."""
-    gear = sw.Parallel(sw.Cubic(7160.0, 1e5), sw.Coulomb(0.1, 1e-3))
+    gear = sw.Parallel(sw.Cubic(7160.0, 1e5), sw.laws.Coulomb(0.1, 1e-3))
     joint = sw.Oscillator(0.5, 1.0, gear, sw.Harmonic(0.0), omega=1.0)
     time = np.arange(0.0, 1.0, 2e-3)
     angle = sw.simulate(joint, (3e-3, 0.0), time).y[0] + 2e-5 * np.random.default_rng(4).standard_normal(len(time))
-    guess = sw.Parallel(sw.Cubic(6000.0, 5e4), sw.Coulomb(0.2, 1e-3))
+    guess = sw.Parallel(sw.Cubic(6000.0, 5e4), sw.laws.Coulomb(0.2, 1e-3))
     names = ("B", "law.first.K", "law.first.alpha", "law.second.T_c")
     values, intervals = fitted(sw.fit_decay(time, angle, joint._replace(B=2.0, law=guess), free=names), names)
     yield "values", values, FITTED
@@ -112,7 +112,7 @@ def fit_response():
     noise = 0.01 * np.random.default_rng(5).standard_normal((2, 15))
     names = ("B", "law.K", "law.alpha", "excitation.amplitude")
     guess = sw.Oscillator(1.0, 0.07, sw.Cubic(1.2, 0.07), sw.Harmonic(0.2), 1.0)
-    found = sw.fit_response(omega, first + noise[0] + 1j * noise[1], guess, free=names)
+    found = sw.fit.fit_response(omega, first + noise[0] + 1j * noise[1], guess, free=names)
     values, intervals = fitted(found, names)
     yield "values", values, FITTED
     yield "intervals", intervals, INTERVALS
@@ -134,19 +134,19 @@ def identify():
     yield "values", values, FITTED
     yield "intervals", intervals, INTERVALS
     laws = {"cubic": (guess, names), "linear": (guess._replace(law=sw.Linear(7.0)), names[:2])}
-    found = sw.compare_laws(laws, log, between="linear")
+    found = sw.fit.compare_laws(laws, log, between="linear")
     yield "compare_laws", [found.names, found.fitted, found.held_out], INTERVALS
     project = guessed()
     one = sw.identify_drive(project, drive_record(project))
     yield "drive", {name: one.value(name) for name in one.names}, FITTED
     yield "drive/intervals", {name: one.interval(name) for name in one.names}, INTERVALS
     table = np.column_stack([np.cos(t), np.sin(t), np.cos(t) + 2.0 * np.sin(t)])
-    yield "unidentifiable", sw.unidentifiable(table, ["a", "b", "c"], [1.0, 2.0, 3.0]), EXACT
+    yield "unidentifiable", sw.fit.unidentifiable(table, ["a", "b", "c"], [1.0, 2.0, 3.0]), EXACT
     left = np.random.default_rng(3).standard_normal(600)
-    yield "spread", sw.spread(table[:, :2], left).covariance, 1e-8
-    yield "sandwich", sw.sandwich(table[:, :2], left), 1e-8
-    yield "bootstrap", sw.bootstrap(table[:, :2], left, block=20, draws=200), 1e-8
-    missing = sw.discrepancy(left + 0.5 * table[:, 0] ** 3, table[:, :2], {"x^3": table[:, 0] ** 3}, interval=0.02)
+    yield "spread", sw.fit.spread(table[:, :2], left).covariance, 1e-8
+    yield "sandwich", sw.fit.sandwich(table[:, :2], left), 1e-8
+    yield "bootstrap", sw.fit.bootstrap(table[:, :2], left, block=20, draws=200), 1e-8
+    missing = sw.fit.discrepancy(left + 0.5 * table[:, 0] ** 3, table[:, :2], {"x^3": table[:, 0] ** 3}, interval=0.02)
     yield "discrepancy", [missing.flagged, missing.missing["x^3"].coefficient], 1e-8
 
 

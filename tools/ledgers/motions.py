@@ -95,7 +95,7 @@ def shoot():
     for name in ("cubic", "softening", "piecewise", "backlash", "Bouc-Wen", "varying"):
         system = SYSTEMS[name]
         settled = sw.simulate(system, start(system), [0.0, 200.0 * np.pi / system.omega]).y[:, -1]
-        orbit = sw.shoot(system, settled)
+        orbit = sw.numerics.shoot(system, settled)
         yield name, [orbit_numbers(orbit), moduli(orbit)], INTEGRATED
 
 
@@ -107,28 +107,28 @@ def frequency_response():
         found = sw.jumps(branch)
         yield f"{name}/jumps", [found.jump_up, found.jump_down, found.width, len(found.bands)], NEAR_FOLD
         yield f"{name}/ways", [found.finished_up, found.finished_down], EXACT
-    family = sw.response_family(DUFFING, (0.8, 1.6), {"law.alpha": [0.05, 0.1], "B": [0.05, 0.08]})
+    family = sw.numerics.response_family(DUFFING, (0.8, 1.6), {"law.alpha": [0.05, 0.1], "B": [0.05, 0.08]})
     yield "family", [curve_numbers(branch) for branch in family], NEAR_FOLD
 
 
 def parameter_response():
     """Curves over another parameter, curves of folds, isolas, switched branches, backbones."""
-    branch = sw.parameter_response(DUFFING, "excitation.amplitude", (0.0, 0.5))
+    branch = sw.numerics.parameter_response(DUFFING, "excitation.amplitude", (0.0, 0.5))
     yield "amplitude", curve_numbers(branch), NEAR_FOLD
     curve = sw.frequency_response(DUFFING, (0.5, 1.6))
-    folds = sw.fold_curve(DUFFING, curve.folds[0], "excitation.amplitude", (0.02, 0.3))
+    folds = sw.numerics.fold_curve(DUFFING, curve.folds[0], "excitation.amplitude", (0.02, 0.3))
     yield "fold_curve", np.array(folds.cusps), 1e-6  # where two folds meet, each moves as a square root
     driven = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
     yield "isolas", [curve_numbers(loop) for loop in sw.isolas(driven, (3.0, 10.0))], NEAR_FOLD
     main = sw.frequency_response(BIASED, (1.9, 2.6))
-    yield "switch_branch", curve_numbers(sw.switch_branch(BIASED, main.doublings[0])), 1e-6
+    yield "switch_branch", curve_numbers(sw.numerics.switch_branch(BIASED, main.doublings[0])), 1e-6
     for name in ("cubic", "piecewise", "backlash"):
         sizes = [0.6, 1.0, 2.0] if name != "piecewise" else [3e-4, 1e-3, 2e-3]
-        free = sw.backbone(SYSTEMS[name], sizes)
+        free = sw.numerics.backbone(SYSTEMS[name], sizes)
         yield f"backbone/{name}", [free.omega, free.peak], CLOSED
     one_line = sw.KinematicError(ERROR.lines[:1])
     gear = SYSTEMS["piecewise"]._replace(law=GEAR.cubic, error=one_line)
-    found = sw.hardening(gear, [0.0, 6.85e4, 1.37e5], (30.0, 250.0), speeds=[126.0, 147.0])
+    found = sw.study.hardening(gear, [0.0, 6.85e4, 1.37e5], (30.0, 250.0), speeds=[126.0, 147.0])
     yield "hardening", [found.peak, found.peak_speed, found.at_speeds, found.best()], 1e-6  # the peak of a curve
 
 
@@ -138,19 +138,29 @@ def attractors():
     found = sw.basins(wells, (-2.2, 2.2), (-2.2, 2.2), samples=500)
     yield "basins", [found.fractions, found.standard_errors], EXACT
     yield "basins/attractors", [(a.period, a.amplitude, a.peak) for a in found.attractors], 1e-6  # until it settles
-    section = sw.poincare_section(DUFFING, (0.3, 0.0), turns=5, settle=200)
+    section = sw.numerics.poincare_section(DUFFING, (0.3, 0.0), turns=5, settle=200)
     yield "poincare_section", vars(section), 1e-7
-    diagram = sw.orbit_diagram(BIASED, "omega", [2.0, 2.2, 2.5], settle=200, points=4)
+    diagram = sw.numerics.orbit_diagram(BIASED, "omega", [2.0, 2.2, 2.5], settle=200, points=4)
     yield "orbit_diagram", diagram.dataset, 1e-6
-    exponent = sw.lyapunov_exponent(DUFFING, (0.3, 0.0), turns=200)
+    exponent = sw.numerics.lyapunov_exponent(DUFFING, (0.3, 0.0), turns=200)
     yield "exponent/periodic", exponent.value, 1e-6
     ueda = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(7.5), 1.0)
-    yield "exponent/chaotic", sw.lyapunov_exponent(ueda, (2.5, 0.0), turns=500).value > 0.05, EXACT  # digits are lost
+    yield (
+        "exponent/chaotic",
+        sw.numerics.lyapunov_exponent(ueda, (2.5, 0.0), turns=500).value > 0.05,
+        EXACT,
+    )  # digits are lost
 
 
 MEASURES = (
-    sw.Peak(), sw.Rms(), sw.Mean(), sw.Extremes(), sw.Final(), sw.Amplitude(1), sw.Poincare(),
-)  # fmt: skip
+    sw.Peak(),
+    sw.Rms(),
+    sw.numerics.Mean(),
+    sw.numerics.Extremes(),
+    sw.Final(),
+    sw.Amplitude(1),
+    sw.numerics.Poincare(),
+)
 
 
 def ensemble():
@@ -169,23 +179,24 @@ def ensemble():
 
 def sampled():
     """Sampled loops: a run, an ensemble, their linear response; shaped references; monitors."""
-    train = DRIVE.train(control=sw.Commanded(), kinematic_error=ERROR, omega=150.0)
-    sampling = sw.Sampling(1e-3, 1e-3, limit=3.0, motor_quantum=1e-5, load_noise=1e-6)
+    train = DRIVE.train(control=sw.train.Commanded(), kinematic_error=ERROR, omega=150.0)
+    sampling = sw.controllers.Sampling(1e-3, 1e-3, limit=3.0, motor_quantum=1e-5, load_noise=1e-6)
     loops = {
-        "pd": sw.SampledPD(10.0, 0.1, 1e-3), "cascade": sw.Cascade(20.0, 0.1, 1.0, 1e-3, 4.5e-4),
-        "notch": sw.notch(sw.SampledPD(10.0, 0.1, 1e-3), 400.0, 1e-3),
-    }  # fmt: skip
+        "pd": sw.controllers.SampledPD(10.0, 0.1, 1e-3),
+        "cascade": sw.controllers.Cascade(20.0, 0.1, 1.0, 1e-3, 4.5e-4),
+        "notch": sw.controllers.notch(sw.controllers.SampledPD(10.0, 0.1, 1e-3), 400.0, 1e-3),
+    }
     for name, controller in loops.items():
-        closed = sw.ClosedLoop(train, controller, sampling)
-        run = sw.run_loop(closed, 0.2)
+        closed = sw.controllers.ClosedLoop(train, controller, sampling)
+        run = sw.numerics.run_loop(closed, 0.2)
         yield f"run/{name}", {key: value for key, (_, value, _) in run.variables().items()}, 1e-6  # steps of encoders
-    quiet = sw.ClosedLoop(train, loops["pd"], sw.Sampling(1e-3, 1e-3))
-    lanes = sw.loop_ensemble(quiet, {"controller.K_p": [10.0, 20.0]}, 0.2, settle=0.1, orders=[2.0])
+    quiet = sw.controllers.ClosedLoop(train, loops["pd"], sw.controllers.Sampling(1e-3, 1e-3))
+    lanes = sw.numerics.loop_ensemble(quiet, {"controller.K_p": [10.0, 20.0]}, 0.2, settle=0.1, orders=[2.0])
     yield "ensemble", {key: value for key, (_, value, _) in lanes.variables().items()}, EXACT
-    response = sw.loop_response(quiet, [10.0, 50.0, 200.0])
+    response = sw.numerics.loop_response(quiet, [10.0, 50.0, 200.0])
     values = {key: value for key, (_, value, _) in response.variables().items()}
     yield "response", [values, response.stable, response.slowest], INTEGRATED
-    motion = sw.shaped(sw.SpeedProfile((0.0, 0.1, 0.3), (0.0, 2.0, 0.0)), 60.0, 0.03)
+    motion = sw.controllers.shaped(sw.train.SpeedProfile((0.0, 0.1, 0.3), (0.0, 2.0, 0.0)), 60.0, 0.03)
     yield "shaped", [motion.times, motion.weights, motion.value(0.2), motion.slope(0.2)], CLOSED
     t = 1e-3 * np.arange(4000)
     angle = (20.0 + 0.5 * t) * t

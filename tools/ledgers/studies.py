@@ -27,12 +27,12 @@ from .drives import (
 
 SEARCHED = 1e-6  # an extreme over a curve, whose place is known as the square root of the error of its size
 ARCMIN = math.pi / 10_800.0
-SAMPLING = sw.Sampling(250e-6, 250e-6, limit=3.0)
+SAMPLING = sw.controllers.Sampling(250e-6, 250e-6, limit=3.0)
 AXIS = DRIVE.train(kinematic_error=ERROR, control=LOOP, omega=130.0)
 MOVES = {
     "trapezoid": sw.Trapezoid(0.3, 0.4), "S-curve": sw.SCurve(-0.3, speed=2.0, acceleration=10.0, jerk=500.0),
     "points": sw.AngleProfile((0.0, 0.1, 0.2, 0.3, 0.4, 0.5), (0.0, 0.02, 0.1, 0.1, 0.1, 0.1)),
-    "cycle": [sw.Trapezoid(0.2, 0.3), sw.Dwell(0.1), sw.Trapezoid(-0.2, speed=1.0, acceleration=9.0)],
+    "cycle": [sw.Trapezoid(0.2, 0.3), sw.study.Dwell(0.1), sw.Trapezoid(-0.2, speed=1.0, acceleration=9.0)],
 }  # fmt: skip
 
 
@@ -85,16 +85,16 @@ def linear():
     for name, train in trains().items():
         for verb in (bode_numbers, margin_numbers, pole_numbers):
             yield f"{name}/{verb.__name__}", answer(lambda verb=verb, train=train: verb(train)), SEARCHED
-        yield f"{name}/operating_state", sw.operating_state(train, 150.0), 1e-8
+        yield f"{name}/operating_state", sw.study.operating_state(train, 150.0), 1e-8
     large = sw.bode(AXIS, [300.0, 420.0], amplitude=1.0)
     yield "bode/large", [abs(large.motor), abs(large.load)], SEARCHED
 
 
 def drive_run():
     """Trains in time with their energies."""
-    ramp = sw.SpeedProfile((0.0, 0.5), (100.0, 200.0))
+    ramp = sw.train.SpeedProfile((0.0, 0.5), (100.0, 200.0))
     for name, train in {
-        "held": DRIVE.train(control=sw.Held(), kinematic_error=ERROR, reference=ramp),
+        "held": DRIVE.train(control=sw.train.Held(), kinematic_error=ERROR, reference=ramp),
         "loop": AXIS._replace(omega=1.0, reference=ramp),
         "Bouc-Wen": AXIS._replace(omega=1.0, reference=ramp, law=BOUC_WEN),
     }.items():
@@ -116,15 +116,15 @@ def move():
 
 def compensate():
     """Every controller in closed loop, moves and run-ups under controllers, predictions."""
-    for name in sw.COMPENSATORS:
+    for name in sw.study.COMPENSATORS:
         yield name, answer(lambda name=name: compensated(name)), 1e-5  # what is left is a small difference
     units = sw.compensate(AXIS, "inverse", speed=120.0, sampling=SAMPLING, robust=False, units=16).units
     yield "units", [units.stiffness, units.amplitude, units.unstable], EXACT
-    bench = sw.compensation_bench(AXIS, ["inverse", "adaptive"], speeds=[60.0, 130.0], sampling=SAMPLING)
+    bench = sw.study.compensation_bench(AXIS, ["inverse", "adaptive"], speeds=[60.0, 130.0], sampling=SAMPLING)
     yield "bench", [bench.reduction, [one.before.rms for one in bench.results[0]]], 1e-5
-    moved = sw.compensated_move(AXIS, MOVES["trapezoid"], ("loop", "inverse"), shaping=("ZV", "ZVD"), sampling=SAMPLING)
+    moved = sw.compensate_move(AXIS, MOVES["trapezoid"], ("loop", "inverse"), shaping=("ZV", "ZVD"), sampling=SAMPLING)
     yield "move", moved.scores, SEARCHED
-    soft = sw.compensated_runup(AXIS, (100.0, 160.0), 1.0, sampling=SAMPLING)
+    soft = sw.compensate_run_up(AXIS, (100.0, 160.0), 1.0, sampling=SAMPLING)
     yield "run-up", [soft.up.max(axis=1), soft.down.max(axis=1), soft.remarks], SEARCHED
     for name in ("article", "two couplings, gravity", "catalogue gear, motor not named"):
         yield f"prediction/{name}", answer(lambda name=name: predicted(projects()[name])), SEARCHED
@@ -139,9 +139,18 @@ def speed_map():
 def design():
     """Gears and motors for a joint."""
     elbow = sw.Specification(
-        load_inertias=(0.8, 1.3), speeds=(0.5, 3.0), limit=4e-4, motor_inertias=(5e-5, 5e-4), damping_ratio=0.03,
-        mean_torque=40.0, peak_torque=60.0, life=10_000.0, loop=sw.Tuning(190.0), largest_size=32, ratios=(50, 100),
-    )  # fmt: skip
+        load_inertias=(0.8, 1.3),
+        speeds=(0.5, 3.0),
+        limit=4e-4,
+        motor_inertias=(5e-5, 5e-4),
+        damping_ratio=0.03,
+        mean_torque=40.0,
+        peak_torque=60.0,
+        life=10_000.0,
+        loop=sw.train.Tuning(190.0),
+        largest_size=32,
+        ratios=(50, 100),
+    )
     found = sw.design(elbow)
     yield "feasible", found.feasible[:6], SEARCHED
     yield "words", [len(found.feasible), len(found.pareto), found.rejected, found.nearest, found.remarks], EXACT
@@ -159,8 +168,8 @@ def sweep():
     grid = {"law.alpha": [0.02, 0.1], "omega": np.linspace(0.5, 2.0, 4)}
     yield "grid", sw.sweep(orbit, DUFFING._replace(B=0.2), grid), CLOSED
     measure = sw.EnsembleMeasure((0.0, 0.0), periods=4, settle=60, measures=(sw.Peak(), sw.Rms()))
-    for name, kind in (("Sobol", sw.Sobol), ("Latin", sw.LatinHypercube)):
-        sample = kind(16, {"law.alpha": sw.Normal(0.05, 0.005), "B": sw.LogUniform(0.08, 0.12)})
+    for name, kind in (("Sobol", sw.sample.Sobol), ("Latin", sw.sample.LatinHypercube)):
+        sample = kind(16, {"law.alpha": sw.Normal(0.05, 0.005), "B": sw.sample.LogUniform(0.08, 0.12)})
         yield name, sw.sweep(measure, DUFFING, sample), EXACT
     table = sw.sweep_project(projects()["position loop, coupling"], {"load.inertia": ["1 kg*m^2", "1.2 kg*m^2"]})
     yield "project", {name: table[name].values for name in table if table[name].dtype.kind in "fib"}, SEARCHED
@@ -174,7 +183,7 @@ def variability():
         "excitation.amplitude": sw.Normal(1, 0.1),
     }
     system = DUFFING._replace(B=0.1, excitation=sw.Harmonic(1.0))
-    found = sw.variability(system, scatter, count=64, speeds=[0.8, 1.3], jump_span=(0.9, 2.5), jump_count=4)
+    found = sw.sample.variability(system, scatter, count=64, speeds=[0.8, 1.3], jump_span=(0.9, 2.5), jump_count=4)
     likely = sw.exceedance(scattering(), count=32)
     yield "exceedance", [likely.probability, likely.interval, likely.exceeding, likely.failed], EXACT
     yield "exceedance/numbers", [likely.oscillation, likely.at, likely.ranking], SEARCHED
@@ -182,7 +191,7 @@ def variability():
     text = projects()["position loop, coupling"]
     varied = sw.replaced(text, {"load.inertia": "1.1 kg*m^2"})
     yield "replaced", [varied.J, varied.omega_0, varied.text], CLOSED
-    compared = sw.compare_projects([text, varied])
+    compared = sw.compare([text, varied])
     yield "compare_projects", {k: v for k, (_, v, _) in compared.variables().items()}, SEARCHED
 
 
@@ -190,23 +199,23 @@ def gear():
     """Hysteresis, efficiency, energy, error parts, budgets."""
     loop = sw.hysteresis_loop(BOUC_WEN, 110.0)
     yield "hysteresis_loop", [loop.loss, loop.middle, loop.torsion.max()], INTEGRATED
-    yield "lost_motion", sw.lost_motion(BOUC_WEN, 178.0), INTEGRATED
-    fit = sw.fit_hysteresis(GEAR.law, 0.5 * ARCMIN, lost_motion=0.3 * ARCMIN, rated_torque=178.0)
+    yield "lost_motion", sw.study.lost_motion(BOUC_WEN, 178.0), INTEGRATED
+    fit = sw.fit.fit_hysteresis(GEAR.law, 0.5 * ARCMIN, lost_motion=0.3 * ARCMIN, rated_torque=178.0)
     yield "fit_hysteresis", [fit.loss, fit.lost_motion, fit.law], FITTED
     real = sw.catalogue.gear("RT1-H-CS-25-100")
     rigid = sw.Drive(2e-4, 1.0, 100.0, 30.0, sw.Linear(4e4))
-    lossy = rigid.train(control=sw.Held(), friction=real.friction, motor_drag=real.drag, omega=209.4)
-    yield "efficiency", sw.efficiency(lossy, torque=[10.0, 40.0, 87.0], speed=[50.0, 209.4]), 1e-8
+    lossy = rigid.train(control=sw.train.Held(), friction=real.friction, motor_drag=real.drag, omega=209.4)
+    yield "efficiency", sw.study.efficiency(lossy, torque=[10.0, 40.0, 87.0], speed=[50.0, 209.4]), 1e-8
     for name in ("Bouc-Wen", "Coulomb", "cubic"):
-        found = sw.energy_balance(SYSTEMS[name], sw.find_orbit(SYSTEMS[name]))
+        found = sw.study.energy_balance(SYSTEMS[name], sw.find_orbit(SYSTEMS[name]))
         yield f"energy_balance/{name}", [found.work, found.losses], INTEGRATED
     loaded = DRIVE.error_equation(
         load_torque=sw.Harmonic(0.0, mean=-100.0), kinematic_error=ERROR, omega=60.0, motor="held"
     )
-    parts = sw.error_parts(loaded)
+    parts = sw.study.error_parts(loaded)
     yield "error_parts", [parts.ate, parts.wind_up], 1e-8
-    known = sw.static_sources(50)
+    known = sw.gears.static_sources(50)
     sources = [source._replace(amplitude=1e-5 * (i + 1)) for i, source in enumerate(known.values())]
-    yield "error_budget", sw.error_budget(sources, N=50).as_dict(), CLOSED
-    free = sw.compare_reductions(DRIVE, ERROR, [100.0, 180.0], motor_torque=sw.Harmonic(0.2, 2))
+    yield "error_budget", sw.study.error_budget(sources, N=50).as_dict(), CLOSED
+    free = sw.study.compare_reductions(DRIVE, ERROR, [100.0, 180.0], motor_torque=sw.Harmonic(0.2, 2))
     yield "compare_reductions", free, SEARCHED

@@ -1,13 +1,18 @@
 """What stands above a model or a result, loaded by its name where it is asked for: no other file imports by string.
 
-Modules by the names that they had in version 0.2, too.
+Tables of contents of namespaces, and modules by the names that they had in version 0.2, too.
 """
 
+import sys
 import warnings
+from collections.abc import Callable, Iterator
+from functools import cache
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
-from importlib.util import spec_from_file_location, spec_from_loader
+from importlib.util import resolve_name, spec_from_file_location, spec_from_loader
+from operator import attrgetter
+from pathlib import Path
 from typing import Any
 
 ROOT = __package__.partition(".")[0]
@@ -21,7 +26,12 @@ HOMES = {
     "project_entry": "files.fields.entries",
     "to_control": "drive.state_space",
 }
-IN_BASE = ("choices", "law", "protocols", "quantities", "records", "results", "sentences", "series", "units")
+NAMESPACES = ("laws", "train", "controllers", "gears", "fit", "sample", "numerics", "theory", "study", "results")
+RENAMED = {  # public names of version 0.2 that are others now
+    "compare_projects": "compare", "compensated_move": "compensate_move", "compensated_runup": "compensate_run_up",
+    "derivation": "theory.derive", "measures": "numerics", "sampling": "sample",
+}  # fmt: skip
+IN_BASE = ("choices", "law", "protocols", "quantities", "records", "sentences", "series", "units")
 FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {
     f"{ROOT}.tree": f"{ROOT}.compile.tree", f"{ROOT}.app.figures.svg": f"{ROOT}.plot",
 }  # fmt: skip
@@ -41,6 +51,59 @@ def above(name: str) -> Any:
 def thing(module: str, name: str) -> Any:
     """What a module has under a name, the module loaded where it was not."""
     return getattr(import_module(module), name)
+
+
+def listed_in(file: Path) -> Iterator[tuple[str, str]]:
+    """Public names that a table of contents lists, each with its home as the table writes it."""
+    for line in file.read_text(encoding="utf-8").splitlines():
+        match line.split():
+            case ["from", home, "import", name, "as", _]:
+                yield name, home
+
+
+def contents(package: str, file: str) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
+    """`__all__`, `__getattr__` and `__dir__` of a namespace whose table, a file .pyi, lies beside `file`.
+
+    A name is loaded when it is first used.
+    """
+    homes = dict(listed_in(Path(file).with_suffix(".pyi")))
+    inside = package if Path(file).stem == "__init__" else package.rpartition(".")[0]
+
+    def load(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"{package} has no name {name!r}; dir({package}) lists what it has")
+        home = import_module(resolve_name(homes[name], inside))
+        value = vars(home)[name] if name in vars(home) else import_module(f"{home.__name__}.{name}")
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return list(homes), load, lambda: sorted(homes)
+
+
+@cache
+def namespaces() -> dict[str, str]:
+    """Names that the namespaces of the package list, each with the first namespace that has it."""
+    root, homes = Path(__file__).parents[1], dict[str, str]()
+    places = dict(listed_in(root / "__init__.pyi"))
+    for space in NAMESPACES:
+        place = root.joinpath(*filter(None, places[space].split(".")), space)
+        tables = (place.with_suffix(".pyi"), place / "__init__.pyi", place / "__init__.py")
+        for name, _ in listed_in(next(table for table in tables if table.exists())):
+            homes.setdefault(name, space)
+    return homes
+
+
+def former(name: str) -> Any:
+    """What version 0.2 had at the top of the package under a name, with a warning that says where it is now."""
+    if name in DRAWERS:
+        return drawer(name)
+    if f"{ROOT}.{name}" in FORMER:
+        return import_module(f"{ROOT}.{name}")
+    place = RENAMED.get(name) or (f"{namespaces()[name]}.{name}" if name in namespaces() else None)
+    if place is None:
+        raise AttributeError(f"{ROOT} has no name {name!r}; dir({ROOT}) and its namespaces list what it has")
+    warnings.warn(f"{ROOT}.{name} is {ROOT}.{place} now", FutureWarning, stacklevel=3)
+    return attrgetter(place)(import_module(ROOT))
 
 
 def drawer(name: str) -> Any:

@@ -196,7 +196,7 @@ def _lagrange(s: Symbols, kinetic: Any, potential: Any, dissipation: Any, which:
     return rise - sp.diff(kinetic, q) + sp.diff(potential, q) + sp.factor_terms(sp.diff(dissipation, rate))
 
 
-def derivation() -> Derivation:
+def derive() -> Derivation:
     """Derive the error equation of a drive from its energies, symbolically.
 
     Returns

@@ -88,7 +88,7 @@ def test_without_an_encoder_on_the_load_its_controllers_are_left_out(path):
     project = sw.read_project(path)
     bench = module.bench_of(project, sampling=project.sampling._replace(load_encoder=0))
     names, said = module.names_of(bench, ["all"])
-    assert names == [name for name, design in sw.COMPENSATORS.items() if not design.load_encoder]
+    assert names == [name for name, design in sw.study.COMPENSATORS.items() if not design.load_encoder]
     assert said == (
         "Left out, as there is no encoder on the load: measured-table, adaptive, adaptive-inverse, repetitive, "
         "load-integral.",
@@ -112,7 +112,7 @@ def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp
         if names == ["inverse"]:
             raise KeyboardInterrupt
         done.append(names[0])
-        return sw.compensation_bench(project, names, **given)
+        return sw.study.compensation_bench(project, names, **given)
 
     monkeypatch.setattr(module, "compensation_bench", stopped)
     out = tmp_path / "out"

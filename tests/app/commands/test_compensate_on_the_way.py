@@ -38,7 +38,7 @@ def test_a_move_is_that_of_the_library(path, tmp_path):
     asked = ("--controller", "loop", "--controller", "inverse", "--shaping", "ZV", "--window", "10 arcsec")
     run = invoke("compensate-move", path, MOVE, *asked, "-o", out, "--json")
     assert run.exit_code == 0, run.output
-    own = sw.compensated_move(
+    own = sw.compensate_move(
         sw.read_project(path), sw.Trapezoid(math.radians(2.0), 0.1), ("loop", "inverse"), shaping=("ZV",),
         window=10.0 * ARCSEC,
     )  # fmt: skip
@@ -70,7 +70,7 @@ def test_a_run_up_is_that_of_the_library(path, tmp_path):
     run = invoke("compensate-run-up", path, *asked, "-o", out, "--json")
     assert run.exit_code == 0, run.output
     project = sw.read_project(path)
-    own = sw.compensated_runup(project, (1100.0 * RPM, 1200.0 * RPM), 0.4, ("loop",))
+    own = sw.compensate_run_up(project, (1100.0 * RPM, 1200.0 * RPM), 0.4, ("loop",))
     data = json.loads(run.stdout)
     assert json.loads((out / "run-up.json").read_text()) == data
     (row,) = data["controllers"]

@@ -99,4 +99,4 @@ def test_one_project_is_none_to_compare(tmp_path):
     assert run.exit_code == command.FAILED
     assert "there are 1 projects; give 2 to 20 to compare" in run.stderr
     with pytest.raises(TypeError, match="give a list"):
-        sw.compare_projects("axis.yaml")
+        sw.compare("axis.yaml")

@@ -47,7 +47,7 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path
     run = invoke(path, *profile, "-o", out, "--band", "1000 rpm", "1300 rpm", "--window", "20 arcsec", "--json")
     assert run.exit_code == 0, run.output
     data = json.loads(run.stdout)
-    parts = [sw.Trapezoid(np.radians(10.0), 0.05), sw.Dwell(0.01), sw.read_profile(tmp_path / "back.csv")]
+    parts = [sw.Trapezoid(np.radians(10.0), 0.05), sw.study.Dwell(0.01), sw.read_profile(tmp_path / "back.csv")]
     bands, window = [(1000.0 * np.pi / 30.0, 1300.0 * np.pi / 30.0)], np.radians(20.0 / 3600.0)
     move = sw.move(sw.read_project(path), parts, bands=bands, window=window)
     assert data["pointing_error_rad"]["peak"] == pytest.approx(move.peak_error, rel=1e-9)

@@ -62,6 +62,8 @@ def test_bad_input_is_one_sentence(drive):
 
 def test_drives_without_a_curve_are_counted_once_with_their_reasons():
     sizes = np.array([1e-3, np.nan, np.nan])
-    found = sw.Exceedance(5e-4, {}, *[sizes] * 4, 0, None, ("no motion is found", "the law carries no such torque"))
+    found = sw.results.Exceedance(
+        5e-4, {}, *[sizes] * 4, 0, None, ("no motion is found", "the law carries no such torque")
+    )
     told = [line for line in str(found).splitlines() if "curve" in line]
     assert told == ["2 of the drives have no response curve: no motion is found; the law carries no such torque"]

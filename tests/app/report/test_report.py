@@ -229,7 +229,7 @@ def test_speeds_at_which_a_varying_stiffness_makes_motions_grow_are_on_the_page(
     project = varying(tmp_path, "10 %")
     found = SimpleNamespace(
         exact=SimpleNamespace(method="harmonic balance"),
-        parametric=sw.parametric_resonances(project.system(1.0), project.speeds.limits),
+        parametric=sw.study.parametric_resonances(project.system(1.0), project.speeds.limits),
     )
     view = View(project, found, AngleUnit("rad", 1.0))
     (row,) = ParametricResonances().data(view)["parametric_resonances"]

@@ -119,7 +119,7 @@ def test_a_peak_by_multiple_scales_is_measured_against_the_curve_or_said_to_be_e
 
 
 def test_no_proof_of_stability_is_told_with_its_reason():
-    system = sw.Oscillator(1.0, 0.1, sw.LuGre(1e4, 10.0, 0.0, 1.0, 2.0, 1e-3), sw.Harmonic(1.0), 1.0)
+    system = sw.Oscillator(1.0, 0.1, sw.laws.LuGre(1e4, 10.0, 0.0, 1.0, 2.0, 1e-3), sw.Harmonic(1.0), 1.0)
     proof = _proof(system, SimpleNamespace(mean_torque=0.0))
     assert proof.reason.startswith("the law of the gear has friction or memory; Lyapunov's direct method")
     shown, section = view(SimpleNamespace(stability=proof, train_curve=None)), Stability()

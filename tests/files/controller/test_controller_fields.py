@@ -27,13 +27,13 @@ def project(controller, most=", max_torque: 3 N*m"):
 
 
 GIVEN = {
-    "{period: 500 us, delay: 100 us, motor_encoder: 17 bit, load_encoder: 24 bit}": sw.Sampling(
+    "{period: 500 us, delay: 100 us, motor_encoder: 17 bit, load_encoder: 24 bit}": sw.controllers.Sampling(
         5e-4, 1e-4, 3.0, math.tau / 131072, 0.0, math.tau / 16777216, 0.0, 0.0, 1
     ),
-    "{}": sw.Sampling(250e-6, 250e-6, 3.0, math.tau / 65536, load_encoder=0),
-    "{period: 1 ms, load_encoder: none}": sw.Sampling(1e-3, 1e-3, 3.0, math.tau / 65536, load_encoder=0),
+    "{}": sw.controllers.Sampling(250e-6, 250e-6, 3.0, math.tau / 65536, load_encoder=0),
+    "{period: 1 ms, load_encoder: none}": sw.controllers.Sampling(1e-3, 1e-3, 3.0, math.tau / 65536, load_encoder=0),
     "{delay: 0 s, motor_encoder: {steps: 4000, noise: 2 arcsec}, load_encoder: {noise: 1 arcsec}, loss: 1 %}": (
-        sw.Sampling(250e-6, 0.0, 3.0, math.tau / 4000, 2.0 * ARCSEC, 0.0, ARCSEC, 0.01, 1)
+        sw.controllers.Sampling(250e-6, 0.0, 3.0, math.tau / 4000, 2.0 * ARCSEC, 0.0, ARCSEC, 0.01, 1)
     ),
 }
 
@@ -48,8 +48,8 @@ def test_the_group_gives_the_sampling_and_is_written_so_that_it_reads_back_the_s
 
 def test_the_limit_is_that_of_the_motor():
     assert project("{}", ", max_torque: 7 N*m").sampling.limit == 7.0
-    assert project("{}", ", max_speed: 3000 rpm").sampling.limit == sw.Sampling().limit
-    assert project("{}", "").sampling.limit == sw.Sampling().limit
+    assert project("{}", ", max_speed: 3000 rpm").sampling.limit == sw.controllers.Sampling().limit
+    assert project("{}", "").sampling.limit == sw.controllers.Sampling().limit
 
 
 def test_a_bench_takes_the_controller_of_the_file_and_assumes_one_where_there_is_none():
@@ -58,12 +58,14 @@ def test_a_bench_takes_the_controller_of_the_file_and_assumes_one_where_there_is
     assert bench.sampling == found.sampling
     assert bench.remarks == ()
     assumed = bench_of(replace(found, sampling=None))
-    assert assumed.sampling == sw.Sampling(limit=3.0, motor_quantum=math.tau / 2**16, load_quantum=math.tau / 2**24)
+    assert assumed.sampling == sw.controllers.Sampling(
+        limit=3.0, motor_quantum=math.tau / 2**16, load_quantum=math.tau / 2**24
+    )
     assert "Samples are assumed every 250 us" in assumed.remarks[0]
 
 
 def test_steps_that_are_no_whole_number_are_not_written():
-    odd = replace(project("{}"), sampling=sw.Sampling(limit=3.0, motor_quantum=1e-3))
+    odd = replace(project("{}"), sampling=sw.controllers.Sampling(limit=3.0, motor_quantum=1e-3))
     with pytest.raises(ValueError, match="no project file says what project 'axis' holds"):
         sw.project_text(odd)
 

@@ -11,7 +11,7 @@ DRIVE = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.Linear(1e5))
 
 
 def test_a_drive_and_its_train_are_the_same_plant(tmp_path):
-    for name, source in (("a", DRIVE), ("b", DRIVE.train(control=sw.Held(), motor_torque=sw.Harmonic(1.0)))):
+    for name, source in (("a", DRIVE), ("b", DRIVE.train(control=sw.train.Held(), motor_torque=sw.Harmonic(1.0)))):
         (tmp_path / name).mkdir()
         found = sw.export(source, tmp_path / name / "axis.c", to="c")
         assert str(found).startswith("Exported: ")

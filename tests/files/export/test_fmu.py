@@ -18,7 +18,7 @@ fmpy = pytest.importorskip("fmpy", reason="FMPy (extra `fmi`) is not installed")
 
 DRIVE = sw.HDC_40_050._replace(law=sw.Cubic(7160.0, 1e3), B=1.0)
 TRAIN = DRIVE.train(
-    kinematic_error=sw.KinematicError((sw.Line(2, 1e-4), sw.Line(4, 3e-5, 0.7))), load_drag=sw.AngleTorque(0.4)
+    kinematic_error=sw.KinematicError((sw.Line(2, 1e-4), sw.Line(4, 3e-5, 0.7))), load_drag=sw.train.AngleTorque(0.4)
 )
 MOTOR, LOAD, END = 0.5, -1.0, 0.5
 NAMES = [name for name, _, _ in OUTPUTS]

@@ -9,10 +9,10 @@ import strainwave as sw
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.Cubic(1e5, 6.9e4))
 TRAIN = DRIVE.train(
     kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)),
-    motor_drag=sw.Parallel(sw.Coulomb(0.03, 0.05), sw.Viscous(2e-4)),
-    load_drag=sw.Parallel(sw.LuGre(300.0, 1.0, 0.7, 2.0, 3.0, 0.1), sw.AngleTorque(12.0)),
-    friction=sw.LoadFriction(0.08),
-    control=sw.PositionLoop(40.0, 0.4),
+    motor_drag=sw.Parallel(sw.laws.Coulomb(0.03, 0.05), sw.laws.Viscous(2e-4)),
+    load_drag=sw.Parallel(sw.laws.LuGre(300.0, 1.0, 0.7, 2.0, 3.0, 0.1), sw.train.AngleTorque(12.0)),
+    friction=sw.laws.LoadFriction(0.08),
+    control=sw.train.PositionLoop(40.0, 0.4),
 )
 PLAIN = DRIVE._replace(law=sw.Linear(1e5)).train()
 
@@ -65,7 +65,7 @@ def test_what_the_format_cannot_carry_is_named(to, tmp_path):
 
 
 def test_inertias_of_rigid_couplings_add_up(tmp_path):
-    train = PLAIN._replace(load=sw.Elastic(0.4, 3.0, sw.Linear(3e5), sw.Load(0.9)))
+    train = PLAIN._replace(load=sw.train.Elastic(0.4, 3.0, sw.Linear(3e5), sw.train.Load(0.9)))
     root, text = written(train, tmp_path / "axis.xml", "mjcf")
     assert root.find("worldbody/body[@name='axis_load']/inertial").get("diaginertia") == "1.3 1.3 1.3"
     assert "- the couplings behind the gear, which are taken as rigid" in text

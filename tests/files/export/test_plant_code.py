@@ -20,21 +20,30 @@ RESONANCE = math.sqrt(1e5 * (1 / 1.3 + 1 / (2500 * 4.5e-4)))  # rad/s, of small 
 CASES = {
     "linear": GEAR.train(),
     "cubic": GEAR._replace(law=sw.Cubic(1e5, 6.9e4)).train(kinematic_error=LINES),
-    "three slopes": GEAR._replace(law=STIFFENING).train(kinematic_error=LINES, friction=sw.LoadFriction(0.08)),
+    "three slopes": GEAR._replace(law=STIFFENING).train(kinematic_error=LINES, friction=sw.laws.LoadFriction(0.08)),
     "backlash": GEAR._replace(law=sw.Backlash(1e5, 1e-5)).train(kinematic_error=LINES),
     "hysteresis": GEAR._replace(law=sw.Parallel(STIFFENING, sw.BoucWen(2e4, 0.0, 8e-5, n=2))).train(
-        kinematic_error=LINES, load_drag=sw.AngleTorque(12.0), motor_drag=sw.LuGre(3.0, 0.02, 1e-3, 0.03, 0.05, 0.3)
+        kinematic_error=LINES,
+        load_drag=sw.train.AngleTorque(12.0),
+        motor_drag=sw.laws.LuGre(3.0, 0.02, 1e-3, 0.03, 0.05, 0.3),
     ),
     "friction": GEAR.train(
-        control=sw.SpeedLoop(0.5, 20.0), kinematic_error=LINES,
-        load_drag=sw.Parallel(sw.AngleTorque(12.0, phase=0.4), sw.Stribeck(2.0, 3.0, 0.1, 0.02)),
-        motor_drag=sw.Viscous(1e-3, warming=10.0),
+        control=sw.train.SpeedLoop(0.5, 20.0),
+        kinematic_error=LINES,
+        load_drag=sw.Parallel(sw.train.AngleTorque(12.0, phase=0.4), sw.laws.Stribeck(2.0, 3.0, 0.1, 0.02)),
+        motor_drag=sw.laws.Viscous(1e-3, warming=10.0),
     ),
     "coupling": GEAR.train(kinematic_error=LINES)._replace(
-        load=sw.Elastic(0.4, 3.0, sw.Play(1e-5, sw.Cubic(3e5, 1e4)), sw.Load(0.9, drag=sw.Coulomb(1.0, 0.01)))
+        load=sw.train.Elastic(
+            0.4, 3.0, sw.Play(1e-5, sw.Cubic(3e5, 1e4)), sw.train.Load(0.9, drag=sw.laws.Coulomb(1.0, 0.01))
+        )
     ),
-}  # fmt: skip
-METHODS = {"Rk4": sw.Rk4(), "Dop8": sw.Dop8(), "Heun": sw.FixedStep(sw.runge_kutta([[], [1.0]], [0.5, 0.5]))}
+}
+METHODS = {
+    "Rk4": sw.Rk4(),
+    "Dop8": sw.Dop8(),
+    "Heun": sw.numerics.FixedStep(sw.numerics.runge_kutta([[], [1.0]], [0.5, 0.5])),
+}
 
 
 def assert_equal_to_1e_12(theirs, ours):
@@ -164,7 +173,7 @@ def test_c_follows_the_equations_of_motion_as_scipy_integrates_them(tmp_path):
 def test_friction_under_load_is_followed_where_it_sticks(mu, width, inertia, load, tmp_path):
     """A default step is up to 80 times the time constant of the stuck motor; scipy integrates the same, written out."""
     drive = sw.Drive(J_m=inertia, J_l=1.3, N=50.0, B=40.0, law=sw.Linear(3e4))
-    plant = plant_of(drive.train(friction=sw.LoadFriction(mu, width)))
+    plant = plant_of(drive.train(friction=sw.laws.LoadFriction(mu, width)))
     motor = -load / 50.0 * (1.0 + 0.3 * mu)
     stuck = mu * abs(load) / 50.0 / width / inertia
     assert plant.step > 3.0 / stuck
@@ -186,7 +195,7 @@ def test_friction_under_load_is_followed_where_it_sticks(mu, width, inertia, loa
 
 @needs_cc
 def test_a_state_that_no_part_of_a_step_follows_is_refused_and_left_as_it_was(tmp_path):
-    plant = plant_of(GEAR.train(friction=sw.LoadFriction(0.2, 1e-9)))
+    plant = plant_of(GEAR.train(friction=sw.laws.LoadFriction(0.2, 1e-9)))
     library = compiled(plant_code(plant, "joint").write(tmp_path / "joint.c"))
     header = plant_code(plant, "joint").header
     numbers, state, out = exported_parameters(library, "joint", header), doubles(*[0.0] * 4), doubles(*[7.0] * 6)
@@ -206,7 +215,7 @@ def test_a_state_that_no_part_of_a_step_follows_is_refused_and_left_as_it_was(tm
 def test_a_plant_that_begins_in_balance_stays_there(tmp_path):
     """Gravity of 12 N*m at 90 degrees twists the gear; 12/50 N*m of the motor hold it."""
     angle = 0.5 * math.pi
-    train = GEAR._replace(law=STIFFENING).train(load_drag=sw.AngleTorque(12.0))
+    train = GEAR._replace(law=STIFFENING).train(load_drag=sw.train.AngleTorque(12.0))
     twist = 5.0 / 1e5 + 7.0 / 1.4e5
     plant = plant_of(train, step=1e-4, start=(twist, 0.0, 50.0 * (angle + twist), 0.0))
     found = by_c(tmp_path, plant, (np.full(500, 12.0 / 50.0), np.zeros(500)))
@@ -283,7 +292,7 @@ def test_steps_that_are_too_long_for_the_train_are_refused():
 
 
 def test_the_step_counts_with_couplings_that_have_come_through_their_play():
-    coupling = sw.Elastic(0.4, 0.0, sw.Play(1e-5, sw.Linear(3e6)), sw.Load(0.9))
+    coupling = sw.train.Elastic(0.4, 0.0, sw.Play(1e-5, sw.Linear(3e6)), sw.train.Load(0.9))
     touching = GEAR._replace(B=0.0).train()._replace(load=coupling._replace(law=sw.Linear(3e6)))
     assert plant_of(touching._replace(load=coupling)).step == pytest.approx(plant_of(touching).step, rel=1e-6)
 

@@ -59,7 +59,7 @@ class Unit:
 @needs_cc
 def test_a_unit_follows_friction_under_load_over_steps_of_ten_milliseconds(tmp_path):
     drive = sw.Drive(J_m=INERTIA, J_l=1.3, N=50.0, B=40.0, law=sw.Linear(3e4))
-    unit = Unit(tmp_path, drive.train(friction=sw.LoadFriction(MU, WIDTH)))
+    unit = Unit(tmp_path, drive.train(friction=sw.laws.LoadFriction(MU, WIDTH)))
     speeds = []
     for i in range(50):
         assert unit.step(0.01 * i, 0.01) == 0
@@ -82,7 +82,7 @@ def test_a_unit_follows_friction_under_load_over_steps_of_ten_milliseconds(tmp_p
 @needs_cc
 def test_a_unit_refuses_a_step_from_a_state_that_it_cannot_follow(tmp_path):
     drive = sw.Drive(J_m=INERTIA, J_l=1.3, N=50.0, B=40.0, law=sw.Linear(3e4))
-    unit = Unit(tmp_path, drive.train(friction=sw.LoadFriction(MU, 1e-9)))
+    unit = Unit(tmp_path, drive.train(friction=sw.laws.LoadFriction(MU, 1e-9)))
     unit.set((101, STUCK), (1e-3, 1e-10))
     assert unit.step(0.0, 0.01) == 3
     assert unit.said[-1].startswith("the state is too stiff for the smallest part of a step")

@@ -57,7 +57,7 @@ def test_drives_that_scatter_have_the_covariance_of_the_numbers(project):
     load["load_angle"] = -load["load_angle"]  # a load that turns against the motor
     found = sw.identify_drive(project, load, ("gear.K1", "gear.K2", "damping.B"))
     assert [name for name, _ in found.project.scatter] == ["gear.K1", "gear.K2", "damping.B"]
-    drawn = np.array([(p.drive.law.K1, p.drive.law.K2, p.drive.B) for p in sw.scattered(found.project, 400)])
+    drawn = np.array([(p.drive.law.K1, p.drive.law.K2, p.drive.B) for p in sw.sample.scattered(found.project, 400)])
     sample, table = np.cov(drawn.T), found.found.covariance
     sizes = np.sqrt(np.outer(np.diag(table), np.diag(table)))
     np.testing.assert_allclose(sample / sizes, table / sizes, atol=0.15)  # 400 drives, cut off at 3 deviations

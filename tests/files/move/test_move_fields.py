@@ -46,7 +46,7 @@ def test_a_move_is_read_in_si(tmp_path):
     assert task.window == pytest.approx(math.radians(30.0 / 3600.0))
     assert task.payload == sw.Payload(2.0, pytest.approx(0.4), 0.0, pytest.approx(quarter))
     assert task.profile[0] == sw.Trapezoid(pytest.approx(quarter), 0.6)
-    assert task.profile[1] == sw.Dwell(pytest.approx(0.4))
+    assert task.profile[1] == sw.study.Dwell(pytest.approx(0.4))
     assert task.profile[2].jerk == pytest.approx(math.radians(2e4))
     assert isinstance(task.profile[3], sw.AngleProfile)
     np.testing.assert_allclose(task.profile[3].angles, np.radians([0.0, 1.0, 2.0, 2.5]))

@@ -96,10 +96,10 @@ def test_a_torque_over_the_angle_goes_in_and_comes_out():
     assert np.allclose(table.value(ANGLES), torque.torque(ANGLES), rtol=0.0, atol=1e-16)
     assert sw.OrderTable.of(torque.terms[0]).lines == (sw.Line(2, 0.02, 0.3),)
     # as a controller adds it: at the angle that the motor reaches a lead later
-    loop = sw.SampledPD(1.0, 0.1, 1e-3)
-    controller = sw.TorqueTable(loop, table.torque(), table.delay)
+    loop = sw.controllers.SampledPD(1.0, 0.1, 1e-3)
+    controller = sw.controllers.TorqueTable(loop, table.torque(), table.delay)
     for speed in (200.0, -200.0):
-        sample = sw.Measurement(0.7, speed, 0.0, 0.69, math.nan, 0.0, 0.0)
+        sample = sw.controllers.Measurement(0.7, speed, 0.0, 0.69, math.nan, 0.0, 0.0)
         added = controller.update(controller.start(), sample)[1] - loop.update(loop.start(), sample)[1]
         assert added == pytest.approx(table.value(0.7, speed), abs=1e-15)
     disturbance = dataclasses.replace(table, sign="error")

@@ -321,7 +321,7 @@ def test_a_drive_that_takes_the_sine_gets_the_same_torque(tmp_path):
     assert read_back(tmp_path, "beckhoff").keep((2, 12)).lines[1].phase == pytest.approx(2.0, abs=1e-6)
 
 
-class Halved(sw.OrderFormat):
+class Halved(sw.results.OrderFormat):
     """A user's own format: half the amplitudes, order by order."""
 
     name = "halved"

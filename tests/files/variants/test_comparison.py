@@ -46,7 +46,7 @@ def test_a_comparison_has_the_numbers_of_the_report(tmp_path):
 def test_the_torque_of_a_comparison_is_at_least_that_of_gravity():
     project = from_text(PLAIN, Path("plain.yaml"))
     other = sw.replaced(project, {"load.drag.amplitude": "100 N*m", "motor.max_torque": "0.5 N*m"})
-    found = sw.compare_projects([project, other])
+    found = sw.compare([project, other])
     assert found.failures[0] == ""
     assert "above its limit of 0.5 N*m" in found.failures[1]
     assert np.all(found.torque > [80.0, 120.0])  # gravity and the mean, and the vibration

@@ -94,7 +94,7 @@ def test_factors_have_the_correlation_of_the_file(read):
     factors = drawn(project.scatter, 20_000, 1, project.correlation)
     assert np.corrcoef(factors["load.inertia"], factors["gear.K"])[0, 1] == pytest.approx(-0.9, abs=0.01)
     assert np.std(factors["gear.K"]) == pytest.approx(0.1, rel=0.03)
-    J, K = np.array([(one.drive.J_l, one.drive.law.K) for one in sw.scattered(project, 200, 1)]).T
+    J, K = np.array([(one.drive.J_l, one.drive.law.K) for one in sw.sample.scattered(project, 200, 1)]).T
     nominal = project.drive
     np.testing.assert_allclose(J / nominal.J_l, drawn(project.scatter, 200, 1, project.correlation)["load.inertia"])
     assert np.corrcoef(J, K)[0, 1] < -0.85
@@ -157,7 +157,7 @@ def test_a_phase_scatters_by_an_angle_whatever_its_value(read):
     project = read(text + "scatter: {kinematic_error.0.phase: 2 deg, gear.K: 3 %}\n")
     for same in (project, read(sw.project_text(project))):
         assert dict(same.scatter) == {"kinematic_error.0.phase": pytest.approx(math.radians(2.0)), "gear.K": 0.03}
-        phases = [one.kinematic_error.lines[0].phase for one in sw.scattered(same, 400, 1)]
+        phases = [one.kinematic_error.lines[0].phase for one in sw.sample.scattered(same, 400, 1)]
         assert np.mean(phases) == pytest.approx(0.0, abs=4.0 * math.radians(2.0) / math.sqrt(400.0))
         assert np.std(phases) == pytest.approx(math.radians(2.0), rel=0.15)
     for wrong, said in (("90 deg", "is more than 1 rad"), ("0 deg", "is not positive")):
@@ -211,9 +211,9 @@ scatter: {load.inertia: 25 %%}
     notation = read(said % ("{type: speed, bandwidth: 40 Hz, damping: 1}", "{ratio: 2.5 %}"))
     gains = f"{{type: speed_loop, K_p: {J * w!r} N*m*s/rad, K_i: {J * w * w / 4.0!r} N*m/rad}}"
     numbers = read(said % (gains, f"{{B: {B!r} N*m*s/rad}}"))
-    for one, other in zip(sw.scattered(notation, 3), sw.scattered(numbers, 3), strict=True):
+    for one, other in zip(sw.sample.scattered(notation, 3), sw.sample.scattered(numbers, 3), strict=True):
         assert pytest.approx(other.drive.B, rel=1e-12) == one.drive.B
         assert one.drive.J_l == other.drive.J_l
         assert one.train.motor.control == pytest.approx(other.train.motor.control, rel=1e-12)
-    anew = next(iter(sw.scattered(notation, 3, retune=True)))
+    anew = next(iter(sw.sample.scattered(notation, 3, retune=True)))
     assert pytest.approx(B * math.sqrt(anew.drive.J_l / 5.0), rel=1e-12) == anew.drive.B

@@ -14,21 +14,25 @@ from strainwave.compile.tree import leaves
 from strainwave.model.controllers.closed_loop import even, noise, rounded
 from strainwave.model.controllers.feedforward import inverse
 
-OPEN = DRIVE._replace(motor=DRIVE.motor._replace(control=sw.Commanded()))
+OPEN = DRIVE._replace(motor=DRIVE.motor._replace(control=sw.train.Commanded()))
 CONTROLLERS = {
-    "SampledPD": sw.SampledPD(3.0, 0.1, PERIOD, 1e-3, 2e-3),
-    "Cascade": sw.Cascade(40.0, 0.5, 20.0, PERIOD, 1e-3, 2e-3),
-    "LoadIntegral": sw.LoadIntegral(PD, N, 3.0, PERIOD),
-    "AngleFeedforward": sw.AngleFeedforward(PD, ERROR, N, 3e-4, J_M),
-    "TorqueTable": sw.TorqueTable(PD, sw.Harmonics((sw.Harmonic(0.2, 2, 0.4), sw.Harmonic(0.1, 4))), 3e-4),
-    "InverseDynamics": sw.InverseDynamics(PD, OPEN, 3e-4),
-    "AdaptiveCancellation": sw.AdaptiveCancellation(PD, N, 500.0, 0.7, 2.0, PERIOD, order=2),
-    "AdaptiveCancellation, motor": sw.AdaptiveCancellation(PD, N, 500.0, 0.7, 2.0, PERIOD, order=2, on_load=0),
-    "Repetitive": sw.Repetitive(PD, N, 500.0, 0.3, 1e-3, 2.0, PERIOD),
-    "SpeedTable": sw.SpeedTable(PD, (20.0, 45.0, 90.0), (0.1, -0.2, 0.3), (0.0, 0.1, 0.2), order=2, lead=3e-4),
-    "DisturbanceObserver": sw.DisturbanceObserver(PD, J_M, 300.0, PERIOD),
-    "Notch": sw.notch(PD, 194.0, PERIOD),
-    "GandhiGhorbel": sw.GandhiGhorbel(ERROR, N, J_M, J_L, 3e4, 400.0, PERIOD),
+    "SampledPD": sw.controllers.SampledPD(3.0, 0.1, PERIOD, 1e-3, 2e-3),
+    "Cascade": sw.controllers.Cascade(40.0, 0.5, 20.0, PERIOD, 1e-3, 2e-3),
+    "LoadIntegral": sw.controllers.LoadIntegral(PD, N, 3.0, PERIOD),
+    "AngleFeedforward": sw.controllers.AngleFeedforward(PD, ERROR, N, 3e-4, J_M),
+    "TorqueTable": sw.controllers.TorqueTable(PD, sw.Harmonics((sw.Harmonic(0.2, 2, 0.4), sw.Harmonic(0.1, 4))), 3e-4),
+    "InverseDynamics": sw.controllers.InverseDynamics(PD, OPEN, 3e-4),
+    "AdaptiveCancellation": sw.controllers.AdaptiveCancellation(PD, N, 500.0, 0.7, 2.0, PERIOD, order=2),
+    "AdaptiveCancellation, motor": sw.controllers.AdaptiveCancellation(
+        PD, N, 500.0, 0.7, 2.0, PERIOD, order=2, on_load=0
+    ),
+    "Repetitive": sw.controllers.Repetitive(PD, N, 500.0, 0.3, 1e-3, 2.0, PERIOD),
+    "SpeedTable": sw.controllers.SpeedTable(
+        PD, (20.0, 45.0, 90.0), (0.1, -0.2, 0.3), (0.0, 0.1, 0.2), order=2, lead=3e-4
+    ),
+    "DisturbanceObserver": sw.controllers.DisturbanceObserver(PD, J_M, 300.0, PERIOD),
+    "Notch": sw.controllers.notch(PD, 194.0, PERIOD),
+    "GandhiGhorbel": sw.controllers.GandhiGhorbel(ERROR, N, J_M, J_L, 3e4, 400.0, PERIOD),
 }
 each = pytest.mark.parametrize("controller", CONTROLLERS.values(), ids=CONTROLLERS.keys())
 
@@ -41,7 +45,9 @@ def measurements(count=200, lost=()):
         angle, speed = 40.0 * t + 10.0 * t * t, 40.0 + 20.0 * t
         motor, load = angle + 1e-3 * rng.standard_normal(), angle / N + 1e-4 * rng.standard_normal()
         rows.append(
-            sw.Measurement(angle, speed, 20.0, motor, math.nan if k in lost else load, 0.3 * rng.standard_normal(), 0.0)
+            sw.controllers.Measurement(
+                angle, speed, 20.0, motor, math.nan if k in lost else load, 0.3 * rng.standard_normal(), 0.0
+            )
         )
     return rows
 
@@ -50,7 +56,9 @@ def measurements(count=200, lost=()):
 def replay(controller, table, out):
     state = controller.start()
     for k in range(len(out)):
-        m = sw.Measurement(table[k, 0], table[k, 1], table[k, 2], table[k, 3], table[k, 4], table[k, 5], 0.0)
+        m = sw.controllers.Measurement(
+            table[k, 0], table[k, 1], table[k, 2], table[k, 3], table[k, 4], table[k, 5], 0.0
+        )
         state, out[k] = controller.update(state, m)
 
 
@@ -75,23 +83,23 @@ def test_a_lost_angle_of_the_load_leaves_the_torque_finite(controller):
 
 def test_the_pd_loop_is_its_formula():
     state = CONTROLLERS["SampledPD"].start()
-    _, first = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0, 0.0))
+    _, first = CONTROLLERS["SampledPD"].update(state, sw.controllers.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0, 0.0))
     assert first == pytest.approx(2e-3 * 5.0 - 3.0 * 0.01)
-    state, _ = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0, 0.0))
-    _, second = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.2, 2.0, 5.0, 1.23, 0.0, 0.0, 0.0))
+    state, _ = CONTROLLERS["SampledPD"].update(state, sw.controllers.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0, 0.0))
+    _, second = CONTROLLERS["SampledPD"].update(state, sw.controllers.Measurement(1.2, 2.0, 5.0, 1.23, 0.0, 0.0, 0.0))
     rate = 0.02 / PERIOD * PERIOD / (PERIOD + 1e-3)
     assert second == pytest.approx(2e-3 * 5.0 - 3.0 * 0.03 - 0.1 * rate)
 
 
 def test_an_integral_gives_back_what_the_limit_took():
     """A load that a limited torque cannot carry for a second, then lets go: the integral must not have wound up."""
-    cascade = sw.Cascade(40.0, 0.5, 20.0, PERIOD)
+    cascade = sw.controllers.Cascade(40.0, 0.5, 20.0, PERIOD)
 
     def overshoot(gives_back):
         state, angle, speed, applied, worst, asked = cascade.start(), 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(8000):
             cut = applied - asked if gives_back else 0.0
-            state, asked = cascade.update(state, sw.Measurement(0.0, 0.0, 0.0, angle, 0.0, applied, cut))
+            state, asked = cascade.update(state, sw.controllers.Measurement(0.0, 0.0, 0.0, angle, 0.0, applied, cut))
             applied = min(max(asked, -1.0), 1.0)
             against = 2.0 if k < 4000 else 0.0
             speed = max(speed + PERIOD * (applied - against - 0.5 * speed) / 5e-3, -0.5)
@@ -104,12 +112,12 @@ def test_an_integral_gives_back_what_the_limit_took():
 
 @pytest.mark.parametrize(("frequency", "gain"), [(200.0, 0.0), (20.0, 1.0), (2000.0, 1.0)])
 def test_the_notch_has_its_gain_at_its_frequency_and_one_far_away(frequency, gain):
-    plain = sw.SampledPD(-1.0, 0.0, PERIOD)  # gives back the deviation
-    controller, torques = sw.notch(plain, 200.0, PERIOD, width=0.3), []
+    plain = sw.controllers.SampledPD(-1.0, 0.0, PERIOD)  # gives back the deviation
+    controller, torques = sw.controllers.notch(plain, 200.0, PERIOD, width=0.3), []
     state = controller.start()
     for k in range(40000):
         state, torque = controller.update(
-            state, sw.Measurement(0.0, 0.0, 0.0, math.sin(frequency * k * PERIOD), 0, 0, 0)
+            state, sw.controllers.Measurement(0.0, 0.0, 0.0, math.sin(frequency * k * PERIOD), 0, 0, 0)
         )
         torques.append(torque)
     assert np.max(np.abs(torques[30000:])) == pytest.approx(gain, abs=5e-3)
@@ -117,11 +125,17 @@ def test_the_notch_has_its_gain_at_its_frequency_and_one_far_away(frequency, gai
 
 def test_the_observer_finds_a_constant_torque_with_its_bandwidth():
     """J theta'' = tau + d, tau what is applied: the estimate is d (1 - exp(-g t))."""
-    still = sw.SampledPD(0.0, 0.0, PERIOD)
-    controller, speed, angle, applied, found = sw.DisturbanceObserver(still, 2e-3, 100.0, PERIOD), 0.0, 0.0, 0.0, []
+    still = sw.controllers.SampledPD(0.0, 0.0, PERIOD)
+    controller, speed, angle, applied, found = (
+        sw.controllers.DisturbanceObserver(still, 2e-3, 100.0, PERIOD),
+        0.0,
+        0.0,
+        0.0,
+        [],
+    )
     state = controller.start()
     for _ in range(400):
-        state, asked = controller.update(state, sw.Measurement(0.0, 0.0, 0.0, angle, 0.0, applied, 0.0))
+        state, asked = controller.update(state, sw.controllers.Measurement(0.0, 0.0, 0.0, angle, 0.0, applied, 0.0))
         found.append(-asked)
         angle += PERIOD * (speed + 0.5 * PERIOD * (asked + 0.7) / 2e-3)
         speed += PERIOD * (asked + 0.7) / 2e-3
@@ -134,8 +148,8 @@ def test_the_observer_finds_a_constant_torque_with_its_bandwidth():
 def test_the_inverse_keeps_the_load_on_course():
     """With the motion and torque of the inverse, the train's own equations accelerate neither load nor deviation."""
     train = OPEN._replace(
-        motor=OPEN.motor._replace(drag=sw.Coulomb(0.02, 0.5)), error=sw.KinematicError((sw.Line(2, 1e-4, 0.7),)),
-        load=sw.Load(J_L, sw.Harmonic(0.0, mean=-70.0), sw.Viscous(3.0)), omega=80.0,
+        motor=OPEN.motor._replace(drag=sw.laws.Coulomb(0.02, 0.5)), error=sw.KinematicError((sw.Line(2, 1e-4, 0.7),)),
+        load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-70.0), sw.laws.Viscous(3.0)), omega=80.0,
     )  # fmt: skip
     angle, h = 2.3, 1e-5
     motor, fast, torque = inverse(train, angle, 80.0, 0.0)
@@ -152,13 +166,13 @@ def test_the_inverse_keeps_the_load_on_course():
 
 def test_gandhi_ghorbel_decays_on_a_rigid_gear():
     """The rigid gear of its derivation, integrated by small steps: its energy falls, and the load follows."""
-    law = sw.GandhiGhorbel(sw.KinematicError((sw.Line(2, 2e-3),)), N, J_M, J_L, 4e4, 900.0, PERIOD)
+    law = sw.controllers.GandhiGhorbel(sw.KinematicError((sw.Line(2, 2e-3),)), N, J_M, J_L, 4e4, 900.0, PERIOD)
     state, motor, speed, fine = law.start(), 0.4, 0.0, 5
     energies = []
     e = law.error
     for k in range(4000):
         reference = 20.0 * k * PERIOD
-        state, torque = law.update(state, sw.Measurement(reference, 20.0, 0.0, motor, math.nan, 0.0, 0.0))
+        state, torque = law.update(state, sw.controllers.Measurement(reference, 20.0, 0.0, motor, math.nan, 0.0, 0.0))
         for _ in range(fine):
             psi, bend = 1.0 / N - e.slope(motor), -e.curvature(motor)
             acceleration = (torque - J_L * psi * bend * speed * speed) / (J_M + J_L * psi * psi)
@@ -174,9 +188,9 @@ def test_gandhi_ghorbel_decays_on_a_rigid_gear():
 
 def test_shaping_leaves_no_vibration():
     """The residual of a linear vibration in closed form: the sum of the weights times exp(s t) at its pole is 0."""
-    motion = sw.SpeedProfile((0.0, 0.1, 0.2, 0.3), (0.0, 5.0, 5.0, 0.0))
+    motion = sw.train.SpeedProfile((0.0, 0.1, 0.2, 0.3), (0.0, 5.0, 5.0, 0.0))
     for kind, orders in (("ZV", 1), ("ZVD", 2)):
-        shaped = sw.shaped(motion, 60.0, 0.05, kind=kind)
+        shaped = sw.controllers.shaped(motion, 60.0, 0.05, kind=kind)
         pole = 60.0 * (-0.05 + 1j * math.sqrt(1.0 - 0.05**2))
         left = [
             sum(w * t**n * np.exp(-pole * t) for w, t in zip(shaped.weights, shaped.times, strict=True))
@@ -220,30 +234,36 @@ def test_compiled_noise_is_that_of_python():
 
 
 def test_a_load_with_several_drags_has_an_inverse_and_one_with_memory_none():
-    load = OPEN.load._replace(drag=sw.Parallel(sw.Viscous(0.5), sw.Coulomb(2.0, 0.1)))
-    checked(sw.InverseDynamics(PD, OPEN._replace(load=load)))
+    load = OPEN.load._replace(drag=sw.Parallel(sw.laws.Viscous(0.5), sw.laws.Coulomb(2.0, 0.1)))
+    checked(sw.controllers.InverseDynamics(PD, OPEN._replace(load=load)))
     load = OPEN.load._replace(drag=sw.BoucWen(1e5, 0.3, 1e-4))
     with pytest.raises(ValueError, match="couplings or laws with memory"):
-        checked(sw.InverseDynamics(PD, OPEN._replace(load=load)))
+        checked(sw.controllers.InverseDynamics(PD, OPEN._replace(load=load)))
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: sw.SampledPD(-1.0, 0.1, PERIOD), r"SampledPD.K_p is -1; give its size"),
-        (lambda: sw.SampledPD(1.0, 0.1, 0.0), r"SampledPD.period is 0 s; a sample takes a positive time"),
-        (lambda: sw.Cascade(1.0, 0.0, 1.0, PERIOD), r"Cascade.K_p is 0"),
-        (lambda: sw.LoadIntegral(PD, N, 5000.0, PERIOD), r"must be above 0 and below 4000 1/s"),
-        (lambda: sw.DisturbanceObserver(PD, J_M, 5000.0, PERIOD), r"below 4000 rad/s, once a sample"),
-        (lambda: sw.AdaptiveCancellation(PD, N, -1.0, 0.0, 1.0, PERIOD), r"AdaptiveCancellation.gain is -1"),
-        (lambda: sw.AdaptiveCancellation(PD, N, 1.0, 0.0, 1.0, PERIOD, order=0), r"order is 0; it must be at least 1"),
-        (lambda: sw.Repetitive(PD, N, 1.0, 0.0, 1.5, 1.0, PERIOD), r"smooth is 1.5; it is a share"),
-        (lambda: sw.Sampling(delay=2e-3), r"delay is 0.002 s; it must be at most 7 periods, 0.00175 s"),
-        (lambda: sw.Sampling(period=0.0), r"Sampling.period is 0; it must be positive"),
-        (lambda: sw.Sampling(loss=1.0), r"Sampling.loss is 1; it is a share"),
-        (lambda: sw.Shaped(sw.AtRest(), (0.0,), (0.5,)), r"weights that add up to 0.5"),
+        (lambda: sw.controllers.SampledPD(-1.0, 0.1, PERIOD), r"SampledPD.K_p is -1; give its size"),
+        (lambda: sw.controllers.SampledPD(1.0, 0.1, 0.0), r"SampledPD.period is 0 s; a sample takes a positive time"),
+        (lambda: sw.controllers.Cascade(1.0, 0.0, 1.0, PERIOD), r"Cascade.K_p is 0"),
+        (lambda: sw.controllers.LoadIntegral(PD, N, 5000.0, PERIOD), r"must be above 0 and below 4000 1/s"),
+        (lambda: sw.controllers.DisturbanceObserver(PD, J_M, 5000.0, PERIOD), r"below 4000 rad/s, once a sample"),
         (
-            lambda: sw.InverseDynamics(PD, OPEN._replace(law=sw.BoucWen(1e5, 0.3, 1e-4))),
+            lambda: sw.controllers.AdaptiveCancellation(PD, N, -1.0, 0.0, 1.0, PERIOD),
+            r"AdaptiveCancellation.gain is -1",
+        ),
+        (
+            lambda: sw.controllers.AdaptiveCancellation(PD, N, 1.0, 0.0, 1.0, PERIOD, order=0),
+            r"order is 0; it must be at least 1",
+        ),
+        (lambda: sw.controllers.Repetitive(PD, N, 1.0, 0.0, 1.5, 1.0, PERIOD), r"smooth is 1.5; it is a share"),
+        (lambda: sw.controllers.Sampling(delay=2e-3), r"delay is 0.002 s; it must be at most 7 periods, 0.00175 s"),
+        (lambda: sw.controllers.Sampling(period=0.0), r"Sampling.period is 0; it must be positive"),
+        (lambda: sw.controllers.Sampling(loss=1.0), r"Sampling.loss is 1; it is a share"),
+        (lambda: sw.controllers.Shaped(sw.train.AtRest(), (0.0,), (0.5,)), r"weights that add up to 0.5"),
+        (
+            lambda: sw.controllers.InverseDynamics(PD, OPEN._replace(law=sw.BoucWen(1e5, 0.3, 1e-4))),
             r"couplings or laws with memory",
         ),
     ],
@@ -256,10 +276,10 @@ def test_numbers_out_of_range_get_a_sentence(make, sentence):
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: sw.notch(PD, 2e4, PERIOD), "carry none above 12566.4 rad/s"),
-        (lambda: sw.notch(PD, 200.0, PERIOD, depth=2.0), "depth is 2; it must be from 0 to 1"),
-        (lambda: sw.shaped(sw.AtRest(), 50.0, 1.0), "damping is 1; it must be from 0 to below 1"),
-        (lambda: sw.shaped(sw.AtRest(), 50.0, kind="EI"), "it must be 'ZV' or 'ZVD'"),
+        (lambda: sw.controllers.notch(PD, 2e4, PERIOD), "carry none above 12566.4 rad/s"),
+        (lambda: sw.controllers.notch(PD, 200.0, PERIOD, depth=2.0), "depth is 2; it must be from 0 to 1"),
+        (lambda: sw.controllers.shaped(sw.train.AtRest(), 50.0, 1.0), "damping is 1; it must be from 0 to below 1"),
+        (lambda: sw.controllers.shaped(sw.train.AtRest(), 50.0, kind="EI"), "it must be 'ZV' or 'ZVD'"),
     ],
 )
 def test_makers_refuse_what_they_cannot_make(make, sentence):
@@ -269,4 +289,4 @@ def test_makers_refuse_what_they_cannot_make(make, sentence):
 
 def test_a_loop_that_is_none_is_refused():
     with pytest.raises(TypeError, match=r"LoadIntegral.loop"):
-        checked(sw.LoadIntegral(LOOP, N, 3.0, PERIOD))
+        checked(sw.controllers.LoadIntegral(LOOP, N, 3.0, PERIOD))

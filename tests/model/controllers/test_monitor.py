@@ -9,7 +9,9 @@ import strainwave as sw
 from strainwave.base.quantities import checked
 
 PERIOD, RATE = 2.5e-4, 3.0
-CHAIN = sw.Demodulator(sw.Demodulator(sw.Average(RATE, PERIOD), RATE, PERIOD, order=4), RATE, PERIOD, order=2)
+CHAIN = sw.controllers.Demodulator(
+    sw.controllers.Demodulator(sw.controllers.Average(RATE, PERIOD), RATE, PERIOD, order=4), RATE, PERIOD, order=2
+)
 
 
 def followed(chain, angle, signal):
@@ -31,7 +33,9 @@ def test_orders_and_mean_are_found_without_leakage():
 
 def test_an_estimate_settles_with_its_rate():
     t = PERIOD * np.arange(4000)
-    found = followed(sw.Demodulator(sw.Average(1e-9, PERIOD), RATE, PERIOD), 200.0 * t, np.cos(400.0 * t))
+    found = followed(
+        sw.controllers.Demodulator(sw.controllers.Average(1e-9, PERIOD), RATE, PERIOD), 200.0 * t, np.cos(400.0 * t)
+    )
     off = 1.0 - found[0]
     assert np.log(off[1000] / off[3000]) / 0.5 == pytest.approx(RATE, rel=0.02)
     assert CHAIN.settling(0.01) == pytest.approx(math.log(100.0) / RATE)
@@ -39,7 +43,7 @@ def test_an_estimate_settles_with_its_rate():
 
 def test_noise_comes_through_with_its_gain():
     rng, t = np.random.default_rng(3), PERIOD * np.arange(200000)
-    single = sw.Demodulator(sw.Average(RATE, PERIOD), RATE, PERIOD)
+    single = sw.controllers.Demodulator(sw.controllers.Average(RATE, PERIOD), RATE, PERIOD)
     found = followed(single, 60.0 * t, 0.5 * rng.standard_normal(len(t)))
     assert np.var(found[:, 20000:]) == pytest.approx(single.noise_gain() * 0.25, rel=0.15)
 
@@ -47,7 +51,11 @@ def test_noise_comes_through_with_its_gain():
 def test_an_amplitude_that_grows_lags_by_its_rate_over_the_bandwidth():
     t = PERIOD * np.arange(20000)
     angle = 60.0 * t + 4.0 * t * t  # a run-up
-    found = followed(sw.Demodulator(sw.Average(RATE, PERIOD), RATE, PERIOD), angle, 0.4 * t * np.cos(2 * angle))
+    found = followed(
+        sw.controllers.Demodulator(sw.controllers.Average(RATE, PERIOD), RATE, PERIOD),
+        angle,
+        0.4 * t * np.cos(2 * angle),
+    )
     assert 0.4 * t[-1] - found[0, -1] == pytest.approx(0.4 / RATE, rel=0.03)
 
 
@@ -62,7 +70,7 @@ def test_lost_samples_leave_the_estimate_as_it_is():
 
 @pytest.mark.parametrize("omega", [70.0, 100.0, 140.0])
 def test_the_tracker_finds_frequency_amplitude_and_phase(omega):
-    tracker = sw.Tracker(50.0, 160.0, 5.0, PERIOD)
+    tracker = sw.controllers.Tracker(50.0, 160.0, 5.0, PERIOD)
     state = tracker.start()
     for k in range(16000):
         state = tracker.update(state, 0.7 + 2.0 * math.cos(omega * k * PERIOD + 0.3))
@@ -75,7 +83,7 @@ def test_the_tracker_finds_frequency_amplitude_and_phase(omega):
 
 def test_the_tracker_follows_a_frequency_with_its_rate():
     """After a small step of the frequency its distance decays as the slower root of s^2 + (g w/2) (s + r)."""
-    tracker, phase, off = sw.Tracker(50.0, 160.0, 0.8, PERIOD), 0.0, []
+    tracker, phase, off = sw.controllers.Tracker(50.0, 160.0, 0.8, PERIOD), 0.0, []
     state = tracker.start()
     for k in range(22000):
         omega = 105.0 if k < 16000 else 107.0
@@ -99,7 +107,7 @@ def tracked(tracker, signal):
 @pytest.mark.parametrize("rate", [0.8, 2.0, 20.0])
 def test_a_tracker_has_settled_when_it_says_so(rate):
     """After a small step of the frequency: nothing above 1 % is left, and at half of that time more than that is."""
-    tracker = sw.Tracker(60.0, 160.0, rate, PERIOD)
+    tracker = sw.controllers.Tracker(60.0, 160.0, rate, PERIOD)
     begin, time = 24000, tracker.settling(0.01, 106.0)
     after = int(time / PERIOD)
     phase = PERIOD * np.cumsum(np.where(np.arange(begin + 2 * after) < begin, 105.0, 107.0))
@@ -113,7 +121,7 @@ def test_a_tracker_has_settled_when_it_says_so(rate):
 @pytest.mark.parametrize(("acceleration", "rate"), [(4.0, 2.0), (10.0, 4.0), (-6.0, 3.0)])
 def test_in_a_run_up_a_tracker_lags_as_its_formula_says(acceleration, rate):
     """The frequency by a/r, the phase by 2 a/(r g w)."""
-    tracker, gain = sw.Tracker(40.0, 200.0, rate, PERIOD), 0.3
+    tracker, gain = sw.controllers.Tracker(40.0, 200.0, rate, PERIOD), 0.3
     t = PERIOD * np.arange(24000)
     begin = 120.0 - 0.5 * acceleration * t[-1]
     omega, phase = begin + acceleration * t, (begin + 0.5 * acceleration * t) * t
@@ -128,7 +136,7 @@ def test_in_a_run_up_a_tracker_lags_as_its_formula_says(acceleration, rate):
 @pytest.mark.interpreted
 def test_noise_comes_through_a_tracker_with_its_gain():
     rng, t, omega, rate = np.random.default_rng(5), PERIOD * np.arange(240000), 120.0, 2.0
-    tracker = sw.Tracker(60.0, 160.0, rate, PERIOD)
+    tracker = sw.controllers.Tracker(60.0, 160.0, rate, PERIOD)
     v, q, _, w = tracked(tracker, 2.0 * np.cos(omega * t) + 0.5 * rng.standard_normal(len(t)))[:, 20000:]
     assert np.var(np.hypot(v, q)) == pytest.approx(0.25 * tracker.noise_gain(omega), rel=0.15)
     assert np.var(w) == pytest.approx((rate * 0.5 / 2.0) ** 2 * tracker.noise_gain(omega), rel=0.15)
@@ -140,10 +148,18 @@ def test_noise_comes_through_a_tracker_with_its_gain():
         (lambda: CHAIN._replace(bandwidth=2000.0), "together below the rate of samples, 4000 1/s"),
         (lambda: CHAIN._replace(bandwidth=0.0), "Demodulator.bandwidth is 0 1/s"),
         (lambda: CHAIN._replace(order=0), "Demodulator.order is 0"),
-        (lambda: sw.Tracker(50.0, 40.0, 5.0, PERIOD), "give low below high"),
-        (lambda: sw.Tracker(50.0, 5000.0, 5.0, PERIOD), "follow up to 4000 rad/s"),
-        (lambda: sw.SpeedTable(sw.SampledPD(1.0, 0.1, PERIOD), (1.0,), (1.0,), (1.0,)), "SpeedTable has 1 speeds"),
-        (lambda: sw.SpeedTable(sw.SampledPD(1.0, 0.1, PERIOD), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "do not increase"),
+        (lambda: sw.controllers.Tracker(50.0, 40.0, 5.0, PERIOD), "give low below high"),
+        (lambda: sw.controllers.Tracker(50.0, 5000.0, 5.0, PERIOD), "follow up to 4000 rad/s"),
+        (
+            lambda: sw.controllers.SpeedTable(sw.controllers.SampledPD(1.0, 0.1, PERIOD), (1.0,), (1.0,), (1.0,)),
+            "SpeedTable has 1 speeds",
+        ),
+        (
+            lambda: sw.controllers.SpeedTable(
+                sw.controllers.SampledPD(1.0, 0.1, PERIOD), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)
+            ),
+            "do not increase",
+        ),
     ],
 )
 def test_numbers_out_of_range_get_a_sentence(make, sentence):

@@ -176,7 +176,7 @@ def test_size_40_has_the_cubic_fit_of_its_slopes():
     assert gear.reach == pytest.approx(gear.twist(1.5 * 196.0), rel=1e-15)
     assert gear.fit(3).law == gear.cubic
     assert gear.fit(5).rms < gear.fit(3).rms
-    assert gear.rounded(1e-4) == sw.RoundedPiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0, 1e-4)
+    assert gear.rounded(1e-4) == sw.laws.RoundedPiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0, 1e-4)
     with pytest.raises(ValueError, match="where the rounded corners meet"):
         gear.rounded(1.0)
 

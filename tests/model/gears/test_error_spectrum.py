@@ -49,7 +49,7 @@ def test_peak_to_peak_does_not_depend_on_the_base_turn_or_a_shift():
     one = error_of((1, 1e-5, 0.2), (2, 3e-5, 1.0), (4, 1e-5, -2.0))
     shifted = error_of(*((k, a, p + 0.37 * k) for k, a, p in one.lines))
     assert peak_to_peak(shifted) == pytest.approx(peak_to_peak(one), rel=1e-12)
-    assert peak_to_peak(sw.on_output_turn(one, 160)) == pytest.approx(peak_to_peak(one), rel=1e-12)
+    assert peak_to_peak(sw.gears.on_output_turn(one, 160)) == pytest.approx(peak_to_peak(one), rel=1e-12)
 
 
 @pytest.mark.parametrize("shares", [{2: 1.0}, {1: 0.25, 2: 1.0, 4: 0.25}, {1: 3.0, 2: 2.0, 4: 1.0, 6: 0.5}])

@@ -41,7 +41,7 @@ def reach(law):
 @each_row
 def test_every_row_of_the_catalogue_is_a_weakly_hardening_spring(row):
     law = slopes(row)
-    fit = sw.fit_odd(law, reach(law))
+    fit = sw.gears.fit_odd(law, reach(law))
     assert 0.10 <= fit.law.alpha * law.breakpoints()[3] ** 2 <= 0.25
     assert fit.relative < 0.017
     if (row["size"], row["ratio"]) in FITS:
@@ -54,7 +54,7 @@ def test_the_published_fits_all_belong_to_rows():
 
 def test_a_fit_of_a_polynomial_is_the_polynomial():
     law = sw.Polynomial((0.0, 3.0, 0.0, -0.4, 0.0, 0.2))
-    fit = sw.fit_odd(law, 1.3, 5)
+    fit = sw.gears.fit_odd(law, 1.3, 5)
     assert fit.law.coefficients == pytest.approx(law.coefficients, abs=1e-12)
     assert fit.rms < 1e-13
 
@@ -62,7 +62,7 @@ def test_a_fit_of_a_polynomial_is_the_polynomial():
 def test_the_fit_of_a_straight_line_to_play_is_the_integral_done_by_hand():
     # minimise the integral of (k s - p(s - b))^2 over 0..1, p positive part: k = 3 (1/3 - b/2 + b^3/6)
     b = 0.25
-    fit = sw.fit_odd(sw.Backlash(1.0, b), 1.0, 1)
+    fit = sw.gears.fit_odd(sw.Backlash(1.0, b), 1.0, 1)
     assert fit.law.coefficients[1] == pytest.approx(3.0 * (1.0 / 3.0 - b / 2.0 + b**3 / 6.0), rel=1e-3)
     x = np.linspace(0.0, 1.0, 100001)
     error = fit.law.torque(x) - sw.Backlash(1.0, b).torque(x)
@@ -73,7 +73,7 @@ def test_the_fit_of_a_straight_line_to_play_is_the_integral_done_by_hand():
 
 def test_more_terms_fit_better():
     law = slopes(ROWS[15])
-    errors = [sw.fit_odd(law, reach(law), degree).rms for degree in (1, 3, 5, 7, 9)]
+    errors = [sw.gears.fit_odd(law, reach(law), degree).rms for degree in (1, 3, 5, 7, 9)]
     assert errors == sorted(errors, reverse=True)
 
 
@@ -100,7 +100,7 @@ def test_more_terms_fit_better():
 )
 def test_a_fit_that_makes_no_sense_is_refused(arguments, sentence):
     with pytest.raises(ValueError, match=sentence):
-        sw.fit_odd(*arguments)
+        sw.gears.fit_odd(*arguments)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_a_fit_that_makes_no_sense_is_refused(arguments, sentence):
 )
 def test_a_law_that_cannot_be_fitted_is_refused(law, error, said):
     with pytest.raises(error, match=said):
-        sw.fit_odd(law, 1.0)
+        sw.gears.fit_odd(law, 1.0)
     if error is TypeError:
         with pytest.raises(error, match=said):
             sw.small_signal(law, 1.0)

@@ -13,7 +13,7 @@ RPM = math.pi / 30.0
 
 
 def exceeded(**run):
-    return {finding.limit: finding for finding in sw.check_limits(GEAR, **run) if finding.exceeded}
+    return {finding.limit: finding for finding in sw.gears.check_limits(GEAR, **run) if finding.exceeded}
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_the_sentence_has_fact_value_limit_and_remedy():
 
 
 def test_what_stays_within_its_limit_is_found_too_and_says_so():
-    (finding,) = sw.check_limits(GEAR, max_speed=3000 * RPM)
+    (finding,) = sw.gears.check_limits(GEAR, max_speed=3000 * RPM)
     assert (finding.limit, finding.value, finding.bound, finding.unit) == (
         "max_rpm",
         pytest.approx(3000.0),
@@ -56,21 +56,23 @@ def test_what_stays_within_its_limit_is_found_too_and_says_so():
 
 
 def test_limits_that_no_source_gives_are_not_compared():
-    found = sw.check_limits(sw.catalogue.gear("CSF-40-50"), peak_torque=1e4, average_torque=1e4, max_speed=1e4)
+    found = sw.gears.check_limits(sw.catalogue.gear("CSF-40-50"), peak_torque=1e4, average_torque=1e4, max_speed=1e4)
     assert [finding.limit for finding in found] == ["ratcheting_torque", "buckling_torque"]
 
 
 def test_a_number_that_is_none_is_refused():
     with pytest.raises(ValueError, match="peak_torque is nan"):
-        sw.check_limits(GEAR, peak_torque=math.nan)
+        sw.gears.check_limits(GEAR, peak_torque=math.nan)
 
 
 def test_the_cubic_mean_is_the_vendors():
     # T_av = cbrt(sum(n t |T|^3)/sum(n t)): CSF/CSG catalogue, p. 14; by hand 4^3 = 64, 2^3 = 8, (3*64 + 8)/4 = 50
-    assert sw.cubic_mean([4.0, -2.0], weights=[3.0, 1.0]) == pytest.approx(50.0 ** (1.0 / 3.0), rel=1e-15)
+    assert sw.gears.cubic_mean([4.0, -2.0], weights=[3.0, 1.0]) == pytest.approx(50.0 ** (1.0 / 3.0), rel=1e-15)
     angle = 2.0 * np.pi * np.arange(256) / 256
-    assert sw.cubic_mean(5.0 * np.cos(angle)) == pytest.approx(5.0 * (4.0 / (3.0 * np.pi)) ** (1.0 / 3.0), rel=1e-6)
-    assert sw.cubic_mean([0.0, 0.0]) == 0.0
+    assert sw.gears.cubic_mean(5.0 * np.cos(angle)) == pytest.approx(
+        5.0 * (4.0 / (3.0 * np.pi)) ** (1.0 / 3.0), rel=1e-6
+    )
+    assert sw.gears.cubic_mean([0.0, 0.0]) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -79,12 +81,12 @@ def test_the_cubic_mean_is_the_vendors():
 )
 def test_a_cubic_mean_of_no_numbers_or_with_impossible_weights_is_refused(torque, weights):
     with pytest.raises(ValueError, match="must"):
-        sw.cubic_mean(torque, weights)
+        sw.gears.cubic_mean(torque, weights)
 
 
 def test_limits_are_checked_for_a_record_not_a_name():
     with pytest.raises(TypeError, match="give a record"):
-        sw.check_limits("CSG-40-50", peak_torque=1.0)
+        sw.gears.check_limits("CSG-40-50", peak_torque=1.0)
 
 
 def test_a_flexspline_that_fails_below_a_limit_contradicts_it():

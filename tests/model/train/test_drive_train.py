@@ -27,12 +27,14 @@ def accelerations(train, phase, y):
 
 @pytest.mark.slow
 def test_train_is_what_lagrange_gives_with_kinematic_error():
-    derived = sw.derivation()
+    derived = sw.theory.derive()
     s = derived.symbols
     a, phase = sp.symbols("a phi", real=True)
     error, law = sw.KinematicError((sw.Line(2, a, phase),)), sw.Cubic(s.K, s.alpha)
-    motor = sw.Motor(s.J_m, sw.Harmonic(0, 1, 0, s.T_m))
-    train = sw.DriveTrain(motor, s.N, s.B, law, sw.Load(s.J_l, sw.Harmonic(0, 1, 0, s.T_l)), 1, error, sw.AtRest())
+    motor = sw.train.Motor(s.J_m, sw.Harmonic(0, 1, 0, s.T_m))
+    train = sw.DriveTrain(
+        motor, s.N, s.B, law, sw.train.Load(s.J_l, sw.Harmonic(0, 1, 0, s.T_l)), 1, error, sw.train.AtRest()
+    )
     y = (s.theta_m / s.N - s.theta_l, s.theta_m_rate / s.N - s.theta_l_rate, s.theta_m, s.theta_m_rate)
     by_model = accelerations(train, sp.Symbol("t"), y)
     for equation, name, found in zip(
@@ -62,7 +64,7 @@ def test_held_error_equation_is_the_held_train_symbolically():
     x, v, phase = sp.symbols("x v phi", real=True)
     drive, error = sw.Drive(J_m, J_l, N, B, sw.Cubic(K, alpha)), sw.KinematicError((sw.Line(2, a),))
     load = sw.Harmonic(d, 1)
-    whole = drive.train(omega=w, load_torque=load, kinematic_error=error, control=sw.Held()).rhs(phase, (x, v))
+    whole = drive.train(omega=w, load_torque=load, kinematic_error=error, control=sw.train.Held()).rhs(phase, (x, v))
     reduced = drive.error_equation(omega=w, load_torque=load, kinematic_error=error, motor="held").rhs(phase, (x, v))
     assert sp.simplify(sp.nsimplify(whole[1] - reduced[1])) == 0
 
@@ -97,33 +99,37 @@ def test_reference_motion_has_its_own_derivatives(reference):
 
 
 def test_speed_profile_goes_through_its_points():
-    profile = sw.SpeedProfile((0.0, 2.0, 3.0, 4.0), (0.0, 100.0, 100.0, 0.0))
+    profile = sw.train.SpeedProfile((0.0, 2.0, 3.0, 4.0), (0.0, 100.0, 100.0, 0.0))
     np.testing.assert_allclose(profile.slope(np.array([-1.0, 0.0, 1.0, 2.5, 3.5, 9.0])), [0, 0, 50, 100, 50, 0])
     # areas of the trapezium: 100 to t = 2, 100 to t = 3, 50 to t = 4
     np.testing.assert_allclose(profile.value(np.array([0.0, 2.0, 3.0, 4.0, 9.0])), [0, 100, 200, 250, 250])
-    torque = sw.TorqueProfile((0.0, 1.0), (0.0, -5.0))
+    torque = sw.train.TorqueProfile((0.0, 1.0), (0.0, -5.0))
     np.testing.assert_allclose(torque.torque(np.array([-1.0, 0.5, 2.0])), [0.0, -2.5, -5.0])
 
 
 def test_gravity_is_a_spring_of_the_loads_own_angle():
     # m g r = 3 N m on a horizontal axis: small swings of two inertias, the load hanging down
     J_m, J_l, N, K = 1e-4, 0.05, 10.0, 800.0
-    load = sw.Load(J_l, drag=sw.AngleTorque(3.0))
-    pendulum = sw.DriveTrain(sw.Motor(J_m), N, 0.0, sw.Linear(K), load, reference=sw.AtRest())
+    load = sw.train.Load(J_l, drag=sw.train.AngleTorque(3.0))
+    pendulum = sw.DriveTrain(sw.train.Motor(J_m), N, 0.0, sw.Linear(K), load, reference=sw.train.AtRest())
     stiffness = np.array([[K / N**2, -K / N], [-K / N, K + 3.0]])
     squares = np.linalg.eigvals(np.diag([1 / J_m, 1 / J_l]) @ stiffness)
     poles = sw.bode(pendulum, 1.0).poles
     np.testing.assert_allclose(np.sort(poles.imag)[2:], np.sort(np.sqrt(squares)), rtol=1e-9)
     # upside down it falls
-    inverted = pendulum._replace(load=sw.Load(J_l, drag=sw.AngleTorque(3.0, phase=np.pi)))
+    inverted = pendulum._replace(load=sw.train.Load(J_l, drag=sw.train.AngleTorque(3.0, phase=np.pi)))
     assert np.max(sw.bode(inverted, 1.0).poles.real) > 1.0
 
 
 def test_two_couplings_in_series_are_the_chain_of_a_textbook():
     chain = sw.DriveTrain(
-        sw.Motor(2.0), 1.0, 0.0, sw.Linear(3.0),
-        sw.Elastic(0.7, 0.1, sw.Linear(5.0), sw.Elastic(0.4, 0.2, sw.Linear(2.0), sw.Load(1.1))), reference=sw.AtRest(),
-    )  # fmt: skip
+        sw.train.Motor(2.0),
+        1.0,
+        0.0,
+        sw.Linear(3.0),
+        sw.train.Elastic(0.7, 0.1, sw.Linear(5.0), sw.train.Elastic(0.4, 0.2, sw.Linear(2.0), sw.train.Load(1.1))),
+        reference=sw.train.AtRest(),
+    )
     assert chain.state_names()[4:] == ("coupling 1", "coupling 1'", "coupling 2", "coupling 2'")
     q, dq = np.array([0.1, -0.2, 0.3, 0.05]), np.array([0.4, 0.1, -0.3, 0.2])
     stiff, damped, inertia = np.array([3.0, 5.0, 2.0]), np.array([0.0, 0.1, 0.2]), np.array([2.0, 0.7, 0.4, 1.1])
@@ -141,7 +147,7 @@ def test_two_couplings_in_series_are_the_chain_of_a_textbook():
 def test_integration_agrees_with_scipy_in_absolute_angles():
     train = DRIVE.train(
         motor_torque=sw.Harmonic(1.0, mean=0.1), load_torque=sw.Harmonic(2.0, order=2), kinematic_error=ERROR,
-        omega=150.0, motor_drag=sw.Viscous(2e-4), load_drag=sw.Viscous(0.3), reference=sw.AtRest(),
+        omega=150.0, motor_drag=sw.laws.Viscous(2e-4), load_drag=sw.laws.Viscous(0.3), reference=sw.train.AtRest(),
     )  # fmt: skip
 
     def textbook(t, y):
@@ -173,7 +179,7 @@ FORCED = {
 def test_error_equation_and_train_in_relative_coordinates_give_the_reference_amplitudes(omega, printed):
     torque = sw.Harmonic(1.0)
     reduced = sw.find_orbit(DRIVE.error_equation(motor_torque=torque, omega=omega))
-    whole = sw.find_orbit(sw.SteadyTrain(DRIVE.train(motor_torque=torque), omega, by_angle=0, bandwidth=1e-10))
+    whole = sw.find_orbit(sw.train.SteadyTrain(DRIVE.train(motor_torque=torque), omega, by_angle=0, bandwidth=1e-10))
     for orbit, accuracy in ((reduced, 1e-12), (whole, 1e-9)):
         # half of the last digit printed
         assert orbit.amplitude(1) == pytest.approx(printed[0], abs=0.5e-12)
@@ -207,7 +213,7 @@ def test_held_train_and_error_equation_move_together_with_kinematic_error():
     given = {"load_torque": sw.Harmonic(3.0, mean=-5.0), "kinematic_error": ERROR, "omega": 190.0}
     times = np.linspace(0.0, 0.1, 201)
     reduced = sw.simulate(DRIVE.error_equation(motor="held", **given), (1e-3, 0.1), times, method=TIGHT)
-    held = DRIVE.train(control=sw.Held(), **given)
+    held = DRIVE.train(control=sw.train.Held(), **given)
     whole = sw.simulate(held, (1e-3, 0.1), times, method=TIGHT)
     np.testing.assert_allclose(whole.y[0], reduced.y[0], rtol=0, atol=1e-9 * np.max(abs(reduced.y[0])))
     # and against theta_m prescribed as a function of time
@@ -223,23 +229,23 @@ def test_stiff_speed_loop_approaches_the_held_motor():
     held = sw.find_orbit(DRIVE.error_equation(motor="held", **given)).peak
     gaps = []
     for stiff in (0.5, 2.0, 8.0):
-        loop = sw.SpeedLoop(K_p=stiff, K_i=10.0 * stiff)
+        loop = sw.train.SpeedLoop(K_p=stiff, K_i=10.0 * stiff)
         gaps.append(abs(sw.find_orbit(DRIVE.train(control=loop, **given), harmonics=6).peak / held - 1.0))
     assert gaps[0] > 3 * gaps[1] > 9 * gaps[2]  # in proportion to 1/K_p
     assert gaps[2] < 0.01
 
 
 def test_position_loop_keeps_the_motor_on_its_profile():
-    profile = sw.SpeedProfile((0.0, 0.05, 0.15), (0.0, 50.0, 50.0))
-    train = DRIVE.train(control=sw.PositionLoop(K_p=50.0, K_d=0.5), reference=profile)
+    profile = sw.train.SpeedProfile((0.0, 0.05, 0.15), (0.0, 50.0, 50.0))
+    train = DRIVE.train(control=sw.train.PositionLoop(K_p=50.0, K_d=0.5), reference=profile)
     run = sw.simulate(train, (0.0,) * 4, 0.15)
     assert run.y[3, -1] == pytest.approx(0.0, abs=1e-3 * 50.0)
     assert train.motor_speed(0.15, tuple(run.y[:, -1])) == pytest.approx(50.0, rel=1e-3)
 
 
 def test_derivative_gain_of_the_speed_loop_acts_as_inertia():
-    plain = PLAIN_TRAIN._replace(motor=sw.Motor(0.2, sw.Harmonic(0.3), control=sw.SpeedLoop(0.1, 0.0, 0.3)))
-    heavy = PLAIN_TRAIN._replace(motor=sw.Motor(0.5, sw.Harmonic(0.3), control=sw.SpeedLoop(0.1)))
+    plain = PLAIN_TRAIN._replace(motor=sw.train.Motor(0.2, sw.Harmonic(0.3), control=sw.train.SpeedLoop(0.1, 0.0, 0.3)))
+    heavy = PLAIN_TRAIN._replace(motor=sw.train.Motor(0.5, sw.Harmonic(0.3), control=sw.train.SpeedLoop(0.1)))
     assert plain.rhs(0.4, some_state(plain)) == pytest.approx(heavy.rhs(0.4, some_state(heavy)), rel=1e-13)
 
 
@@ -247,10 +253,10 @@ def test_derivative_gain_of_the_speed_loop_acts_as_inertia():
 def test_free_train_at_constant_mean_speed_is_the_simulated_motion():
     # its mean torque p, given to the motor, keeps the mean speed: after many periods the state is still on the orbit
     omega = 180.0
-    orbit = sw.find_orbit(sw.SteadyTrain(DRIVE.train(kinematic_error=ERROR), omega, bandwidth=1e-6))
+    orbit = sw.find_orbit(sw.train.SteadyTrain(DRIVE.train(kinematic_error=ERROR), omega, bandwidth=1e-6))
     x, v, w, p = orbit.state(0.0)
     torque = sw.Harmonic(0.0, mean=float(p))
-    train = DRIVE.train(kinematic_error=ERROR, motor_torque=torque, reference=sw.AtRest())
+    train = DRIVE.train(kinematic_error=ERROR, motor_torque=torque, reference=sw.train.AtRest())
     period = 2 * np.pi / omega
     run = sw.simulate(train, (x, v, 0.0, omega + w), np.array([0.0, 1.0, 20.0]) * period, method=TIGHT)
     np.testing.assert_allclose(run.y[0, 1:], x, rtol=1e-5)
@@ -262,35 +268,38 @@ def test_free_train_at_constant_mean_speed_is_the_simulated_motion():
     ("train", "sentence"),
     [
         (PLAIN_TRAIN._replace(N=0.0), "DriveTrain.N is 0; a ratio must be positive"),
-        (PLAIN_TRAIN._replace(motor=sw.Motor(-1.0)), r"Motor.J is -1 kg\*m\*\*2; an inertia must be positive"),
-        (PLAIN_TRAIN._replace(load=sw.Load(0.0)), r"Load.J is 0 kg\*m\*\*2; an inertia must be positive"),
+        (PLAIN_TRAIN._replace(motor=sw.train.Motor(-1.0)), r"Motor.J is -1 kg\*m\*\*2; an inertia must be positive"),
+        (PLAIN_TRAIN._replace(load=sw.train.Load(0.0)), r"Load.J is 0 kg\*m\*\*2; an inertia must be positive"),
         (
-            PLAIN_TRAIN._replace(motor=sw.Motor(1.0, control=sw.PositionLoop(-5.0, 0.1))),
+            PLAIN_TRAIN._replace(motor=sw.train.Motor(1.0, control=sw.train.PositionLoop(-5.0, 0.1))),
             "PositionLoop.K_p is -5; with a negative gain the loop pushes the motor away",
         ),
         (
-            PLAIN_TRAIN._replace(motor=sw.Motor(1.0, control=sw.SpeedLoop(1.0, K_d=-0.1))),
+            PLAIN_TRAIN._replace(motor=sw.train.Motor(1.0, control=sw.train.SpeedLoop(1.0, K_d=-0.1))),
             "SpeedLoop.K_d is -0.1; with a negative gain",
         ),
         (
-            PLAIN_TRAIN._replace(reference=sw.SpeedProfile((0.0, 0.0), (1.0, 2.0))),
+            PLAIN_TRAIN._replace(reference=sw.train.SpeedProfile((0.0, 0.0), (1.0, 2.0))),
             "SpeedProfile.times are 0, 0 s; they must increase",
         ),
         (
-            PLAIN_TRAIN._replace(reference=sw.SpeedProfile((0.0, 1.0), (1.0, 2.0, 3.0))),
+            PLAIN_TRAIN._replace(reference=sw.train.SpeedProfile((0.0, 1.0), (1.0, 2.0, 3.0))),
             "SpeedProfile has 2 times and 3 values; it needs from 2 to 16 of both, equally many",
         ),
         (
-            sw.SteadyTrain(PLAIN_TRAIN._replace(motor=sw.Motor(1.0, control=sw.Held())), 1.0),
+            sw.train.SteadyTrain(PLAIN_TRAIN._replace(motor=sw.train.Motor(1.0, control=sw.train.Held())), 1.0),
             "SteadyTrain takes a free motor, not Held()",
         ),
         (
-            sw.SteadyTrain(PLAIN_TRAIN._replace(error=ERROR), 1.0, by_angle=0),
+            sw.train.SteadyTrain(PLAIN_TRAIN._replace(error=ERROR), 1.0, by_angle=0),
             "a kinematic error follows the motor's angle; take by_angle=1",
         ),
-        (sw.SteadyTrain(PLAIN_TRAIN._replace(reference=sw.AtRest()), 1.0), "SteadyTrain needs the reference Steady"),
-        (sw.SteadyTrain(PLAIN_TRAIN, -1.0), "SteadyTrain has omega -1 rad/s"),
-        (sw.SteadyTrain(PLAIN_TRAIN, 1.0, by_angle=2), "by_angle is 2; it must be 1"),
+        (
+            sw.train.SteadyTrain(PLAIN_TRAIN._replace(reference=sw.train.AtRest()), 1.0),
+            "SteadyTrain needs the reference Steady",
+        ),
+        (sw.train.SteadyTrain(PLAIN_TRAIN, -1.0), "SteadyTrain has omega -1 rad/s"),
+        (sw.train.SteadyTrain(PLAIN_TRAIN, 1.0, by_angle=2), "by_angle is 2; it must be 1"),
     ],
 )
 def test_bad_numbers_are_refused_in_one_sentence(train, sentence):
@@ -304,12 +313,12 @@ def test_bad_numbers_are_refused_in_one_sentence(train, sentence):
         (PLAIN_TRAIN._replace(load=3.0), "DriveTrain.load is 3.0; it must be a Load or an Elastic"),
         (PLAIN_TRAIN._replace(law=3.0), "DriveTrain.law is 3.0; it must be an object with a method torque"),
         (PLAIN_TRAIN._replace(reference=sw.Harmonic(0.1)), "it must be an object with a method curvature"),
-        (PLAIN_TRAIN._replace(motor=sw.Motor(1.0, control="PD")), "Motor.control is 'PD'; it must be Free"),
+        (PLAIN_TRAIN._replace(motor=sw.train.Motor(1.0, control="PD")), "Motor.control is 'PD'; it must be Free"),
         (
-            PLAIN_TRAIN._replace(motor=sw.Motor(1.0, drag=0.3)),
+            PLAIN_TRAIN._replace(motor=sw.train.Motor(1.0, drag=0.3)),
             "Motor.drag is 0.3; it must be an object with a method torque",
         ),
-        (PLAIN_TRAIN._replace(load=sw.Elastic(1.0, 0.1, sw.Linear(1.0), 2.0)), "Elastic.load is 2.0; it must be"),
+        (PLAIN_TRAIN._replace(load=sw.train.Elastic(1.0, 0.1, sw.Linear(1.0), 2.0)), "Elastic.load is 2.0; it must be"),
     ],
 )
 def test_parts_of_another_kind_are_refused_in_one_sentence(train, sentence):
@@ -331,7 +340,7 @@ def test_behind_the_resonance_a_constant_torque_does_not_keep_the_speed(omega, s
     drive = sw.Drive(4.5e-4, 1.3, 50.0, 2 * 0.03 * (1.3 * law.K) ** 0.5, law)
     train = drive.train(kinematic_error=sw.KinematicError((sw.Line(2, 1.115e-4),)))
     before, here, after = (
-        sw.find_orbit(sw.SteadyTrain(train, omega + d, bandwidth=1e-8), harmonics=10) for d in (-0.5, 0.0, 0.5)
+        sw.find_orbit(sw.train.SteadyTrain(train, omega + d, bandwidth=1e-8), harmonics=10) for d in (-0.5, 0.0, 0.5)
     )
     growth = np.log(abs(here.multipliers)) * omega / (2 * np.pi)
     slope = after.coefficients[0, 3] - before.coefficients[0, 3]
@@ -346,7 +355,10 @@ def test_curve_of_the_whole_train_has_the_folds_of_the_error_equation_nearby():
     law = sw.Cubic(1.089e5, 6.85e4)
     drive = sw.Drive(4.5e-4, 1.3, 50.0, 15.4, law)  # 3 % damping with the motor free
     error = sw.KinematicError((sw.Line(2, 1.115e-4),))
-    systems = sw.SteadyTrain(drive.train(kinematic_error=error), 200.0), drive.error_equation(kinematic_error=error)
+    systems = (
+        sw.train.SteadyTrain(drive.train(kinematic_error=error), 200.0),
+        drive.error_equation(kinematic_error=error),
+    )
     whole, reduced = (sw.frequency_response(s, (150.0, 260.0), harmonics=10, points=40) for s in systems)
     assert whole.status is sw.Status.OK
     assert len(whole.folds) == len(reduced.folds) == 2
@@ -359,7 +371,9 @@ def test_motor_starts_from_rest_under_a_torque_profile():
     # rigid-body motion: (J_m + J_l/N^2) omega' = T - b omega, from rest to T/b with the time constant J/b
     b, inertia = 5e-3, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2
     train = DRIVE.train(
-        motor_torque=sw.TorqueProfile((0.0, 1e-4), (0.0, 1.0)), motor_drag=sw.Viscous(b), reference=sw.AtRest()
+        motor_torque=sw.train.TorqueProfile((0.0, 1e-4), (0.0, 1.0)),
+        motor_drag=sw.laws.Viscous(b),
+        reference=sw.train.AtRest(),
     )
     run = sw.simulate(train, (0.0,) * 4, 0.3, method=sw.Dopri5(rtol=1e-7))
     expected = 1.0 / b * (1.0 - np.exp(-(0.3 - 0.5e-4) * b / inertia))

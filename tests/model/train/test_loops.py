@@ -17,7 +17,7 @@ LOOPS = [(30.0, 0.7, "position"), (30.0, 1.0, "speed"), (5.0, 0.5, "speed"), (12
 @pytest.mark.parametrize(("hertz", "damping", "kind"), LOOPS)
 def test_a_loop_on_a_rigid_gear_has_the_poles_of_its_bandwidth_and_damping(hertz, damping, kind):
     """With a gear 1e4 times stiffer the slow poles are those of s^2 + 2 zeta omega_n s + omega_n^2."""
-    loop = sw.from_bandwidth(hertz * HERTZ, INERTIA, damping, kind=kind)
+    loop = sw.train.from_bandwidth(hertz * HERTZ, INERTIA, damping, kind=kind)
     rigid = DRIVE._replace(law=sw.Linear(1e9), B=2e3).train(control=loop)
     slow = sorted(sw.bode(rigid, [1.0]).poles, key=abs)[:2]
     omega_n = hertz * HERTZ / (1.0 if kind == "position" else 2.0 * damping)
@@ -26,33 +26,37 @@ def test_a_loop_on_a_rigid_gear_has_the_poles_of_its_bandwidth_and_damping(hertz
 
 
 def test_a_speed_loop_of_damping_1_integrates_at_a_quarter_of_its_bandwidth():
-    loop = sw.from_bandwidth(200.0, 1e-3, 1.0, kind="speed")
-    assert loop == sw.SpeedLoop(0.2, pytest.approx(0.2 * 200.0 / 4.0, rel=1e-14))
-    assert sw.from_bandwidth(200.0, 1e-3, 0.7) == sw.PositionLoop(40.0, pytest.approx(0.28, rel=1e-14))
+    loop = sw.train.from_bandwidth(200.0, 1e-3, 1.0, kind="speed")
+    assert loop == sw.train.SpeedLoop(0.2, pytest.approx(0.2 * 200.0 / 4.0, rel=1e-14))
+    assert sw.train.from_bandwidth(200.0, 1e-3, 0.7) == sw.train.PositionLoop(40.0, pytest.approx(0.28, rel=1e-14))
 
 
 @pytest.mark.parametrize("lag", [0.0, 1e-3])
 @pytest.mark.parametrize(("hertz", "damping", "kind"), LOOPS)
 def test_the_gains_tell_bandwidth_and_damping_again(hertz, damping, kind, lag):
-    loop = sw.from_bandwidth(hertz * HERTZ, INERTIA, damping, kind=kind, lag=lag)
+    loop = sw.train.from_bandwidth(hertz * HERTZ, INERTIA, damping, kind=kind, lag=lag)
     assert tuning_of(loop, INERTIA) == pytest.approx(Tuning(hertz * HERTZ, damping, kind, lag))
 
 
-@pytest.mark.parametrize("control", [sw.Free(), sw.Held(), sw.SpeedLoop(0.5), sw.PositionLoop(0.0, 0.1)])
+@pytest.mark.parametrize(
+    "control", [sw.train.Free(), sw.train.Held(), sw.train.SpeedLoop(0.5), sw.train.PositionLoop(0.0, 0.1)]
+)
 def test_a_control_without_a_pair_of_poles_has_no_bandwidth(control):
     assert tuning_of(control, INERTIA) is None
 
 
 LAG = 2e-3
-LAGGED = [sw.SpeedLoop(0.3, 10.0, 2e-4), sw.PositionLoop(30.0, 0.3)]
+LAGGED = [sw.train.SpeedLoop(0.3, 10.0, 2e-4), sw.train.PositionLoop(30.0, 0.3)]
 
 
 @pytest.mark.parametrize("loop", LAGGED, ids=["speed", "position"])
 def test_a_lagged_loop_moves_as_equations_written_by_hand(loop):
     """With T of the loop as a state of its own: lag T' + T = K_i x + K_p v + K_d v'."""
-    train = DRIVE.train(control=sw.Lagged(loop, LAG), motor_torque=sw.Harmonic(0.5, 2), omega=40.0)
+    train = DRIVE.train(control=sw.train.Lagged(loop, LAG), motor_torque=sw.Harmonic(0.5, 2), omega=40.0)
     run = sw.simulate(train, (1e-4, 0.0, 2e-3, 0.3, 0.0), (0.0, 0.2), method=sw.Dopri5(rtol=1e-11, atol=1e-14))
-    K_i, K_p, K_d = (loop.K_i, loop.K_p, loop.K_d) if isinstance(loop, sw.SpeedLoop) else (loop.K_p, loop.K_d, 0.0)
+    K_i, K_p, K_d = (
+        (loop.K_i, loop.K_p, loop.K_d) if isinstance(loop, sw.train.SpeedLoop) else (loop.K_p, loop.K_d, 0.0)
+    )
 
     def rates(t, y):
         x, dx, angle, speed, T = y
@@ -71,7 +75,7 @@ def test_a_lagged_loop_moves_as_equations_written_by_hand(loop):
 def test_the_periodic_motion_of_a_lagged_loop_is_that_of_equations_written_by_hand():
     """With a kinematic error that follows the motor's own angle, which gives way."""
     omega, e, N = 140.0, 1.1e-4, DRIVE.N
-    loop = sw.from_bandwidth(30.0 * HERTZ, INERTIA, 0.7, lag=LAG)
+    loop = sw.train.from_bandwidth(30.0 * HERTZ, INERTIA, 0.7, lag=LAG)
     error = sw.KinematicError((sw.Line(2, e),))
     orbit = sw.find_orbit(DRIVE.train(control=loop, kinematic_error=error, omega=omega), harmonics=8)
 
@@ -94,8 +98,8 @@ def test_the_periodic_motion_of_a_lagged_loop_is_that_of_equations_written_by_ha
 def test_a_lagged_loop_stands_where_the_loop_itself_does():
     torque = sw.Harmonic(0.0, mean=-50.0)
     states = [
-        sw.operating_state(DRIVE.train(control=control, load_torque=torque), 100.0)
-        for control in (sw.PositionLoop(30.0, 0.3), sw.Lagged(sw.PositionLoop(30.0, 0.3), LAG))
+        sw.study.operating_state(DRIVE.train(control=control, load_torque=torque), 100.0)
+        for control in (sw.train.PositionLoop(30.0, 0.3), sw.train.Lagged(sw.train.PositionLoop(30.0, 0.3), LAG))
     ]
     assert states[1][:4] == pytest.approx(states[0][:4], rel=1e-9, abs=1e-12)
     assert states[1][4] == pytest.approx(30.0 * states[0][2], rel=1e-9)
@@ -114,15 +118,19 @@ def test_a_lagged_loop_stands_where_the_loop_itself_does():
 )
 def test_what_gives_no_loop_is_said(asked, said):
     with pytest.raises(ValueError, match=said):
-        sw.from_bandwidth(**({"bandwidth": 200.0, "inertia": 1e-3} | asked))
+        sw.train.from_bandwidth(**({"bandwidth": 200.0, "inertia": 1e-3} | asked))
 
 
 @pytest.mark.parametrize(
     ("control", "error", "said"),
     [
-        (sw.Lagged(sw.SpeedLoop(0.1), 0.0), ValueError, "Lagged.lag is 0 s; it must be positive"),
-        (sw.Lagged(sw.Held(), 1e-3), TypeError, r"Lagged.loop is Held\(\); it must be a PositionLoop or a SpeedLoop"),
-        (sw.Lagged(sw.SpeedLoop(-0.1), 1e-3), ValueError, "SpeedLoop.K_p is -0.1; with a negative gain"),
+        (sw.train.Lagged(sw.train.SpeedLoop(0.1), 0.0), ValueError, "Lagged.lag is 0 s; it must be positive"),
+        (
+            sw.train.Lagged(sw.train.Held(), 1e-3),
+            TypeError,
+            r"Lagged.loop is Held\(\); it must be a PositionLoop or a SpeedLoop",
+        ),
+        (sw.train.Lagged(sw.train.SpeedLoop(-0.1), 1e-3), ValueError, "SpeedLoop.K_p is -0.1; with a negative gain"),
     ],
 )
 def test_what_is_no_lagged_loop_is_said(control, error, said):

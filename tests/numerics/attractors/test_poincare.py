@@ -11,7 +11,7 @@ GAIN = 1.0 / (2.0 - 1.3**2 + 0.4j * 1.3)  # x = Re(GAIN exp(i phase))
 
 @pytest.mark.compiled
 def test_a_strobed_periodic_motion_is_one_point():
-    found = sw.poincare_section(LINEAR, (0.0, 0.0), turns=5, settle=40, phase=0.7)
+    found = sw.numerics.poincare_section(LINEAR, (0.0, 0.0), turns=5, settle=40, phase=0.7)
     z = GAIN * np.exp(0.7j)
     np.testing.assert_allclose(found.y, np.repeat([[z.real], [(1.3j * z).real]], 5, axis=1), atol=1e-7)
     assert "phase 0.7" in str(found)
@@ -19,7 +19,7 @@ def test_a_strobed_periodic_motion_is_one_point():
 
 @pytest.mark.compiled
 def test_crossings_of_a_torsion_lie_on_it_and_rise():
-    found = sw.poincare_section(LINEAR, (0.0, 0.0), turns=6, settle=40, torsion_level=0.3)
+    found = sw.numerics.poincare_section(LINEAR, (0.0, 0.0), turns=6, settle=40, torsion_level=0.3)
     assert len(found.t) == 6
     np.testing.assert_allclose(found.y[0], 0.3, atol=1e-9)
     rate = 1.3 * np.sqrt(abs(GAIN) ** 2 - 0.09)
@@ -29,7 +29,7 @@ def test_crossings_of_a_torsion_lie_on_it_and_rise():
 
 @pytest.mark.compiled
 def test_no_crossing_is_an_empty_section():
-    found = sw.poincare_section(LINEAR, (0.0, 0.0), turns=3, settle=40, torsion_level=9.0)
+    found = sw.numerics.poincare_section(LINEAR, (0.0, 0.0), turns=3, settle=40, torsion_level=9.0)
     assert len(found.t) == 0
     assert str(found) == "Poincare section at torsion rising through 9 rad: no crossings"
 
@@ -38,14 +38,14 @@ def test_no_crossing_is_an_empty_section():
 def test_a_motion_that_leaves_every_bound_is_one_sentence_without_warnings(method):
     soft = sw.Oscillator(1.0, 0.3, sw.Cubic(1.0, -0.3), sw.Harmonic(0.2), 0.5)
     with pytest.raises(sw.SolveError, match=r"the motion ended: .* left every bound"):
-        sw.poincare_section(soft, (5.0, 0.0), turns=5, settle=1, method=method)
+        sw.numerics.poincare_section(soft, (5.0, 0.0), turns=5, settle=1, method=method)
 
 
 @pytest.mark.slow
 def test_sweeps_up_and_down_jump_where_the_response_curve_folds():
     system = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
     values = np.arange(1.0, 2.2, 0.02)
-    found = sw.orbit_diagram(system, "omega", values, settle=150, points=8)
+    found = sw.numerics.orbit_diagram(system, "omega", values, settle=150, points=8)
     said = sw.jumps(sw.frequency_response(system, (0.9, 2.3)))
     drop = values[np.argmax(found.peak_up[:-1, 0] - found.peak_up[1:, 0])]
     rise = values[np.argmax(found.peak_down[:-1, 0] - found.peak_down[1:, 0])]
@@ -59,11 +59,13 @@ def test_sweeps_up_and_down_jump_where_the_response_curve_folds():
 def test_a_period_doubling_lies_where_harmonic_balance_has_it():
     system = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.15), 1.2)
     settled = sw.simulate(system, (-0.8, 0.0), 200.0 * np.pi / 1.2).y[:, -1]
-    start = sw.find_orbit(system, guess=sw.shoot(system, settled).coefficients[:31])
+    start = sw.find_orbit(system, guess=sw.numerics.shoot(system, settled).coefficients[:31])
     assert start.stable
     values = np.arange(0.15, 0.215, 0.01)
-    found = sw.orbit_diagram(system, "excitation.amplitude", values, tuple(start.state(0.0)), settle=300, points=16)
-    curve = sw.parameter_response(system, "excitation.amplitude", (0.14, 0.25), start=start)
+    found = sw.numerics.orbit_diagram(
+        system, "excitation.amplitude", values, tuple(start.state(0.0)), settle=300, points=16
+    )
+    curve = sw.numerics.parameter_response(system, "excitation.amplitude", (0.14, 0.25), start=start)
     first = int(np.flatnonzero(found.period_up[:, 0] != 1)[0])
     assert values[first - 1] < curve.doublings[0].value < values[first]
     assert found.period_up[first, 0] == 2
@@ -86,7 +88,7 @@ def test_a_period_doubling_lies_where_harmonic_balance_has_it():
 def test_bad_input_of_an_orbit_diagram_is_one_sentence(change, sentence):
     arguments = {"path": "omega", "values": [1.0, 2.0]} | change
     with pytest.raises(ValueError, match=sentence):
-        sw.orbit_diagram(LINEAR, **arguments)
+        sw.numerics.orbit_diagram(LINEAR, **arguments)
 
 
 @pytest.mark.parametrize(
@@ -100,4 +102,4 @@ def test_bad_input_of_an_orbit_diagram_is_one_sentence(change, sentence):
 )
 def test_bad_input_of_a_section_is_one_sentence(change, sentence):
     with pytest.raises(ValueError, match=sentence):
-        sw.poincare_section(LINEAR, (0.0, 0.0), **change)
+        sw.numerics.poincare_section(LINEAR, (0.0, 0.0), **change)

@@ -22,16 +22,18 @@ ERROR = sw.KinematicError((sw.Line(2, 1e-3, 0.4), sw.Line(4, 3e-4)))
 
 def train(control, law=CUBIC, error=ERROR, coupling=None, mean=-20.0, lines=(3,)):
     torque = sw.Harmonics(tuple(sw.Harmonic(3.0, k, 0.2, mean / len(lines)) for k in lines))
-    load = sw.Load(1.2, torque, sw.Viscous(2.0))
-    load = load if coupling is None else sw.Elastic(0.1, 5.0, coupling, load)
-    return sw.DriveTrain(sw.Motor(4.5e-4, drag=sw.Viscous(1e-4), control=control), 50.0, 15.0, law, load, 100.0, error)
+    load = sw.train.Load(1.2, torque, sw.laws.Viscous(2.0))
+    load = load if coupling is None else sw.train.Elastic(0.1, 5.0, coupling, load)
+    return sw.DriveTrain(
+        sw.train.Motor(4.5e-4, drag=sw.laws.Viscous(1e-4), control=control), 50.0, 15.0, law, load, 100.0, error
+    )
 
 
-LOOP = sw.PositionLoop(30.0, 0.5)
+LOOP = sw.train.PositionLoop(30.0, 0.5)
 TRAINS = {
-    "held": train(sw.Held(), THREE),
+    "held": train(sw.train.Held(), THREE),
     "loop without error": train(LOOP, THREE, sw.NoError(), sw.Linear(1.5e5)),
-    "speed loop": train(sw.SpeedLoop(0.5, 20.0, 1e-5), THREE, ERROR, sw.Linear(1.5e5)),
+    "speed loop": train(sw.train.SpeedLoop(0.5, 20.0, 1e-5), THREE, ERROR, sw.Linear(1.5e5)),
     "law of the coupling": train(LOOP, CUBIC, ERROR, THREE),
 }
 
@@ -72,7 +74,7 @@ def test_the_jacobian_is_the_derivative_of_the_residual(name, leaf):
 def test_a_held_motor_and_a_rigid_load_have_the_orbits_of_the_error_equation(law, mean):
     drive = sw.Drive(J_m=4.5e-4, J_l=1.2, N=50.0, B=15.0, law=law)
     torques = {"kinematic_error": ERROR, "load_torque": sw.Harmonic(2.0, 2, 0.7, mean=mean), "omega": 150.0}
-    whole, equation = drive.train(control=sw.Held(), **torques), drive.error_equation(motor="held", **torques)
+    whole, equation = drive.train(control=sw.train.Held(), **torques), drive.error_equation(motor="held", **torques)
     for omega in (90.0, 135.0, 150.0):
         one, other = (sw.find_orbit(s._replace(omega=omega), harmonics=20) for s in (whole, equation))
         assert one.status.found
@@ -88,7 +90,7 @@ def test_the_curves_of_both_have_the_same_folds_and_peak(mean):
     drive = sw.Drive(J_m=4e-4, J_l=0.6, N=100.0, B=0.03 * (0.6 * 5e4) ** 0.5, law=THREE._replace(T1=7.0, T2=25.0))
     error, torque = sw.KinematicError((sw.Line(2, 6e-5),)), sw.Harmonic(0.0, mean=mean)
     torques = {"kinematic_error": error, "load_torque": torque, "omega": 150.0}
-    whole, equation = drive.train(control=sw.Held(), **torques), drive.error_equation(motor="held", **torques)
+    whole, equation = drive.train(control=sw.train.Held(), **torques), drive.error_equation(motor="held", **torques)
     one, other = (sw.frequency_response(s, (170.0, 250.0), harmonics=16) for s in (whole, equation))
     assert one.peak.max() == pytest.approx(other.peak.max(), rel=1e-9)
     folds, others = (np.sort([fold.omega for fold in curve.folds])[-2:] for curve in (one, other))
@@ -156,16 +158,16 @@ def random_train(seed, coupling):
     B = 2.0 * rng.uniform(0.02, 0.06) * (J_l * K1) ** 0.5
     gains = J_m * bandwidth**2, 2.0 * rng.uniform(0.4, 1.0) * J_m * bandwidth
     speed = rng.integers(0, 2) == 1
-    control = sw.SpeedLoop(gains[1], gains[0], 0.1 * J_m) if speed else sw.PositionLoop(*gains)
+    control = sw.train.SpeedLoop(gains[1], gains[0], 0.1 * J_m) if speed else sw.train.PositionLoop(*gains)
     lines = sw.Line(2, rng.uniform(1.5, 3.0) * 1e-4, rng.uniform(0.0, 6.0)), sw.Line(4, rng.uniform(0.0, 5e-5))
     torque = sw.Harmonic(rng.uniform(0.0, 10.0), 2, 0.7, rng.uniform(-20.0, 20.0))
-    load = sw.Load(J_l, torque, sw.Viscous(rng.uniform(0.0, 3.0)))
+    load = sw.train.Load(J_l, torque, sw.laws.Viscous(rng.uniform(0.0, 3.0)))
     if coupling:
         K = rng.uniform(0.8, 3.0) * K1
         laws = {"linear": sw.Linear(K), "three slopes": sw.PiecewiseLinear(K, 1.5 * K, 2.5 * K, 8.0, 20.0)}
-        load = sw.Elastic(rng.uniform(0.05, 0.3) * J_l, 0.3 * B, laws[coupling], load)
+        load = sw.train.Elastic(rng.uniform(0.05, 0.3) * J_l, 0.3 * B, laws[coupling], load)
     omega = 0.5 * (1.5 * K1 / J_l) ** 0.5 * rng.uniform(0.8, 1.1)
-    motor = sw.Motor(J_m, drag=sw.Viscous(rng.uniform(0.0, 1e-4)), control=control)
+    motor = sw.train.Motor(J_m, drag=sw.laws.Viscous(rng.uniform(0.0, 1e-4)), control=control)
     whole = sw.DriveTrain(motor, N, B, law, load, omega, sw.KinematicError(lines))
     return ByHand(whole, (*gains, 1.1 * J_m if speed else J_m))
 
@@ -187,7 +189,7 @@ def test_random_trains_move_as_their_equations_by_hand(seed, coupling):
     assert np.max(np.abs(model.train.torsion(phase, tuple(states)))) > max(model.train.breakpoints())
 
 
-@pytest.mark.parametrize("control", [LOOP, sw.SpeedLoop(0.5, 20.0)], ids=str)
+@pytest.mark.parametrize("control", [LOOP, sw.train.SpeedLoop(0.5, 20.0)], ids=str)
 def test_a_smooth_train_moves_as_the_integration_to_rounding(control):
     whole = train(control, CUBIC, ERROR, sw.Cubic(1.5e5, 1e5), lines=(1, 3))
     orbit = sw.find_orbit(whole)
@@ -241,9 +243,9 @@ def test_a_control_with_states_of_its_own_is_condensed_with_the_rest():
         train(Saturated(30.0, 0.5, 1.0)),
         train(LOOP, sw.Parallel(CUBIC, sw.BoucWen(1e4, 0.0, 1e-4))),
         train(LOOP, coupling=sw.Parallel(CUBIC, sw.BoucWen(1e4, 0.0, 1e-4))),
-        train(LOOP)._replace(motor=sw.Motor(4.5e-4, drag=sw.Coulomb(0.1, 0.05), control=LOOP)),
-        train(LOOP)._replace(load=sw.Load(1.2, drag=sw.AngleTorque(3.0))),
-        train(sw.Free()),  # nothing says how much torque keeps its speed
+        train(LOOP)._replace(motor=sw.train.Motor(4.5e-4, drag=sw.laws.Coulomb(0.1, 0.05), control=LOOP)),
+        train(LOOP)._replace(load=sw.train.Load(1.2, drag=sw.train.AngleTorque(3.0))),
+        train(sw.train.Free()),  # nothing says how much torque keeps its speed
     ],
     ids=["control", "law", "coupling", "friction", "gravity", "free"],
 )
@@ -282,9 +284,9 @@ def test_a_guess_that_does_not_repeat_within_the_turn_is_not_folded():
 
 @pytest.mark.parametrize("order", [3, 64, 128])
 def test_a_motor_that_nothing_holds_is_in_balance_under_a_line_of_any_order_without_mean(order):
-    free = train(sw.Free(), error=sw.NoError(), mean=0.0, lines=(order,))
+    free = train(sw.train.Free(), error=sw.NoError(), mean=0.0, lines=(order,))
     smooth = free._replace(
-        motor=free.motor._replace(drag=sw.Viscous(0.0)), load=free.load._replace(drag=sw.Viscous(0.0))
+        motor=free.motor._replace(drag=sw.laws.Viscous(0.0)), load=free.load._replace(drag=sw.laws.Viscous(0.0))
     )
     assert smooth.linear_part() is not None
     pulled = smooth.load._replace(excitation=sw.Harmonic(3.0, order, mean=0.1))

@@ -30,7 +30,9 @@ def test_curve_of_a_linear_system_peaks_at_the_line_of_a_high_order():
 
 def test_backbone_is_not_moved_by_a_line_of_high_order():
     """Order 32 sampled at 32 points would be a mean torque, under which a hardening law vibrates faster."""
-    curve = sw.backbone(linear(32)._replace(law=sw.Cubic(1.0, 0.5), excitation=sw.Harmonic(1.0, order=32)), [0.1])
+    curve = sw.numerics.backbone(
+        linear(32)._replace(law=sw.Cubic(1.0, 0.5), excitation=sw.Harmonic(1.0, order=32)), [0.1]
+    )
     assert curve.omega[0] == pytest.approx(1.0 + 0.375 * 0.5 * 0.01, rel=1e-5)
 
 
@@ -40,13 +42,16 @@ def test_backbone_is_not_moved_by_a_line_of_high_order():
         (lambda: sw.find_orbit(linear(20), harmonics=7), "harmonics is 7, but a line of order 20 is harmonic 20"),
         (lambda: sw.find_orbit(linear(4), harmonics=7, period=2), "a line of order 4 is harmonic 8 of the orbit; take"),
         (lambda: sw.frequency_response(linear(20), (0.01, 0.1), harmonics=7), "take at least 20"),
-        (lambda: sw.parameter_response(linear(20), "B", (0.01, 0.1), harmonics=7), "take at least 20"),
+        (lambda: sw.numerics.parameter_response(linear(20), "B", (0.01, 0.1), harmonics=7), "take at least 20"),
         (lambda: sw.find_orbit(linear(2000)), "a line of order 2000 over 1 turns takes 2002 harmonics; at most 1000"),
         (lambda: sw.find_orbit(linear(1), harmonics=10**6), "harmonics is 1000000; it must be at most 1000"),
         (lambda: sw.isolas(linear(1), (0.5, 0.6), harmonics=1.5), "harmonics is 1.5; it must be a whole number"),
-        (lambda: sw.backbone(linear(1), [0.1], harmonics="a"), "harmonics is 'a'; it must be a whole number"),
-        (lambda: sw.parameter_response(linear(1), "B", (0.01, 0.1), points=0), "points is 0; it must be a whole"),
-        (lambda: sw.shoot(linear(1), (0.0, 0.0), period=0), "period is 0; it must be a whole number"),
+        (lambda: sw.numerics.backbone(linear(1), [0.1], harmonics="a"), "harmonics is 'a'; it must be a whole number"),
+        (
+            lambda: sw.numerics.parameter_response(linear(1), "B", (0.01, 0.1), points=0),
+            "points is 0; it must be a whole",
+        ),
+        (lambda: sw.numerics.shoot(linear(1), (0.0, 0.0), period=0), "period is 0; it must be a whole number"),
     ],
 )
 def test_too_few_or_too_many_harmonics_are_refused(verb, sentence):
@@ -78,11 +83,11 @@ def cut_short():
     yield sw.find_orbit(HARDENING._replace(omega=1.0), **few)
     yield sw.frequency_response(HARDENING, (0.5, 1.6), **few)
     yield sw.frequency_response(HARDENING, (0.5, 1.6), **few).folds[0]
-    yield sw.parameter_response(HARDENING, "excitation.amplitude", (0.1, 0.5), **few)
-    yield sw.response_family(HARDENING, (0.5, 1.6), {"B": [0.05]}, **few, threads=1)[0]
-    yield sw.backbone(HARDENING, [2.8], harmonics=2)
+    yield sw.numerics.parameter_response(HARDENING, "excitation.amplitude", (0.1, 0.5), **few)
+    yield sw.numerics.response_family(HARDENING, (0.5, 1.6), {"B": [0.05]}, **few, threads=1)[0]
+    yield sw.numerics.backbone(HARDENING, [2.8], harmonics=2)
     fold = sw.frequency_response(HARDENING, (0.5, 1.6), **few).folds[0]
-    yield sw.fold_curve(HARDENING, fold, "excitation.amplitude", (0.15, 0.2))
+    yield sw.numerics.fold_curve(HARDENING, fold, "excitation.amplitude", (0.15, 0.2))
 
 
 def test_every_verb_says_that_the_harmonics_left_out_matter():

@@ -12,9 +12,11 @@ from strainwave.numerics.stability.first_order import map_along
 
 KINKED = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 1.0, 3.0)
 HYSTERESIS = sw.Parallel(KINKED, sw.BoucWen(5e4, 0.0, 1e-5, 1e5, 0.0, 1.0, 1))
-COUPLED = sw.Elastic(0.3, 2.0, sw.Backlash(2e5, 1e-5), sw.Elastic(0.4, 2.0, sw.Linear(3e5), sw.Load(1.2)))
+COUPLED = sw.train.Elastic(
+    0.3, 2.0, sw.Backlash(2e5, 1e-5), sw.train.Elastic(0.4, 2.0, sw.Linear(3e5), sw.train.Load(1.2))
+)
 ERROR = sw.KinematicError((sw.Line(2, 1e-5, 0.3),))
-TRAIN = sw.DriveTrain(sw.Motor(2e-4), 50.0, 20.0, KINKED, sw.Load(1.2), 140.0, ERROR)
+TRAIN = sw.DriveTrain(sw.train.Motor(2e-4), 50.0, 20.0, KINKED, sw.train.Load(1.2), 140.0, ERROR)
 SYSTEMS = {
     "oscillator": sw.Oscillator(1.3, 20.0, KINKED, sw.Harmonic(3.0), 140.0, ERROR),
     "hysteresis": sw.Oscillator(1.3, 20.0, HYSTERESIS, sw.Harmonic(3.0), 140.0, ERROR),

@@ -145,9 +145,9 @@ def test_no_motion_of_a_varying_stiffness_is_lost(omega):
     def rates(phase, x, v):
         return 0.3 * np.cos(phase) - 0.06 * v - (1.0 + 0.1 * np.cos(phase)) * (x + 0.1 * x**3)
 
-    variation = sw.Variation((sw.Ripple(1, 0.1),))
-    parts = sw.GearDamping(0.06), sw.Cubic(1.0, 0.1), sw.Harmonic(0.3), 1.0, sw.NoError(), variation
-    none_lost(sw.VaryingOscillator(1.0, *parts), (omega, 2.5), omega, rates, 4.0, 80)
+    variation = sw.gears.Variation((sw.gears.Ripple(1, 0.1),))
+    parts = sw.gears.GearDamping(0.06), sw.Cubic(1.0, 0.1), sw.Harmonic(0.3), 1.0, sw.NoError(), variation
+    none_lost(sw.gears.VaryingOscillator(1.0, *parts), (omega, 2.5), omega, rates, 4.0, 80)
 
 
 @pytest.mark.slow

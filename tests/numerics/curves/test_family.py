@@ -10,7 +10,9 @@ SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 
 def test_every_member_has_the_curve_it_has_alone():
     alphas = np.array([0.03, 0.05])
-    family = sw.response_family(SYSTEM, (0.5, 2.5), {"law.alpha": alphas, "B": [0.1, 0.2]}, harmonics=3, threads=2)
+    family = sw.numerics.response_family(
+        SYSTEM, (0.5, 2.5), {"law.alpha": alphas, "B": [0.1, 0.2]}, harmonics=3, threads=2
+    )
     for branch, alpha, B in zip(family, alphas, (0.1, 0.2), strict=True):
         alone = sw.frequency_response(SYSTEM._replace(law=sw.Cubic(1.0, float(alpha)), B=B), (0.5, 2.5), harmonics=3)
         assert np.array_equal(branch.coefficients, alone.coefficients)
@@ -20,7 +22,7 @@ def test_every_member_has_the_curve_it_has_alone():
 def test_curves_described_together_are_those_described_alone():
     """Members of different symmetry and numbers of harmonics, with and without folds, one with a remark."""
     values = {"law.alpha": [0.0, 0.05, 0.4], "excitation.mean": [0.0, 0.0, 0.3], "B": [0.2, 0.1, 0.3]}
-    family = sw.response_family(SYSTEM, (0.6, 2.0), values, points=50, threads=1)
+    family = sw.numerics.response_family(SYSTEM, (0.6, 2.0), values, points=50, threads=1)
     for i, branch in enumerate(family):
         alone = sw.frequency_response(sw.replace(SYSTEM, {p: v[i] for p, v in values.items()}), (0.6, 2.0), points=50)
         for name in ("values", "omega", "coefficients", "peak", "multipliers", "stable"):
@@ -34,8 +36,8 @@ def test_what_too_few_harmonics_leave_out_is_estimated_for_each_member(excitatio
     """Of the same share that far more harmonics have beyond the third."""
     values = {"law.alpha": [0.02, 0.4], "B": [0.2, 0.3]}
     system = SYSTEM._replace(excitation=excitation)
-    few = sw.response_family(system, (0.6, 2.0), values, harmonics=3, points=60, threads=1)
-    many = sw.response_family(system, (0.6, 2.0), values, harmonics=25, points=60, threads=1)
+    few = sw.numerics.response_family(system, (0.6, 2.0), values, harmonics=3, points=60, threads=1)
+    many = sw.numerics.response_family(system, (0.6, 2.0), values, harmonics=25, points=60, threads=1)
     for i, (branch, better) in enumerate(zip(few, many, strict=True)):
         member = sw.replace(system, {path: value[i] for path, value in values.items()})
         alone = sw.frequency_response(member, (0.6, 2.0), harmonics=3, points=60)
@@ -57,4 +59,4 @@ def test_what_too_few_harmonics_leave_out_is_estimated_for_each_member(excitatio
 )
 def test_wrong_families_are_refused_in_one_sentence(values, sentence):
     with pytest.raises((ValueError, TypeError), match=sentence):
-        sw.response_family(SYSTEM, (0.5, 2.5), values)
+        sw.numerics.response_family(SYSTEM, (0.5, 2.5), values)

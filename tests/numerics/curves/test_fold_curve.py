@@ -12,7 +12,7 @@ PATH = "excitation.amplitude"
 
 def curve_of(harmonics, span=(0.03, 0.3), fold=0):
     folds = sw.frequency_response(DUFFING, (0.5, 1.6), harmonics=harmonics).folds
-    return sw.fold_curve(DUFFING, folds[fold], PATH, span)
+    return sw.numerics.fold_curve(DUFFING, folds[fold], PATH, span)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_folds_of_a_piecewise_law_are_followed_too():
     law = sw.PiecewiseLinear(1.0, 2.0, 3.0, 1.0, 3.0)
     system = sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.2), 1.0)
     branch = sw.frequency_response(system, (0.7, 1.6), harmonics=9)
-    followed = sw.fold_curve(system, branch.folds[0], PATH, (0.15, 0.25))
+    followed = sw.numerics.fold_curve(system, branch.folds[0], PATH, (0.15, 0.25))
     assert followed.status
     end = sw.replace(system, {PATH: float(followed.values[-1])})
     folds = sw.frequency_response(end, (0.7, 1.8), harmonics=9).folds
@@ -76,7 +76,7 @@ def test_folds_of_a_piecewise_law_are_followed_too():
 
 def test_only_folds_are_followed():
     with pytest.raises(ValueError, match=r"Branch\.folds"):
-        sw.fold_curve(DUFFING, sw.find_orbit(DUFFING, harmonics=3), PATH, (0.1, 0.3))
+        sw.numerics.fold_curve(DUFFING, sw.find_orbit(DUFFING, harmonics=3), PATH, (0.1, 0.3))
     fold = sw.frequency_response(DUFFING, (0.5, 1.6), harmonics=3).folds[0]
     with pytest.raises(ValueError, match="outside the range"):
-        sw.fold_curve(DUFFING, fold, PATH, (0.2, 0.3))
+        sw.numerics.fold_curve(DUFFING, fold, PATH, (0.2, 0.3))

@@ -83,7 +83,7 @@ def test_integration_agrees_with_scipy():
 @pytest.mark.slow
 def test_harmonic_balance_with_hysteresis_approaches_the_orbit_by_shooting():
     few, more = (sw.find_orbit(FORCED, harmonics=h) for h in (9, 27))
-    exact = sw.shoot(FORCED, more.state(0.0))
+    exact = sw.numerics.shoot(FORCED, more.state(0.0))
     assert exact.status is sw.Status.OK
     # corners in z' make the coefficients of x fall as 1/k^4 or faster
     assert abs(few.peak - exact.peak) < 3e-4
@@ -101,19 +101,19 @@ def test_orbit_with_hysteresis_is_refined_by_shooting():
 
 @pytest.mark.compiled
 def test_parameter_response_takes_laws_with_memory():
-    branch = sw.parameter_response(FORCED, "excitation.amplitude", (0.2, 0.6), harmonics=7, points=20)
+    branch = sw.numerics.parameter_response(FORCED, "excitation.amplitude", (0.2, 0.6), harmonics=7, points=20)
     assert branch.status is sw.Status.OK
     at = np.argmin(np.abs(branch.values - 0.4))
     value = float(branch.values[at])
     orbit = sw.find_orbit(sw.replace(FORCED, {"excitation.amplitude": value}), harmonics=7)
     assert branch.amplitude(1)[at] == pytest.approx(orbit.amplitude(1), rel=1e-6)
-    both_ways = sw.parameter_response(FORCED, "law.second.K", (0.5, 1.5), harmonics=7, points=20, start=orbit)
+    both_ways = sw.numerics.parameter_response(FORCED, "law.second.K", (0.5, 1.5), harmonics=7, points=20, start=orbit)
     assert both_ways.values.min() == 0.5
     assert both_ways.values.max() == 1.5
 
 
 def test_family_takes_laws_with_memory():
-    curves = sw.response_family(MAXWELL, (0.5, 3.0), {"law.r": [0.5, 0.7]}, points=20, threads=1)
+    curves = sw.numerics.response_family(MAXWELL, (0.5, 3.0), {"law.r": [0.5, 0.7]}, points=20, threads=1)
     peak = [curve.amplitude(1).max() for curve in curves]
     assert peak[0] != peak[1]
 
@@ -128,9 +128,9 @@ def test_start_of_the_wrong_length_is_told_which_states_there_are(y0):
     "verb",
     [
         lambda s: sw.lyapunov(s),
-        lambda s: sw.backbone(s, [1.0]),
+        lambda s: sw.numerics.backbone(s, [1.0]),
         lambda s: sw.isolas(s, (0.5, 2.0)),
-        lambda s: sw.compare(s, sw.PRIMARY),
+        lambda s: sw.study.compare_with_integration(s, sw.PRIMARY),
     ],
     ids=["lyapunov", "backbone", "isolas", "compare"],
 )

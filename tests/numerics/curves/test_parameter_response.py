@@ -9,7 +9,7 @@ DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.2)  
 
 
 def test_folds_of_an_amplitude_sweep_are_folds_of_the_frequency_curve():
-    sweep = sw.parameter_response(DUFFING, "excitation.amplitude", (0.05, 0.5), harmonics=7)
+    sweep = sw.numerics.parameter_response(DUFFING, "excitation.amplitude", (0.05, 0.5), harmonics=7)
     assert sweep.status
     assert len(sweep.folds) == 2
     for fold in sweep.folds:
@@ -20,7 +20,7 @@ def test_folds_of_an_amplitude_sweep_are_folds_of_the_frequency_curve():
 
 @pytest.mark.compiled
 def test_a_sweep_may_start_without_any_load():
-    sweep = sw.parameter_response(DUFFING, "excitation.amplitude", (0.0, 0.5))
+    sweep = sw.numerics.parameter_response(DUFFING, "excitation.amplitude", (0.0, 0.5))
     assert sweep.values[0] == 0.0
     assert sweep.values[-1] == 0.5
     assert sweep.peak[0] < 1e-12
@@ -28,7 +28,7 @@ def test_a_sweep_may_start_without_any_load():
 
 
 def test_load_changes_the_sign_of_the_mean():
-    sweep = sw.parameter_response(DUFFING, "excitation.mean", (-1.0, 1.0))
+    sweep = sw.numerics.parameter_response(DUFFING, "excitation.mean", (-1.0, 1.0))
     mean = np.interp([-0.8, 0.8], sweep.values, sweep.amplitude(0))
     assert mean[0] == pytest.approx(-mean[1], rel=1e-3)
     assert mean[1] > 0.5
@@ -38,7 +38,7 @@ def test_kinematic_error_is_part_of_the_displacement():
     # x/e of J x'' + B (x' - e') + K (x - e) = 0
     J, B, K, omega, k = 2.0, 0.3, 5.0, 0.9, 2
     system = sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(0.0), omega, sw.KinematicError((sw.Line(k, 0.1),)))
-    sweep = sw.parameter_response(system, "error.lines.0.amplitude", (0.1, 0.3), harmonics=3)
+    sweep = sw.numerics.parameter_response(system, "error.lines.0.amplitude", (0.1, 0.3), harmonics=3)
     w = k * omega
     gain = abs((K + 1j * B * w) / (K - J * w * w + 1j * B * w))
     np.testing.assert_allclose(sweep.amplitude(k), gain * sweep.values, rtol=1e-9)
@@ -51,7 +51,7 @@ def test_a_sweep_from_an_orbit_follows_its_branch_both_ways():
     x = np.stack([curve.coefficients[upper], 0.0 * curve.coefficients[upper]], axis=1)
     system = sw.replace(DUFFING, {"omega": float(curve.omega[upper])})
     orbit = sw.find_orbit(system, guess=x, harmonics=7)
-    sweep = sw.parameter_response(system, "excitation.amplitude", (0.15, 0.3), start=orbit, harmonics=7)
+    sweep = sw.numerics.parameter_response(system, "excitation.amplitude", (0.15, 0.3), start=orbit, harmonics=7)
     assert np.interp(0.18, sweep.values[::-1], sweep.peak[::-1]) == pytest.approx(orbit.peak, rel=1e-3) or (
         np.interp(0.18, sweep.values, sweep.peak) == pytest.approx(orbit.peak, rel=1e-3)
     )
@@ -72,18 +72,18 @@ def test_a_sweep_from_an_orbit_follows_its_branch_both_ways():
 )
 def test_bad_sweeps_are_refused_in_a_sentence(path, span, sentence):
     with pytest.raises(ValueError, match=sentence):
-        sw.parameter_response(DUFFING, path, span)
+        sw.numerics.parameter_response(DUFFING, path, span)
 
 
 def test_a_start_outside_the_range_is_refused():
     orbit = sw.find_orbit(DUFFING, harmonics=3)
     with pytest.raises(ValueError, match="outside the range"):
-        sw.parameter_response(DUFFING, "law.alpha", (0.2, 0.3), start=orbit)
+        sw.numerics.parameter_response(DUFFING, "law.alpha", (0.2, 0.3), start=orbit)
 
 
 def test_a_resonance_without_damping_is_said_to_have_no_response():
     resonant = sw.Oscillator(1.0, 0.0, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
-    branch = sw.parameter_response(resonant, "excitation.amplitude", (0.1, 0.3), harmonics=1, points=20)
+    branch = sw.numerics.parameter_response(resonant, "excitation.amplitude", (0.1, 0.3), harmonics=1, points=20)
     assert not branch.status
     assert len(branch) == 0
     assert "no periodic response was found at excitation.amplitude = 0.1 or 0.3, omega = 1 rad/s" in branch.message
@@ -92,7 +92,7 @@ def test_a_resonance_without_damping_is_said_to_have_no_response():
 
 def test_damping_swept_to_none_at_resonance_grows_without_bound():
     resonant = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
-    branch = sw.parameter_response(resonant, "B", (0.0, 0.2), harmonics=1, points=20)
+    branch = sw.numerics.parameter_response(resonant, "B", (0.0, 0.2), harmonics=1, points=20)
     assert not branch.status
     assert "the response grows without bound at B = " in branch.message
     assert "omega = 1 rad/s; give more damping" in branch.message
@@ -100,7 +100,7 @@ def test_damping_swept_to_none_at_resonance_grows_without_bound():
 
 def test_too_few_harmonics_are_said_with_the_place():
     bent = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 1.0), sw.Harmonic(0.5), 1.0)
-    branch = sw.parameter_response(bent, "excitation.amplitude", (0.1, 0.5), harmonics=1, points=20)
+    branch = sw.numerics.parameter_response(bent, "excitation.amplitude", (0.1, 0.5), harmonics=1, points=20)
     assert "at excitation.amplitude = 0.5, omega = 1 rad/s, the harmonics left out hold about" in branch.message
     orbit = sw.find_orbit(bent, harmonics=1)
     assert "at omega = 1 rad/s the harmonics left out hold about" in orbit.message
@@ -125,7 +125,7 @@ def test_a_sweep_from_an_orbit_refined_by_shooting_takes_as_many_harmonics_as_it
     system = drive.error_equation(kinematic_error=error, omega=222.0, motor="held")._replace(J=drive.J)
     start = sw.find_orbit(system)
     assert len(start.coefficients) == 2047
-    sweep = sw.parameter_response(system, "omega", (215.0, 255.0), start=start, points=20)
+    sweep = sw.numerics.parameter_response(system, "omega", (215.0, 255.0), start=start, points=20)
     assert sweep.coefficients.shape[1] <= 255
     assert sweep.status
     assert sorted(fold.value for fold in sweep.folds) == pytest.approx([226.448419, 249.057291], abs=1e-5)

@@ -13,8 +13,10 @@ import strainwave as sw
 
 N, J_M, J_L, B, K, ALPHA, K_P, K_D, A, PHASE, MEAN = 100.0, 1e-4, 0.6, 6.0, 5e4, 5e5, 40.0, 0.05, 3e-4, 0.4, -15.0
 ERROR = sw.KinematicError((sw.Line(2, A, PHASE),))
-LOAD = sw.Load(J_L, sw.Harmonic(0.0, mean=MEAN))
-TRAIN = sw.DriveTrain(sw.Motor(J_M, control=sw.PositionLoop(K_P, K_D)), N, B, sw.Cubic(K, ALPHA), LOAD, 140.0, ERROR)
+LOAD = sw.train.Load(J_L, sw.Harmonic(0.0, mean=MEAN))
+TRAIN = sw.DriveTrain(
+    sw.train.Motor(J_M, control=sw.train.PositionLoop(K_P, K_D)), N, B, sw.Cubic(K, ALPHA), LOAD, 140.0, ERROR
+)
 
 
 def rates(t, y, omega):

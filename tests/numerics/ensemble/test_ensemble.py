@@ -9,7 +9,7 @@ from scipy.integrate import simpson
 import strainwave as sw
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
-ALL = (sw.Peak(), sw.Extremes(), sw.Rms(), sw.Mean(), sw.Amplitude(1), sw.Final())
+ALL = (sw.Peak(), sw.numerics.Extremes(), sw.Rms(), sw.numerics.Mean(), sw.Amplitude(1), sw.Final())
 FEW = {"omega": np.array([0.8, 1.1]), "law.alpha": np.array([0.02, 0.08])}
 METHODS = [
     # of the states, and of what is integrated or interpolated (fourth order where the motion is not periodic)
@@ -143,7 +143,7 @@ def test_lanes_with_more_stiffness_get_more_steps():
 def test_a_lane_that_diverges_says_so_and_leaves_the_others_alone(method):
     soft = DUFFING._replace(law=sw.Cubic(1.0, -1.0), excitation=sw.Harmonic(0.1))
     found = sw.ensemble(
-        soft, {}, (np.array([0.1, 3.0]), 0.0), periods=2, method=method, measures=(sw.Peak(), sw.Poincare())
+        soft, {}, (np.array([0.1, 3.0]), 0.0), periods=2, method=method, measures=(sw.Peak(), sw.numerics.Poincare())
     )
     assert found["status"].values.tolist() == [0, 1]
     assert np.isfinite(found["peak"][0])
@@ -245,7 +245,7 @@ OVERDAMPED = sw.Oscillator(1.0, 20.0, sw.Backlash(1.0, 0.1), sw.Harmonic(0.0), 1
 @pytest.mark.parametrize(("y0", "name", "wanted"), [((1.0, -10.0), "highest", 1.0), ((0.05, 1.0), "lowest", 0.05)])
 def test_the_first_state_of_adaptive_lanes_counts(law, y0, name, wanted):
     system = OVERDAMPED._replace(law=law)
-    found = sw.ensemble(system, {}, y0, periods=1, measures=(sw.Extremes(), sw.Peak()), method=sw.Dopri5())
+    found = sw.ensemble(system, {}, y0, periods=1, measures=(sw.numerics.Extremes(), sw.Peak()), method=sw.Dopri5())
     assert float(found[name][0]) == wanted
     assert float(found["peak"][0]) >= abs(wanted)
 
@@ -308,7 +308,7 @@ class Crossed(NamedTuple):
 @pytest.mark.interpreted
 def test_a_rate_that_is_the_second_state_by_chance_is_not_taken_for_it():
     found = sw.ensemble(
-        Crossed(1.0), {}, (1.0, 0.0), periods=2, measures=(sw.Extremes(),), method=sw.Dopri5(rtol=1e-11)
+        Crossed(1.0), {}, (1.0, 0.0), periods=2, measures=(sw.numerics.Extremes(),), method=sw.Dopri5(rtol=1e-11)
     )
     run = sw.simulate(Crossed(1.0), (1.0, 0.0), np.linspace(0.0, 4.0 * np.pi, 200_001), method=sw.Dopri5(rtol=1e-11))
     assert float(found["lowest"][0]) == pytest.approx(float(run.y[0].min()), abs=1e-9)

@@ -20,7 +20,15 @@ import strainwave as sw
 
 TESTS = Path(__file__).resolve().parents[2]
 FEW = {"omega": np.array([0.8, 1.0, 1.2, 0.9, 0.7])}
-MEASURES = (sw.Peak(), sw.Extremes(), sw.Rms(), sw.Mean(), sw.Amplitude(1), sw.Final(), sw.Poincare())
+MEASURES = (
+    sw.Peak(),
+    sw.numerics.Extremes(),
+    sw.Rms(),
+    sw.numerics.Mean(),
+    sw.Amplitude(1),
+    sw.Final(),
+    sw.numerics.Poincare(),
+)
 SOFT = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, -1.0), sw.Harmonic(0.1), 1.0)
 FORCED = sw.KinematicError((sw.Line(2, 0.02, 0.7),))
 CASES = {

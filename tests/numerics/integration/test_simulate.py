@@ -472,7 +472,7 @@ def test_torsion_rate_sees_the_kinematic_error():
 
 
 # A pulse of torque after a rest of 10 s, much longer than the period of 23 ms.
-PULSE = sw.TorqueProfile((10.0, 10.01, 10.5, 10.51), (0.0, -100.0, -100.0, 0.0))
+PULSE = sw.train.TorqueProfile((10.0, 10.01, 10.5, 10.51), (0.0, -100.0, -100.0, 0.0))
 DRIVE = sw.Oscillator(1.3, 20.0, sw.Cubic(1e5, 6.8e4), PULSE, 1.0)
 
 
@@ -622,22 +622,22 @@ def test_corners_that_are_no_angles_are_refused():
 
 
 def test_profile_is_refused_where_motions_must_repeat():
-    ripply = sw.VaryingOscillator(1.3, sw.GearDamping(20.0), sw.Cubic(1e5, 6.8e4), PULSE, 1.0)
+    ripply = sw.gears.VaryingOscillator(1.3, sw.gears.GearDamping(20.0), sw.Cubic(1e5, 6.8e4), PULSE, 1.0)
     for verb, ask in (
         ("find_orbit", lambda: sw.find_orbit(DRIVE)),
-        ("shoot", lambda: sw.shoot(DRIVE, (0.0, 0.0))),
+        ("shoot", lambda: sw.numerics.shoot(DRIVE, (0.0, 0.0))),
         ("frequency_response", lambda: sw.frequency_response(DRIVE, (1.0, 2.0))),
-        ("parameter_response", lambda: sw.parameter_response(DRIVE, "B", (10.0, 20.0))),
+        ("parameter_response", lambda: sw.numerics.parameter_response(DRIVE, "B", (10.0, 20.0))),
         ("ensemble", lambda: sw.ensemble(DRIVE, {"B": [10.0, 20.0]}, (0.0, 0.0), periods=1)),
-        ("response_family", lambda: sw.response_family(DRIVE, (1.0, 2.0), {"B": [10.0, 20.0]})),
-        ("poincare_section", lambda: sw.poincare_section(DRIVE, (0.0, 0.0))),
-        ("lyapunov_exponent", lambda: sw.lyapunov_exponent(DRIVE, (0.0, 0.0), turns=20)),
+        ("response_family", lambda: sw.numerics.response_family(DRIVE, (1.0, 2.0), {"B": [10.0, 20.0]})),
+        ("poincare_section", lambda: sw.numerics.poincare_section(DRIVE, (0.0, 0.0))),
+        ("lyapunov_exponent", lambda: sw.numerics.lyapunov_exponent(DRIVE, (0.0, 0.0), turns=20)),
         ("isolas", lambda: sw.isolas(DRIVE, (1.0, 2.0))),
         ("slow_flow", lambda: sw.slow_flow(DRIVE, sw.PRIMARY)),
         ("lyapunov", lambda: sw.lyapunov(DRIVE)),
-        ("variability", lambda: sw.variability(DRIVE, {"B": sw.Uniform(10.0, 20.0)})),
-        ("error_parts", lambda: sw.error_parts(DRIVE)),
-        ("parametric_resonances", lambda: sw.parametric_resonances(ripply, (1.0, 2.0))),
+        ("variability", lambda: sw.sample.variability(DRIVE, {"B": sw.Uniform(10.0, 20.0)})),
+        ("error_parts", lambda: sw.study.error_parts(DRIVE)),
+        ("parametric_resonances", lambda: sw.study.parametric_resonances(ripply, (1.0, 2.0))),
     ):
         with pytest.raises(ValueError, match=f"does not repeat; {verb} takes what repeats with every turn"):
             ask()

@@ -38,6 +38,6 @@ def test_shooting_from_far_away_finds_the_motion_on_which_an_integration_settles
         return y[1], 0.2 * np.cos(1.1 * t) - 0.1 * y[1] - y[0] - 0.1 * y[0] ** 3
 
     settled = solve_ivp(rates, (0.0, 100.0 * period), start, rtol=1e-10, atol=1e-12).y[:, -1]
-    orbit = sw.shoot(system, start)
+    orbit = sw.numerics.shoot(system, start)
     assert orbit.status
     assert orbit.state(0.0) == pytest.approx(settled, abs=1e-6)

@@ -56,7 +56,7 @@ def test_a_slow_orbit_on_a_hilltop_is_unstable_and_its_multiplier_finite():
 
 @pytest.mark.parametrize("omega", [1e-5, 1e-8])
 def test_a_general_system_slower_than_any_steps_decays_and_is_no_nan(omega):
-    law = sw.Parallel(sw.Cubic(1.0, 0.1), sw.Viscous(0.1))
+    law = sw.Parallel(sw.Cubic(1.0, 0.1), sw.laws.Viscous(0.1))
     orbit = sw.find_orbit(sw.Oscillator(1.0, 0.1, law, sw.Harmonic(0.5), omega))
     assert np.array_equal(np.abs(orbit.multipliers), [0.0, 0.0])
     assert orbit.stable
@@ -64,7 +64,7 @@ def test_a_general_system_slower_than_any_steps_decays_and_is_no_nan(omega):
 
 def test_the_rates_of_the_moment_join_the_period_map_where_steps_still_resolve_it(monkeypatch):
     """A linear spring beside viscous friction: 100 vibrations a period, decay exp(-B period/(2J))."""
-    law = sw.Parallel(sw.Linear(1.0), sw.Viscous(0.01))
+    law = sw.Parallel(sw.Linear(1.0), sw.laws.Viscous(0.01))
     system = sw.Oscillator(1.0, 0.01, law, sw.Harmonic(0.5), 0.01)
     resolved = sw.find_orbit(system).multipliers
     monkeypatch.setattr(variational, "SLOW", 300.0)

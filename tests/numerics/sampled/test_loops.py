@@ -16,7 +16,7 @@ from strainwave.maths import sqrt
 from strainwave.numerics.sampled.loops import fastest
 
 SMOOTH = sw.Cubic(1e5, 5e3)
-IDEAL = sw.Sampling(PERIOD, PERIOD)
+IDEAL = sw.controllers.Sampling(PERIOD, PERIOD)
 
 
 class Broken(NamedTuple):
@@ -67,33 +67,33 @@ def by_hand(law, speed, sampling, samples, limit=1e9):
 @pytest.mark.parametrize("delay", [0.0, PERIOD, 0.4 * PERIOD, 2.3 * PERIOD])
 def test_a_loop_is_that_of_scipy_by_hand(delay):
     """From the motor on its reference and the load at its speed: the first 40 ms."""
-    sampling = sw.Sampling(PERIOD, delay)
+    sampling = sw.controllers.Sampling(PERIOD, delay)
     own = loop(speed=50.0, sampling=sampling, law=SMOOTH)
-    found = sw.run_loop(own, 0.04, steps=4)
+    found = sw.numerics.run_loop(own, 0.04, steps=4)
     expected = by_hand("Cubic", 50.0, sampling, 160)
     assert np.max(np.abs(expected)) > 5.0 * ARCSEC
     np.testing.assert_allclose(found.error, expected, atol=1e-8 * np.max(np.abs(expected)))
 
 
 def test_encoder_and_limit_are_those_by_hand():
-    sampling = sw.Sampling(PERIOD, PERIOD, 0.3, 2.0 * math.pi / 2**14)
+    sampling = sw.controllers.Sampling(PERIOD, PERIOD, 0.3, 2.0 * math.pi / 2**14)
     own = loop(speed=50.0, sampling=sampling, law=SMOOTH)
-    found = sw.run_loop(own, 0.04, steps=4)
+    found = sw.numerics.run_loop(own, 0.04, steps=4)
     assert np.max(np.abs(found.torque)) == 0.3
     expected = by_hand("Cubic", 50.0, sampling, 160, limit=0.3)
     np.testing.assert_allclose(found.error, expected, atol=1e-8 * np.max(np.abs(expected)))
 
 
 def test_lost_angles_are_bridged_and_counted():
-    clean = sw.run_loop(loop(sampling=SAMPLING), 1.0)
-    lossy = sw.run_loop(loop(sampling=SAMPLING._replace(loss=0.05)), 1.0)
+    clean = sw.numerics.run_loop(loop(sampling=SAMPLING), 1.0)
+    lossy = sw.numerics.run_loop(loop(sampling=SAMPLING._replace(loss=0.05)), 1.0)
     assert np.all(np.isfinite(lossy.error))
     assert lossy.memory.lost / 4000 == pytest.approx(0.05, abs=0.01)
     assert lossy.rms(0.5) == pytest.approx(clean.rms(0.5), rel=0.05)
 
 
 def test_a_controller_that_gives_nan_gets_no_torque():
-    run = sw.run_loop(loop(Broken(1.0)), 0.01)
+    run = sw.numerics.run_loop(loop(Broken(1.0)), 0.01)
     assert np.all(run.torque == 0.0)
     assert np.all(np.isfinite(run.error))
 
@@ -121,7 +121,7 @@ def exact_response(frequency):
 
 def test_the_map_from_sample_to_sample_is_that_of_matrix_exponentials():
     own = loop(speed=50.0, sampling=IDEAL, law=sw.Linear(1e5))
-    found = sw.loop_response(own, [20.0, 100.0, 190.0, 400.0])
+    found = sw.numerics.loop_response(own, [20.0, 100.0, 190.0, 400.0])
     expected = [exact_response(frequency)[0] for frequency in found.omega]
     np.testing.assert_allclose(found.error_of_torque, expected, rtol=1e-5)
     poles = exact_response(1.0)[1]
@@ -132,19 +132,19 @@ def test_the_map_from_sample_to_sample_is_that_of_matrix_exponentials():
 
 
 def test_an_unstable_loop_has_a_pole_outside():
-    fast = loop(sw.SampledPD(60.0 * LOOP.K_p, 60.0 * LOOP.K_d, PERIOD), sampling=IDEAL)
-    assert not sw.loop_response(fast, [10.0]).stable
+    fast = loop(sw.controllers.SampledPD(60.0 * LOOP.K_p, 60.0 * LOOP.K_d, PERIOD), sampling=IDEAL)
+    assert not sw.numerics.loop_response(fast, [10.0]).stable
     slow = loop(sampling=IDEAL)
-    assert sw.loop_response(slow, [10.0]).stable
+    assert sw.numerics.loop_response(slow, [10.0]).stable
 
 
 @pytest.mark.compiled
 def test_an_ensemble_has_what_single_loops_have():
     stiffness = np.array([0.9e5, 1e5, 1.2e5])
     own = loop(sampling=SAMPLING, law=sw.Cubic(1e5, 5e3))
-    found = sw.loop_ensemble(own, {"train.law.K": stiffness}, 1.5, settle=0.5, orders=[2, 4])
+    found = sw.numerics.loop_ensemble(own, {"train.law.K": stiffness}, 1.5, settle=0.5, orders=[2, 4])
     for lane, K in enumerate(stiffness.tolist()):
-        one = sw.run_loop(loop(sampling=SAMPLING, law=sw.Cubic(K, 5e3)), 1.5, unit=lane)
+        one = sw.numerics.run_loop(loop(sampling=SAMPLING, law=sw.Cubic(K, 5e3)), 1.5, unit=lane)
         late = one.error[2000:]
         trend = np.polyval(np.polyfit(one.time[2000:] - 1.0, late, 1), one.time[2000:] - 1.0)
         assert found.rms[lane] == pytest.approx(np.std(late - trend), rel=1e-7)
@@ -160,16 +160,16 @@ def test_an_ensemble_has_what_single_loops_have():
 @pytest.mark.compiled
 def test_an_ensemble_is_the_same_in_any_place_and_thread():
     own, values = loop(sampling=SAMPLING._replace(motor_noise=1e-4)), np.linspace(20.0, 70.0, 70)
-    one = sw.loop_ensemble(own, {"train.omega": values}, 0.2, settle=0.1, threads=1)
-    two = sw.loop_ensemble(own, {"train.omega": values}, 0.2, settle=0.1, threads=3)
+    one = sw.numerics.loop_ensemble(own, {"train.omega": values}, 0.2, settle=0.1, threads=1)
+    two = sw.numerics.loop_ensemble(own, {"train.omega": values}, 0.2, settle=0.1, threads=3)
     np.testing.assert_array_equal(one.rms, two.rms)
     assert np.std(one.rms) > 0.0
 
 
 @pytest.mark.compiled
 def test_a_loop_that_grows_is_called_unstable():
-    fast = sw.SampledPD(60.0 * LOOP.K_p, 60.0 * LOOP.K_d, PERIOD)
-    found = sw.loop_ensemble(loop(fast, sampling=IDEAL), {}, 0.5, settle=0.1)
+    fast = sw.controllers.SampledPD(60.0 * LOOP.K_p, 60.0 * LOOP.K_d, PERIOD)
+    found = sw.numerics.loop_ensemble(loop(fast, sampling=IDEAL), {}, 0.5, settle=0.1)
     assert not found.stable[0]
 
 
@@ -177,28 +177,36 @@ def test_steps_between_samples_follow_the_fastest_motion():
     own = loop(sampling=IDEAL)
     rate = math.sqrt(GEAR.K1 * (1.0 / J_L + 1.0 / (N * N * J_M)))
     assert fastest(own.train, np.zeros(5)) == pytest.approx(rate, rel=0.02)  # its damping changes it by 1 %
-    slow = sw.ClosedLoop(own.train, PD._replace(period=1e-2), sw.Sampling(1e-2, 1e-2))
-    assert sw.run_loop(slow, 0.1).steps == math.ceil(rate * 1e-2 / 0.15)
+    slow = sw.controllers.ClosedLoop(own.train, PD._replace(period=1e-2), sw.controllers.Sampling(1e-2, 1e-2))
+    assert sw.numerics.run_loop(slow, 0.1).steps == math.ceil(rate * 1e-2 / 0.15)
 
 
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: sw.run_loop(loop(), -1.0), r"duration \[s\] is -1"),
-        (lambda: sw.run_loop(loop(), 1.0, y0=[0.0]), r"y0 has 1 numbers; the plant has 5 states: x, x', motor"),
-        (lambda: sw.run_loop(loop(), 1.0, every=0), r"every"),
+        (lambda: sw.numerics.run_loop(loop(), -1.0), r"duration \[s\] is -1"),
         (
-            lambda: sw.run_loop(loop(PD._replace(period=10.0), sampling=sw.Sampling(10.0, 0.0)), 20.0),
+            lambda: sw.numerics.run_loop(loop(), 1.0, y0=[0.0]),
+            r"y0 has 1 numbers; the plant has 5 states: x, x', motor",
+        ),
+        (lambda: sw.numerics.run_loop(loop(), 1.0, every=0), r"every"),
+        (
+            lambda: sw.numerics.run_loop(
+                loop(PD._replace(period=10.0), sampling=sw.controllers.Sampling(10.0, 0.0)), 20.0
+            ),
             r"too slow for the plant",
         ),
-        (lambda: sw.loop_ensemble(loop(), {}, 1.0, settle=1.0), r"settle is 1 s; it must be from 0 to below"),
-        (lambda: sw.loop_ensemble(loop(), {"train.J": [1.0]}, 1.0, settle=0.5), r"train.J"),
+        (lambda: sw.numerics.loop_ensemble(loop(), {}, 1.0, settle=1.0), r"settle is 1 s; it must be from 0 to below"),
+        (lambda: sw.numerics.loop_ensemble(loop(), {"train.J": [1.0]}, 1.0, settle=0.5), r"train.J"),
         (
-            lambda: sw.loop_ensemble(loop(), {"train.omega": [1.0], "train.B": [1.0, 2.0]}, 1.0, settle=0.5),
+            lambda: sw.numerics.loop_ensemble(loop(), {"train.omega": [1.0], "train.B": [1.0, 2.0]}, 1.0, settle=0.5),
             r"1 \(train.omega\), 2 \(train.B\) numbers",
         ),
-        (lambda: sw.loop_response(loop(), [2e4]), r"carry none above"),
-        (lambda: sw.run_loop(sw.ClosedLoop(sw.HDC_40_050.train(), PD, SAMPLING), 1.0), r"motor that is not commanded"),
+        (lambda: sw.numerics.loop_response(loop(), [2e4]), r"carry none above"),
+        (
+            lambda: sw.numerics.run_loop(sw.controllers.ClosedLoop(sw.HDC_40_050.train(), PD, SAMPLING), 1.0),
+            r"motor that is not commanded",
+        ),
     ],
 )
 def test_what_cannot_be_run_gets_a_sentence(call, sentence):

@@ -26,7 +26,7 @@ WEAK = 1e-3 * OMEGA * J_M, 0.125 * 1e-6 * OMEGA**2 * J_M  # gains that hold a fr
 def problem_and_point(control, law, coupling):
     drive = sw.Drive(J_m=J_M, J_l=J_2, N=N, B=B, law=sw.Linear(K))
     made = drive.train(control=control, kinematic_error=sw.KinematicError((sw.Line(2, A),)), omega=OMEGA)
-    made = made._replace(load=sw.Elastic(J_1, B_C, coupling, made.load), law=law)
+    made = made._replace(load=sw.train.Elastic(J_1, B_C, coupling, made.load), law=law)
     system = AtLoad(made, OMEGA)
     leaf = leaf_of(system, "omega")
     problem = condensed(system, leaf, leaf, H)
@@ -71,10 +71,10 @@ def by_hand(law, coupling, series, gains):
 @pytest.mark.parametrize(
     ("control", "gains", "law", "coupling"),
     [
-        (sw.SpeedLoop(*LOOP), LOOP, CUBIC, sw.Linear(K_C)),
-        (sw.SpeedLoop(*LOOP), LOOP, CUBIC, sw.Cubic(K_C, 2e7)),
-        (sw.SpeedLoop(*LOOP), LOOP, KINKED, sw.Linear(K_C)),
-        (sw.Free(), WEAK, CUBIC, sw.Linear(K_C)),
+        (sw.train.SpeedLoop(*LOOP), LOOP, CUBIC, sw.Linear(K_C)),
+        (sw.train.SpeedLoop(*LOOP), LOOP, CUBIC, sw.Cubic(K_C, 2e7)),
+        (sw.train.SpeedLoop(*LOOP), LOOP, KINKED, sw.Linear(K_C)),
+        (sw.train.Free(), WEAK, CUBIC, sw.Linear(K_C)),
     ],
     ids=["cubic", "two laws", "kinked", "free"],
 )

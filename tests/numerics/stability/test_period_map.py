@@ -23,8 +23,8 @@ OMEGA = 150.0
 def train():
     drive = sw.Drive(J_m=J_M, J_l=J_2, N=N, B=B, law=sw.Cubic(K, ALPHA))
     error = sw.KinematicError((sw.Line(2, A),))
-    made = drive.train(control=sw.SpeedLoop(K_P, K_I), kinematic_error=error, omega=OMEGA)
-    return made._replace(load=sw.Elastic(J_1, B_C, sw.Linear(K_C), made.load))
+    made = drive.train(control=sw.train.SpeedLoop(K_P, K_I), kinematic_error=error, omega=OMEGA)
+    return made._replace(load=sw.train.Elastic(J_1, B_C, sw.Linear(K_C), made.load))
 
 
 def by_hand(t, y):

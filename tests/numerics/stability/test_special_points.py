@@ -22,7 +22,7 @@ def symmetric():
 
 
 def shot(system, orbit, omega):
-    return sw.shoot(system._replace(omega=omega), orbit.state(0.0), period=orbit.period)
+    return sw.numerics.shoot(system._replace(omega=omega), orbit.state(0.0), period=orbit.period)
 
 
 def test_multipliers_at_a_doubling_are_minus_one_and_its_partner(biased):
@@ -67,7 +67,7 @@ def test_a_curve_without_crossings_has_none():
 
 @pytest.mark.compiled
 def test_the_branch_of_doubled_orbits_joins_both_doublings(biased):
-    doubled = sw.switch_branch(BIASED, biased.doublings[0])
+    doubled = sw.numerics.switch_branch(BIASED, biased.doublings[0])
     assert doubled.period == 2
     assert doubled.status
     assert doubled.amplitude(1).max() > 0.1  # half the base frequency
@@ -78,7 +78,7 @@ def test_the_branch_of_doubled_orbits_joins_both_doublings(biased):
 
 @pytest.mark.compiled
 def test_a_doubled_orbit_repeats_after_two_turns_and_not_after_one(biased):
-    doubled = sw.switch_branch(BIASED, biased.doublings[0])
+    doubled = sw.numerics.switch_branch(BIASED, biased.doublings[0])
     i = int(np.flatnonzero(doubled.stable)[np.argmax(doubled.amplitude(1)[doubled.stable])])
     system = BIASED._replace(omega=float(doubled.omega[i]))
     x = np.stack([doubled.coefficients[i], 0.0 * doubled.coefficients[i]], axis=1)
@@ -91,7 +91,7 @@ def test_a_doubled_orbit_repeats_after_two_turns_and_not_after_one(biased):
 
 @pytest.mark.compiled
 def test_the_branch_of_broken_symmetry_has_a_mean_and_comes_back(symmetric):
-    broken = sw.switch_branch(SYMMETRIC, symmetric.branch_points[0], harmonics=31)
+    broken = sw.numerics.switch_branch(SYMMETRIC, symmetric.branch_points[0], harmonics=31)
     assert broken.period == 1
     assert np.abs(broken.amplitude(0)).max() > 0.1
     assert np.abs(symmetric.amplitude(0)).max() < 1e-6
@@ -102,4 +102,4 @@ def test_the_branch_of_broken_symmetry_has_a_mean_and_comes_back(symmetric):
 @pytest.mark.compiled
 def test_no_branch_leaves_at_an_ordinary_orbit():
     with pytest.raises(ValueError, match=r"Branch\.doublings"):
-        sw.switch_branch(BIASED, sw.find_orbit(BIASED, harmonics=5))
+        sw.numerics.switch_branch(BIASED, sw.find_orbit(BIASED, harmonics=5))

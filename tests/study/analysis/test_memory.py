@@ -99,7 +99,7 @@ def test_torque_of_the_curve_is_the_torque_of_the_law():
 
 
 def test_a_hardening_law_with_friction_jumps_apart_up_and_down():
-    law = sw.Parallel(sw.Cubic(1.0, 1.0), sw.Coulomb(0.01, 0.01))
+    law = sw.Parallel(sw.Cubic(1.0, 1.0), sw.laws.Coulomb(0.01, 0.01))
     system = sw.Oscillator(1.0, 0.04, law, sw.Harmonic(0.1), 1.0)
     found = exact_response(system, (0.9, 2.2), coexisting=False)
     assert found.sweep.jump_down > found.sweep.jump_up + 0.05

@@ -75,7 +75,7 @@ def test_the_largest_oscillation_of_a_train_and_of_a_design_are_at_the_speeds_of
 @pytest.mark.slow
 def test_a_comparison_counts_the_speeds_of_each_project_alone(bistable):
     project, found = bistable
-    compared = sw.compare_projects([project, project])
+    compared = sw.compare([project, project])
     assert within(project, compared.speed)
     assert compared.oscillation == pytest.approx([np.max(found.oscillation[found.visited()])] * 2, rel=1e-6)
     assert list(compared.jumps) == [1.0, 1.0]  # that at 1824 rpm is outside

@@ -51,7 +51,7 @@ def largest_by_curve(system, band, order, omega):
 def test_true_amplitudes_are_those_of_response_curves(name):
     system, resonance, band, order = CASES[name]
     omega, factor = np.linspace(*band, 14)[1:-1], np.array([0.2, 0.8, 1.7, 2.6])
-    found = sw.validity_map(system, resonance, omega, factor)
+    found = sw.study.validity_map(system, resonance, omega, factor)
     for j, f in enumerate(factor):
         amplitude, folds = largest_by_curve(strengthened(system, float(f)), band, order, omega)
         away = np.min(np.abs(omega[:, None] - folds), axis=1, initial=1e9) > 3e-3 * omega
@@ -65,7 +65,7 @@ def test_true_amplitudes_are_those_of_response_curves(name):
 def test_errors_of_cells_are_those_of_single_certificates(name):
     system, resonance, band, _ = CASES[name]
     omega, factor = np.linspace(*band, 6)[1:-1], np.array([0.3, 1.2, 2.4])
-    found = sw.validity_map(system, resonance, omega, factor)
+    found = sw.study.validity_map(system, resonance, omega, factor)
     compared = 0
     for i, j in np.ndindex(len(omega), len(factor)):
         one = strengthened(system, float(factor[j]))._replace(omega=float(omega[i]))
@@ -86,7 +86,7 @@ def test_map_of_a_superharmonic_of_three_slopes_is_that_of_single_certificates()
     # three slopes have exact means of first order, which with hard lines belong to one speed
     system = GEAR._replace(excitation=sw.Harmonic(60.0, mean=20.0), error=sw.NoError())
     omega, factor = np.array([128.0, 136.0]), np.array([0.5, 1.0])
-    found = sw.validity_map(system, sw.SUPERHARMONIC, omega, factor)
+    found = sw.study.validity_map(system, sw.SUPERHARMONIC, omega, factor)
     compared = 0
     for i, j in np.ndindex(2, 2):
         one = strengthened(system, float(factor[j]))._replace(omega=float(omega[i]))
@@ -102,7 +102,7 @@ def test_map_of_a_superharmonic_of_three_slopes_is_that_of_single_certificates()
 @pytest.mark.parametrize("cell", [(0, 0), (3, 1), (5, 2), (7, 0)])
 def test_cells_agree_with_periodic_orbits(cell):
     omega, factor = np.linspace(0.8, 1.25, 8), np.array([0.4, 1.0, 1.8])
-    found = sw.validity_map(BIASED, sw.PRIMARY, omega, factor)
+    found = sw.study.validity_map(BIASED, sw.PRIMARY, omega, factor)
     i, j = cell
     one = strengthened(BIASED, float(factor[j]))._replace(omega=float(omega[i]))
     state = sw.slow_flow(one, sw.PRIMARY, order=2).steady_states()[0]
@@ -122,7 +122,7 @@ def test_an_order_does_not_hold_beyond_the_true_jump():
     system = CUBIC._replace(B=0.01, excitation=sw.Harmonic(0.01))
     true_end = max(fold.omega for fold in sw.frequency_response(system, (0.9, 1.2), harmonics=7).folds)
     omega = np.array([true_end - 1e-4, true_end + 1e-4, 1.07])
-    found = sw.validity_map(system, sw.PRIMARY, omega, [1.0])
+    found = sw.study.validity_map(system, sw.PRIMARY, omega, [1.0])
     first = sw.slow_flow(system._replace(omega=1.07), sw.PRIMARY).steady_states()[0]
     assert first.amplitude > 0.9
     assert found.error[0, 0, 0] < 0.1
@@ -133,7 +133,7 @@ def test_an_order_does_not_hold_beyond_the_true_jump():
 
 
 def test_subharmonic_motion_and_its_absence_are_both_judged():
-    found = sw.validity_map(SUB, sw.SUBHARMONIC, [2.9, 3.15], [1.0])
+    found = sw.study.validity_map(SUB, sw.SUBHARMONIC, [2.9, 3.15], [1.0])
     assert found.motion[0, 0] == pytest.approx(0.0, abs=1e-12)
     assert found.motion[1, 0] == pytest.approx(0.87516, abs=5e-6)  # case of Nayfeh & Mook 1979, sec. 4.1.4
     assert found.error[0, 1, 0] == pytest.approx(1.0 - 0.86502 / 0.87516, abs=2e-5)
@@ -147,7 +147,7 @@ def test_general_map_gives_the_errors_of_the_peak_against_converged_balance(A, e
     curve = sw.frequency_response(
         CUBIC._replace(B=0.01, excitation=sw.Harmonic(A)), (0.9, 1.9), harmonics=9, points=2000
     )
-    found = sw.validity_in_general([0.2 * float(np.max(curve.amplitude(1))) ** 2], [0.005])
+    found = sw.study.validity_in_general([0.2 * float(np.max(curve.amplitude(1))) ** 2], [0.005])
     assert found.amplitude_error[0, 0, 0] == pytest.approx(error, rel=0.01)
     assert found.speed_error[1, 0, 0] < 1e-3
 
@@ -155,7 +155,7 @@ def test_general_map_gives_the_errors_of_the_peak_against_converged_balance(A, e
 def test_general_map_is_the_peak_of_each_drive():
     """Both orders' own peaks, by their response curves, under the torque of the true peak."""
     zeta, bend = 0.02, 0.4
-    found = sw.validity_in_general([bend], [zeta])
+    found = sw.study.validity_in_general([bend], [zeta])
     # the torque of a lag of 90 degrees at this amplitude, by integration of what damping takes: A = 2 zeta omega a, and
     # harmonics that take below 1 % of it
     omega = 1.0 + 0.375 * bend - 15.0 / 256.0 * bend**2
@@ -171,7 +171,7 @@ def test_general_map_is_the_peak_of_each_drive():
 
 
 def test_holds_counts_what_is_within_so_many_percent():
-    found = sw.validity_map(CUBIC, sw.PRIMARY, np.linspace(0.8, 1.4, 7), [0.5, 1.0])
+    found = sw.study.validity_map(CUBIC, sw.PRIMARY, np.linspace(0.8, 1.4, 7), [0.5, 1.0])
     assert found.holds(5.0).shape == (2, 7, 2)
     assert np.array_equal(found.holds(5.0), found.error <= 0.05)
     assert np.all(found.holds(1.0) <= found.holds(20.0))
@@ -193,7 +193,7 @@ def test_holds_counts_what_is_within_so_many_percent():
 )
 def test_bad_axes_are_refused_in_one_sentence(speeds, amplitudes, said):
     with pytest.raises(ValueError, match=said):
-        sw.validity_map(CUBIC, sw.PRIMARY, speeds, amplitudes)
+        sw.study.validity_map(CUBIC, sw.PRIMARY, speeds, amplitudes)
 
 
 def test_first_order_has_no_peak_under_a_large_kinematic_error():

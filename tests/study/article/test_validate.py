@@ -27,7 +27,7 @@ def article(omega):
 )
 def test_rms_difference_is_below_what_the_article_claims(omega, resonance, claimed, limit):
     """Table 4 of the article, from rest, 0 to 5/mu: difference over solution."""
-    compared = sw.compare(article(omega), resonance)
+    compared = sw.study.compare_with_integration(article(omega), resonance)
     assert compared.rms_difference <= limit < claimed
     assert compared.peak_theory == pytest.approx(compared.peak_integrated, rel=2e-3)
 
@@ -35,7 +35,9 @@ def test_rms_difference_is_below_what_the_article_claims(omega, resonance, claim
 @pytest.mark.slow
 def test_harmonics_at_the_end_are_those_of_the_settled_motion():
     """Errata table, superharmonic case of the derived set, about 30/mu: 2.8777e-3 at omega, 6.51e-7 at 3 omega."""
-    compared = sw.compare(article(OMEGA_0 / 3.0), sw.SUPERHARMONIC, t_end=30.0 / sw.HDC_40_050.mu)
+    compared = sw.study.compare_with_integration(
+        article(OMEGA_0 / 3.0), sw.SUPERHARMONIC, t_end=30.0 / sw.HDC_40_050.mu
+    )
     for found in compared.harmonics[Fraction(1)]:
         assert found == pytest.approx(2.8777e-3, abs=5e-8)
     for found in compared.harmonics[Fraction(3)]:
@@ -46,7 +48,7 @@ SMALL = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.05), 1.0)
 
 
 def test_comparison_reports_both_sides_over_one_window():
-    compared = sw.compare(SMALL, sw.PRIMARY, (0.2, 0.0), t_end=20.0)
+    compared = sw.study.compare_with_integration(SMALL, sw.PRIMARY, (0.2, 0.0), t_end=20.0)
     assert compared.window == (0.0, 20.0)
     assert np.array_equal(compared.theory.t, compared.integrated.t)
     direct = np.sqrt(
@@ -60,12 +62,12 @@ def test_comparison_reports_both_sides_over_one_window():
 
 def test_window_needs_damping_or_an_end():
     with pytest.raises(ValueError, match="t_end"):
-        sw.compare(SMALL._replace(B=0.0), sw.PRIMARY)
+        sw.study.compare_with_integration(SMALL._replace(B=0.0), sw.PRIMARY)
     with pytest.raises(ValueError, match="positive"):
-        sw.compare(SMALL, sw.PRIMARY, t_end=-1.0)
+        sw.study.compare_with_integration(SMALL, sw.PRIMARY, t_end=-1.0)
 
 
 def test_diverging_integration_is_an_error_with_its_reason():
     escaping = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, -0.1), sw.Harmonic(0.01), 0.9)
     with pytest.raises(sw.SolveError, match="left every bound"):
-        sw.compare(escaping, sw.PRIMARY, (10.0, 5.0), t_end=20.0)
+        sw.study.compare_with_integration(escaping, sw.PRIMARY, (10.0, 5.0), t_end=20.0)

@@ -11,21 +11,23 @@ from strainwave.base.units import ARCSEC
 from strainwave.study.compensation.bench import bench_of, steady_bench_of
 
 SPEEDS = [share * OMEGA_A / 2.0 for share in (0.3, 0.9, 1.0, 1.1, 3.0)]
-IDEAL = sw.Sampling(PERIOD, PERIOD)
+IDEAL = sw.controllers.Sampling(PERIOD, PERIOD)
 LINEAR = DRIVE._replace(law=sw.Linear(1e5))
 compiled = pytest.mark.compiled
 
 
 def run(controller, speed=50.0, **changes):
     """Residual of a controller on the drive, in steady state."""
-    found = sw.loop_ensemble(loop(controller, speed, **changes), {}, 6.0, settle=4.0, orders=[2])
+    found = sw.numerics.loop_ensemble(loop(controller, speed, **changes), {}, 6.0, settle=4.0, orders=[2])
     return found.amplitude[0, 0] * np.exp(1j * found.phase[0, 0])
 
 
 @compiled
 def test_with_a_load_encoder_twenty_decibels_at_every_speed():
     """Below, on and above the resonance; without one the linear inverse does it by the model."""
-    bench = sw.compensation_bench(DRIVE, ("inverse", "adaptive", "adaptive-inverse"), speeds=SPEEDS, sampling=SAMPLING)
+    bench = sw.study.compensation_bench(
+        DRIVE, ("inverse", "adaptive", "adaptive-inverse"), speeds=SPEEDS, sampling=SAMPLING
+    )
     best = [one.reduction for one in bench.best()]
     assert min(best) > 20.0
     assert np.all(bench.reduction > 30.0)  # the linear inverse without a load's encoder
@@ -33,13 +35,13 @@ def test_with_a_load_encoder_twenty_decibels_at_every_speed():
     assert all(one.torque.peak < 3.0 for row in bench.results for one in row)
 
 
-FRICTION = sw.Coulomb(1.0, 0.1)
+FRICTION = sw.laws.Coulomb(1.0, 0.1)
 
 
 def lifted(mean):
     """The drive with a weight of 40 N*m on its load, and friction beside it."""
-    drag = sw.Parallel(sw.AngleTorque(40.0, phase=0.3), FRICTION)
-    return LINEAR._replace(load=sw.Load(DRIVE.load.J, sw.Harmonic(0.0, mean=mean), drag))
+    drag = sw.Parallel(sw.train.AngleTorque(40.0, phase=0.3), FRICTION)
+    return LINEAR._replace(load=sw.train.Load(DRIVE.load.J, sw.Harmonic(0.0, mean=mean), drag))
 
 
 @pytest.mark.parametrize(("mean", "held"), [(0.0, 0.0), (-5.0, -5.0)])
@@ -49,7 +51,7 @@ def test_gravity_is_held_where_the_load_begins(mean, held):
     for train in (bench.model, bench.plant):
         assert train.load.excitation.mean == pytest.approx(held - 40.0 * math.sin(0.3))
         assert train.load.drag.second == FRICTION
-        assert not isinstance(train.load.drag.first, sw.AngleTorque)
+        assert not isinstance(train.load.drag.first, sw.train.AngleTorque)
     assert any("Gravity changes 50 times more slowly" in text for text in bench.remarks)
     assert steady_bench_of(LINEAR, SAMPLING) == bench_of(LINEAR, SAMPLING)
     assert bench_of(lifted(mean), SAMPLING).plant.load.drag == lifted(mean).load.drag
@@ -61,7 +63,7 @@ def test_the_slow_twist_of_gravity_is_no_residual():
 
     Its twist would drift by 80 arcsec either way.
     """
-    weight = LINEAR._replace(load=sw.Load(DRIVE.load.J, drag=sw.AngleTorque(40.0, phase=1.2)))
+    weight = LINEAR._replace(load=sw.train.Load(DRIVE.load.J, drag=sw.train.AngleTorque(40.0, phase=1.2)))
     plain, lifting = (
         sw.compensate(train, "adaptive", speed=60.0, sampling=SAMPLING, robust=False) for train in (LINEAR, weight)
     )
@@ -76,7 +78,7 @@ def test_a_feedforward_off_by_gain_and_phase_leaves_what_it_must(g, phi, speed):
     """Of the exact inverse, times g and turned by phi, |1 - g e^(i phi)| of the error is left."""
     line = ERROR.lines[0]
     wrong = sw.KinematicError((sw.Line(2, g * line.amplitude, phi),))
-    controller = sw.AngleFeedforward(PD, wrong, DRIVE.N, IDEAL.lead, DRIVE.motor.J)
+    controller = sw.controllers.AngleFeedforward(PD, wrong, DRIVE.N, IDEAL.lead, DRIVE.motor.J)
     changes = {"sampling": IDEAL, "law": sw.Linear(1e5)}
     left = abs(run(controller, speed, **changes)) / abs(run(PD, speed, **changes))
     assert left == pytest.approx(abs(1.0 - g * np.exp(1j * phi)), rel=0.02)
@@ -112,11 +114,11 @@ def test_adaptation_converges_with_its_rate():
     bench, speed = bench_of(LINEAR, IDEAL), 30.0
     G = bench.response(speed).error_of_torque[0]
     rate = 0.6
-    adaptive = sw.AdaptiveCancellation(
+    adaptive = sw.controllers.AdaptiveCancellation(
         PD, DRIVE.N, 2.0 * rate / abs(G), float(np.angle(G)), 10.0, PERIOD, order=2
     )  # fmt: skip
     own = loop(adaptive, speed, sampling=IDEAL, law=sw.Linear(1e5))
-    found = sw.run_loop(own, 6.0)
+    found = sw.numerics.run_loop(own, 6.0)
     turn = round(2.0 * math.pi / speed / PERIOD)
 
     def size(t):
@@ -130,10 +132,10 @@ def test_adaptation_converges_with_its_rate():
 @compiled
 def test_a_wrong_sign_trips_the_guard_and_the_plain_loop_is_left():
     bench = bench_of(LINEAR, IDEAL)
-    right = sw.COMPENSATORS["adaptive"].build(bench, 50.0)
+    right = sw.study.COMPENSATORS["adaptive"].build(bench, 50.0)
     wrong = right._replace(phase=right.phase + math.pi, most=0.5)
-    own = sw.run_loop(loop(wrong, sampling=IDEAL, law=sw.Linear(1e5)), 12.0)
-    plain = sw.run_loop(loop(PD, sampling=IDEAL, law=sw.Linear(1e5)), 12.0)
+    own = sw.numerics.run_loop(loop(wrong, sampling=IDEAL, law=sw.Linear(1e5)), 12.0)
+    plain = sw.numerics.run_loop(loop(PD, sampling=IDEAL, law=sw.Linear(1e5)), 12.0)
     assert own.memory.state[3] == 1.0
     assert own.rms(10.0) == pytest.approx(plain.rms(10.0), rel=0.05)
 
@@ -155,7 +157,7 @@ def test_adaptation_compensates_all_units():
 
 @compiled
 def test_units_that_are_not_compensated_are_named_with_their_cause():
-    right = sw.COMPENSATORS["adaptive"].build(bench_of(DRIVE, SAMPLING), 50.0)
+    right = sw.study.COMPENSATORS["adaptive"].build(bench_of(DRIVE, SAMPLING), 50.0)
     wrong = right._replace(phase=right.phase + math.pi)
     units = sw.compensate(DRIVE, wrong, speed=50.0, sampling=SAMPLING, robust=False, units=20).units
     assert len(units.unstable) > 10
@@ -184,7 +186,7 @@ def test_a_motor_that_is_too_weak_excludes_the_speed():
     assert 0.0 < found.torque.limited < 1.0
 
 
-SMOOTH = sw.Sampling(PERIOD, PERIOD)
+SMOOTH = sw.controllers.Sampling(PERIOD, PERIOD)
 
 
 def turning(sign):
@@ -192,15 +194,15 @@ def turning(sign):
     lines = (sw.Line(2, 23.0 * ARCSEC, 0.3), sw.Line(3, 6.0 * ARCSEC, 1.0))
     if sign < 0:  # the error of the mirror image is -e(-theta)
         lines = tuple(line._replace(phase=math.pi - line.phase) for line in lines)
-    motor = DRIVE.motor._replace(drag=sw.Coulomb(0.05, 1.0))
+    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05, 1.0))
     return DRIVE._replace(
-        error=sw.KinematicError(lines), motor=motor, load=sw.Load(10.0, sw.Harmonic(0.0, mean=sign * 9.0))
+        error=sw.KinematicError(lines), motor=motor, load=sw.train.Load(10.0, sw.Harmonic(0.0, mean=sign * 9.0))
     )
 
 
 @compiled
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sw.COMPENSATORS)
+@pytest.mark.parametrize("name", sw.study.COMPENSATORS)
 def test_backward_motion_is_that_of_the_mirrored_drive(name):
     forward, backward = (
         sw.compensate(turning(sign), name, speed=sign * 40.0, sampling=SMOOTH, robust=False) for sign in (1, -1)
@@ -215,7 +217,7 @@ def test_backward_motion_is_that_of_the_mirrored_drive(name):
 @compiled
 def test_the_guard_of_the_motors_adaptation_needs_no_limit_of_the_torque():
     """It is a few times the torque with which the motor keeps its reference: that of the gear over N."""
-    design = sw.COMPENSATORS["adaptive-motor"]
+    design = sw.study.COMPENSATORS["adaptive-motor"]
     found = [design.build(bench_of(LINEAR, SMOOTH._replace(limit=limit)), 45.0).most for limit in (1e9, 3.0)]
     assert found[0] == found[1]
     K, B, J, e, w = 1e5, DRIVE.B, 10.0, 23.0 * ARCSEC, 2.0 * 45.0
@@ -230,7 +232,7 @@ def test_the_guard_of_the_motors_adaptation_needs_no_limit_of_the_torque():
 @compiled
 def test_the_worst_of_several_attitudes_is_reported():
     """A gear that stiffens with its torque meets another resonance where gravity twists it."""
-    weight = DRIVE._replace(load=sw.Load(DRIVE.load.J, drag=sw.AngleTorque(60.0)))
+    weight = DRIVE._replace(load=sw.train.Load(DRIVE.load.J, drag=sw.train.AngleTorque(60.0)))
     angles = (0.0, 0.5 * math.pi, 1.0)
     alone = {
         a: sw.compensate(weight, "angle", speed=45.0, sampling=SAMPLING, robust=False, load_angles=(a,)) for a in angles
@@ -240,7 +242,9 @@ def test_the_worst_of_several_attitudes_is_reported():
     assert found.load_angle == worst
     assert found.after == alone[worst].after
     assert any(f"Of 3 load angles that of {math.degrees(worst):.4g} deg is the worst" in text for text in found.remarks)
-    row = sw.compensation_bench(weight, ["angle"], speeds=[45.0], sampling=SAMPLING, load_angles=angles).results[0]
+    row = sw.study.compensation_bench(weight, ["angle"], speeds=[45.0], sampling=SAMPLING, load_angles=angles).results[
+        0
+    ]
     assert row[0].after == found.after
     assert found.after.rms > 1.1 * min(one.after.rms for one in alone.values())
 
@@ -266,8 +270,8 @@ def test_a_table_that_takes_nothing_away_is_said_to_make_no_gain():
 def test_a_drive_with_gravity_hysteresis_and_friction():
     """Not the ideal case: the linear inverse still takes most of it away, and the nonlinear one is refused."""
     law = sw.Parallel(sw.BoucWen(4e4, 0.0, 8e-5), sw.Linear(8e4))
-    load = sw.Load(10.0, drag=sw.AngleTorque(40.0))
-    motor = DRIVE.motor._replace(drag=sw.Coulomb(0.05, 1.0))
+    load = sw.train.Load(10.0, drag=sw.train.AngleTorque(40.0))
+    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05, 1.0))
     drive = DRIVE._replace(law=law, load=load, motor=motor)
     found = sw.compensate(drive, "inverse", speed=20.0, sampling=SAMPLING, robust=False)
     assert found.amplitude_after[0] < 0.1 * found.amplitude_before[0]
@@ -283,10 +287,10 @@ def test_a_correction_beyond_the_bandwidth_of_the_loop_is_said(speed, beyond):
 
 
 def test_what_was_assumed_is_said():
-    text = " ".join(bench_of(DRIVE._replace(motor=DRIVE.motor._replace(control=sw.Held()))).remarks)
+    text = " ".join(bench_of(DRIVE._replace(motor=DRIVE.motor._replace(control=sw.train.Held()))).remarks)
     assert "every 250 us" in text
     assert "position loop of 30 Hz" in text
-    lagged = DRIVE._replace(motor=DRIVE.motor._replace(control=sw.Lagged(DRIVE.motor.control, 2e-4)))
+    lagged = DRIVE._replace(motor=DRIVE.motor._replace(control=sw.train.Lagged(DRIVE.motor.control, 2e-4)))
     bench = bench_of(lagged, SAMPLING)
     assert bench.sampling.delay == pytest.approx(4.5e-4)
     assert "counts as delay" in bench.remarks[0]
@@ -305,11 +309,11 @@ def test_what_was_assumed_is_said():
         (lambda: sw.compensate(DRIVE, speed=50.0, sampling=3), TypeError, "sampling is 3; give Sampling"),
         (lambda: sw.compensate(DRIVE, speed=50.0, loop=3), TypeError, "loop is 3; give a controller"),
         (
-            lambda: sw.compensate(DRIVE, speed=5.0, sampling=sw.Sampling(1e-2, 1e-2)),
+            lambda: sw.compensate(DRIVE, speed=5.0, sampling=sw.controllers.Sampling(1e-2, 1e-2)),
             ValueError,
             "plain loop is unstable with samples every 1e",
         ),
-        (lambda: sw.compensation_bench(DRIVE, (), speeds=[1.0]), ValueError, "nothing to run"),
+        (lambda: sw.study.compensation_bench(DRIVE, (), speeds=[1.0]), ValueError, "nothing to run"),
     ],
 )
 def test_what_cannot_be_compensated_gets_a_sentence(call, error, sentence):

@@ -16,10 +16,10 @@ from strainwave.study.compensation.gains import rate_of
 N, J_M, J_L, B, K, ALPHA, MEAN = 80.0, 8.1346e-4, 5.38563, 22.5923, 25895.9, 2.13606e6, -18.182
 SPEED, STEP = 23.63939, 5e-4
 LEARNING = sw.Drive(J_M, J_L, N, B, sw.Cubic(K, ALPHA)).train(
-    kinematic_error=sw.KinematicError((sw.Line(2, 1.063e-5, -2.0628),)), control=sw.PositionLoop(62.616, 0.35973),
+    kinematic_error=sw.KinematicError((sw.Line(2, 1.063e-5, -2.0628),)), control=sw.train.PositionLoop(62.616, 0.35973),
     omega=50.0, load_torque=sw.Harmonic(0.0, mean=MEAN),
 )  # fmt: skip
-SLOW = sw.Sampling(STEP, 0.0)
+SLOW = sw.controllers.Sampling(STEP, 0.0)
 
 
 @pytest.mark.slow
@@ -36,7 +36,7 @@ def test_a_loop_without_memory_of_the_turn_grows_by_the_poles_of_its_samples():
     """Delay alone makes a stiff loop unstable; the motor alone is 1/(J z) of two integrations in closed form."""
     bench = steady_bench_of(DRIVE, SAMPLING)
     assert bench.growth(PD, 50.0) == pytest.approx(-1.0 / bench.response(50.0).slowest, rel=1e-6)
-    stiff = sw.SampledPD(400.0 * PD.K_p, 0.2 * PD.K_d, PERIOD)
+    stiff = sw.controllers.SampledPD(400.0 * PD.K_p, 0.2 * PD.K_d, PERIOD)
     assert bench.growth(stiff, 50.0) > 0.0
 
 
@@ -81,9 +81,9 @@ def test_what_learns_over_the_turn_grows_as_a_loop_of_its_own_does():
 def test_gains_are_lowered_until_the_own_model_is_stable_with_a_factor_of_two():
     bench = steady_bench_of(DRIVE, SAMPLING)
     whole = next(
-        sw.LoadIntegral(PD, 50.0, gain, PERIOD)
+        sw.controllers.LoadIntegral(PD, 50.0, gain, PERIOD)
         for gain in np.geomspace(5.0, 2000.0, 40).tolist()
-        if bench.growth(sw.LoadIntegral(PD, 50.0, gain, PERIOD), 50.0) > 0.0
+        if bench.growth(sw.controllers.LoadIntegral(PD, 50.0, gain, PERIOD), 50.0) > 0.0
     )
     design = Compensator("load-integral", "", lambda *_: whole, True, "")
     found = design.on(bench, 50.0)
@@ -101,10 +101,10 @@ def test_what_wanders_within_a_step_of_an_encoder_does_not_grow(name):
     law = sw.PiecewiseLinear(19241.023398965077, 27158.16160956702, 32589.793931480424, 3.36681730, 13.22087390)
     drive = sw.Drive(1.4773594456262145e-4, 1.0974780097892989, 50.0, 7.331141214677441, law).train(
         kinematic_error=sw.KinematicError((sw.Line(2, 1.9108886849167966e-05, 0.9040345775979004),)),
-        control=sw.PositionLoop(19.836954499182603, 0.1510370957933448), omega=50.0,
+        control=sw.train.PositionLoop(19.836954499182603, 0.1510370957933448), omega=50.0,
     )  # fmt: skip
     turn = 2.0 * math.pi
-    coarse = sw.Sampling(limit=1e3, motor_quantum=turn / 2**12, load_quantum=turn / 2**24)
+    coarse = sw.controllers.Sampling(limit=1e3, motor_quantum=turn / 2**12, load_quantum=turn / 2**24)
     found = sw.compensate(drive, name, speed=25.988958534690408, sampling=coarse, robust=False)
     assert found.after.rms < 0.2 * found.before.rms
     assert found.stable

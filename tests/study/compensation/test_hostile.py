@@ -16,7 +16,7 @@ from strainwave.study.compensation.bench import bench_of
 compiled = pytest.mark.compiled
 LINEAR = DRIVE._replace(law=sw.Linear(1e5))
 BLIND = SAMPLING._replace(load_encoder=0)
-LOADED = DRIVE._replace(load=sw.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -30.0)))
+LOADED = DRIVE._replace(load=sw.train.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -30.0)))
 
 
 def compensated(train=DRIVE, controller="adaptive", speed=45.0, **given):
@@ -28,7 +28,7 @@ def test_what_measures_the_load_needs_its_encoder(name):
     """Without one these controllers did nothing, and the bench said 0 dB."""
     with pytest.raises(ValueError, match=f"{name} measures the load's angle and load_encoder of the sampling is 0"):
         compensated(controller=name, sampling=BLIND)
-    given = sw.AdaptiveCancellation(PD, 50.0, 1.0, 0.0, 1.0, PERIOD)
+    given = sw.controllers.AdaptiveCancellation(PD, 50.0, 1.0, 0.0, 1.0, PERIOD)
     with pytest.raises(ValueError, match="AdaptiveCancellation measures the load's angle"):
         compensated(controller=given, sampling=BLIND)
 
@@ -50,10 +50,10 @@ def test_the_integral_on_the_load_is_judged_when_it_has_settled():
 @compiled
 def test_a_given_controller_is_judged_by_its_own_slow_gain():
     """A tenth of the designed gain takes ten times as long, and leaves as little."""
-    quick = sw.COMPENSATORS["adaptive"].build(bench_of(LINEAR, sw.Sampling(PERIOD, PERIOD)), 45.0)
+    quick = sw.study.COMPENSATORS["adaptive"].build(bench_of(LINEAR, sw.controllers.Sampling(PERIOD, PERIOD)), 45.0)
     slow = quick._replace(gain=0.1 * quick.gain)
     for controller in (quick, slow):
-        found = compensated(LINEAR, controller, sampling=sw.Sampling(PERIOD, PERIOD))
+        found = compensated(LINEAR, controller, sampling=sw.controllers.Sampling(PERIOD, PERIOD))
         assert found.amplitude_after[0] < 1e-3 * found.amplitude_before[0]
 
 
@@ -66,16 +66,16 @@ def test_repetitive_control_is_judged_when_its_slowest_order_has_converged():
 @compiled
 def test_repetitive_control_carries_the_mean_torque_of_the_load():
     """Its guard knows of the mean: under a load at the corner of the law it once dropped its torque without a word."""
-    corner = DRIVE._replace(load=sw.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -GEAR.law.T1)))
+    corner = DRIVE._replace(load=sw.train.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -GEAR.law.T1)))
     found = compensated(corner, "repetitive")
     assert found.reduction > 20.0
 
 
 @compiled
 def test_a_guard_that_has_dropped_its_torque_is_said():
-    right = sw.COMPENSATORS["adaptive"].build(bench_of(LINEAR, SAMPLING), 50.0)
+    right = sw.study.COMPENSATORS["adaptive"].build(bench_of(LINEAR, SAMPLING), 50.0)
     wrong = right._replace(phase=right.phase + math.pi)
-    for controller in (wrong, sw.TorqueTable(wrong, sw.Harmonic(0.0, 2))):
+    for controller in (wrong, sw.controllers.TorqueTable(wrong, sw.Harmonic(0.0, 2))):
         found = compensated(LINEAR, controller, speed=50.0)
         assert any("its guard has dropped its torque at 477.5 rpm" in text for text in found.warnings)
     assert not compensated(LINEAR, right, speed=50.0).warnings
@@ -96,16 +96,16 @@ def test_a_stiff_plant_is_not_taken_for_an_unstable_loop():
     drive = LINEAR._replace(B=4e5)
     found = bench_of(drive, SAMPLING).response(45.0)
     assert found.stable
-    motor = drive.motor._replace(control=sw.Commanded())
-    own = loop(sampling=sw.Sampling(PERIOD, PERIOD))._replace(train=drive._replace(motor=motor, omega=45.0))
-    fine = sw.loop_response(own, found.omega, steps=1000)
+    motor = drive.motor._replace(control=sw.train.Commanded())
+    own = loop(sampling=sw.controllers.Sampling(PERIOD, PERIOD))._replace(train=drive._replace(motor=motor, omega=45.0))
+    fine = sw.numerics.loop_response(own, found.omega, steps=1000)
     np.testing.assert_allclose(found.error_of_torque, fine.error_of_torque, rtol=1e-4)
     with pytest.raises(ValueError, match="too slow for the plant, which needs"):
         bench_of(LINEAR._replace(B=1e8), SAMPLING).response(45.0)
 
 
 def test_a_loop_without_stiffness_is_named():
-    loose = LINEAR._replace(motor=LINEAR.motor._replace(control=sw.SpeedLoop(0.4)))
+    loose = LINEAR._replace(motor=LINEAR.motor._replace(control=sw.train.SpeedLoop(0.4)))
     for drive in (loose, LINEAR._replace(law=sw.Backlash(1e5, 2e-4))):
         with pytest.raises(ValueError, match="give a loop with a position gain, or a load off the backlash"):
             compensated(drive)
@@ -113,7 +113,7 @@ def test_a_loop_without_stiffness_is_named():
 
 def test_a_hysteresis_that_cannot_carry_the_load_is_named():
     """It yields without end; one that carries the load is run, though its internal state stays where it is left."""
-    weight = sw.Load(10.0, drag=sw.AngleTorque(40.0, phase=0.5 * math.pi))
+    weight = sw.train.Load(10.0, drag=sw.train.AngleTorque(40.0, phase=0.5 * math.pi))
     with pytest.raises(ValueError, match=r"as .*BoucWen.* 3[.]2 N[*]m"):
         compensated(DRIVE._replace(law=sw.BoucWen(4e4, 0.0, 8e-5), load=weight))
     carries = bench_of(DRIVE._replace(law=sw.Parallel(sw.BoucWen(4e4, 0.0, 8e-5), sw.Linear(8e4)), load=weight))
@@ -124,7 +124,7 @@ def test_a_hysteresis_that_cannot_carry_the_load_is_named():
 
 def test_repetitive_control_is_refused_around_an_integral():
     """The table's mean and the integral of the loop would grow for ever, one against the other."""
-    cascade = sw.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M)
+    cascade = sw.controllers.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M)
     with pytest.raises(ValueError, match="as with an integral in the plain loop; use 'adaptive'"):
         compensated(controller="repetitive", loop=cascade)
 
@@ -136,7 +136,11 @@ def test_repetitive_control_is_refused_around_an_integral():
         ({"load_angles": (0.5,)}, ValueError, "no torque on this load follows its angle"),
         ({"load_angles": ()}, ValueError, "load_angles"),
         ({"speed": 1e-12}, ValueError, "4 turns at 9.549e-12 rpm are more than the 1e[+]08 samples"),
-        ({"loop": sw.SampledPD(LOOP.K_p, LOOP.K_d, 1e-3)}, ValueError, "is 0.001 s and Sampling[.]period is 0.00025 s"),
+        (
+            {"loop": sw.controllers.SampledPD(LOOP.K_p, LOOP.K_d, 1e-3)},
+            ValueError,
+            "is 0.001 s and Sampling[.]period is 0.00025 s",
+        ),
         ({"sampling": SAMPLING._replace(load_encoder=2)}, ValueError, "load_encoder is 2; it must be 1"),
         ({"seed": "a"}, ValueError, "seed is 'a'; it must be a whole number"),
         ({"seed": -1}, ValueError, "seed is -1; it must be a whole number"),
@@ -151,42 +155,47 @@ def test_numbers_and_kinds_get_a_sentence(given, error, sentence):
 
 def test_a_run_of_too_many_samples_is_refused():
     with pytest.raises(ValueError, match=r"a loop is run for at most 1e\+08: run it for at most 25000 s"):
-        sw.run_loop(loop(), 1e6)
+        sw.numerics.run_loop(loop(), 1e6)
     with pytest.raises(ValueError, match=r"duration is 1e\+12 s"):
-        sw.loop_ensemble(loop(), {}, 1e12, settle=0.0)
+        sw.numerics.loop_ensemble(loop(), {}, 1e12, settle=0.0)
 
 
 def test_one_controller_may_be_named_alone():
     with pytest.raises(ValueError, match="there is no controller 'magic'"):
-        sw.compensation_bench(DRIVE, "magic", speeds=[45.0])
+        sw.study.compensation_bench(DRIVE, "magic", speeds=[45.0])
 
 
 @compiled
 @pytest.mark.parametrize("name", ["adaptive", "adaptive-inverse", "repetitive"])
 def test_what_learns_forward_learns_backward_too(name):
     """Near the resonance the plant's phase is beyond 45 degrees: with its sign of forward motion it diverged."""
-    ideal = sw.Sampling(PERIOD, PERIOD)
+    ideal = sw.controllers.Sampling(PERIOD, PERIOD)
     bench, speed = bench_of(LINEAR, ideal), 44.5
     assert math.pi / 4.0 < abs(float(np.angle(bench.response(speed).error_of_torque[0]))) < 3.0 * math.pi / 4.0
-    controller = sw.COMPENSATORS[name].build(bench, speed)
+    controller = sw.study.COMPENSATORS[name].build(bench, speed)
     for way in (1.0, -1.0):
-        left, before = (sw.run_loop(bench.closed(one, way * speed), 14.0).rms(12.0) for one in (controller, PD))
+        left, before = (
+            sw.numerics.run_loop(bench.closed(one, way * speed), 14.0).rms(12.0) for one in (controller, PD)
+        )
         assert left < 0.05 * before
 
 
 @compiled
 def test_an_integral_takes_away_a_torque_that_is_added_around_it():
     """Its anti-windup counts what the limit took, not what a controller around it adds: that once leaked it away."""
-    cascade, ideal = sw.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M), sw.Sampling(PERIOD, PERIOD)
-    around = sw.TorqueTable(cascade, sw.Harmonic(0.0, 1, 0.0, 0.5))
-    late = [sw.run_loop(loop(one, sampling=ideal, law=sw.Linear(1e5)), 6.0).error[20000:] for one in (cascade, around)]
+    cascade, ideal = sw.controllers.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M), sw.controllers.Sampling(PERIOD, PERIOD)
+    around = sw.controllers.TorqueTable(cascade, sw.Harmonic(0.0, 1, 0.0, 0.5))
+    late = [
+        sw.numerics.run_loop(loop(one, sampling=ideal, law=sw.Linear(1e5)), 6.0).error[20000:]
+        for one in (cascade, around)
+    ]
     assert np.mean(late[1]) == pytest.approx(np.mean(late[0]), abs=1e-6 * 0.5 / (40.0 * 0.4))
 
 
 class Own(NamedTuple):
     """A slow integral on the load's error that no design knows."""
 
-    inner: sw.SampledPD
+    inner: sw.controllers.SampledPD
     gain: float
 
     def start(self):

@@ -24,13 +24,13 @@ TRAIN = sw.Drive(
     J_m=J_M, J_l=J_L, N=N, B=B, law=sw.Parallel(sw.Cubic(K, ALPHA), sw.BoucWen(K_Z, 0.0, YIELD, n=2))
 ).train(
     kinematic_error=sw.KinematicError(tuple(sw.Line(*line) for line in LINES)),
-    control=sw.from_bandwidth(100.0, 1e-4, 0.7),
-    load_drag=sw.AngleTorque(GRAVITY),
-    motor_drag=sw.Coulomb(0.02, 1.0),
+    control=sw.train.from_bandwidth(100.0, 1e-4, 0.7),
+    load_drag=sw.train.AngleTorque(GRAVITY),
+    motor_drag=sw.laws.Coulomb(0.02, 1.0),
     omega=SPEED,
 )  # fmt: skip
-SAMPLING = sw.Sampling(PERIOD, DELAY, LIMIT, motor_quantum=QUANTUM)
-LOOP = sw.SampledPD(K_P, K_D, PERIOD, FILTER)
+SAMPLING = sw.controllers.Sampling(PERIOD, DELAY, LIMIT, motor_quantum=QUANTUM)
+LOOP = sw.controllers.SampledPD(K_P, K_D, PERIOD, FILTER)
 
 
 def error(a, derivative):

@@ -46,9 +46,9 @@ def test_a_line_without_an_angle_is_tracked():
 
 @pytest.mark.compiled
 def test_a_run_of_a_loop_is_monitored_in_one_line():
-    run = sw.run_loop(loop(PD, 20.0, SAMPLING), 6.0)
+    run = sw.numerics.run_loop(loop(PD, 20.0, SAMPLING), 6.0)
     found = sw.monitor(run.time, run.error, angle=20.0 * run.time)
-    steady = sw.loop_ensemble(
+    steady = sw.numerics.loop_ensemble(
         loop(PD, 20.0, SAMPLING), {}, 3.0 + 10.0 * np.pi / 10.0, settle=3.0, orders=[2]
     )  # ten turns
     assert found.amplitude[0, -1] == pytest.approx(steady.amplitude[0, 0], rel=5e-3)

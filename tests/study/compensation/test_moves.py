@@ -9,13 +9,13 @@ from strainwave.base.units import ARCSEC
 
 LINEAR = DRIVE._replace(law=sw.Linear(1e5), error=sw.KinematicError((sw.Line(2, 1e-9),)))
 MOVE = sw.Trapezoid(0.3, 0.4)
-IDEAL = sw.Sampling(PERIOD, 0.0)
+IDEAL = sw.controllers.Sampling(PERIOD, 0.0)
 
 
 @pytest.mark.compiled
 def test_samples_that_are_quick_give_the_continuous_loop():
-    quick = sw.Sampling(1e-5, 0.0)
-    own = sw.compensated_move(DRIVE, MOVE, ("loop",), sampling=quick, window=20.0 * ARCSEC)
+    quick = sw.controllers.Sampling(1e-5, 0.0)
+    own = sw.compensate_move(DRIVE, MOVE, ("loop",), sampling=quick, window=20.0 * ARCSEC)
     whole = sw.move(DRIVE, MOVE, window=20.0 * ARCSEC, tail=1.0)
     score = own.scores[0]
     assert score.settling_time == pytest.approx(whole.settling_time, rel=0.01)
@@ -26,7 +26,7 @@ def test_samples_that_are_quick_give_the_continuous_loop():
 @pytest.mark.compiled
 def test_shaping_leaves_a_linear_drive_at_rest():
     """After its end the shaped reference leaves a small share of the vibration that the plain one leaves."""
-    found = sw.compensated_move(LINEAR, MOVE, ("loop",), shaping=("ZV", "ZVD"), sampling=IDEAL, window=5.0 * ARCSEC)
+    found = sw.compensate_move(LINEAR, MOVE, ("loop",), shaping=("ZV", "ZVD"), sampling=IDEAL, window=5.0 * ARCSEC)
     plain, zv, zvd = found.scores
     assert zv.settling_time < 0.7 * plain.settling_time
     late = found.time > 0.4 + 0.3
@@ -37,8 +37,8 @@ def test_shaping_leaves_a_linear_drive_at_rest():
 
 @pytest.mark.compiled
 def test_the_inverse_helps_a_move_against_gravity():
-    heavy = DRIVE._replace(load=DRIVE.load._replace(drag=sw.AngleTorque(60.0)))
-    found = sw.compensated_move(heavy, MOVE, ("loop", "nonlinear-inverse"), sampling=SAMPLING)
+    heavy = DRIVE._replace(load=DRIVE.load._replace(drag=sw.train.AngleTorque(60.0)))
+    found = sw.compensate_move(heavy, MOVE, ("loop", "nonlinear-inverse"), sampling=SAMPLING)
     assert found.scores[1].rms < 0.4 * found.scores[0].rms
     assert "Compensated move of" in str(found)
     assert found.to_xarray()["error"].dims == ("controller", "time")
@@ -47,12 +47,12 @@ def test_the_inverse_helps_a_move_against_gravity():
 @pytest.mark.parametrize(
     ("call", "error", "sentence"),
     [
-        (lambda: sw.compensated_move(DRIVE, MOVE, ("adaptive",)), ValueError, "designed for one speed, or is none"),
-        (lambda: sw.compensated_move(DRIVE, sw.SCurve(0.3, 0.4)), ValueError, "acceleration is not constant"),
-        (lambda: sw.compensated_move(DRIVE, [MOVE] * 9), ValueError, "knots; a sampled loop takes up to 16"),
-        (lambda: sw.compensated_move(DRIVE, MOVE, ()), ValueError, "nothing to run"),
-        (lambda: sw.compensated_move(DRIVE, MOVE, window=0.0), ValueError, "window"),
-        (lambda: sw.compensated_move(DRIVE, MOVE, shaping=("EI",)), ValueError, "it must be 'ZV' or 'ZVD'"),
+        (lambda: sw.compensate_move(DRIVE, MOVE, ("adaptive",)), ValueError, "designed for one speed, or is none"),
+        (lambda: sw.compensate_move(DRIVE, sw.SCurve(0.3, 0.4)), ValueError, "acceleration is not constant"),
+        (lambda: sw.compensate_move(DRIVE, [MOVE] * 9), ValueError, "knots; a sampled loop takes up to 16"),
+        (lambda: sw.compensate_move(DRIVE, MOVE, ()), ValueError, "nothing to run"),
+        (lambda: sw.compensate_move(DRIVE, MOVE, window=0.0), ValueError, "window"),
+        (lambda: sw.compensate_move(DRIVE, MOVE, shaping=("EI",)), ValueError, "it must be 'ZV' or 'ZVD'"),
     ],
 )
 def test_what_cannot_be_moved_gets_a_sentence(call, error, sentence):

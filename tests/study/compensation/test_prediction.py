@@ -28,7 +28,7 @@ damping: {ratio: 2 %}
 speed: {from: 20 rad/s, to: 30 rad/s, shaft: motor}
 excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
 """
-QUICK = sw.Sampling(2e-5, 0.0)
+QUICK = sw.controllers.Sampling(2e-5, 0.0)
 
 
 def project():
@@ -42,7 +42,7 @@ def test_a_prediction_is_what_the_loop_does():
     for speed in (25.0, 40.0, 55.0):
         amplitudes, flag = table.at(speed)
         assert flag == ""
-        run = sw.loop_ensemble(
+        run = sw.numerics.loop_ensemble(
             bench.closed(bench.loop, speed), {}, 3.0 + 10.0 * np.pi / speed, settle=3.0, orders=[2, 4]
         )
         seen = run.amplitude[:, 0] * np.exp(1j * run.phase[:, 0])
@@ -51,9 +51,9 @@ def test_a_prediction_is_what_the_loop_does():
 
 @pytest.mark.compiled
 def test_a_table_over_speed_cancels_a_run_up():
-    sampling = sw.Sampling(2.5e-4, 2.5e-4)
+    sampling = sw.controllers.Sampling(2.5e-4, 2.5e-4)
     bench = bench_of(project(), sampling)
-    controller = sw.speed_table(project(), (22.0, 68.0), sampling=sampling)
+    controller = sw.study.speed_table(project(), (22.0, 68.0), sampling=sampling)
     plain, better = (_run(bench, c, (25.0, 65.0), 20.0) for c in (bench.loop, controller))
     assert better.rms(2.0) < 0.15 * plain.rms(2.0)
 
@@ -157,4 +157,4 @@ def test_what_has_no_prediction_gets_a_sentence():
     with pytest.raises(ValueError, match=r"speeds \[rad/s\]"):
         sw.prediction_table(project(), speeds=(50.0, 40.0))
     with pytest.raises(ValueError, match="no prediction at"):
-        sw.speed_table(project(), (30.0, 50.0), table=table)
+        sw.study.speed_table(project(), (30.0, 50.0), table=table)

@@ -8,7 +8,7 @@ from strainwave.study.design.averaged import Drives, balanced, impedance, larges
 
 GEAR = sw.catalogue.gear("CSG-40-50")
 LINE = sw.KinematicError((sw.Line(2, 1e-4),))
-CLASS = sw.accuracy_spectrum(GEAR.accuracy)
+CLASS = sw.gears.accuracy_spectrum(GEAR.accuracy)
 J_L = np.array([0.4, 1.3, 6.0])
 
 
@@ -18,14 +18,14 @@ def held(law=None, error=LINE, torque=0.0, speeds=(50.0, 300.0), zeta=0.03):
 
 
 def looped(drives, bandwidth=190.0):
-    loop = sw.PositionLoop(bandwidth**2, 1.4 * bandwidth)
+    loop = sw.train.PositionLoop(bandwidth**2, 1.4 * bandwidth)
     return drives._replace(loop=loop, gain=drives.J_m + drives.J_l / 2500.0)
 
 
 def train(drives, i):
     drive = sw.Drive(float(drives.J_m[i]), float(drives.J_l[i]), drives.N, float(drives.B[i]), drives.law)
     gain = np.broadcast_to(drives.gain, drives.J_l.shape)[i]
-    control = sw.Held() if drives.loop is None else sw.PositionLoop(*(float(gain * v) for v in drives.loop))
+    control = sw.train.Held() if drives.loop is None else sw.train.PositionLoop(*(float(gain * v) for v in drives.loop))
     return drive.train(
         load_torque=sw.Harmonics((sw.Harmonic(0.0, mean=-drives.torque),)), kinematic_error=drives.error,
         omega=drives.speeds[0], control=control,

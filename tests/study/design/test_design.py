@@ -19,7 +19,7 @@ SPEC = sw.Specification(
     damping_ratio=0.03,
     duty=(sw.DutySegment(60.0, 20.0 * RPM, 2.0), sw.DutySegment(30.0, 10.0 * RPM, 3.0)),
     life=10_000.0,
-    loop=sw.Tuning(60.0 * math.pi),
+    loop=sw.train.Tuning(60.0 * math.pi),
 )
 GEARS = [sw.catalogue.gear(name) for name in ("CSG-20-100", "CSG-25-50", "CSG-32-50", "CSG-40-50", "CSG-40-100")]
 
@@ -68,7 +68,7 @@ def test_the_front_is_not_beaten_and_is_by_harmonic_balance(found):
 
 
 def test_front_of_a_few_worked_by_hand():
-    c = sw.Candidate("A", 50, 40, 1.0, 1e-4, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, "averaging", 1.0, 0.5, "life")
+    c = sw.results.Candidate("A", 50, 40, 1.0, 1e-4, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, "averaging", 1.0, 0.5, "life")
     small, quiet, both = c._replace(size=20, oscillation=2.0), c._replace(oscillation=0.5), c._replace(oscillation=3.0)
     assert front([c, small, quiet, both]) == [quiet, small]
     assert front([c, c]) == [c]
@@ -121,7 +121,7 @@ def test_a_life_is_too_short():
 def test_an_estimate_without_an_upper_bound_has_its_lower_one():
     spec = sw.Specification(
         load_inertias=(0.9, 2.2), speeds=(1.0, 4.0), limit=45.0 * ARCSEC, motor_inertias=(1e-4,),
-        damping_ratio=0.025, loop=sw.Tuning(70.0 * math.pi, 0.8),
+        damping_ratio=0.025, loop=sw.train.Tuning(70.0 * math.pi, 0.8),
         duty=(sw.DutySegment(90.0, 20.0 * RPM, 0.8), sw.DutySegment(50.0, 35.0 * RPM, 1.2)),
     )  # fmt: skip
     said = sw.design(spec, gears=[sw.catalogue.gear("CSG-45-100")]).rejected["CSG-45-100"]

@@ -25,7 +25,7 @@ def test_a_train_with_friction_is_the_equation_written_by_hand():
     # round, so that |T| has its kink, and the motor starts from rest, so that the sign of its speed does too
     J_m, J_l, N, B, mu, width = 6e-4, 0.8, 50.0, 30.0, 0.2, 0.5
     K_p, K_d, mean, size = 40.0, 0.3, 10.0, 90.0
-    profile = sw.SpeedProfile((0.0, 0.1, 0.4), (0.0, 60.0, -20.0))
+    profile = sw.train.SpeedProfile((0.0, 0.1, 0.4), (0.0, 60.0, -20.0))
 
     def reference(t):
         if t <= 0.1:
@@ -49,8 +49,8 @@ def test_a_train_with_friction_is_the_equation_written_by_hand():
 
     drive = sw.Drive(J_m, J_l, N, B, SLOPES)
     train = drive.train(
-        control=sw.PositionLoop(K_p, K_d), load_torque=sw.Harmonic(size, 90, mean=mean), reference=profile,
-        friction=sw.LoadFriction(mu, width),
+        control=sw.train.PositionLoop(K_p, K_d), load_torque=sw.Harmonic(size, 90, mean=mean), reference=profile,
+        friction=sw.laws.LoadFriction(mu, width),
     )  # fmt: skip
     times = np.linspace(0.0, 0.4, 41)
     run = sw.drive_run(train, (0.0, 0.0, 0.0, 0.0), times, method=sw.Dopri5(rtol=1e-11, atol=1e-14))
@@ -73,7 +73,7 @@ def test_the_energies_of_a_run_give_the_efficiency(way):
     T, v = 60.0, 150.0
     load = T if way == "back_driving" else -T  # along the motion the load drives
     train = sw.Drive(1e-4, 0.5, 100.0, 20.0, sw.Linear(5e4)).train(
-        control=sw.Held(),
+        control=sw.train.Held(),
         load_torque=sw.Harmonic(0.0, mean=load),
         motor_drag=gear.drag,
         friction=gear.friction,
@@ -82,7 +82,7 @@ def test_the_energies_of_a_run_give_the_efficiency(way):
     run = sw.drive_run(train, None, 0.2)
     at_load, at_motor = run.work["load torque"][-1], run.work["control"][-1]
     ratio = -at_load / at_motor if way == "driving" else -at_motor / at_load
-    assert ratio == pytest.approx(getattr(sw.efficiency(train, T, v), way)[0, 0], rel=1e-9)
+    assert ratio == pytest.approx(getattr(sw.study.efficiency(train, T, v), way)[0, 0], rel=1e-9)
     assert run.imbalance < 1e-8
 
 
@@ -91,7 +91,7 @@ def test_friction_from_a_catalogue_gives_its_efficiency_and_its_running_torque(s
     # Schaeffler RT1-H-CS, ratio 100 (TPI 275): efficiency at rated torque and 2000 rpm, torques without load
     gear = sw.catalogue.gear(f"RT1-H-CS-{size}-100")
     train = sw.Drive(1e-4, 1.0, 100.0, 1.0, sw.Linear(1e4)).train(friction=gear.friction, motor_drag=gear.drag)
-    found = sw.efficiency(train, gear.rated_torque, 2000.0 * RPM)
+    found = sw.study.efficiency(train, gear.rated_torque, 2000.0 * RPM)
     assert found.driving[0, 0] == pytest.approx(gear.efficiency, abs=1e-4)
     assert float(gear.drag.torque(0.0, 2000.0 * RPM, ())) == pytest.approx(gear.running_torque, rel=1e-4)
     assert 0.05 < gear.friction.mu < 0.15
@@ -108,18 +108,18 @@ def test_the_back_driving_torque_that_follows_is_near_the_catalogues(size):
 def test_more_load_is_more_efficient_and_more_speed_less():
     gear = sw.catalogue.gear("RT1-H-CS-17-100")
     train = sw.Drive(1e-4, 1.0, 100.0, 1.0, sw.Linear(1e4)).train(friction=gear.friction, motor_drag=gear.drag)
-    found = sw.efficiency(train, [5.0, 15.0, 31.0], [50.0, 200.0])
+    found = sw.study.efficiency(train, [5.0, 15.0, 31.0], [50.0, 200.0])
     assert found.driving.shape == (2, 3)
     assert np.all(np.diff(found.driving, axis=1) > 0.0)
     assert np.all(np.diff(found.driving, axis=0) < 0.0)
     assert np.all(found.driving < 1.0 / (1.0 + gear.friction.mu))
-    light = sw.efficiency(train, 0.5 * found.back_driving_torque[0], 50.0)
+    light = sw.study.efficiency(train, 0.5 * found.back_driving_torque[0], 50.0)
     assert light.back_driving[0, 0] < 0.0
 
 
 def test_bad_numbers_get_a_sentence():
     with pytest.raises(ValueError, match=r"from 0 up to 1"):
-        sw.Drive(1e-4, 1.0, 100.0, 1.0, sw.Linear(1e4)).train(friction=sw.LoadFriction(1.2))
+        sw.Drive(1e-4, 1.0, 100.0, 1.0, sw.Linear(1e4)).train(friction=sw.laws.LoadFriction(1.2))
     with pytest.raises(ValueError, match="running torque alone loses more"):
         sw.gears.load_friction(0.9, 10.0, 100.0, 0.05)
     with pytest.raises(ValueError, match=r"at most 1, 77 % is 0\.77"):
@@ -130,6 +130,8 @@ def test_bad_numbers_get_a_sentence():
         sw.gears.no_load_drag(0.02, 0.05)
     train = sw.Drive(1e-4, 1.0, 100.0, 1.0, sw.Linear(1e4)).train()
     with pytest.raises(ValueError, match=r"torque \[N\*m\]"):
-        sw.efficiency(train, -1.0, 10.0)
+        sw.study.efficiency(train, -1.0, 10.0)
     with pytest.raises(TypeError, match="function of the speed"):
-        sw.efficiency(train._replace(motor=train.motor._replace(drag=sw.LuGre(1.0, 0.1, 0.1, 1.0, 1.5, 0.1))), 1.0, 1.0)
+        sw.study.efficiency(
+            train._replace(motor=train.motor._replace(drag=sw.laws.LuGre(1.0, 0.1, 0.1, 1.0, 1.5, 0.1))), 1.0, 1.0
+        )

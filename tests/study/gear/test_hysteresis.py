@@ -64,11 +64,11 @@ def test_spring_has_no_hysteresis_and_twice_its_torsion():
     loop = sw.hysteresis_loop(CSF_40_50, RATED)
     assert abs(loop.loss) < 1e-12
     assert loop.span == pytest.approx(2.0 * (54.0 / 1e5 + (178.0 - 54.0) / 1.4e5), rel=1e-9)  # the vendor's formula
-    assert sw.lost_motion(CSF_40_50, RATED) == pytest.approx(0.08 * RATED / 1e5, rel=1e-9)
+    assert sw.study.lost_motion(CSF_40_50, RATED) == pytest.approx(0.08 * RATED / 1e5, rel=1e-9)
 
 
 def test_dry_friction_widens_the_loop_by_twice_its_torque_over_the_stiffness():
-    law = sw.Parallel(sw.Linear(1e5), sw.Coulomb(5.0, 1e-9))
+    law = sw.Parallel(sw.Linear(1e5), sw.laws.Coulomb(5.0, 1e-9))
     loop = sw.hysteresis_loop(law, RATED, speed=1e-4)
     assert loop.loss == pytest.approx(2.0 * 5.0 / 1e5, rel=1e-6)
     assert loop.energy == pytest.approx(2.0 * 5.0 * loop.span, rel=1e-2)  # the span is shorter by the reversal
@@ -84,7 +84,7 @@ def test_law_that_does_not_carry_the_torque_is_refused():
 SLIDING = {
     "BoucWen": sw.BoucWen(1.0, 0.0, 0.4),
     "BoucWen, sharp": sw.BoucWen(1.0, 0.0, 0.4, n=20),
-    "LuGre": sw.LuGre(3.0, 0.1, 0.1, 0.3, 0.4, 0.3),
+    "LuGre": sw.laws.LuGre(3.0, 0.1, 0.1, 0.3, 0.4, 0.3),
 }
 
 
@@ -158,14 +158,14 @@ def test_a_law_too_rough_to_integrate_along_is_given_up(monkeypatch):
         ),
         (lambda: sw.hysteresis_loop(sw.Linear(-1.0), 1.0), ValueError, "Linear carries at most 0 N"),
         (lambda: sw.hysteresis_loop(sw.Polynomial((5.0, 1.0)), 1.0), ValueError, "carries 5 N.m before it is twisted"),
-        (lambda: sw.lost_motion(CSF_40_50, None), ValueError, r"rated_torque \[N\*m\] is None"),
+        (lambda: sw.study.lost_motion(CSF_40_50, None), ValueError, r"rated_torque \[N\*m\] is None"),
         (
-            lambda: sw.fit_hysteresis(sw.Linear(1e5), ARCMIN, ARCMIN, rated_torque=RATED),
+            lambda: sw.fit.fit_hysteresis(sw.Linear(1e5), ARCMIN, ARCMIN, rated_torque=RATED),
             TypeError,
             r"the spring is Linear\(K=100000.0\); it must be the datasheet's PiecewiseLinear",
         ),
         (
-            lambda: sw.fit_hysteresis(CSF_40_50._replace(T1=None), ARCMIN, ARCMIN, rated_torque=RATED),
+            lambda: sw.fit.fit_hysteresis(CSF_40_50._replace(T1=None), ARCMIN, ARCMIN, rated_torque=RATED),
             TypeError,
             "PiecewiseLinear.T1 must be a number, not None",
         ),
@@ -180,9 +180,9 @@ def test_what_cannot_be_twisted_is_refused_in_one_sentence(call, error, sentence
 @pytest.mark.slow
 @pytest.mark.parametrize(("loss", "motion"), [(0.5, 0.3), (0.2, 0.3)])
 def test_fit_meets_hysteresis_loss_and_lost_motion(loss, motion):
-    fit = sw.fit_hysteresis(CSF_40_50, loss * ARCMIN, motion * ARCMIN, rated_torque=RATED)
+    fit = sw.fit.fit_hysteresis(CSF_40_50, loss * ARCMIN, motion * ARCMIN, rated_torque=RATED)
     assert sw.hysteresis_loop(fit.law, RATED).loss == pytest.approx(loss * ARCMIN, rel=1e-4)
-    assert sw.lost_motion(fit.law, RATED) == pytest.approx(motion * ARCMIN, rel=1e-4)
+    assert sw.study.lost_motion(fit.law, RATED) == pytest.approx(motion * ARCMIN, rel=1e-4)
     assert max(abs(off) for off in fit.misfit.values()) < 0.05
     assert fit.law.first == CSF_40_50
 
@@ -230,7 +230,7 @@ def catalogue_hysteresis():
 def test_the_hysteresis_loss_of_every_gear_of_the_catalogue_is_met():
     """Definition: width of the loop at no torque after rated torque (CHA manual, "hysteresis loss"); 1 or 3 arcmin."""
     for law, loss, torque, limit in catalogue_hysteresis():
-        fit = sw.fit_hysteresis(law, loss, rated_torque=torque)
+        fit = sw.fit.fit_hysteresis(law, loss, rated_torque=torque)
         assert fit.law.first == law
         assert measured(fit.law, torque)[0] == pytest.approx(loss, rel=1e-4)
         motion = measured(fit.law, 0.04 * torque)[1]
@@ -240,7 +240,7 @@ def test_the_hysteresis_loss_of_every_gear_of_the_catalogue_is_met():
 
 def test_the_loss_of_shg_25_100_is_met_whatever_its_lost_motion_is():
     gear = sw.catalogue.gear("SHG-25-100")
-    fit = sw.fit_hysteresis(gear.law, gear.hysteresis_loss, rated_torque=gear.rated_torque)
+    fit = sw.fit.fit_hysteresis(gear.law, gear.hysteresis_loss, rated_torque=gear.rated_torque)
     assert measured(fit.law, gear.rated_torque)[0] == pytest.approx(ARCMIN, rel=1e-4)
     assert "lost motion" not in fit.misfit
     # as gradual an element as K 4.5e4 N*m/rad, yield .1 mrad, whose loop is nearly that wide
@@ -256,7 +256,7 @@ def test_the_loss_of_shg_25_100_is_met_whatever_its_lost_motion_is():
 def test_the_loss_of_shg_25_100_is_met_with_every_lost_motion_that_the_spring_lets(motion):
     # 0.08 * 87 N*m / 3.1e4 N*m/rad = 0.77 arcmin is the lost motion of the spring alone
     gear = sw.catalogue.gear("SHG-25-100")
-    fit = sw.fit_hysteresis(gear.law, gear.hysteresis_loss, motion * ARCMIN, rated_torque=gear.rated_torque)
+    fit = sw.fit.fit_hysteresis(gear.law, gear.hysteresis_loss, motion * ARCMIN, rated_torque=gear.rated_torque)
     assert measured(fit.law, gear.rated_torque)[0] == pytest.approx(ARCMIN, rel=1e-3)
     assert measured(fit.law, 0.04 * gear.rated_torque)[1] == pytest.approx(motion * ARCMIN, rel=1e-3)
     assert abs(fit.misfit[f"torsion at {gear.T1:g} N*m"]) > 0.05  # the corner is rounded, and that is told
@@ -268,7 +268,7 @@ def test_the_loss_of_shg_25_100_is_met_with_every_lost_motion_that_the_spring_le
 def test_a_lost_motion_beyond_that_of_the_spring_takes_a_gap(name):
     gear = sw.catalogue.gear(name)
     torque = gear.rated_torque or gear.T2
-    fit = sw.fit_hysteresis(gear.law, gear.hysteresis_loss, gear.lost_motion, rated_torque=torque)
+    fit = sw.fit.fit_hysteresis(gear.law, gear.hysteresis_loss, gear.lost_motion, rated_torque=torque)
     assert isinstance(fit.law.first, sw.Play)
     assert fit.law.first.law == gear.law
     assert measured(fit.law, torque)[0] == pytest.approx(gear.hysteresis_loss, rel=1e-3)
@@ -279,4 +279,4 @@ def test_a_lost_motion_beyond_that_of_the_spring_takes_a_gap(name):
 def test_datasheet_that_cannot_be_met_is_refused_with_its_misfit():
     # 0.49 arcmin is the lost motion of the spring alone, and a gap adds no more than the hysteresis loss
     with pytest.raises(sw.SolveError, match=r"lost motion is off by -.* %; the spring alone has a lost motion of"):
-        sw.fit_hysteresis(CSF_40_50, 0.3 * ARCMIN, 2.0 * ARCMIN, rated_torque=RATED)
+        sw.fit.fit_hysteresis(CSF_40_50, 0.3 * ARCMIN, 2.0 * ARCMIN, rated_torque=RATED)

@@ -11,15 +11,17 @@ import strainwave as sw
 
 
 def drive(depth, ratio=0.0, law=sw.Linear(1.0), orders=(1,), torque=sw.Harmonic(0.0)):  # noqa: B008
-    ripples = tuple(sw.Ripple(order, depth) for order in orders)
-    return sw.VaryingOscillator(1.0, sw.GearDamping(2.0 * ratio), law, torque, 1.0, sw.NoError(), sw.Variation(ripples))
+    ripples = tuple(sw.gears.Ripple(order, depth) for order in orders)
+    return sw.gears.VaryingOscillator(
+        1.0, sw.gears.GearDamping(2.0 * ratio), law, torque, 1.0, sw.NoError(), sw.gears.Variation(ripples)
+    )
 
 
 @pytest.mark.compiled
 def test_edges_of_the_tongues_are_the_characteristic_values_of_mathieus_equation():
     # With tau = omega t/2: a = 4/omega^2 and q = 2 k/omega^2 in x'' + (a - 2 q cos 2 tau) x = 0 (DLMF 28.2).
     depth = 0.4
-    found = sw.parametric_resonances(drive(depth), (0.6, 2.5))
+    found = sw.study.parametric_resonances(drive(depth), (0.6, 2.5))
     assert [r.m for r in found] == [3, 2, 1]
     for r in found:
         edges = [4.0 / w**2 for w in (r.low, r.high)]
@@ -35,8 +37,8 @@ def test_edges_of_the_tongues_are_the_characteristic_values_of_mathieus_equation
 def test_the_closed_form_of_the_tongue_is_right_to_second_order_in_the_depth():
     wrong = []
     for depth in (0.2, 0.1, 0.05):
-        (found,) = sw.parametric_resonances(drive(depth, 0.005), (1.8, 2.2))
-        form = sw.parametric_tongue(1.0, 0.01, depth)
+        (found,) = sw.study.parametric_resonances(drive(depth, 0.005), (1.8, 2.2))
+        form = sw.theory.parametric_tongue(1.0, 0.01, depth)
         wrong.append([abs(found.low - form.low), abs(found.high - form.high)])
         assert found.growth == pytest.approx(form.growth, rel=depth**2)
     slope = np.log2(np.array(wrong[:-1]) / np.array(wrong[1:]))
@@ -44,18 +46,18 @@ def test_the_closed_form_of_the_tongue_is_right_to_second_order_in_the_depth():
 
 
 def test_near_the_tip_the_edges_are_two_omega_0_plus_minus_the_root():
-    form = sw.parametric_tongue(1.0, 0.01, 0.03)
+    form = sw.theory.parametric_tongue(1.0, 0.01, 0.03)
     root = math.sqrt((0.5 * 0.03) ** 2 - 0.01**2)
     assert form.low == pytest.approx(2.0 - root, abs=2e-4)
     assert form.high == pytest.approx(2.0 + root, abs=2e-4)
     assert form.threshold == pytest.approx(4 * 0.005, rel=1e-4)
-    assert math.isnan(sw.parametric_tongue(1.0, 0.01, 0.0199).low)
+    assert math.isnan(sw.theory.parametric_tongue(1.0, 0.01, 0.0199).low)
 
 
 @pytest.mark.parametrize(("share", "unstable"), [(0.99, False), (1.01, True)])
 def test_the_threshold_in_the_depth_divides_decay_from_growth(share, unstable):
-    depth = share * sw.parametric_tongue(1.0, 0.02, 0.0).threshold
-    (found,) = sw.parametric_resonances(drive(depth, 0.01), (1.8, 2.2))
+    depth = share * sw.theory.parametric_tongue(1.0, 0.02, 0.0).threshold
+    (found,) = sw.study.parametric_resonances(drive(depth, 0.01), (1.8, 2.2))
     assert found.unstable is unstable
     assert (found.growth > 0.0) is unstable
     assert math.isnan(found.low) is not unstable
@@ -65,7 +67,7 @@ def test_the_threshold_in_the_depth_divides_decay_from_growth(share, unstable):
 @pytest.mark.parametrize("m", [1, 2])
 def test_the_damping_needed_divides_too(m):
     def at(ratio):
-        return next(r for r in sw.parametric_resonances(drive(0.3, ratio), (0.8, 2.2)) if r.m == m)
+        return next(r for r in sw.study.parametric_resonances(drive(0.3, ratio), (0.8, 2.2)) if r.m == m)
 
     needed = at(0.001).damping_needed
     assert at(0.995 * needed).unstable
@@ -74,7 +76,7 @@ def test_the_damping_needed_divides_too(m):
 
 def test_motions_grow_at_the_rate_given():
     system = drive(0.3, 0.02)
-    (found,) = sw.parametric_resonances(system, (1.8, 2.2))
+    (found,) = sw.study.parametric_resonances(system, (1.8, 2.2))
     turns, period = 20, 4.0 * math.pi / found.omega
     motion = solve_ivp(
         lambda t, y: system.rhs(found.omega * t, y), (0.0, turns * period), (1e-3, 0.0), "DOP853",
@@ -86,18 +88,18 @@ def test_motions_grow_at_the_rate_given():
 
 @pytest.mark.compiled
 def test_two_lines_of_the_stiffness_meet_in_their_sum():
-    found = sw.parametric_resonances(drive(0.2, 0.0001, orders=(2, 5)), (2 / 7.3, 2 / 6.7))
+    found = sw.study.parametric_resonances(drive(0.2, 0.0001, orders=(2, 5)), (2 / 7.3, 2 / 6.7))
     assert [r.m for r in found] == [7]
     assert found[0].cause == "orders 5 + 2 of the stiffness meet 2 omega_0"
     assert found[0].unstable
-    alone = sw.parametric_resonances(drive(0.2, 0.0001, orders=(5,)), (2 / 7.3, 2 / 6.7))
+    alone = sw.study.parametric_resonances(drive(0.2, 0.0001, orders=(5,)), (2 / 7.3, 2 / 6.7))
     assert alone == []
 
 
 def test_a_mean_torque_moves_the_resonance_with_the_stiffness_at_its_operating_point():
     law = sw.Cubic(1.0, 0.1)
     loaded = drive(0.05, 0.001, law, torque=sw.Harmonic(0.0, mean=1.5))
-    (found,) = sw.parametric_resonances(loaded, (1.5, 3.0))[-1:]
+    (found,) = sw.study.parametric_resonances(loaded, (1.5, 3.0))[-1:]
     ratio = sw.small_signal(law, 1.5).frequency_ratio
     assert ratio > 1.1
     assert found.omega == pytest.approx(2.0 * ratio, rel=1e-3)
@@ -106,7 +108,7 @@ def test_a_mean_torque_moves_the_resonance_with_the_stiffness_at_its_operating_p
 @pytest.mark.compiled
 def test_on_a_forced_orbit_the_doublings_are_the_edges_of_the_tongue():
     system = drive(0.1, 0.01, sw.Cubic(1.0, 0.1), torque=sw.Harmonic(1e-3))
-    (found,) = sw.parametric_resonances(system, (1.8, 2.2))
+    (found,) = sw.study.parametric_resonances(system, (1.8, 2.2))
     curve = sw.frequency_response(system, (1.8, 2.2), points=60)
     assert sorted(o.omega for o in curve.doublings) == pytest.approx([found.low, found.high], rel=1e-5)
 
@@ -114,7 +116,7 @@ def test_on_a_forced_orbit_the_doublings_are_the_edges_of_the_tongue():
 @pytest.mark.compiled
 def test_with_even_orders_the_edges_are_branch_points_of_the_forced_orbit():
     system = drive(0.1, 0.01, sw.Cubic(1.0, 0.1), orders=(2,), torque=sw.Harmonic(1e-3, order=2))
-    (found,) = sw.parametric_resonances(system, (0.9, 1.1))
+    (found,) = sw.study.parametric_resonances(system, (0.9, 1.1))
     assert found.turns == 1
     curve = sw.frequency_response(system, (0.9, 1.1), points=60)
     assert curve.doublings == []
@@ -134,8 +136,8 @@ def test_the_steady_motion_has_twice_the_period_and_the_amplitude_of_the_average
     assert orbit.status
     assert orbit.stable
     assert orbit.amplitude(1) == pytest.approx(a, rel=0.5 * depth)
-    branch = sw.parameter_response(system, "omega", (1.8, 2.4), start=orbit, points=60)
-    (found,) = sw.parametric_resonances(system, (1.8, 2.2))
+    branch = sw.numerics.parameter_response(system, "omega", (1.8, 2.4), start=orbit, points=60)
+    (found,) = sw.study.parametric_resonances(system, (1.8, 2.2))
     assert np.min(branch.values) == pytest.approx(found.low, abs=1e-5)  # there it leaves the rest
 
 
@@ -144,7 +146,7 @@ def test_from_a_doubling_of_the_forced_orbit_the_branch_is_that_of_the_steady_mo
     system = drive(0.1, 0.01, sw.Cubic(1.0, 0.1), torque=sw.Harmonic(0.01))
     curve = sw.frequency_response(system, (1.8, 2.2), points=60)
     assert len(curve.doublings) == 2
-    first, second = (sw.switch_branch(system, o, (1.8, 2.2), points=60) for o in curve.doublings)
+    first, second = (sw.numerics.switch_branch(system, o, (1.8, 2.2), points=60) for o in curve.doublings)
     assert first.period == 2
     assert np.all(first.stable[1:])  # born at the lower edge, with the law hardening: over the tongue and beyond
     assert not np.any(second.stable)
@@ -160,7 +162,7 @@ def test_a_branch_cannot_leave_rest_itself():
     rest = sw.frequency_response(system, (1.8, 2.2), points=40)
     assert len(rest.doublings) == 2
     with pytest.raises(ValueError, match="rest itself, which has no size to step by"):
-        sw.switch_branch(system, rest.doublings[0])
+        sw.numerics.switch_branch(system, rest.doublings[0])
 
 
 def test_motions_from_near_rest_settle_on_that_orbit():
@@ -173,21 +175,21 @@ def test_motions_from_near_rest_settle_on_that_orbit():
 
 
 def test_a_constant_stiffness_has_none():
-    assert sw.parametric_resonances(drive(0.1)._replace(variation=sw.NoVariation()), (0.1, 5.0)) == []
+    assert sw.study.parametric_resonances(drive(0.1)._replace(variation=sw.gears.NoVariation()), (0.1, 5.0)) == []
 
 
 def test_what_cannot_be_asked_is_refused_in_one_sentence():
     plain = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
     with pytest.raises(TypeError, match="Oscillator has no damping"):
-        sw.parametric_resonances(plain, (0.1, 1.0))
+        sw.study.parametric_resonances(plain, (0.1, 1.0))
     with pytest.raises(ValueError, match="must be 0 < low < high"):
-        sw.parametric_resonances(drive(0.1), (0.0, 1.0))
+        sw.study.parametric_resonances(drive(0.1), (0.0, 1.0))
     with pytest.raises(ValueError, match="it takes a positive one"):
-        sw.parametric_resonances(drive(0.1, law=sw.Backlash(1.0, 0.5)), (0.1, 1.0))
+        sw.study.parametric_resonances(drive(0.1, law=sw.Backlash(1.0, 0.5)), (0.1, 1.0))
     with pytest.raises(ValueError, match="hold for light damping"):
-        sw.parametric_tongue(1.0, 1.5, 0.1)
+        sw.theory.parametric_tongue(1.0, 1.5, 0.1)
     with pytest.raises(ValueError, match="0 <= depth < 1"):
-        sw.parametric_tongue(1.0, 0.1, 1.0)
+        sw.theory.parametric_tongue(1.0, 0.1, 1.0)
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5])
@@ -195,7 +197,7 @@ def test_heavy_damping_only_takes_its_share_from_the_growth(ratio):
     # x = exp(-ratio t) z makes of 1 and the damping ratio an undamped drive of 1 - ratio^2, in which k weighs more
     free = math.sqrt(1.0 - ratio**2)
     systems = drive(0.3, ratio), drive(0.3 / free**2, law=sw.Linear(free**2))
-    found, other = ({r.m: r for r in sw.parametric_resonances(system, (0.2, 3.0))} for system in systems)
+    found, other = ({r.m: r for r in sw.study.parametric_resonances(system, (0.2, 3.0))} for system in systems)
     assert found.keys() == other.keys() == {1, 2, 3, 4}
     for m, resonance in found.items():
         assert resonance.omega == pytest.approx(other[m].omega, rel=1e-6)
@@ -207,14 +209,14 @@ def test_heavy_damping_only_takes_its_share_from_the_growth(ratio):
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.98, 0.99, 1e3])
 def test_a_drive_at_the_edge_of_vibrating_gives_finite_numbers_or_none(ratio):
-    found = sw.parametric_resonances(drive(0.3, ratio, orders=(1, 24)), (0.01, 10.0))
+    found = sw.study.parametric_resonances(drive(0.3, ratio, orders=(1, 24)), (0.01, 10.0))
     assert bool(found) == (ratio < 0.99)
     assert all(math.isfinite(r.growth) and r.growth < 0.0 and not r.unstable for r in found)
 
 
 @pytest.mark.parametrize("scale", [1e-57, 1e57])
 def test_the_closed_form_of_the_tongue_scales_with_the_frequency(scale):
-    one, other = sw.parametric_tongue(1.0, 0.01, 0.1), sw.parametric_tongue(scale, 0.01 * scale, 0.1)
+    one, other = sw.theory.parametric_tongue(1.0, 0.01, 0.1), sw.theory.parametric_tongue(scale, 0.01 * scale, 0.1)
     assert (other.low, other.high, other.growth) == pytest.approx(
         (scale * one.low, scale * one.high, scale * one.growth), rel=1e-12
     )
@@ -223,11 +225,11 @@ def test_the_closed_form_of_the_tongue_scales_with_the_frequency(scale):
 
 def test_a_tongue_of_a_high_order_is_that_of_the_first_order_at_a_slower_turn():
     def tongue(order):
-        ripples = sw.Variation((sw.Ripple(order, 0.3),))
-        system = sw.VaryingOscillator(
-            2.0, sw.GearDamping(5.0), sw.Linear(8e4), sw.Harmonic(0.0), 100.0, variation=ripples
+        ripples = sw.gears.Variation((sw.gears.Ripple(order, 0.3),))
+        system = sw.gears.VaryingOscillator(
+            2.0, sw.gears.GearDamping(5.0), sw.Linear(8e4), sw.Harmonic(0.0), 100.0, variation=ripples
         )
-        (found,) = (r for r in sw.parametric_resonances(system, (300.0 / order, 600.0 / order)) if r.m == order)
+        (found,) = (r for r in sw.study.parametric_resonances(system, (300.0 / order, 600.0 / order)) if r.m == order)
         return order * np.array([found.low, found.omega, found.high])
 
     assert tongue(24) == pytest.approx(tongue(1), rel=1e-7)

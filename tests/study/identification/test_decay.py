@@ -68,7 +68,7 @@ CASES = {
     "backlash": (gap, smooth, 1.0, 0.01, 3.0, 40, sw.Backlash(1.3, 0.15),
                  {"B": 0.01, "law.K": 1.0, "law.half_gap": 0.2}),
     "dry friction": (lambda x: x + 0.1 * x**3, dry, 1.0, 0.01, 1.5, 40,
-                     sw.Parallel(sw.Cubic(1.2, 0.07), sw.Coulomb(0.01, 1e-3)),
+                     sw.Parallel(sw.Cubic(1.2, 0.07), sw.laws.Coulomb(0.01, 1e-3)),
                      {"B": 0.01, "law.first.K": 1.0, "law.first.alpha": 0.1, "law.second.T_c": 0.005}),
 }  # fmt: skip
 
@@ -120,7 +120,7 @@ def test_deviations_of_the_windows_are_their_scatter():
 @pytest.mark.parametrize("law", [sw.Cubic(2.0, 0.3), sw.Cubic(2.0, -0.1), sw.Polynomial((0.0, 1.0, 0.2, 0.1))])
 def test_undamped_vibrations_are_those_of_harmonic_balance(law):
     found = vibrations(system(law), np.array([0.3, 0.8, 1.2]))
-    balanced = sw.backbone(system(law), np.abs(found.coefficients[1]))
+    balanced = sw.numerics.backbone(system(law), np.abs(found.coefficients[1]))
     assert found.omega == pytest.approx(balanced.omega, rel=1e-9)
     assert found.coefficients[2] == pytest.approx(balanced.coefficients[:, 3], abs=1e-9)
 

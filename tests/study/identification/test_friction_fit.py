@@ -108,7 +108,7 @@ def test_the_stiffness_of_the_bristles_comes_from_a_presliding_loop(share):
     angle, pull = presliding_loop(sigma_0, 0.09, share * 0.09 / sigma_0)
     pull = pull + noise(5, 2e-4, len(pull))
     fit = sw.fit_friction(SPEED, torque(offset=0.0) + noise(6, 2e-4), LOAD, presliding=(angle, pull))
-    assert isinstance(fit.law, sw.LuGre)
+    assert isinstance(fit.law, sw.laws.LuGre)
     assert fit.law.sigma_0 == pytest.approx(sigma_0, rel=0.02)
     assert fit.law.T_s == pytest.approx(0.09, rel=0.02)
     assert fit.law.sigma_2 == fit.value("B") == fit.value("second.sigma_2")
@@ -189,7 +189,7 @@ def test_a_fan_is_told_from_viscous_and_stribeck_friction(seed):
     for name, value in (("T_c", 0.06), ("B", 3e-4), ("D", 4e-6)):
         low, high = fit.interval(name, 0.999)
         assert low <= value <= high
-    assert fit.law.second == sw.QuadraticDamping(fit.value("D"))
+    assert fit.law.second == sw.laws.QuadraticDamping(fit.value("D"))
     assert not fit.lack_of_fit.found
 
 

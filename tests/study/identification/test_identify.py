@@ -15,7 +15,9 @@ from strainwave.study.identification.windows import LeastSquares, Window
 
 RATE = 200.0
 J, B, K, ALPHA, D = 2.0e-4, 4.0e-3, 1.0, 0.6, 3e-5  # a resonance at 11.3 Hz, damping .14
-GUESS = sw.Oscillator(1.5e-4, 8e-3, sw.Parallel(sw.Cubic(0.8, 0.0), sw.QuadraticDamping(0.0)), sw.Harmonic(0.0), 1.0)
+GUESS = sw.Oscillator(
+    1.5e-4, 8e-3, sw.Parallel(sw.Cubic(0.8, 0.0), sw.laws.QuadraticDamping(0.0)), sw.Harmonic(0.0), 1.0
+)
 FREE = ("J", "B", "law.first.K", "law.first.alpha")
 compiled = pytest.mark.compiled
 
@@ -194,7 +196,7 @@ def test_a_gear_between_a_measured_motor_and_a_measured_load():
 
     x = solve_ivp(rhs, (0.0, t[-1]), (0.0, 0.0), "DOP853", t, rtol=1e-10, atol=1e-14, max_step=1.0 / rate).y[0]
     guess = drive._replace(law=sw.Cubic(6e3, 0.0), B=10.0).train(
-        control=sw.Held(), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4, 0.3),)), omega=1.0
+        control=sw.train.Held(), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4, 0.3),)), omega=1.0
     )
     free = ("law.K", "law.alpha", "B", "error.lines.0.amplitude", "error.lines.0.phase")
     log = {"time": t, "motor_angle": angle, "x": x}
@@ -243,7 +245,7 @@ def test_lanes_run_as_one_by_one():
     others = [
         system,
         system._replace(B=1e-2),
-        system._replace(law=sw.Parallel(sw.Cubic(1.1, 0.2), sw.QuadraticDamping(1e-5))),
+        system._replace(law=sw.Parallel(sw.Cubic(1.1, 0.2), sw.laws.QuadraticDamping(1e-5))),
     ]
     p = pieces(np.sin(np.arange(20.0)), 4, "band-limited")[None]
     starts = np.array([[0.1, 0.2, 0.3], [1.0, 0.0, -1.0]])
@@ -267,7 +269,7 @@ def test_a_missing_term_is_flagged_and_laws_are_told_apart_by_what_they_predict(
     cubic = GUESS._replace(law=sw.Cubic(0.8, 0.1))
     found = sw.identify(cubic, log, ("J", "B", "law.K", "law.alpha"))
     assert "|v| v" in found.discrepancy.flagged
-    table = sw.compare_laws(
+    table = sw.fit.compare_laws(
         {"cubic": (cubic, ("J", "B", "law.K", "law.alpha")), "churning": (GUESS, (*FREE, "law.second.D"))}, log
     )
     assert table.names[0] == "churning"

@@ -21,7 +21,7 @@ def test_a_loop_without_noise_gives_its_law_back():
         assert fit.value(name) == pytest.approx(value, rel=2e-4)
     assert fit.value("K") == pytest.approx(ELEMENT[0], rel=2e-3)
     assert fit.value("yield_twist") == pytest.approx(ELEMENT[1], rel=2e-3)
-    assert fit.lost_motion == pytest.approx(sw.lost_motion(LAW, 87.0), rel=1e-3)
+    assert fit.lost_motion == pytest.approx(sw.study.lost_motion(LAW, 87.0), rel=1e-3)
     assert fit.hysteresis_loss == pytest.approx(sw.hysteresis_loop(LAW, 87.0).loss, rel=1e-3)
 
 

@@ -64,14 +64,14 @@ def noise(rng, count, size):
 def test_parameters_of_a_clean_curve_are_found(kind):
     omega, c = duffing()
     options = {"phase": np.angle(c)} if kind == "phase" else {}
-    found = sw.fit_response(omega, c if kind == "complex" else np.abs(c), GUESS, free=FREE, harmonics=9, **options)
+    found = sw.fit.fit_response(omega, c if kind == "complex" else np.abs(c), GUESS, free=FREE, harmonics=9, **options)
     assert found.values == pytest.approx([*TRUE.values()], rel=1e-6)
     assert np.all(found.solved)
 
 
 def test_a_curve_of_another_integrator_gives_the_parameters():
     omega, c = integrated()
-    found = sw.fit_response(omega, c, GUESS, free=FREE, harmonics=7)
+    found = sw.fit.fit_response(omega, c, GUESS, free=FREE, harmonics=7)
     assert found.values == pytest.approx([*TRUE.values()], rel=3e-3)
     folds = [1.2696019555, 1.1157002518]  # of frequency_response with 9 harmonics
     assert np.abs(found.folds - folds) == pytest.approx(0.0, abs=3e-3)
@@ -97,7 +97,7 @@ def test_a_curve_of_another_integrator_gives_the_parameters():
 )  # fmt: skip
 def test_other_laws_and_excitations(system, guess, free, low, high):
     omega, c = reached(system, low, high, 20)
-    found = sw.fit_response(omega, c, guess, free=free, harmonics=9)
+    found = sw.fit.fit_response(omega, c, guess, free=free, harmonics=9)
     values = {path: value for path, value, _ in parameters(system)}
     assert found.values == pytest.approx([values[path] for path in free], rel=2e-4)
 
@@ -115,7 +115,7 @@ def test_jumps_are_found_where_they_are():
 
 def test_intervals_and_folds_of_a_noisy_curve():
     omega, c = duffing()
-    found = sw.fit_response(omega, c + noise(np.random.default_rng(2), len(c), 0.02), GUESS, free=FREE)
+    found = sw.fit.fit_response(omega, c + noise(np.random.default_rng(2), len(c), 0.02), GUESS, free=FREE)
     for path, value in TRUE.items():
         low, high = found.interval(path, 0.999)
         assert low < value < high
@@ -129,9 +129,9 @@ def test_a_missing_term_colours_the_residual():
     omega, c = duffing()
     rng = np.random.default_rng(3)
     linear = GUESS._replace(law=sw.Cubic(1.0, 0.1))
-    right = sw.fit_response(omega, c + noise(rng, len(c), 0.01), linear, free=("B", "law.K", "law.alpha"))
+    right = sw.fit.fit_response(omega, c + noise(rng, len(c), 0.01), linear, free=("B", "law.K", "law.alpha"))
     below = omega < 1.05
-    wrong = sw.fit_response(
+    wrong = sw.fit.fit_response(
         omega[below],
         c[below] + noise(rng, int(below.sum()), 0.01),
         GUESS._replace(law=sw.Linear(1.2)),
@@ -145,7 +145,7 @@ def test_only_ratios_to_the_force_are_told():
     omega, c = duffing()
     said = r"the data tell J, B, law\.K and excitation\.amplitude up to a common factor only"
     with pytest.raises(ValueError, match=said):
-        sw.fit_response(omega, c, GUESS, free=("J", *FREE))
+        sw.fit.fit_response(omega, c, GUESS, free=("J", *FREE))
 
 
 def test_bad_input_is_one_sentence():
@@ -164,7 +164,7 @@ def test_bad_input_is_one_sentence():
         ("away from the measured curve", sw.SolveError, (omega, np.roll(c, 9), GUESS), {}),
     ):
         with pytest.raises(error, match=said) as caught:
-            sw.fit_response(*arguments, **{"free": FREE, **options})
+            sw.fit.fit_response(*arguments, **{"free": FREE, **options})
         assert "\n" not in str(caught.value)
 
 
@@ -180,7 +180,7 @@ def test_intervals_cover(quantised):
         y = c + noise(rng, len(c), 0.02)
         if quantised:
             y = 0.06 * (np.round(y.real / 0.06) + 1j * np.round(y.imag / 0.06))
-        found = sw.fit_response(omega, y, GUESS, free=FREE, harmonics=5)
+        found = sw.fit.fit_response(omega, y, GUESS, free=FREE, harmonics=5)
         for path, value in TRUE.items():
             low, high = found.interval(path)
             hits[path] += low <= value <= high
@@ -192,5 +192,5 @@ def test_without_phases_the_damping_keeps_its_sign():
     omega = np.linspace(0.7, 1.3, 36)
     amplitude = 1.0 / np.abs(1.0 - omega**2 + 0.0136j * omega)
     start = sw.Oscillator(1.0, 0.02175, sw.Linear(0.867), sw.Harmonic(1.0), 1.0)
-    fit = sw.fit_response(omega, amplitude, start, free=("B", "law.K"))
+    fit = sw.fit.fit_response(omega, amplitude, start, free=("B", "law.K"))
     np.testing.assert_allclose(fit.values, [0.0136, 1.0], rtol=1e-6)

@@ -17,11 +17,11 @@ DRAWS = 40_000
 def of_order_two(*amplitudes, phases=None):
     phases = phases or [None] * len(amplitudes)
     pairs = enumerate(zip(amplitudes, phases, strict=True))
-    return [sw.Source(f"source {i}", "manufacture", 2, A, phase) for i, (A, phase) in pairs]
+    return [sw.gears.Source(f"source {i}", "manufacture", 2, A, phase) for i, (A, phase) in pairs]
 
 
 def drawn(sources, **options):
-    return sw.error_budget(sources, quantiles=QUANTILES, draws=DRAWS, **options).total.quantiles
+    return sw.study.error_budget(sources, quantiles=QUANTILES, draws=DRAWS, **options).total.quantiles
 
 
 def test_two_sources_of_one_order_have_the_quantiles_of_two_random_phasors():
@@ -50,7 +50,7 @@ def test_two_sources_of_orders_one_and_two_have_the_quantiles_over_their_phase()
     t = np.linspace(0.0, 2.0 * math.pi, 3601)
     values = np.cos(t) + r * np.cos(2.0 * t + d[:, None])
     spans = np.sort(np.ptp(values, axis=1))
-    sources = [sw.Source("one", "assembly", 1, 1.0), sw.Source("two", "manufacture", 2, r)]
+    sources = [sw.gears.Source("one", "assembly", 1, 1.0), sw.gears.Source("two", "manufacture", 2, r)]
     for q, found in drawn(sources):
         assert found == pytest.approx(spans[int(q * len(spans))], rel=3e-3)
 
@@ -65,7 +65,7 @@ def test_mean_resultant_of_two_phasors_is_the_elliptic_integral():
 
 
 def test_known_phases_add_up_as_phasors():
-    budget = sw.error_budget(of_order_two(3e-5, 4e-5, phases=[0.0, 0.5 * math.pi]))
+    budget = sw.study.error_budget(of_order_two(3e-5, 4e-5, phases=[0.0, 0.5 * math.pi]))
     assert budget.draws == 1
     assert all(value == pytest.approx(1e-4, rel=1e-12) for _, value in budget.total.quantiles)
     (line,) = budget.error().lines
@@ -79,7 +79,7 @@ def test_spans_are_those_of_the_exact_peak_to_peak():
     amplitudes = rng.normal(size=(20, 5)) + 1j * rng.normal(size=(20, 5))
     for c, found in zip(amplitudes, span(orders, amplitudes), strict=True):
         lines = [sw.Line(int(k), abs(z), float(np.angle(z))) for k, z in zip(orders, c, strict=True)]
-        assert found == pytest.approx(sw.peak_to_peak(sw.KinematicError(tuple(lines))), rel=1e-3)
+        assert found == pytest.approx(sw.gears.peak_to_peak(sw.KinematicError(tuple(lines))), rel=1e-3)
 
 
 def filled(N=50):
@@ -90,12 +90,12 @@ def filled(N=50):
         "flexspline ovality": 1e-5,
         "output bearing run-out": 3e-5,
     }
-    known = sw.static_sources(N)
+    known = sw.gears.static_sources(N)
     return [known[name]._replace(amplitude=size) for name, size in sizes.items()]
 
 
 def test_a_budget_of_a_gear_adds_up():
-    budget = sw.error_budget(filled(), N=50, draws=1000)
+    budget = sw.study.error_budget(filled(), N=50, draws=1000)
     total, rest = budget.total, budget.rest
     assert budget.turn == "output"
     assert total.worst_case == pytest.approx(2.0 * 16e-5, rel=1e-12)
@@ -114,17 +114,17 @@ def test_a_budget_of_a_gear_adds_up():
 
 
 def test_the_error_at_a_quantile_has_that_peak_to_peak():
-    budget = sw.error_budget(filled(), N=50, draws=1000)
+    budget = sw.study.error_budget(filled(), N=50, draws=1000)
     for q, value in budget.total.quantiles:
         error = budget.error(q)
-        assert sw.peak_to_peak(error) == pytest.approx(value, rel=5e-3)
+        assert sw.gears.peak_to_peak(error) == pytest.approx(value, rel=5e-3)
         assert error.orders() == (1, 50, 100, 102)
 
 
 def test_budgets_repeat_with_their_seed_and_scale_with_their_sources():
-    one, again = (sw.error_budget(of_order_two(1e-5, 2e-5, 3e-5), seed=7, draws=500) for _ in range(2))
-    other = sw.error_budget(of_order_two(1e-5, 2e-5, 3e-5), seed=8, draws=500)
-    twice = sw.error_budget(of_order_two(2e-5, 4e-5, 6e-5), seed=7, draws=500)
+    one, again = (sw.study.error_budget(of_order_two(1e-5, 2e-5, 3e-5), seed=7, draws=500) for _ in range(2))
+    other = sw.study.error_budget(of_order_two(1e-5, 2e-5, 3e-5), seed=8, draws=500)
+    twice = sw.study.error_budget(of_order_two(2e-5, 4e-5, 6e-5), seed=7, draws=500)
     assert one.total == again.total
     assert one.total.quantiles != other.total.quantiles
     for (_, a), (_, b) in zip(one.total.quantiles, twice.total.quantiles, strict=True):
@@ -132,14 +132,14 @@ def test_budgets_repeat_with_their_seed_and_scale_with_their_sources():
 
 
 def test_sources_of_a_gear_have_the_orders_of_its_map():
-    known, orders = sw.static_sources(80), sw.order_map(80)
+    known, orders = sw.gears.static_sources(80), sw.gears.order_map(80)
     assert known["flexspline ovality"].order == orders.order("flexspline tooth engagement").per_output_turn
     assert {source.kind for source in known.values()} == {"design", "manufacture", "assembly", "deformation"}
     assert all(source.amplitude == 0.0 for source in known.values())
 
 
 def test_budgets_print_and_go_to_json():
-    budget = sw.error_budget(filled(), N=50, draws=100)
+    budget = sw.study.error_budget(filled(), N=50, draws=100)
     rows = str(budget).splitlines()
     assert len(rows) == 1 + 5 + 2
     assert rows[1].startswith("wave generator ellipticity")
@@ -149,7 +149,7 @@ def test_budgets_print_and_go_to_json():
     assert back["total"]["quantiles"][1]["probability"] == 0.95
 
 
-GOOD = sw.Source("a", "design", 2, 1e-5)
+GOOD = sw.gears.Source("a", "design", 2, 1e-5)
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ GOOD = sw.Source("a", "design", 2, 1e-5)
         ([GOOD._replace(amplitude=1e-200)], {}, "the amplitude of 'a' is 1e-200"),
         ([GOOD._replace(amplitude=1e200)], {}, r"the amplitude of 'a' is 1e\+200"),
         (
-            [GOOD._replace(order=5000), sw.Source("b", "design", 1, 1e-5, turn="output")],
+            [GOOD._replace(order=5000), sw.gears.Source("b", "design", 1, 1e-5, turn="output")],
             {"N": 160},
             "'a' repeats 800000 times on the output turn that all share; orders go up to 10000",
         ),
@@ -184,16 +184,16 @@ GOOD = sw.Source("a", "design", 2, 1e-5)
 )
 def test_wrong_budgets_are_refused_in_one_sentence(sources, options, words):
     with pytest.raises(ValueError, match=words) as refusal:
-        sw.error_budget(sources, **options)
+        sw.study.error_budget(sources, **options)
     assert "\n" not in str(refusal.value)
 
 
 def test_what_is_no_source_is_refused():
     with pytest.raises(TypeError, match="is no source"):
-        sw.error_budget([("a", 2, 1e-5)])
+        sw.study.error_budget([("a", 2, 1e-5)])
     with pytest.raises(TypeError, match="the sources are None; write"):
-        sw.error_budget(None)
+        sw.study.error_budget(None)
     with pytest.raises(TypeError, match="a source has the name 3; write it as text"):
-        sw.error_budget([GOOD._replace(name=3)])
+        sw.study.error_budget([GOOD._replace(name=3)])
     with pytest.raises(ValueError, match="probability between 0 and 1"):
-        sw.error_budget([GOOD]).error(1.0)
+        sw.study.error_budget([GOOD]).error(1.0)

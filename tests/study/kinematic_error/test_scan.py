@@ -41,7 +41,7 @@ def test_an_exact_scan_gives_its_lines_mean_and_drift():
     assert scan.drift == pytest.approx(2e-5, rel=1e-10)
     assert scan.residual < 1e-16
     error = sw.KinematicError(tuple(sw.Line(*line) for line in TRUE))
-    assert scan.peak_to_peak == pytest.approx(sw.peak_to_peak(error), rel=1e-10)
+    assert scan.peak_to_peak == pytest.approx(sw.gears.peak_to_peak(error), rel=1e-10)
     assert scan.error.value(0.7) == pytest.approx(error.value(0.7), rel=1e-10)
 
 

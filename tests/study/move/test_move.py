@@ -15,10 +15,10 @@ from strainwave.base.units import ARCSEC, RPM
 
 GEAR = sw.catalogue.gear("SHG-25-100")
 N, J_M, J_L, B, PULL = 100.0, GEAR.input_inertia + 2e-5, 0.5, 5.0, 60.0
-LOOP = sw.from_bandwidth(60.0 * math.pi, J_M + J_L / N**2, 0.7)
+LOOP = sw.train.from_bandwidth(60.0 * math.pi, J_M + J_L / N**2, 0.7)
 ERROR = sw.KinematicError((sw.Line(2, 5e-5),))
 TRAIN = sw.DriveTrain(
-    sw.Motor(J_M, control=LOOP), N, B, GEAR.law, sw.Load(J_L, drag=sw.AngleTorque(PULL)), error=ERROR
+    sw.train.Motor(J_M, control=LOOP), N, B, GEAR.law, sw.train.Load(J_L, drag=sw.train.AngleTorque(PULL)), error=ERROR
 )  # fmt: skip
 QUARTER, TIME = 0.5 * math.pi, 0.6
 LINEAR = TRAIN._replace(law=sw.Linear(31000.0), error=sw.NoError())
@@ -95,7 +95,7 @@ def test_a_quarter_turn_in_600_ms_is_that_of_dop853_on_equations_by_hand():
 
 def test_a_slow_move_has_the_torques_and_means_of_a_rigid_drive():
     # 1 rad in 5 s on a level axis: the inertias take less than 0.2 N m
-    train = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-30.0)))
+    train = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-30.0)))
     move = sw.move(train, sw.SCurve(1.0, 5.0), gear=GEAR, tail=0.1, method=ROUGH)
     assert move.rms_gear_torque == pytest.approx(30.0, rel=1e-3)
     assert move.average_gear_torque == pytest.approx(30.0, rel=1e-3)
@@ -112,7 +112,7 @@ def test_a_slow_move_has_the_torques_and_means_of_a_rigid_drive():
 
 
 def test_friction_of_the_meshing_costs_its_share_of_a_slow_lift():
-    train = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-30.0)), friction=sw.LoadFriction(0.1))
+    train = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-30.0)), friction=sw.laws.LoadFriction(0.1))
     slow = sw.SCurve(1.0, 3.0)
     move = sw.move(train, slow, tail=0.1, method=sw.Dopri5(rtol=1e-4, atol=1e-7))
     moving = (move.time > 1.3) & (move.time < 1.7)
@@ -136,7 +136,7 @@ def test_an_error_at_rest_is_that_of_gravity_and_the_window_is_about_it():
 
 def test_every_motion_of_a_duty_cycle_settles_and_a_cycle_gains_no_energy():
     there, back = sw.SCurve(0.5, 0.3), sw.Trapezoid(-0.5, 0.3)
-    move = sw.move(LINEAR, [there, sw.Dwell(0.4), back, sw.Dwell(0.4)], window=1e-5, method=ROUGH)
+    move = sw.move(LINEAR, [there, sw.study.Dwell(0.4), back, sw.study.Dwell(0.4)], window=1e-5, method=ROUGH)
     alone = sw.move(LINEAR, there, window=1e-5, tail=0.4, method=ROUGH)
     assert move.duration == pytest.approx(1.4)
     assert len(move.settling_times) == 2
@@ -150,8 +150,8 @@ def test_every_motion_of_a_duty_cycle_settles_and_a_cycle_gains_no_energy():
 def test_a_payload_adds_its_inertia_and_its_weight():
     load = sw.Payload(mass=4.0, radius=0.5, inertia=0.1, phase=0.3)
     weight = 4.0 * 9.80665 * 0.5
-    bare = LINEAR._replace(load=sw.Load(J_L))
-    heavy = LINEAR._replace(load=sw.Load(J_L + 1.1, drag=sw.AngleTorque(weight, 1, 0.3)))
+    bare = LINEAR._replace(load=sw.train.Load(J_L))
+    heavy = LINEAR._replace(load=sw.train.Load(J_L + 1.1, drag=sw.train.AngleTorque(weight, 1, 0.3)))
     part = sw.Trapezoid(0.5, 0.4)
     options = {"tail": 0.1, "method": ROUGH, "start": 0.2}
     carried, same = sw.move(bare, part, payload=load, **options), sw.move(heavy, part, **options)
@@ -160,7 +160,7 @@ def test_a_payload_adds_its_inertia_and_its_weight():
 
 
 def test_a_held_motor_follows_exactly_and_its_torque_is_what_that_takes():
-    train = LINEAR._replace(motor=sw.Motor(J_M, control=sw.Held()), load=sw.Load(J_L))
+    train = LINEAR._replace(motor=sw.train.Motor(J_M, control=sw.train.Held()), load=sw.train.Load(J_L))
     move = sw.move(train, sw.Trapezoid(1.0, 0.4), tail=0.2, method=ROUGH)
     np.testing.assert_allclose(move.motor_speed, move.reference_speed, atol=1e-9)
     # J_m N theta'' + T/N, the gear's torque that of the load
@@ -174,7 +174,9 @@ def test_a_held_motor_follows_exactly_and_its_torque_is_what_that_takes():
 @pytest.mark.slow
 @pytest.mark.interpreted
 def test_a_resonance_is_passed_where_order_times_speed_is_its_frequency_and_costs_less_when_faster():
-    held = LINEAR._replace(motor=sw.Motor(J_M, control=sw.Held()), load=sw.Load(J_L), error=ERROR, B=2.0)
+    held = LINEAR._replace(
+        motor=sw.train.Motor(J_M, control=sw.train.Held()), load=sw.train.Load(J_L), error=ERROR, B=2.0
+    )
     natural = math.sqrt(31000.0 / J_L)
     found = []
     for time in (0.5, 1.4):
@@ -192,13 +194,13 @@ def test_a_resonance_is_passed_where_order_times_speed_is_its_frequency_and_cost
 
 def test_torques_of_an_angle_have_their_means_and_torques_of_the_time_act_in_time():
     part, options = sw.SCurve(0.1, 0.1), {"tail": 0.1, "method": ROUGH}
-    with_lines = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(5.0, order=2, mean=-20.0)))
-    constant = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
+    with_lines = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(5.0, order=2, mean=-20.0)))
+    constant = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
     lines, mean = sw.move(with_lines, part, **options), sw.move(constant, part, **options)
     assert "lines, which follow an angle at constant speed, are left out" in lines.remarks[0]
     np.testing.assert_array_equal(lines.pointing_error, mean.pointing_error)
     assert mean.remarks == ()
-    comes = LINEAR._replace(load=sw.Load(J_L, sw.TorqueProfile((0.02, 0.05), (0.0, -20.0))))
+    comes = LINEAR._replace(load=sw.train.Load(J_L, sw.train.TorqueProfile((0.02, 0.05), (0.0, -20.0))))
     timed = sw.move(comes, part, **options)
     assert timed.gear_torque[0] == pytest.approx(0.0, abs=1e-9)
     assert timed.rest_error == pytest.approx(mean.rest_error, rel=1e-9)
@@ -220,7 +222,7 @@ def test_where_a_law_with_memory_rests_is_where_it_has_come_to():
 
 def test_gravity_beside_friction_of_the_load_holds_it_at_the_equilibrium_however_short_the_run():
     # two torques side by side were taken for a law with memory: the last error of the run was said
-    train = LINEAR._replace(load=sw.Load(J_L, drag=sw.Parallel(sw.AngleTorque(PULL), sw.Viscous(0.1))))
+    train = LINEAR._replace(load=sw.train.Load(J_L, drag=sw.Parallel(sw.train.AngleTorque(PULL), sw.laws.Viscous(0.1))))
     move = sw.move(train, sw.SCurve(0.3, 0.15), tail=0.03, method=ROUGH)
     lag = 1.0 / 31000.0 + 1.0 / N**2 / LOOP.K_p
     rest = brentq(lambda error: error - lag * PULL * math.sin(0.3 - error), 0.0, 0.1)
@@ -260,9 +262,9 @@ def test_a_table_of_points_is_followed():
     assert move.reference[np.searchsorted(move.time, 0.2)] == pytest.approx(0.05, rel=1e-2)
 
 
-LEVEL = TRAIN._replace(load=sw.Load(J_L))
-SAGGING = TRAIN._replace(motor=sw.Motor(J_M, control=sw.SpeedLoop(0.05)))
-FREE = TRAIN._replace(motor=sw.Motor(J_M))
+LEVEL = TRAIN._replace(load=sw.train.Load(J_L))
+SAGGING = TRAIN._replace(motor=sw.train.Motor(J_M, control=sw.train.SpeedLoop(0.05)))
+FREE = TRAIN._replace(motor=sw.train.Motor(J_M))
 REFUSED = [
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=-1.0)},
      r"MotorLimits.torque is -1.0; it must be a positive finite number"),
@@ -370,7 +372,7 @@ def test_ten_thousand_points_are_followed_as_the_function_they_are_from():
 
 def test_in_a_gap_the_load_rests_where_it_came_to_stand():
     # every place in the gap is a rest: the error at rest was said to be 0 and the load to settle never or too late
-    train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.Load(J_L), error=sw.NoError())
+    train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.train.Load(J_L), error=sw.NoError())
     found = sw.move(train, sw.Trapezoid(0.5, 0.4), window=20 * ARCSEC, tail=2.0, method=ROUGH)
     end = found.pointing_error[-1]
     assert np.ptp(found.pointing_error[found.time > found.time[-1] - 0.05]) < 1e-5 * ARCSEC
@@ -381,6 +383,6 @@ def test_in_a_gap_the_load_rests_where_it_came_to_stand():
 
 
 def test_a_load_that_pulls_through_the_gap_rests_at_the_equilibrium():
-    train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
+    train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
     found = sw.move(train, sw.Trapezoid(0.5, 0.4), window=20 * ARCSEC, tail=0.5, method=ROUGH)
     assert found.rest_error == pytest.approx(found.pointing_error[-1], rel=1e-4)

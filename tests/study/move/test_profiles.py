@@ -44,7 +44,7 @@ def test_a_part_has_the_duration_and_the_extremes_of_its_closed_form(part, time,
 
 
 def test_angle_and_speed_are_continuous_at_every_knot():
-    path = path_of([sw.SCurve(1.0, 0.5), sw.Dwell(0.1), sw.Trapezoid(-0.4, 0.3), sw.SCurve(0.2, 0.2)], start=0.3)
+    path = path_of([sw.SCurve(1.0, 0.5), sw.study.Dwell(0.1), sw.Trapezoid(-0.4, 0.3), sw.SCurve(0.2, 0.2)], start=0.3)
     knots = path.knots[1:-1]
     for left, right in zip(path.at(np.nextafter(knots, 0.0))[:2], path.at(knots)[:2], strict=True):
         np.testing.assert_allclose(left, right, atol=1e-13)
@@ -68,7 +68,7 @@ def test_points_are_met_by_a_clamped_spline_with_exact_dwells():
 
 
 def test_speeds_are_crossed_and_bands_are_spent_time_in_as_by_hand():
-    path = path_of([sw.Trapezoid(1.5, speed=2.0, acceleration=20.0), sw.Dwell(0.2), sw.SCurve(-1.5, 0.6)])
+    path = path_of([sw.Trapezoid(1.5, speed=2.0, acceleration=20.0), sw.study.Dwell(0.2), sw.SCurve(-1.5, 0.6)])
     # ramps of 0.1 s up to 2 rad/s; the S-curve has 3.75 rad/s, reached in 0.2 s with the jerk 375 rad/s^3
     rise = math.sqrt(2.0 * 0.5 / 375.0)
     first, second = [0.025, 0.825], [1.05 + rise, 1.65 - rise]
@@ -81,7 +81,7 @@ def test_speeds_are_crossed_and_bands_are_spent_time_in_as_by_hand():
 
 REFUSED = [
     ([], ValueError, "the profile is empty"),
-    (sw.Dwell(1.0), ValueError, "waits for 1 s and moves nothing"),
+    (sw.study.Dwell(1.0), ValueError, "waits for 1 s and moves nothing"),
     (sw.AngleProfile((0.0, 1.0), (2.0, 2.0)), ValueError, "moves nothing"),
     ("ramp", TypeError, "a part of the profile is 'ramp'"),
     ([sw.Trapezoid(1.0, 1.0), 3], TypeError, "a part of the profile is 3"),
@@ -92,7 +92,7 @@ REFUSED = [
     (sw.Trapezoid(1.0, 1.0, ramp=0.6), ValueError, "ramp is 0.6"),
     (sw.SCurve(1.0, 1.0, rounding=0.0), ValueError, "rounding is 0"),
     (sw.SCurve(1.0, speed=1.0, acceleration=3.0), ValueError, "jerk is 0"),
-    (sw.Dwell(0.0), ValueError, "Dwell.time is 0"),
+    (sw.study.Dwell(0.0), ValueError, "Dwell.time is 0"),
     (sw.Trapezoid(1.0, math.nan), ValueError, "Trapezoid.time is nan"),
     (sw.AngleProfile((0.0, 1.0), (0.0, math.nan)), ValueError, "must be finite"),
     (sw.AngleProfile((0.0, 1.0, 0.5), (0.0, 1.0, 2.0)), ValueError, "goes back from 1 s to 0.5 s at point 3"),

@@ -210,7 +210,7 @@ def test_a_campbell_line_is_the_exact_period_of_the_duffing_spring(tmp_path):
     np.testing.assert_allclose(3.0 * three.speed, 2.0 * two.speed, rtol=1e-12)
     alpha, i = 2e5, len(two.amplitude) // 2
     quiet = sw.Oscillator(J, 0.0, sw.Cubic(K, alpha), sw.Harmonic(0.0), 1.0)
-    peak = float(sw.backbone(quiet, [two.amplitude[i]]).peak[0])
+    peak = float(sw.numerics.backbone(quiet, [two.amplitude[i]]).peak[0])
 
     def slowness(s):  # 1/speed over the angle x = peak sin s, from the energy
         return 1.0 / np.sqrt(K / J * (1.0 + 0.5 * alpha * peak**2 * (1.0 + np.sin(s) ** 2)))
@@ -288,7 +288,7 @@ def test_a_torque_beyond_the_ratings_of_the_gear_is_a_failure(tmp_path):
 
 def test_scatter_gives_the_quantiles_of_the_units(tmp_path):
     drive = project(tmp_path, more="scatter: {load.inertia: 10 %}\n")
-    units = list(sw.scattered(drive, 9, seed=1))
+    units = list(sw.sample.scattered(drive, 9, seed=1))
     found = sw.speed_map(drive, units=units, speeds=np.linspace(60.0, 280.0, 12), limit=3.0 * A, search=False)
     own = [(one.drive.J_l, one.drive.B) for one in units]  # the ratio of the file gives each its own B
     each = np.array([[linear_oscillation(w, K, inertia, damping) for w in found.speeds] for inertia, damping in own])

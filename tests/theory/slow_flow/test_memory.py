@@ -100,9 +100,9 @@ def test_bilinear_hysteresis_has_caugheys_stiffness_and_damping(a):
 def test_coulomb_friction_has_its_equivalent_damping():
     """4 T_c/(pi a) times the speed's inverse where the width vanishes; with a width the same by quadrature."""
     a, speed = 0.3, 2.0
-    assert on_turn(sw.Coulomb(0.7, 1e-9), a, 1024, speed).imag == pytest.approx(4.0 * 0.7 / math.pi, rel=1e-5)
+    assert on_turn(sw.laws.Coulomb(0.7, 1e-9), a, 1024, speed).imag == pytest.approx(4.0 * 0.7 / math.pi, rel=1e-5)
     smooth, _ = quad(lambda chi: math.sin(chi) ** 2 / math.hypot(math.sin(chi), 0.1 / (a * speed)), 0.0, math.pi)
-    found = on_turn(sw.Coulomb(0.7, 0.1), a, 1024, speed)
+    found = on_turn(sw.laws.Coulomb(0.7, 0.1), a, 1024, speed)
     assert found.imag == pytest.approx(0.7 * 2.0 / math.pi * smooth, rel=1e-9)
     assert abs(found.real) < 1e-12
 
@@ -139,7 +139,7 @@ def test_second_order_is_exact_where_the_memory_is_linear():
 
 def test_second_order_takes_viscous_friction_for_damping():
     plain = sw.Oscillator(1.0, 0.1, sw.Linear(2.0), sw.Harmonic(0.3), 1.3)
-    inside = plain._replace(B=0.04, law=sw.Parallel(sw.Linear(2.0), sw.Viscous(0.06)))
+    inside = plain._replace(B=0.04, law=sw.Parallel(sw.Linear(2.0), sw.laws.Viscous(0.06)))
     one, other = (sw.slow_flow(s, sw.PRIMARY, order=2).steady_states()[0] for s in (plain, inside))
     assert other.z == pytest.approx(one.z, rel=1e-7)
     assert other.stable
@@ -218,7 +218,7 @@ def test_transient_ends_on_the_steady_state():
             sw.PRIMARY,
             "BoucWen holds the mean torque 0.1 N.m by friction or memory alone, .* put a spring in parallel",
         ),
-        (DRIVE._replace(law=sw.Coulomb(0.1, 0.1)), sw.PRIMARY, "the stiffness of Coulomb is 0 N.m/rad"),
+        (DRIVE._replace(law=sw.laws.Coulomb(0.1, 0.1)), sw.PRIMARY, "the stiffness of Coulomb is 0 N.m/rad"),
     ],
 )
 def test_what_has_no_average_is_refused(system, resonance, sentence):

@@ -6,7 +6,7 @@ import click
 
 from ...base.facts import data, lines
 from ...files.reading import read_project
-from ...files.variants.comparison import compare_projects
+from ...files.variants.comparison import compare as compare_projects
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
 from ..console import Progress, finished, to_json

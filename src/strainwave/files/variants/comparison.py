@@ -135,9 +135,7 @@ class ProjectComparison(Result):
         return on_screen("\n".join(lines(self.facts())))
 
 
-def compare_projects(
-    projects: Sequence[Project], *, progress: Callable[[str, float], None] | None = None
-) -> ProjectComparison:
+def compare(projects: Sequence[Project], *, progress: Callable[[str, float], None] | None = None) -> ProjectComparison:
     """Analyse several projects, without what would help them, and put them side by side.
 
     Parameters

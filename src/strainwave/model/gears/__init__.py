@@ -13,3 +13,15 @@ from .limits import Finding as Finding
 from .gear import load_friction as load_friction
 from .gear import no_load_drag as no_load_drag
 from .life import bearing_life as bearing_life
+from ..orders import GearOrder as GearOrder
+from ..orders import OrderMap as OrderMap
+from ..orders import on_output_turn as on_output_turn
+from ..orders import order_map as order_map
+from ..orders import Source as Source
+from ..orders import static_sources as static_sources
+from ..varying import GearDamping as GearDamping
+from ..varying import NoVariation as NoVariation
+from ..varying import Ripple as Ripple
+from ..varying import Variation as Variation
+from ..varying import VaryingOscillator as VaryingOscillator
+from ..drive import HDC_40_050_WARNING as HDC_40_050_WARNING

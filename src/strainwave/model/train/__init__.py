@@ -7,6 +7,7 @@ from .controls import Held as Held
 from .controls import PositionLoop as PositionLoop
 from .controls import SpeedLoop as SpeedLoop
 from .controls import Lagged as Lagged
+from .controls import Tuning as Tuning
 from .controls import from_bandwidth as from_bandwidth
 from .shafts import Elastic as Elastic
 from .shafts import Load as Load

@@ -116,7 +116,7 @@ class Amplitude(NamedTuple):
         if isinstance(self.k, bool) or not isinstance(self.k, int):
             raise TypeError(f"Amplitude.k is {self.k!r}; it must be the whole number of a harmonic, such as 1")
         if self.k < 1:
-            raise ValueError(f"Amplitude.k is {self.k}; it must be at least 1 (the mean is sw.Mean())")
+            raise ValueError(f"Amplitude.k is {self.k}; it must be at least 1 (the mean is sw.numerics.Mean())")
 
 
 class Final(NamedTuple):

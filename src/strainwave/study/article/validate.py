@@ -72,7 +72,7 @@ class Comparison:
         return self.integrated.t
 
 
-def compare(
+def compare_with_integration(
     system: Any,
     resonance: Resonance,
     y0: tuple[float, float] = (0.0, 0.0),

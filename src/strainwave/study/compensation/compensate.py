@@ -58,7 +58,7 @@ def compensate(
     project : Project or DriveTrain
         The drive, with its kinematic error.
     controller : str or controller
-        Name of a design (`sw.COMPENSATORS`), which is then designed on the drive's model; or a controller itself.
+        Name of a design (`sw.study.COMPENSATORS`), which is then designed on the drive's model; or a controller itself.
     speed : float, optional
         Speed of the motor [rad/s], negative in backward motion. Default: where the drive's largest order meets its
         resonance under the mean torque of the load, within its range.

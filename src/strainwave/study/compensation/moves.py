@@ -1,4 +1,4 @@
-"""`compensated_move`: what controllers and input shaping make of a move from rest to rest."""
+"""`compensate_move`: what controllers and input shaping make of a move from rest to rest."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -121,7 +121,7 @@ class CompensatedMove(OnTheWay):
         )
 
 
-def compensated_move(
+def compensate_move(
     project: Project,
     profile: Any,
     controllers: Sequence[Any] = ("loop", "inverse", "nonlinear-inverse"),

@@ -1,4 +1,4 @@
-"""`compensated_runup`: controllers through a range of speeds, up and down, and whether a jump is left."""
+"""`compensate_run_up`: controllers through a range of speeds, up and down, and whether a jump is left."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -86,7 +86,7 @@ def _row(name: str, up: Floats, down: Floats, jump: float) -> tuple[Fact, ...]:
     )  # fmt: skip
 
 
-def compensated_runup(
+def compensate_run_up(
     project: Project,
     speeds: tuple[float, float],
     time: float,

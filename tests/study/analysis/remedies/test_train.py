@@ -154,7 +154,7 @@ def test_a_bandwidth_beyond_half_the_inverse_lag_is_refused_with_a_reason():
 def test_a_gain_without_which_there_is_no_bandwidth_or_damping_is_left_alone():
     names = [
         [knob.what for knob in knobs(subject_of(control), np.zeros(9), 100.0) if "loop" in knob.what]
-        for control in (PositionLoop(50.0, 0.0), SpeedLoop(0.5), sw.Held())
+        for control in (PositionLoop(50.0, 0.0), SpeedLoop(0.5), sw.train.Held())
     ]
     assert names == [["bandwidth of the loop"], ["bandwidth of the loop"], []]
 
@@ -220,7 +220,7 @@ def test_a_gear_that_may_not_turn_so_fast_is_refused_with_its_limit():
 def test_the_error_of_an_accuracy_class_follows_the_gear():
     old, new = sw.catalogue.gear("CSG-17-50"), sw.catalogue.gear("CSG-20-50")
     drive = sw.Drive(1e-4, 0.1, 50.0, 1.0, old.law)
-    error = sw.accuracy_spectrum(old.accuracy)
+    error = sw.gears.accuracy_spectrum(old.accuracy)
     project = project_of(drive, SPEEDS, gear=old, kinematic_error=error)
     subject = Subject(project.system(100.0), None, SPEEDS, project)
     lines = with_gear(subject, project, new).system.error.lines

@@ -8,9 +8,10 @@ from ....base.results import Floats
 from ....base.units import ARCSEC, RPM
 from ....files.reading import read_project
 from ....plot.svg import stacked
-from ....study.compensation.moves import WINDOW, compensated_move
+from ....study.compensation.moves import WINDOW
+from ....study.compensation.moves import compensate_move as compensated_move
 from ....study.compensation.result import OnTheWay
-from ....study.compensation.runup import compensated_runup
+from ....study.compensation.runup import compensate_run_up as compensated_runup
 from ...console import Progress, reported
 from ...output import write_all
 from ...view import quantity

@@ -25,7 +25,7 @@ from ....model.gears.limits import cubic_mean
 from ....numerics.integration.simulate import simulate
 from ....theory.slow_flow.flow import slow_flow
 from ....theory.slow_flow.setting import Resonance
-from ...article.validate import Comparison, compare
+from ...article.validate import Comparison, compare_with_integration
 from ..resonances import OperatingPoint, Regime
 from ..runup import RunUp
 
@@ -137,7 +137,7 @@ def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoin
         if reason := no_multiple_scales(system):
             raise ValueError(reason)
         window = None if damping_of(system) > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
-        comparison = compare(system, resonance, (point.x, 0.0), window)
+        comparison = compare_with_integration(system, resonance, (point.x, 0.0), window)
         transient = finished_or_interrupted(comparison.integrated)
     except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"

@@ -1,0 +1,6 @@
+"""Closed forms and proofs: what can be said about the error equation without integrating it."""
+
+from .derivation import derive as derive
+from .small_signal import parametric_tongue as parametric_tongue
+
+__all__: list[str]
