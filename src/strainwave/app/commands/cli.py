@@ -38,13 +38,17 @@ def commands_in(folder: Path) -> dict[str, tuple[str, str]]:
 
 
 COMMANDS = commands_in(Path(__file__).parent)
+FORMER = {"variability": "exceedance", "loop-scan": "fit-loop", "log": "read-log", "identify": "identify-drive"}  # of 0.2
 
 
 class Sentences(click.Group):
     """The group of COMMANDS. They end with one sentence and an exit code, never with a traceback (but for --debug)."""
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of a name, its module imported; None of a name that is none."""
+        """The command of a name, its module imported; None of a name that is none. A former name says the new one."""
+        if cmd_name in FORMER:
+            click.echo(f"strainwave {cmd_name} is strainwave {FORMER[cmd_name]} now", err=True)
+            cmd_name = FORMER[cmd_name]
         if cmd_name not in COMMANDS:
             return None
         module, _ = COMMANDS[cmd_name]
