@@ -24,9 +24,9 @@ def draw(result: Any, axes: Any = None) -> Any:
     Parameters
     ----------
     result : Branch, Orbit, Trajectory, DriveRun, ...
-        What to draw: it has `panels()`, or a function for its class is registered with `plot.panels_of`.
+        It has `panels()`, or a function for its class is registered with `plot.panels_of`.
     axes : matplotlib Axes, optional
-        Where; several panels share its place. Default: those of a new figure.
+        Several panels share the place of these axes. Default: axes of a new figure.
 
     Returns
     -------
@@ -36,12 +36,12 @@ def draw(result: Any, axes: Any = None) -> Any:
     Raises
     ------
     TypeError
-        If nothing is drawn of such a thing.
+        If there is no figure of such a result.
     ModuleNotFoundError
         If axes are to be made and matplotlib is missing.
     """
-    own = None if isinstance(result, type) else getattr(result, "panels", None)
-    panels = panels_of(result) if own is None else own()
+    method = None if isinstance(result, type) else getattr(result, "panels", None)
+    panels = panels_of(result) if method is None else method()
     if not panels:
         known = ", ".join(cls.__name__ for cls in panels_of.registry if cls is not object)
         raise TypeError(f"there is no figure of {shown(result)}; there is one of each of {known}")
@@ -62,15 +62,15 @@ def _draw_all(axes: Any, panels: Sequence[Panel]) -> None:
     places = _places(axes, len(panels))
     for place, panel in zip(places, panels, strict=True):
         _draw(place, panel, named, LETTERS // len(panels))
-    for place, panel, below in zip(places, panels, panels[1:], strict=False):
-        place.tick_params(labelbottom=below.x != panel.x)
-        place.xaxis.label.set_visible(below.x != panel.x)
+    for place, panel, following in zip(places, panels, panels[1:], strict=False):
+        place.tick_params(labelbottom=following.x != panel.x)
+        place.xaxis.label.set_visible(following.x != panel.x)
     if named:
         _legend(places[-1], named, panels)
 
 
 def _legend(axes: Any, named: dict[str, Any], panels: Sequence[Panel]) -> None:
-    """Names within a panel on its own, if they are few, or below all panels."""
+    """Add a legend: in a single panel if it has few names, otherwise below all panels."""
     look: dict[str, Any] = {"fontsize": 8, "frameon": False}
     if len(panels) == 1 and panels[0].cells is None and len(named) <= FEW and max(map(len, named)) <= LONG:
         points = sum(len(curve.x) for curve in panels[0].curves)
@@ -78,8 +78,8 @@ def _legend(axes: Any, named: dict[str, Any], panels: Sequence[Panel]) -> None:
         return
     from matplotlib.transforms import ScaledTranslation
 
-    below = axes.transAxes + ScaledTranslation(0.0, -BELOW, axes.figure.dpi_scale_trans)
-    look |= {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "bbox_transform": below, "ncols": 2}
+    place = axes.transAxes + ScaledTranslation(0.0, -BELOW, axes.figure.dpi_scale_trans)
+    look |= {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "bbox_transform": place, "ncols": 2}
     axes.legend(named.values(), named.keys(), **look)
 
 
@@ -93,8 +93,8 @@ def _places(axes: Any, count: int) -> list[Any]:
         axes.set_subplotspec(grid[0])
         return [axes, *(axes.figure.add_subplot(grid[i], sharex=axes) for i in range(1, count))]
     left, bottom, width, height = axes.get_position().bounds
-    each = height / count
-    boxes = [(left, bottom + (count - 1 - i) * each, width, 0.75 * each) for i in range(count)]
+    panel_height = height / count
+    boxes = [(left, bottom + (count - 1 - i) * panel_height, width, 0.75 * panel_height) for i in range(count)]
     axes.set_position(boxes[0])
     return [axes, *(axes.figure.add_axes(box, sharex=axes) for box in boxes[1:])]
 
@@ -114,8 +114,8 @@ def write(panels: Sequence[Panel], path: Path) -> None:
     _draw_all(figure.add_subplot(), panels)
     for axes in figure.axes:
         axes.grid(color="#dddddd")
-    if said := [line for panel in panels for text in panel.caption for line in wrap(text, LINE)]:
-        figure.supxlabel("\n".join(said), fontsize=7, x=0.02, ha="left")
+    if caption := [line for panel in panels for text in panel.caption for line in wrap(text, LINE)]:
+        figure.supxlabel("\n".join(caption), fontsize=7, x=0.02, ha="left")
     figure.savefig(path, dpi=DOTS)
 
 
@@ -139,7 +139,7 @@ def _draw(axes: Any, panel: Panel, named: dict[str, Any], letters: int) -> None:
         if not note.above:
             axes.annotate(f" {note.text}", (note.x / across, note.y / up), fontsize=8)
     for arrow in panel.arrows:
-        end, start = ((arrow.x / across, y / up) for y in (arrow.end, arrow.start))
+        end, start = (arrow.x / across, arrow.end / up), (arrow.x / across, arrow.start / up)
         axes.annotate("", end, start, arrowprops={"arrowstyle": "->", "ls": "--"})
     axes.set(xlim=(left / across, right / across), ylim=(bottom / up, top / up))
     for axis, name, log in ((axes.xaxis, "x", xlog), (axes.yaxis, "y", ylog)):
@@ -147,10 +147,10 @@ def _draw(axes: Any, panel: Panel, named: dict[str, Any], letters: int) -> None:
         if log:
             axis.set_ticks(*log_ticks(*axis.get_view_interval()))
             axis.set_ticks([], minor=True)
-    above = [note for note in panel.notes if note.above]
+    headings = [note for note in panel.notes if note.above]
     width = axes.get_window_extent().width * 72.0 / axes.figure.dpi
-    places = width * (np.array([note.x for note in above]) - left) / (right - left)
-    for text, middle, row in placed_above(above, places, width, 5.0):
+    places = width * (np.array([note.x for note in headings]) - left) / (right - left)
+    for text, middle, row in placed_above(headings, places, width, 5.0):
         axes.annotate(
             text, (middle / width, 1.0), (0, 3 + 9 * row), "axes fraction", "offset points", fontsize=8, ha="center"
         )

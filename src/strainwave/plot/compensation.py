@@ -27,7 +27,7 @@ PARTED = 0.07  # of an order: distance of the stems of one order
 
 
 class Motion(NamedTuple):
-    """Pointing error [rad] about its mean over turns of the motor, and what made it, in words."""
+    """Pointing error [rad] about its mean over turns of the motor, under the controller of this name."""
 
     name: str
     turns: Floats
@@ -46,86 +46,88 @@ def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
 
 
 def error_panels(before: Motion, after: Sequence[Motion]) -> list[Panel]:
-    """The error before and after on one scale, and what is left on its own."""
+    """The error before and after on one scale, and the residual error alone."""
     x, ends = Axis("turns of the motor"), (0.0, float(TURNS))
-    above = Panel("pointing error of the load about its mean", x, angle("", before.error), xlim=ends)
-    below = Panel("what is left of it", x, angle("", [one.error for one in after]), xlim=ends)
-    above.line(before.turns, before.error, ORANGE, before.name, DASHES)
-    for one, (colour, dash, width) in zip(after, AFTER, strict=False):
-        for panel in (above, below):
-            panel.line(one.turns, one.error, colour, one.name, dash, width)
-    return [above, below]
+    error = Panel("pointing error of the load about its mean", x, angle("", before.error), xlim=ends)
+    residual = Panel("what is left of it", x, angle("", [run.error for run in after]), xlim=ends)
+    error.line(before.turns, before.error, ORANGE, before.name, DASHES)
+    for run, (colour, dash, width) in zip(after, AFTER, strict=False):
+        for panel in (error, residual):
+            panel.line(run.turns, run.error, colour, run.name, dash, width)
+    return [error, residual]
 
 
 @panels_of.register
-def bench_panels(found: CompensationBench) -> list[Panel]:
+def bench_panels(bench: CompensationBench) -> list[Panel]:
     """Residual rms over the speed: of controllers without an encoder on the load, and of those with one."""
-    return [panel for seeing in (False, True) for panel in speed_panels(found, load_encoder=seeing)]
+    return [panel for seeing in (False, True) for panel in speed_panels(bench, load_encoder=seeing)]
 
 
-def speed_panels(found: CompensationBench, *, load_encoder: bool) -> list[Panel]:
-    """Residual rms over the speed, of controllers with or without an encoder on the load; none where there is none."""
-    every = [[one for one in row if np.isfinite(one.after.rms) and one.after.rms > 0.0] for row in found.results]
-    rows = [row for row in every if row and row[0].load_encoder == load_encoder and row[0].name != PLAIN]
+def speed_panels(bench: CompensationBench, *, load_encoder: bool) -> list[Panel]:
+    """Residual rms over the speed, of controllers with or without an encoder on the load; empty without such."""
+    finite = [
+        [result for result in row if np.isfinite(result.after.rms) and result.after.rms > 0.0] for row in bench.results
+    ]
+    rows = [row for row in finite if row and row[0].load_encoder == load_encoder and row[0].name != PLAIN]
     if not rows:
         return []
-    before = [one.before.rms for one in found.results[0]]
+    before = [result.before.rms for result in bench.results[0]]
     title = "with an encoder on the load" if load_encoder else "without an encoder on the load"
     panel = Panel(title, MOTOR, angle("rms of the error", before), log=True, xlog=True)
-    low, high = float(np.min(found.speeds)), float(np.max(found.speeds))
+    low, high = float(np.min(bench.speeds)), float(np.max(bench.speeds))
     panel.xlim = (low - 0.1 * abs(low), high + 0.1 * abs(high))
-    panel.line(found.speeds, before, BLACK, "plain loop", "", 2.6)
+    panel.line(bench.speeds, before, BLACK, "plain loop", "", 2.6)
     for i, row in enumerate(rows):
         (colour, dash), places = LOOKS[i % len(LOOKS)], _places(row)
         panel.line(*places, colour, row[0].name, dash)
         panel.points(*places, colour)
-    out = [one for row in rows for one in row if one.excluded or not one.stable]
-    panel.points(*_places(out), BLACK, "limit met, or error grew", "v", BLACK)
+    limited = [result for row in rows for result in row if result.excluded or not result.stable]
+    panel.points(*_places(limited), BLACK, "limit met, or error grew", "v", BLACK)
     return [panel]
 
 
-def _places(found: Sequence[Compensation]) -> tuple[list[float], list[float]]:
-    return [one.speed for one in found], [one.after.rms for one in found]
+def _places(results: Sequence[Compensation]) -> tuple[list[float], list[float]]:
+    return [result.speed for result in results], [result.after.rms for result in results]
 
 
 @panels_of.register
-def compensation_panels(found: Compensation) -> list[Panel]:
+def compensation_panels(result: Compensation) -> list[Panel]:
     """Amplitudes of the error by order of the motor's angle, before and after."""
-    return order_panels([found])
+    return order_panels([result])
 
 
-def order_panels(found: Sequence[Compensation]) -> list[Panel]:
+def order_panels(results: Sequence[Compensation]) -> list[Panel]:
     """Amplitudes of the error by order of the motor's angle, before and after under each controller."""
-    first = found[0]
-    every = [first.amplitude_before, *(one.amplitude_after for one in found)]
-    good = np.concatenate([sizes[sizes > 0.0] for sizes in every])
+    first = results[0]
+    amplitudes = [first.amplitude_before, *(result.amplitude_after for result in results)]
+    good = np.concatenate([sizes[sizes > 0.0] for sizes in amplitudes])
     title = f"amplitudes of the error at {number(first.speed / RPM)} rpm"
     panel = Panel(title, Axis("order of the motor's angle"), angle("", good), log=True)
     panel.xlim, panel.ylim = (0.0, float(np.max(first.orders)) + 1.0), (0.5 * float(np.min(good)), 2.0 * np.max(good))
     looks = [("plain loop", ORANGE, DASHES, "o")]
-    looks += [(one.name, colour, dash, "^") for one, (colour, dash, _) in zip(found, AFTER, strict=False)]
-    for i, ((name, colour, dash, marker), sizes) in enumerate(zip(looks, every, strict=True)):
-        at = first.orders + PARTED * np.max(first.orders) * (i - 0.5 * (len(looks) - 1))
-        for x, size in zip(at[sizes > 0.0].tolist(), sizes[sizes > 0.0].tolist(), strict=True):
+    looks += [(result.name, colour, dash, "^") for result, (colour, dash, _) in zip(results, AFTER, strict=False)]
+    for i, ((name, colour, dash, marker), sizes) in enumerate(zip(looks, amplitudes, strict=True)):
+        places = first.orders + PARTED * np.max(first.orders) * (i - 0.5 * (len(looks) - 1))
+        for x, size in zip(places[sizes > 0.0].tolist(), sizes[sizes > 0.0].tolist(), strict=True):
             panel.line([x, x], [panel.ylim[0], size], colour, name, dash, 2.2)
             panel.points([x], [size], colour, "", marker, colour)
     return [panel]
 
 
 @panels_of.register
-def own_units_panels(found: Units) -> list[Panel]:
+def own_units_panels(result: Units) -> list[Panel]:
     """Shares of the units whose rms is below a value, under the plain loop and under the controller."""
-    return units_panels({"controller": found})
+    return units_panels({"controller": result})
 
 
-def units_panels(found: Mapping[str, Units]) -> list[Panel]:
+def units_panels(results: Mapping[str, Units]) -> list[Panel]:
     """Shares of the units whose rms is below a value, under the plain loop and under controllers, by name."""
-    first = next(iter(found.values()))
-    rows = {"plain loop": first.before.rms} | {name: units.after.rms for name, units in found.items()}
-    every = np.concatenate([rms[np.isfinite(rms)] for rms in rows.values()])
-    x, y = angle("rms of the error", every), Axis("share of the units", "%")
+    first = next(iter(results.values()))
+    rows = {"plain loop": first.before.rms} | {name: units.after.rms for name, units in results.items()}
+    values = np.concatenate([rms[np.isfinite(rms)] for rms in rows.values()])
+    x, y = angle("rms of the error", values), Axis("share of the units", "%")
     panel = Panel(f"{len(first.after.rms)} units", x, y, xlog=True, ylim=(0.0, 103.0))
-    panel.xlim = (0.8 * float(np.min(every)), 1.25 * float(np.max(every)))
+    panel.xlim = (0.8 * float(np.min(values)), 1.25 * float(np.max(values)))
     looks = ((ORANGE, DASHES), *((colour, dash) for colour, dash, _ in AFTER))
     for (name, rms), (colour, dash) in zip(rows.items(), looks, strict=False):
         panel.share(rms, colour, name, dash)
@@ -133,54 +135,54 @@ def units_panels(found: Mapping[str, Units]) -> list[Panel]:
 
 
 @panels_of.register
-def compensated_move_panels(found: CompensatedMove) -> list[Panel]:
+def compensated_move_panels(move: CompensatedMove) -> list[Panel]:
     """Error of the load and torque of the motor over the time, under each controller."""
-    error = Panel("angle of the load in the profile less its angle", TIME, angle("", found.error))
+    error = Panel("angle of the load in the profile less its angle", TIME, angle("", move.error))
     torque = Panel("torque of the motor", TIME, Axis("", "N*m"))
-    for i, name in enumerate(found.names):
+    for i, name in enumerate(move.names):
         colour, dash = (BLACK, "") if i == 0 else LOOKS[(i - 1) % len(LOOKS)]
-        error.line(found.time, found.error[i], colour, name, dash)
-        torque.line(found.time, found.torque[i], colour, "", dash)
+        error.line(move.time, move.error[i], colour, name, dash)
+        torque.line(move.time, move.torque[i], colour, "", dash)
     for panel in (error, torque):
-        panel.upright(found.duration, GREY, "", "1 3", 1.0)
+        panel.upright(move.duration, GREY, "", "1 3", 1.0)
     return [error, torque]
 
 
 @panels_of.register
-def compensated_runup_panels(found: CompensatedRunup) -> list[Panel]:
+def compensated_runup_panels(runup: CompensatedRunup) -> list[Panel]:
     """Largest error over the speed on the way up and down, under each controller."""
-    y = angle("", [found.up, found.down])
+    y = angle("", [runup.up, runup.down])
     panel = Panel("largest pointing error about its mean", MOTOR, y, log=True)
-    for i, name in enumerate(found.names):
+    for i, name in enumerate(runup.names):
         colour = BLACK if i == 0 else LOOKS[(i - 1) % len(LOOKS)][0]
-        for sizes, way, dash in ((found.up, "up", ""), (found.down, "down", "5 3")):
-            panel.line(found.speed, sizes[i], colour, f"{name}, {way}", dash, 1.8)
+        for sizes, direction, dash in ((runup.up, "up", ""), (runup.down, "down", "5 3")):
+            panel.line(runup.speed, sizes[i], colour, f"{name}, {direction}", dash, 1.8)
     return [panel]
 
 
 @panels_of.register
-def monitored_panels(found: Monitored) -> list[Panel]:
+def monitored_panels(monitored: Monitored) -> list[Panel]:
     """The amplitudes of the orders over the time, from where they have settled on."""
-    late = found.time >= found.settled_from
-    shown = late if np.any(late) else slice(None)
+    late = monitored.time >= monitored.settled_from
+    samples = late if np.any(late) else slice(None)
     panel = Panel("", TIME, Axis("amplitude", "units of the signal"))
-    for i, (order, row) in enumerate(zip(found.orders, found.amplitude, strict=True)):
+    for i, (order, row) in enumerate(zip(monitored.orders, monitored.amplitude, strict=True)):
         colour, dash = LOOKS[i % len(LOOKS)]
-        panel.line(found.time[shown], row[shown], colour, f"order {order:g}", dash, 1.1)
+        panel.line(monitored.time[samples], row[samples], colour, f"order {order:g}", dash, 1.1)
     return [panel]
 
 
 @panels_of.register
-def prediction_panels(found: PredictionTable) -> list[Panel]:
+def prediction_panels(table: PredictionTable) -> list[Panel]:
     """The amplitudes of the orders over the speed, dotted where not stable; valid closed forms are dots."""
-    sizes = np.abs(found.amplitudes)
+    sizes = np.abs(table.amplitudes)
     panel = Panel("", MOTOR, angle("amplitude of the error", sizes), log=True)
-    for i, (order, row) in enumerate(zip(found.orders, sizes, strict=True)):
+    for i, (order, row) in enumerate(zip(table.orders, sizes, strict=True)):
         colour = LOOKS[i % len(LOOKS)][0]
-        panel.line(found.omega, row, colour, dash="1 3", width=1.0)
-        for a, b in found.runs():
-            panel.line(found.omega[a:b], row[a:b], colour, f"order {order}", width=1.4)
-        if found.closed is not None and found.valid is not None:
-            at = found.valid
-            panel.points(found.omega[at], np.abs(found.closed[i, at]), colour, "", ".", colour)
+        panel.line(table.omega, row, colour, dash="1 3", width=1.0)
+        for a, b in table.runs():
+            panel.line(table.omega[a:b], row[a:b], colour, f"order {order}", width=1.4)
+        if table.closed is not None and table.valid is not None:
+            valid = table.valid
+            panel.points(table.omega[valid], np.abs(table.closed[i, valid]), colour, "", ".", colour)
     return [panel]

@@ -38,21 +38,21 @@ def _parameter(name: str, unit: str = "") -> Axis:
 
 
 @panels_of.register
-def branch_panels(found: Branch) -> list[Panel]:
+def branch_panels(branch: Branch) -> list[Panel]:
     """The largest |first state| over the parameter, with the folds as rings; the first state counts as an angle."""
-    panel = Panel("", _parameter(found.parameter), angle("peak |x|", found.peak))
-    panel.parted(found.values, found.peak, found.stable, label="peak |x|")
-    panel.points([fold.value for fold in found.folds], [fold.peak for fold in found.folds], ORANGE, "fold")
+    panel = Panel("", _parameter(branch.parameter), angle("peak |x|", branch.peak))
+    panel.parted(branch.values, branch.peak, branch.stable, label="peak |x|")
+    panel.points([fold.value for fold in branch.folds], [fold.peak for fold in branch.folds], ORANGE, "fold")
     return [panel]
 
 
 @panels_of.register
-def orbit_panels(found: Orbit) -> list[Panel]:
+def orbit_panels(orbit: Orbit) -> list[Panel]:
     """The first state over the base angle, for the whole period of the orbit."""
-    phase = np.linspace(0.0, 2.0 * np.pi * found.period, max(64, SAMPLES * len(found.coefficients)))
-    x = found.state(phase)[0]
-    panel = Panel(f"omega = {found.omega:.6g} rad/s", Axis("base angle", "π rad", np.pi), angle("x", x))
-    panel.line(phase, x, dash="" if found.stable else DASHES)
+    phase = np.linspace(0.0, 2.0 * np.pi * orbit.period, max(64, SAMPLES * len(orbit.coefficients)))
+    x = orbit.state(phase)[0]
+    panel = Panel(f"omega = {orbit.omega:.6g} rad/s", Axis("base angle", "π rad", np.pi), angle("x", x))
+    panel.line(phase, x, dash="" if orbit.stable else DASHES)
     return [panel]
 
 
@@ -63,105 +63,105 @@ def _in_time(t: Floats, x: Floats, name: str) -> list[Panel]:
 
 
 @panels_of.register
-def trajectory_panels(found: Trajectory) -> list[Panel]:
+def trajectory_panels(trajectory: Trajectory) -> list[Panel]:
     """The first state over the time."""
-    return _in_time(found.t, found.y[0], "x")
+    return _in_time(trajectory.t, trajectory.y[0], "x")
 
 
 @panels_of.register
-def run_panels(found: DriveRun) -> list[Panel]:
+def run_panels(run: DriveRun) -> list[Panel]:
     """The error between motor and load over the time."""
-    return _in_time(found.trajectory.t, found.error, "error between motor and load")
+    return _in_time(run.trajectory.t, run.error, "error between motor and load")
 
 
 @panels_of.register
-def loop_panels(found: LoopRun) -> list[Panel]:
+def loop_panels(run: LoopRun) -> list[Panel]:
     """The error over the time."""
-    return _in_time(found.time, found.error, "error")
+    return _in_time(run.time, run.error, "error")
 
 
 @panels_of.register
-def slow_response_panels(found: SlowResponse) -> list[Panel]:
+def slow_response_panels(response: SlowResponse) -> list[Panel]:
     """The amplitude of the slow flow over the speed, each branch of it."""
-    sizes = np.concatenate([np.zeros(1), *(branch.amplitude for branch in found.branches)])
+    sizes = np.concatenate([np.zeros(1), *(branch.amplitude for branch in response.branches)])
     panel = Panel("", _parameter("omega"), angle("amplitude a", sizes))
-    for branch in found.branches:
+    for branch in response.branches:
         panel.parted(branch.omega, branch.amplitude, branch.stable, label="amplitude of the slow flow")
     return [panel]
 
 
 @panels_of.register
-def bode_panels(found: Bode) -> list[Panel]:
+def bode_panels(bode: Bode) -> list[Panel]:
     """Magnitude and phase of the speeds of motor and load over a torque; a held motor has none."""
-    ends, title = (float(found.omega[0]), float(found.omega[-1])), f"torque on the {found.source}"
+    ends, title = (float(bode.omega[0]), float(bode.omega[-1])), f"torque on the {bode.source}"
     size = Panel(title, HERTZ, Axis("speed per torque", "dB re 1 rad/(N*m*s)"), xlim=ends, xlog=True)
     phase = Panel("", HERTZ, Axis("phase", "deg"), xlim=ends, xlog=True, ystep=90.0)
-    if np.any(found.motor):
-        size.line(found.omega, found.decibels("motor"), BLUE, "motor speed")
-        phase.line(found.omega, found.degrees("motor"), BLUE, "motor speed")
-    size.line(found.omega, found.decibels("load"), ORANGE, "load speed", DASHES)
-    phase.line(found.omega, found.degrees("load"), ORANGE, "load speed", DASHES)
+    if np.any(bode.motor):
+        size.line(bode.omega, bode.decibels("motor"), BLUE, "motor speed")
+        phase.line(bode.omega, bode.degrees("motor"), BLUE, "motor speed")
+    size.line(bode.omega, bode.decibels("load"), ORANGE, "load speed", DASHES)
+    phase.line(bode.omega, bode.degrees("load"), ORANGE, "load speed", DASHES)
     return [size, phase]
 
 
 @panels_of.register
-def loop_response_panels(found: LoopResponse) -> list[Panel]:
+def loop_response_panels(response: LoopResponse) -> list[Panel]:
     """The size of the error that a torque of 1 N*m gives, over its frequency."""
-    size = np.abs(found.error_of_torque)
+    size = np.abs(response.error_of_torque)
     panel = Panel("", HERTZ, angle("error over torque", size, "/(N*m)"), log=True)
-    panel.line(found.omega, size)
+    panel.line(response.omega, size)
     return [panel]
 
 
 @panels_of.register
-def loops_panels(found: LoopEnsemble) -> list[Panel]:
+def loops_panels(loops: LoopEnsemble) -> list[Panel]:
     """The share of the loops whose rms is below a value."""
-    panel = Panel("", angle("rms of the error", found.rms), Axis("share of the loops", "%"))
-    panel.share(found.rms, BLUE)
+    panel = Panel("", angle("rms of the error", loops.rms), Axis("share of the loops", "%"))
+    panel.share(loops.rms, BLUE)
     return [panel]
 
 
 @panels_of.register
-def basins_panels(found: Basins) -> list[Panel]:
-    """The plane of initial states, coloured by where they lead, with the attractors' stroboscopic points.
+def basins_panels(basins: Basins) -> list[Panel]:
+    """The plane of initial states, coloured by the attractor that they reach, with its stroboscopic points.
 
     Beyond six attractors the smallest basins share a colour.
     """
-    (left, right), (low, high) = found.spans
+    (left, right), (low, high) = basins.spans
     panel = Panel(
-        "", angle("initial x", found.spans[0]), angle("initial x'", found.spans[1], "/s"),
+        "", angle("initial x", basins.spans[0]), angle("initial x'", basins.spans[1], "/s"),
         xlim=(left, right), ylim=(low, high),
     )  # fmt: skip
     colours = [*BASIN, *(colour for colour, _ in REST.values())]
     numbers = {label: len(BASIN) + i for i, label in enumerate(REST)}
-    shade = np.array([numbers.get(label, min(label, len(BASIN) - 1)) for label in found.label.tolist()])
-    if found.shape is None:
+    shade = np.array([numbers.get(label, min(label, len(BASIN) - 1)) for label in basins.label.tolist()])
+    if basins.shape is None:
         for i in np.unique(shade):
-            panel.points(found.x[shade == i], found.v[shade == i], colours[i], "", ".", colours[i])
+            panel.points(basins.x[shade == i], basins.v[shade == i], colours[i], "", ".", colours[i])
     else:
-        rows, columns = found.shape
+        rows, columns = basins.shape
         edges = np.linspace(left, right, columns + 1), np.linspace(low, high, rows + 1)
-        panel.cells = Cells(*edges, shade.reshape(found.shape), colours)
-        panel.line(*_borders(found.label.reshape(found.shape), *edges), BLACK, width=0.5)
-    unit, size = angle_unit([attractor.amplitude for attractor in found.attractors])
-    for i, attractor in enumerate(found.attractors):
-        look, (share, error) = min(i, len(BASIN) - 1), found.share(i)
+        panel.cells = Cells(*edges, shade.reshape(basins.shape), colours)
+        panel.line(*_borders(basins.label.reshape(basins.shape), *edges), BLACK, width=0.5)
+    unit, size = angle_unit([attractor.amplitude for attractor in basins.attractors])
+    for i, attractor in enumerate(basins.attractors):
+        look, (share, error) = min(i, len(BASIN) - 1), basins.share(i)
         name = f"period {attractor.period}, amplitude {attractor.amplitude / size:.3g} {unit}"
         x, v = attractor.points[:, 0], attractor.points[:, 1]
         panel.points(x, v, BLACK, f"{name}: {share:.3f} ± {error:.3f}", MARKERS[look % len(MARKERS)], BASIN[look])
     for label, (colour, name) in REST.items():
-        share, error = found.share(label)
+        share, error = basins.share(label)
         if share > 0.0:
             panel.points([np.nan], [np.nan], BLACK, f"{name}: {share:.3f} ± {error:.3f}", "s", colour)
     return [panel]
 
 
 def _borders(label: NDArray[np.int64], x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Lines between cells with different labels, parted by nan; none where these are dust."""
-    beside, above = np.nonzero(label[:, 1:] != label[:, :-1]), np.nonzero(label[1:] != label[:-1])
-    if min(label.shape) < 2 or len(beside[0]) + len(above[0]) > CLEAR * 2.0 * label.size:
+    """Lines between cells with different labels, separated by nan; none where most cells differ from neighbours."""
+    upright, level = np.nonzero(label[:, 1:] != label[:, :-1]), np.nonzero(label[1:] != label[:-1])
+    if min(label.shape) < 2 or len(upright[0]) + len(level[0]) > CLEAR * 2.0 * label.size:
         return np.empty(0), np.empty(0)
-    (i, j), (k, m) = beside, above
+    (i, j), (k, m) = upright, level
     gaps = np.full(len(i), np.nan), np.full(len(k), np.nan)
     across = np.vstack([np.r_[x[j + 1], x[m]], np.r_[x[j + 1], x[m + 1]], np.r_[gaps]])
     up = np.vstack([np.r_[y[i], y[k + 1]], np.r_[y[i + 1], y[k + 1]], np.r_[gaps]])
@@ -169,32 +169,35 @@ def _borders(label: NDArray[np.int64], x: Floats, y: Floats) -> tuple[Floats, Fl
 
 
 @panels_of.register
-def orbit_diagram_panels(found: OrbitDiagram) -> list[Panel]:
+def orbit_diagram_panels(diagram: OrbitDiagram) -> list[Panel]:
     """The stroboscopic points over the parameter: the sweep up as dots, the sweep down as rings."""
-    values = np.repeat(found.values, found.up.shape[1] * found.up.shape[2])
-    panel = Panel("", _parameter(found.parameter, found.unit), angle("x once per turn", [found.up, found.down]))
-    panel.points(values, found.down.ravel(), ORANGE, "sweep down", "o", "none")
-    panel.points(values, found.up.ravel(), BLUE, "sweep up", ".", BLUE)
+    values = np.repeat(diagram.values, diagram.up.shape[1] * diagram.up.shape[2])
+    panel = Panel("", _parameter(diagram.parameter, diagram.unit), angle("x once per turn", [diagram.up, diagram.down]))
+    panel.points(values, diagram.down.ravel(), ORANGE, "sweep down", "o", "none")
+    panel.points(values, diagram.up.ravel(), BLUE, "sweep up", ".", BLUE)
     return [panel]
 
 
 @panels_of.register
-def variability_panels(found: Variability) -> list[Panel]:
+def variability_panels(variability: Variability) -> list[Panel]:
     """The quantiles of the peak error: over the speed, or of one speed over the number of drives.
 
     Bars are two standard errors long to each side; the dashed lines only lead the eye.
     """
-    by_speed = len(found.speeds) > 1
+    by_speed = len(variability.speeds) > 1
     if by_speed:
-        across = np.array([s.omega for s in found.speeds])
-        values, errors = np.array([s.quantiles for s in found.speeds]), np.array([s.errors for s in found.speeds])
+        across = np.array([s.omega for s in variability.speeds])
+        values, errors = (
+            np.array([s.quantiles for s in variability.speeds]),
+            np.array([s.errors for s in variability.speeds]),
+        )
     else:
-        running = found.speeds[0].running
+        running = variability.speeds[0].running
         across, values, errors = running.counts, running.values, running.errors
     panel = Panel("", Axis("speed", "rad/s") if by_speed else Axis("drives"), angle("peak |x|", values))
     panel.xlog = not by_speed
     colours = (BLUE, ORANGE, GREEN, PINK, OCHRE, GREY)
-    for i, share in enumerate(found.speeds[0].shares):
+    for i, share in enumerate(variability.speeds[0].shares):
         colour = colours[i % len(colours)]
         panel.bars(across, values[:, i] - 2.0 * errors[:, i], values[:, i] + 2.0 * errors[:, i], colour)
         panel.line(across, values[:, i], colour, dash=DASHES, width=0.6)
@@ -203,21 +206,21 @@ def variability_panels(found: Variability) -> list[Panel]:
 
 
 @panels_of.register
-def validity_panels(found: ValidityMap) -> list[Panel]:
+def validity_panels(validity: ValidityMap) -> list[Panel]:
     """The contours of 1, 5 and 20 % error of both orders over speed and strength of the excitation.
 
     An order without a contour holds, or fails, in the whole map; the legend says so.
     """
     panel = Panel("", _parameter("omega"), Axis("excitation over that of the system"))
-    panel.log = bool(found.amplitudes[-1] > 5.0 * found.amplitudes[0])
-    return _contours(panel, found.speeds, found.amplitudes, found.error)
+    panel.log = bool(validity.amplitudes[-1] > 5.0 * validity.amplitudes[0])
+    return _contours(panel, validity.speeds, validity.amplitudes, validity.error)
 
 
 @panels_of.register
-def general_validity_panels(found: GeneralValidity) -> list[Panel]:
+def general_validity_panels(validity: GeneralValidity) -> list[Panel]:
     """The contours of 1, 5 and 20 % error of both orders over alpha a^2 and the damping ratio."""
     panel = Panel("", Axis("alpha a² at the peak"), Axis("damping ratio zeta"), log=True, xlog=True)
-    return _contours(panel, found.bend, found.damping_ratio, found.error)
+    return _contours(panel, validity.bend, validity.damping_ratio, validity.error)
 
 
 def _contours(panel: Panel, x: Floats, y: Floats, error: Floats) -> list[Panel]:
@@ -237,8 +240,8 @@ def _contours(panel: Panel, x: Floats, y: Floats, error: Floats) -> list[Panel]:
             middle = len(across) // 2
             panel.notes.append(Note(float(across[middle]), float(up[middle]), f"{level:g} %"))
         # the strictest level within which, and the widest beyond which
-        shown = [part for part in everywhere[:1] if part.startswith("within")] or everywhere[-1:]
-        panel.line([np.nan], [np.nan], colour, ", ".join([name, *shown]), dash)
+        ranges = [part for part in everywhere[:1] if part.startswith("within")] or everywhere[-1:]
+        panel.line([np.nan], [np.nan], colour, ", ".join([name, *ranges]), dash)
     return [panel]
 
 
@@ -249,16 +252,16 @@ def contours(x: Floats, y: Floats, height: Floats) -> Iterator[tuple[Floats, Flo
     """
     pieces: dict[tuple[float, float], list[tuple[float, float]]] = {}
     halves = ((0, 0), (0, 1), (1, 1)), ((0, 0), (1, 0), (1, 1))
-    below = (height < 0.0).astype(int)
-    count = below[1:, 1:] + below[1:, :-1] + below[:-1, 1:] + below[:-1, :-1]
-    for (i, j), three in product(np.argwhere(count % 4).tolist(), halves):
-        corners = [(x[j + b], y[i + a], height[i + a, j + b]) for a, b in three]
+    negative = (height < 0.0).astype(int)
+    count = negative[1:, 1:] + negative[1:, :-1] + negative[:-1, 1:] + negative[:-1, :-1]
+    for (i, j), triangle in product(np.argwhere(count % 4).tolist(), halves):
+        corners = [(x[j + b], y[i + a], height[i + a, j + b]) for a, b in triangle]
         ends = list(_crossings(corners))
         if len(ends) == 2 and ends[0] != ends[1]:
-            for here, there in (ends, ends[::-1]):
-                pieces.setdefault(here, []).append(there)
+            for first, second in (ends, ends[::-1]):
+                pieces.setdefault(first, []).append(second)
     while pieces:
-        point = next((end for end, others in pieces.items() if len(others) == 1), next(iter(pieces)))
+        point = next((end for end, neighbours in pieces.items() if len(neighbours) == 1), next(iter(pieces)))
         line = [point]
         while point in pieces:
             following = pieces[point].pop()
@@ -272,9 +275,9 @@ def contours(x: Floats, y: Floats, height: Floats) -> Iterator[tuple[Floats, Flo
 
 
 def _crossings(corners: list[tuple[float, float, float]]) -> Iterator[tuple[float, float]]:
-    """Places on the sides of a triangle where the third number changes its sign, each side taken in one direction."""
-    for one, other in ((0, 1), (1, 2), (0, 2)):
-        (x0, y0, h0), (x1, y1, h1) = corners[one], corners[other]
+    """Points (x, y) on the sides of a triangle where the height changes its sign, each side in a fixed direction."""
+    for i, k in ((0, 1), (1, 2), (0, 2)):
+        (x0, y0, h0), (x1, y1, h1) = corners[i], corners[k]
         if (h0 < 0.0) != (h1 < 0.0):
             share = h0 / (h0 - h1)
             yield float(x0 + share * (x1 - x0)), float(y0 + share * (y1 - y0))

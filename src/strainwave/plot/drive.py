@@ -1,6 +1,6 @@
 """The figure of a drive: oscillation of its error and torque in its gear against speed; several drives side by side.
 
-The mean of the error, its static wind-up, is left out: it is told beside the figure. Stable parts are full lines,
+The mean of the error, its static wind-up, is left out: it stands beside the figure. Stable parts are full lines,
 unstable ones dashed. Curves have more points than were computed: between those their harmonics follow a smooth curve.
 """
 
@@ -48,17 +48,17 @@ def fine(response: DriveResponse) -> DriveResponse:
     speed, size = np.ptp(curve.omega), np.max(np.ptp(curve.coefficients, axis=0))
     if not (speed > 0.0 and size > 0.0):
         return response
-    found = _between(np.column_stack([curve.omega / speed, curve.coefficients / size])) * np.array(
+    points = _between(np.column_stack([curve.omega / speed, curve.coefficients / size])) * np.array(
         [speed, *[size] * curve.coefficients.shape[1]]
     )
-    found[::PARTS] = np.column_stack([curve.omega, curve.coefficients])
-    series = to_blocks(found[:, 1:].T).T
+    points[::PARTS] = np.column_stack([curve.omega, curve.coefficients])
+    series = to_blocks(points[:, 1:].T).T
     peak = np.max(np.abs(series @ synthesis(series.shape[1] // 2, SAMPLES * (series.shape[1] // 2))), axis=1)
     peak[::PARTS] = curve.peak
-    own = np.arange(len(found)) // PARTS  # a step is drawn as its first point is
+    steps = np.arange(len(points)) // PARTS  # a step is drawn as its first point is
     drawn = replace(
-        curve, values=found[:, 0], omega=found[:, 0], coefficients=found[:, 1:], peak=peak,
-        multipliers=curve.multipliers[own], stable=curve.stable[own],
+        curve, values=points[:, 0], omega=points[:, 0], coefficients=points[:, 1:], peak=peak,
+        multipliers=curve.multipliers[steps], stable=curve.stable[steps],
     )  # fmt: skip
     return replace(response, curve=drawn)
 
@@ -84,7 +84,7 @@ def _between(points: Floats) -> Floats:
 
 
 class Drawn(NamedTuple):
-    """What the figure has beside the curve of the drive: nothing of it where there is no analysis."""
+    """Additions of an analysis to the curve of the drive; all empty without an analysis."""
 
     cases: tuple[LoadCase, ...] = ()
     avoid: Avoid | None = None
@@ -94,7 +94,7 @@ class Drawn(NamedTuple):
 
 
 def of_analysis(analysis: Analysis) -> Drawn:
-    """The same curve under other torques of the load, speeds to avoid, and what checks it or is compared with it."""
+    """Curves under other torques of the load, speeds to avoid, and the computations that check the curve."""
     cases, whole = analysis.load_cases, analysis.train_curve is not None
     if whole:
         return Drawn(cases, analysis.avoid, None, analysis.exact)
@@ -111,7 +111,7 @@ NOTHING = Drawn()
 
 @panels_of.register
 def drive_panels(
-    drive: DriveResponse, project: Project | None = None, y: Axis | None = None, more: Drawn = NOTHING
+    drive: DriveResponse, project: Project | None = None, y: Axis | None = None, extras: Drawn = NOTHING
 ) -> list[Panel]:
     """Oscillation of the error above, the largest torque in the gear below, over the same speeds.
 
@@ -119,55 +119,56 @@ def drive_panels(
     """
     y = y or angle(f"oscillation of the {drive.name}", drive.oscillation)
     x = Axis("speed of the base angle", "rpm", RPM) if project is None else of_speeds(project.speeds)
-    above, below = Panel("", x, y), Panel("", x, Axis("largest torque in the gear", "N*m"))
+    error, torque = Panel("", x, y), Panel("", x, Axis("largest torque in the gear", "N*m"))
     if project is not None:
         low, high = project.speeds.limits
-        above.xlim = below.xlim = low - 0.02 * (high - low), high + 0.02 * (high - low)
-    _error(above, project, drive, more)
-    panels = [above]
+        error.xlim = torque.xlim = low - 0.02 * (high - low), high + 0.02 * (high - low)
+    _error(error, project, drive, extras)
+    panels = [error]
     if np.size(drive.torque):
-        _torque(below, project, drive, more)
-        panels.append(below)
+        _torque(torque, project, drive, extras)
+        panels.append(torque)
     for panel in panels:
         panel.fit()
-        for i, band in enumerate(() if more.avoid is None else more.avoid.bands):
+        for i, band in enumerate(() if extras.avoid is None else extras.avoid.bands):
             panel.band(band, -np.inf, np.inf, SHADE, "" if i else "speeds to avoid")
-    for i, regime in enumerate(more.regimes, 1):  # numbered as in the table
+    for i, regime in enumerate(extras.regimes, 1):  # numbered as in the table
         if regime.inside:
-            above.upright(regime.place, GREY, "", "5 4", 0.9)
-            above.notes.append(Note(regime.place, 0.0, str(i), above=True))
+            error.upright(regime.place, GREY, "", "5 4", 0.9)
+            error.notes.append(Note(regime.place, 0.0, str(i), above=True))
     return panels
 
 
-def shows_reduced(drive: DriveResponse, more: Drawn) -> bool:
-    """Whether the error equation is drawn beside the whole drive, whose own curve it would flatten if it were far."""
-    if more.reduced is None or not len(more.reduced.curve):
+def shows_reduced(drive: DriveResponse, extras: Drawn) -> bool:
+    """Whether the error equation is drawn: not where it is so large that it would flatten the curve of the drive."""
+    if extras.reduced is None or not len(extras.reduced.curve):
         return False
-    largest = (np.max(fine(response).curve.oscillation) for response in (more.reduced, drive))
-    return bool(next(largest) <= FAR * next(largest))
+    reduced, whole = fine(extras.reduced).curve, fine(drive).curve
+    return bool(np.max(reduced.oscillation) <= FAR * np.max(whole.oscillation))
 
 
-def _error(panel: Panel, project: Project | None, drive: DriveResponse, more: Drawn) -> None:
+def _error(panel: Panel, project: Project | None, drive: DriveResponse, extras: Drawn) -> None:
     smooth = fine(drive)
-    for case in more.cases:
-        near = fine(case.drive).curve
-        name = f"load torque {number(more.cases[0].torque)} to {number(more.cases[-1].torque)} N·m"
-        panel.parted(near.omega, near.oscillation, True, ORANGE, name, widths=(1.0, 1.0), keep=near.stable)
-    name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if project and more.cases else "")
+    for case in extras.cases:
+        curve = fine(case.drive).curve
+        name = f"load torque {number(extras.cases[0].torque)} to {number(extras.cases[-1].torque)} N·m"
+        panel.parted(curve.omega, curve.oscillation, True, ORANGE, name, widths=(1.0, 1.0), keep=curve.stable)
+    name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if project and extras.cases else "")
     draw_exact(panel, name, smooth.curve.omega, smooth.curve.oscillation, smooth.curve.stable)
-    if more.reduced is not None and shows_reduced(drive, more):
-        other = fine(more.reduced).curve
-        panel.line(other.omega, other.oscillation, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
-    for motions, marker in ((more.run.up, "^"), (more.run.down, "v")) if more.run is not None else ():
+    if extras.reduced is not None and shows_reduced(drive, extras):
+        reduced = fine(extras.reduced).curve
+        panel.line(reduced.omega, reduced.oscillation, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
+    for motions, marker in ((extras.run.up, "^"), (extras.run.down, "v")) if extras.run is not None else ():
         good = [m for m in motions if m.status]
         heights = [float(np.max(np.abs(m.x - np.mean(m.x[:-1])))) for m in good]
         simulated(panel, [m.omega for m in good], heights, marker)
-    own, omega = drive.oscillation, drive.omega
-    folds = [(fold.omega, float(own[np.argmin(np.abs(omega - fold.omega))])) for fold in drive.folds]
+    oscillation, omega = drive.oscillation, drive.omega
+    folds = [(fold.omega, float(oscillation[np.argmin(np.abs(omega - fold.omega))])) for fold in drive.folds]
     draw_folds(panel, [w for w, _ in folds], [y for _, y in folds])
     sweep = drive.sweep
     for jump in (*sweep.on_run_up, *sweep.on_run_down) if sweep else ():
-        before, after = (own[_nearest(drive, jump.value, peak)] for peak in (jump.before, jump.after))
+        before = oscillation[_nearest(drive, jump.value, jump.before)]
+        after = oscillation[_nearest(drive, jump.value, jump.after)]
         panel.arrows.append(Arrow(jump.value, float(before), float(after)))
     if project is None:
         return
@@ -184,14 +185,14 @@ def _nearest(drive: DriveResponse, omega: float, peak: float) -> int:
     return int(np.argmin(np.abs(drive.omega / omega - 1.0) + np.abs(drive.peak - peak) / np.max(drive.peak)))
 
 
-def _torque(panel: Panel, project: Project | None, drive: DriveResponse, more: Drawn) -> None:
-    for case in more.cases:
-        there = case.drive
-        panel.parted(there.omega, there.torque, True, ORANGE, widths=(1.0, 1.0), keep=there.stable)
+def _torque(panel: Panel, project: Project | None, drive: DriveResponse, extras: Drawn) -> None:
+    for case in extras.cases:
+        response = case.drive
+        panel.parted(response.omega, response.torque, True, ORANGE, widths=(1.0, 1.0), keep=response.stable)
     panel.parted(drive.omega, drive.torque, drive.stable, widths=(2.2, 1.9))
     if project is None or project.gear is None:
         return
-    top = max(float(np.max(case.torque)) for case in (drive, *(case.drive for case in more.cases)))
+    top = max(float(np.max(case.torque)) for case in (drive, *(case.drive for case in extras.cases)))
     limits = {
         "repeated peak torque": (project.gear.repeated_peak_torque, "8 3"),
         "momentary torque": (project.gear.momentary_torque, DOTS),

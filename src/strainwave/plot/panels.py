@@ -1,6 +1,6 @@
-"""Figures as plain data: what a result shows, in SI, with the unit of each axis. Any renderer draws them.
+"""Figures as plain data: curves in SI, with the unit of each axis. Any renderer draws them.
 
-A figure is told once, by `panels()` of a result or by a function that is registered here for its class.
+The figure of a result is defined once: by its `panels()`, or by a function that is registered here for its class.
 """
 
 from collections.abc import Iterator, Sequence
@@ -118,7 +118,8 @@ class Panel:
     caption: Sequence[str] = ()  # sentences below the figure
 
     def __post_init__(self) -> None:
-        self.x, self.y = (Axis(axis) if isinstance(axis, str) else axis for axis in (self.x, self.y))
+        self.x = Axis(self.x) if isinstance(self.x, str) else self.x
+        self.y = Axis(self.y) if isinstance(self.y, str) else self.y
 
     def line(
         self, x: ArrayLike, y: ArrayLike, colour: str = BLUE, label: str = "", dash: str = "", width: float = 1.6
@@ -136,7 +137,7 @@ class Panel:
             self.curves.append(Curve(across, up, colour, label, marker=marker, face=face, width=1.1))
 
     def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, colour: str, label: str = "") -> None:
-        """Shade what lies between two curves, behind everything."""
+        """Shade the area between two curves, behind everything else."""
         across, lower, upper = np.broadcast_arrays(*(np.asarray(v, float) for v in (x, low, high)))
         self.curves.insert(0, Curve(across, lower, colour, label, upper=upper))
 
@@ -152,9 +153,9 @@ class Panel:
         self, x: ArrayLike, low: ArrayLike, high: ArrayLike, colour: str, label: str = "", width: float = 1.0
     ) -> None:
         """Add upright lines between values."""
-        at, bottom, top = np.broadcast_arrays(*(np.asarray(v, float) for v in (x, low, high)))
-        gap = np.full(at.shape, np.nan)
-        across, up = np.stack([at, at, gap], -1).ravel(), np.stack([bottom, top, gap], -1).ravel()
+        place, bottom, top = np.broadcast_arrays(*(np.asarray(v, float) for v in (x, low, high)))
+        gap = np.full(place.shape, np.nan)
+        across, up = np.stack([place, place, gap], -1).ravel(), np.stack([bottom, top, gap], -1).ravel()
         self.line(across, up, colour, label, width=width)
 
     def parted(
@@ -178,14 +179,15 @@ class Panel:
                 self.line(x[a : b + 1], y[a : b + 1], colour, name, dashes[look], widths[look])
 
     def share(self, values: Floats, colour: str, label: str = "", dash: str = "", width: float = 1.8) -> None:
-        """Add the share [%] of values that are below a value, of all that there are."""
+        """Add the cumulative distribution of values: the share [%] of all that is below each finite one."""
         good = np.sort(values[np.isfinite(values)])
         share = 100.0 * np.arange(1, len(good) + 1) / len(values)
         self.line(np.repeat(good, 2), [0.0, *np.repeat(share, 2)[:-1]], colour, label, dash, width)
 
     def fit(self, spread: float = 30.0, room: float = 1.08) -> None:
-        """Scale the upright axis from zero, or by powers of ten where what is within the ends of x spans so many."""
-        low, high = (end if end is not None else side for end, side in zip(self.xlim, (-np.inf, np.inf), strict=True))
+        """Scale the upright axis from zero, or logarithmically where heights in `xlim` differ over `spread` times."""
+        low = -np.inf if self.xlim[0] is None else self.xlim[0]
+        high = np.inf if self.xlim[1] is None else self.xlim[1]
         inside = [c.y[np.isfinite(c.y) & ((c.x >= low) & (c.x <= high) | np.isinf(c.x))] for c in self.curves]
         heights = np.concatenate([np.zeros(1), *inside])
         positive = heights[heights > 0.0]
@@ -201,21 +203,22 @@ class Panel:
 
     @property
     def empty(self) -> bool:
-        """Whether there is nothing to be seen."""
+        """Whether the panel shows nothing."""
         return self.cells is None and not any(
             np.any(np.isfinite(c.x)) and np.any(np.isfinite(c.y)) for c in self.curves
         )
 
 
-def _scale(values: list[Floats], given: Ends, log: bool) -> tuple[float, float, bool]:
-    every = np.concatenate([np.empty(0), *values])
-    every = every[np.isfinite(every)]
-    log = log and bool(np.any(every > 0.0)) and (given[0] is None or given[0] > 0.0)
-    every = np.log(every[every > 0.0]) if log else every
-    low, high = (float(np.min(every)), float(np.max(every))) if len(every) else (0.0, 1.0)
+def _scale(values: list[Floats], limits: Ends, log: bool) -> tuple[float, float, bool]:
+    finite = np.concatenate([np.empty(0), *values])
+    finite = finite[np.isfinite(finite)]
+    log = log and bool(np.any(finite > 0.0)) and (limits[0] is None or limits[0] > 0.0)
+    finite = np.log(finite[finite > 0.0]) if log else finite
+    low, high = (float(np.min(finite)), float(np.max(finite))) if len(finite) else (0.0, 1.0)
     pad = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
     ends = [float(np.exp(end)) if log else float(end) for end in (low - pad, high + pad)]
-    low, high = (own if end is None else end for own, end in zip(ends, given, strict=True))
+    low = ends[0] if limits[0] is None else limits[0]
+    high = ends[1] if limits[1] is None else limits[1]
     return low, high, log
 
 
@@ -237,6 +240,6 @@ def placed_above(
 def panels_of(result: Any) -> list[Panel]:
     """Panels of the figure of a result, from top to bottom; none where nothing is drawn of it."""
     above("figures")  # figures of other classes are loaded where one is drawn: they know all studies
-    known = panels_of.dispatch(type(result))
-    found: list[Panel] = [] if known is panels_of.dispatch(object) else known(result)
-    return found
+    function = panels_of.dispatch(type(result))
+    panels: list[Panel] = [] if function is panels_of.dispatch(object) else function(result)
+    return panels

@@ -1,8 +1,7 @@
 """Panels as SVG text, with ticks, a legend below them, and the same bytes every time.
 
 The report's dozen figures take a few milliseconds each; matplotlib's, with 33 axes, took a third of the whole analysis.
-
-Where a label beside a point of a figure crosses the fewest lines.
+A label beside a point stands where it crosses the fewest lines.
 """
 
 import math
@@ -66,7 +65,7 @@ def beside(
 
 
 def _crossed(left: float, base: float, width: float, lines: Sequence[tuple[Floats, Floats]]) -> int:
-    """How many points of the lines lie in the box of a text."""
+    """Number of points of the lines in the box of a text."""
     return sum(
         int(np.sum((x > left) & (x < left + width) & (y > base - ROW) & (y < base + 3.0)))
         for x, y in (_dense(*line) for line in lines)
@@ -76,8 +75,8 @@ def _crossed(left: float, base: float, width: float, lines: Sequence[tuple[Float
 def _dense(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """A polyline with points so near that none of it slips through a text."""
     far = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    at = np.arange(0.0, far[-1] + STEP, STEP)
-    return np.interp(at, far, x), np.interp(at, far, y)
+    places = np.arange(0.0, far[-1] + STEP, STEP)
+    return np.interp(places, far, x), np.interp(places, far, y)
 
 
 def ticks(low: float, high: float, most: int, unit: float = 0.0) -> tuple[list[float], list[str]]:
@@ -87,7 +86,8 @@ def ticks(low: float, high: float, most: int, unit: float = 0.0) -> tuple[list[f
     step = decade * next(m for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= rough * (1.0 - 1e-9))
     step = unit * math.ceil(rough / unit) if unit else step
     values = [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
-    decimals = max(0, -math.floor(math.log10(step) + 1e-9) + (abs(step / decade - 2.5) < 0.1))
+    digit = 1 if abs(step / decade - 2.5) < 0.1 else 0
+    decimals = max(0, digit - math.floor(math.log10(step) + 1e-9))
     if decimals > 4 or max(abs(low), abs(high)) >= 1e6:
         return values, [number(v) for v in values]
     return values, [f"{v:.{decimals}f}".replace("-", "−") for v in values]
@@ -111,7 +111,7 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
     height : float
         Height of a panel with its labels [px].
     label : str
-        What a screen reader says.
+        Text for screen readers.
     width : float
         Of the figure [px]; the text of a narrow one is larger on the same screen.
 
@@ -122,25 +122,25 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
     """
     if all(panel.empty for row in rows for panel in row):
         return ""
-    parts, every = [], [panel for row in rows for panel in row]
+    parts, panels = [], [panel for row in rows for panel in row]
     for i, row in enumerate(rows):
-        each = width / len(row)
+        panel_width = width / len(row)
         for j, panel in enumerate(row):
-            under = rows[i + 1] if i + 1 < len(rows) else []
-            named = len(under) != len(row) or under[j].x != panel.x
-            parts.append(_panel(panel, j * each, i * height, each, height, named))
+            next_row = rows[i + 1] if i + 1 < len(rows) else []
+            named = len(next_row) != len(row) or next_row[j].x != panel.x
+            parts.append(_panel(panel, j * panel_width, i * height, panel_width, height, named))
     entries: dict[str, Curve] = {}
-    for curve in (curve for panel in every for curve in panel.curves if curve.label):
+    for curve in (curve for panel in panels for curve in panel.curves if curve.label):
         entries.setdefault(curve.label, curve)
-    legend, more = _legend(entries, len(rows) * height, width)
+    legend, legend_height = _legend(entries, len(rows) * height, width)
     letters = int(LINE * width / WIDTH)
-    said = [line for panel in every for text in panel.caption for line in wrap(text, letters)]
-    top = len(rows) * height + more + 4.0
-    below = legend + "".join(_text(LEFT, top + CAPTION_ROW * i, line, "start") for i, line in enumerate(said))
-    more += CAPTION_ROW * len(said)
+    captions = [line for panel in panels for text in panel.caption for line in wrap(text, letters)]
+    top = len(rows) * height + legend_height + 4.0
+    below = legend + "".join(_text(LEFT, top + CAPTION_ROW * i, line, "start") for i, line in enumerate(captions))
+    legend_height += CAPTION_ROW * len(captions)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
-        f'viewBox="0 0 {width:.0f} {len(rows) * height + more:.0f}" fill="{INK}" font-size="{FONT}" '
+        f'viewBox="0 0 {width:.0f} {len(rows) * height + legend_height:.0f}" fill="{INK}" font-size="{FONT}" '
         f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{"".join(parts)}{below}</svg>'
     )
 
@@ -170,33 +170,33 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
     ys, heights = _shown_ticks(panel.y, bottom, top, ylog, max(4, round(h / 45.0)), panel.ystep)
     px, py = across(xs).tolist(), up(ys).tolist()
     grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)
-    out = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
-    out.append(f'<path d="M0 0V{h:.1f}H{w:.1f}" fill="none" stroke="{INK}"/>')
+    parts = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
+    parts.append(f'<path d="M0 0V{h:.1f}H{w:.1f}" fill="none" stroke="{INK}"/>')
     for v, name in zip(px, names, strict=True):  # the last one ends within the figure
-        out.append(_text(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
-    out += [_text(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
-    out.append(_text(0.0, -9.0, panel.title, "start"))
+        parts.append(_text(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
+    parts += [_text(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
+    parts.append(_text(0.0, -9.0, panel.title, "start"))
     if named:
-        out.append(_text(w / 2.0, h + 35.0, str(panel.x), "middle"))
+        parts.append(_text(w / 2.0, h + 35.0, str(panel.x), "middle"))
     beside_ticks = -max(44.0, 12.0 + 7.4 * max(map(len, heights), default=0))
     for i, text in enumerate(reversed(panel.y.lines(int((h + TOP + 24.0) / LETTER)))):
-        out.append(_text(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True))
+        parts.append(_text(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True))
     # an inner svg clips what leaves the panel
-    out.append(f'<svg width="{w:.1f}" height="{h:.1f}" overflow="hidden">')
+    parts.append(f'<svg width="{w:.1f}" height="{h:.1f}" overflow="hidden">')
     if panel.cells is not None:
-        out += _cells(panel.cells, across, up)
+        parts += _cells(panel.cells, across, up)
     for c in panel.curves:
         if not c.marker:
-            out.append(_line(c, across, up))
-    out += [_arrow(float(across(a.x)), float(up(a.start)), float(up(a.end))) for a in panel.arrows]
-    out.append("</svg>")
+            parts.append(_line(c, across, up))
+    parts += [_arrow(float(across(a.x)), float(up(a.start)), float(up(a.end))) for a in panel.arrows]
+    parts.append("</svg>")
     for c in panel.curves:
         if c.marker:
-            out += [
+            parts += [
                 _marker(u, v, c) for u, v in zip(across(c.x), up(c.y), strict=True) if -1 < u < w + 1 and -1 < v < h + 1
             ]
-    out += _notes(panel, across, up, (w, h))
-    return "".join(out) + "</g>"
+    parts += _notes(panel, across, up, (w, h))
+    return "".join(parts) + "</g>"
 
 
 def _shown_ticks(
@@ -222,10 +222,10 @@ def thin(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """The points of a curve, or of many the smallest and the largest of each bin of them."""
     if len(x) <= 4 * ACROSS:
         return x, y
-    each = -(-len(x) // ACROSS)
-    bins = -(-len(x) // each)
-    rows = np.append(y, np.full(bins * each - len(y), y[-1])).reshape(bins, each)
-    first = each * np.arange(bins)
+    count = -(-len(x) // ACROSS)
+    bins = -(-len(x) // count)
+    rows = np.append(y, np.full(bins * count - len(y), y[-1])).reshape(bins, count)
+    first = count * np.arange(bins)
     keep = np.unique(np.concatenate([[0], first + np.argmin(rows, 1), first + np.argmax(rows, 1), [len(x) - 1]]))
     keep = keep[keep < len(x)]
     return x[keep], y[keep]
@@ -240,13 +240,13 @@ def _notes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float]) ->
     lines.append(edge)
     high = [note for note in panel.notes if note.above]
     rows = placed_above(high, across([note.x for note in high]), w, LETTER)
-    out = [_text(middle, -4.0 - 13.0 * row, text, "middle") for text, middle, row in rows]
+    texts = [_text(middle, -4.0 - 13.0 * row, text, "middle") for text, middle, row in rows]
     for note in panel.notes:
-        at = float(across(note.x))
-        if not note.above and -1.0 < at < w + 1.0:
-            u, v, anchor = beside(at, float(up(note.y)), LETTER * len(note.text), lines, w)
-            out.append(_text(u, v, note.text, anchor, halo=True))
-    return out
+        place = float(across(note.x))
+        if not note.above and -1.0 < place < w + 1.0:
+            u, v, anchor = beside(place, float(up(note.y)), LETTER * len(note.text), lines, w)
+            texts.append(_text(u, v, note.text, anchor, halo=True))
+    return texts
 
 
 def _text(x: float, y: float, text: str, anchor: str, turned: bool = False, halo: bool = False) -> str:
@@ -276,15 +276,15 @@ def _line(curve: Curve, across: Scale, up: Scale) -> str:
 
 
 def _path(x: Floats, y: Floats) -> str:
-    """Path through the points, without those that do not show."""
+    """Path through the points, without those that make no visible difference."""
     for _ in range(4):
         if len(x) < 200:
             break
         odd = np.arange(1, len(x) - 1, 2)
         ahead, aside = x[odd + 1] - x[odd - 1], y[odd + 1] - y[odd - 1]
-        off = np.abs(ahead * (y[odd] - y[odd - 1]) - aside * (x[odd] - x[odd - 1]))
+        distance = np.abs(ahead * (y[odd] - y[odd - 1]) - aside * (x[odd] - x[odd - 1]))
         keep = np.ones(len(x), bool)
-        keep[odd[off < CLOSE * np.hypot(ahead, aside)]] = False
+        keep[odd[distance < CLOSE * np.hypot(ahead, aside)]] = False
         x, y = x[keep], y[keep]
     flat = np.column_stack([x, y]).ravel().tolist()
     return "M" + ("%.1f %.1fL" * len(x))[:-1] % tuple(flat)
@@ -318,15 +318,15 @@ def _legend(entries: dict[str, Curve], top: float, width: float) -> tuple[str, f
     else:
         return "", 0.0
     starts = max(0.0, width - sum(widths)) / 2.0 + np.cumsum([0.0, *widths])
-    out = []
+    parts = []
     for i, (name, curve) in enumerate(entries.items()):
         x, y = float(starts[i % columns]), top + 6.0 + LEGEND_ROW * (i // columns)
         if curve.marker:
-            out.append(_marker(x + SAMPLE / 2.0, y, curve))
+            parts.append(_marker(x + SAMPLE / 2.0, y, curve))
         elif curve.upper is not None:
             band = f'x="{x:.1f}" y="{y - 5.0:.1f}" width="{SAMPLE - 6.0}" height="10" fill="{curve.colour}"'
-            out.append(f'<rect {band} fill-opacity="0.45"/>')
+            parts.append(f'<rect {band} fill-opacity="0.45"/>')
         else:
-            out.append(f'<path d="M{x:.1f} {y:.1f}h{SAMPLE - 6.0}" fill="none" {_stroke(curve)}/>')
-        out.append(_text(x + SAMPLE, y + 4.0, name, "start"))
-    return "".join(out), LEGEND_ROW * (1 + (len(entries) - 1) // columns) + 4.0
+            parts.append(f'<path d="M{x:.1f} {y:.1f}h{SAMPLE - 6.0}" fill="none" {_stroke(curve)}/>')
+        parts.append(_text(x + SAMPLE, y + 4.0, name, "start"))
+    return "".join(parts), LEGEND_ROW * (1 + (len(entries) - 1) // columns) + 4.0
