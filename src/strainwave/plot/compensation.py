@@ -65,13 +65,11 @@ def bench_panels(bench: CompensationBench) -> list[Panel]:
 
 def speed_panels(bench: CompensationBench, *, load_encoder: bool) -> list[Panel]:
     """Residual rms over the speed, of controllers with or without an encoder on the load; empty without such."""
-    finite = [
-        [result for result in row if np.isfinite(result.after.rms) and result.after.rms > 0.0] for row in bench.results
-    ]
+    finite = [[case for case in row if np.isfinite(case.after.rms) and case.after.rms > 0.0] for row in bench.results]
     rows = [row for row in finite if row and row[0].load_encoder == load_encoder and row[0].name != PLAIN]
     if not rows:
         return []
-    before = [result.before.rms for result in bench.results[0]]
+    before = [case.before.rms for case in bench.results[0]]
     title = "with an encoder on the load" if load_encoder else "without an encoder on the load"
     panel = Panel(title, MOTOR, angle("rms of the error", before), log=True, xlog=True)
     low, high = float(np.min(bench.speeds)), float(np.max(bench.speeds))
@@ -81,13 +79,13 @@ def speed_panels(bench: CompensationBench, *, load_encoder: bool) -> list[Panel]
         (colour, dash), places = LOOKS[i % len(LOOKS)], _places(row)
         panel.line(*places, colour, row[0].name, dash)
         panel.points(*places, colour)
-    limited = [result for row in rows for result in row if result.excluded or not result.stable]
+    limited = [case for row in rows for case in row if case.excluded or not case.stable]
     panel.points(*_places(limited), BLACK, "limit met, or error grew", "v", BLACK)
     return [panel]
 
 
-def _places(results: Sequence[Compensation]) -> tuple[list[float], list[float]]:
-    return [result.speed for result in results], [result.after.rms for result in results]
+def _places(cases: Sequence[Compensation]) -> tuple[list[float], list[float]]:
+    return [case.speed for case in cases], [case.after.rms for case in cases]
 
 
 @panels_of.register
@@ -96,16 +94,16 @@ def compensation_panels(result: Compensation) -> list[Panel]:
     return order_panels([result])
 
 
-def order_panels(results: Sequence[Compensation]) -> list[Panel]:
+def order_panels(cases: Sequence[Compensation]) -> list[Panel]:
     """Amplitudes of the error by order of the motor's angle, before and after under each controller."""
-    first = results[0]
-    amplitudes = [first.amplitude_before, *(result.amplitude_after for result in results)]
+    first = cases[0]
+    amplitudes = [first.amplitude_before, *(case.amplitude_after for case in cases)]
     good = np.concatenate([sizes[sizes > 0.0] for sizes in amplitudes])
     title = f"amplitudes of the error at {number(first.speed / RPM)} rpm"
     panel = Panel(title, Axis("order of the motor's angle"), angle("", good), log=True)
     panel.xlim, panel.ylim = (0.0, float(np.max(first.orders)) + 1.0), (0.5 * float(np.min(good)), 2.0 * np.max(good))
     looks = [("plain loop", ORANGE, DASHES, "o")]
-    looks += [(result.name, colour, dash, "^") for result, (colour, dash, _) in zip(results, AFTER, strict=False)]
+    looks += [(case.name, colour, dash, "^") for case, (colour, dash, _) in zip(cases, AFTER, strict=False)]
     for i, ((name, colour, dash, marker), sizes) in enumerate(zip(looks, amplitudes, strict=True)):
         places = first.orders + PARTED * np.max(first.orders) * (i - 0.5 * (len(looks) - 1))
         for x, size in zip(places[sizes > 0.0].tolist(), sizes[sizes > 0.0].tolist(), strict=True):
@@ -183,6 +181,6 @@ def prediction_panels(table: PredictionTable) -> list[Panel]:
         for a, b in table.runs():
             panel.line(table.omega[a:b], row[a:b], colour, f"order {order}", width=1.4)
         if table.closed is not None and table.valid is not None:
-            valid = table.valid
-            panel.points(table.omega[valid], np.abs(table.closed[i, valid]), colour, "", ".", colour)
+            closed = np.abs(table.closed[i, table.valid])
+            panel.points(table.omega[table.valid], closed, colour, "", ".", colour)
     return [panel]

@@ -39,21 +39,15 @@ def move_panels(move: Move, gear: Gear | None = None, limits: MotorLimits = UNLI
     error.band([move.duration, t[-1]], low, high, SHADE, "window of a settled load")
     error.line(t, move.pointing_error[samples], width=1.5)
     motor, torque = move.motor_torque[samples], move.gear_torque[samples]
-    motor_panel = Panel(f"torque of the motor, rms {number(move.rms_motor_torque, 3)} N·m", TIME, TORQUE)
-    motor_panel.line(t, motor, width=1.5)
-    _limit(motor_panel, limits.torque, move.peak_motor_torque, motor, "largest torque of the motor", DOT_DASH)
-    gear_panel = Panel(f"torque in the gear, cubic mean {number(move.average_gear_torque, 3)} N·m", TIME, TORQUE)
-    gear_panel.line(t, torque, width=1.5)
+    lower = Panel(f"torque of the motor, rms {number(move.rms_motor_torque, 3)} N·m", TIME, TORQUE)
+    lower.line(t, motor, width=1.5)
+    _limit(lower, limits.torque, move.peak_motor_torque, motor, "largest torque of the motor", DOT_DASH)
+    lowest = Panel(f"torque in the gear, cubic mean {number(move.average_gear_torque, 3)} N·m", TIME, TORQUE)
+    lowest.line(t, torque, width=1.5)
     for name, dash in {"rated_torque": "4 2", "repeated_peak_torque": "8 3", "momentary_torque": "2 3"}.items():
-        _limit(
-            gear_panel,
-            getattr(gear, name, None),
-            move.peak_gear_torque,
-            torque,
-            f"{name.replace('_', ' ')} of the gear",
-            dash,
-        )
-    panels = [_speed(move, t, move.reference_speed[samples], gear, limits), error, motor_panel, gear_panel]
+        rating, label = getattr(gear, name, None), f"{name.replace('_', ' ')} of the gear"
+        _limit(lowest, rating, move.peak_gear_torque, torque, label, dash)
+    panels = [_speed(move, t, move.reference_speed[samples], gear, limits), error, lower, lowest]
     for panel in panels:
         panel.xlim = (0.0, float(t[-1]))
         panel.upright(move.duration, GREY, "end of the profile", DOTS)
@@ -89,80 +83,78 @@ def _limit(panel: Panel, bound: float | None, top: float, values: Floats, name: 
             panel.level(side * bound, ORANGE, name, dash, 1.4)
 
 
-def shown_loads(speed_map: SpeedMap) -> list[int]:
+def shown_loads(grid: SpeedMap) -> list[int]:
     """Numbers of the loads that figures show: the first, the middle one and the last."""
-    last = len(speed_map.loads) - 1
+    last = len(grid.loads) - 1
     return sorted({0, last // 2, last})
 
 
 @panels_of.register
-def speed_map_panels(speed_map: SpeedMap) -> list[Panel]:
+def speed_map_panels(grid: SpeedMap) -> list[Panel]:
     """Forbidden speeds on shades of the oscillation, its largest values, and where orders meet resonances."""
-    ends = float(speed_map.speeds[0]), float(speed_map.speeds[-1])
-    return [_bands(speed_map, ends), _oscillation(speed_map, ends), _campbell(speed_map, ends)]
+    ends = float(grid.speeds[0]), float(grid.speeds[-1])
+    return [_bands(grid, ends), _oscillation(grid, ends), _campbell(grid, ends)]
 
 
-def _bands(speed_map: SpeedMap, ends: tuple[float, float]) -> Panel:
+def _bands(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Forbidden speeds as a bar for every load, and the vendors' resonance speed."""
-    step = float(np.min(np.diff(speed_map.loads))) if len(speed_map.loads) > 1 else 1.0
+    step = float(np.min(np.diff(grid.loads))) if len(grid.loads) > 1 else 1.0
     panel = Panel(
         "Forbidden speeds; grey: oscillation, dark is large",
         MOTOR,
-        Axis(speed_map.load_name, speed_map.load_unit.replace("^", "**")),
+        Axis(grid.load_name, grid.load_unit.replace("^", "**")),
         xlim=ends,
     )
-    for load, bands in zip(speed_map.loads.tolist(), speed_map.forbidden, strict=True):
+    for load, bands in zip(grid.loads.tolist(), grid.forbidden, strict=True):
         for band in bands:
             panel.band(band, load - BAR * step, load + BAR * step, BAND, "forbidden")
-    good = np.isfinite(speed_map.oscillation) & (speed_map.oscillation > 0.0)
+    good = np.isfinite(grid.oscillation) & (grid.oscillation > 0.0)
     if np.any(good):
-        size = np.log10(np.where(good, speed_map.oscillation, np.min(speed_map.oscillation[good])))
+        size = np.log10(np.where(good, grid.oscillation, np.min(grid.oscillation[good])))
         share = (size - np.min(size)) / (np.ptp(size) or 1.0)
         shade = np.where(good, np.round((len(GREYS) - 1) * share), -1.0).astype(int)
-        middle = np.concatenate(
-            [speed_map.speeds[:1], 0.5 * (speed_map.speeds[1:] + speed_map.speeds[:-1]), speed_map.speeds[-1:]]
-        )
-        edges = np.append(speed_map.loads - 0.5 * step, speed_map.loads[-1] + 0.5 * step)
+        middle = np.concatenate([grid.speeds[:1], 0.5 * (grid.speeds[1:] + grid.speeds[:-1]), grid.speeds[-1:]])
+        edges = np.append(grid.loads - 0.5 * step, grid.loads[-1] + 0.5 * step)
         panel.cells = Cells(middle, edges, shade, [f"#{3 * f'{grey:02x}'}" for grey in GREYS])
-    if speed_map.vendor:
-        loads = np.array([rule.load for rule in speed_map.vendor])
+    if grid.vendor:
+        loads = np.array([rule.load for rule in grid.vendor])
         up = np.column_stack([loads - 0.5 * step, loads + 0.5 * step]).ravel()
-        across = np.repeat([rule.speed for rule in speed_map.vendor], 2)
+        across = np.repeat([rule.speed for rule in grid.vendor], 2)
         panel.line(across, up, BLACK, "vendors' rule, 30 f_n", "5 4", 1.8)
-    panel.ylim = (float(speed_map.loads[0]) - 0.6 * step, float(speed_map.loads[-1]) + 0.6 * step)
+    panel.ylim = (float(grid.loads[0]) - 0.6 * step, float(grid.loads[-1]) + 0.6 * step)
     return panel
 
 
-def _oscillation(speed_map: SpeedMap, ends: tuple[float, float]) -> Panel:
+def _oscillation(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Largest oscillation of all stable motions: under all loads, under some of them, and the limit."""
-    rows = np.where(np.isfinite(speed_map.oscillation), speed_map.oscillation, np.nan)
+    rows = np.where(np.isfinite(grid.oscillation), grid.oscillation, np.nan)
     panel = Panel("Largest of all stable motions", MOTOR, angle("oscillation", rows), xlim=ends, log=True)
     worst = np.nanmax(np.where(np.isnan(rows), 0.0, rows), axis=0)
-    panel.line(speed_map.speeds, worst, BLACK, "worst load", width=2.6)
-    if len(speed_map.loads) > 1:
-        for i, colour, dash in zip(shown_loads(speed_map), LOADS, STYLES, strict=False):
-            panel.line(speed_map.speeds, _filled(rows[i]), colour, speed_map.load_text(i), dash)
-    if speed_map.scatter is not None:
-        share, quantile = speed_map.scatter.shares[-1], np.max(speed_map.scatter.oscillation[-1], axis=0)
+    panel.line(grid.speeds, worst, BLACK, "worst load", width=2.6)
+    if len(grid.loads) > 1:
+        for i, colour, dash in zip(shown_loads(grid), LOADS, STYLES, strict=False):
+            panel.line(grid.speeds, _filled(rows[i]), colour, grid.load_text(i), dash)
+    if grid.scatter is not None:
+        share, quantile = grid.scatter.shares[-1], np.max(grid.scatter.oscillation[-1], axis=0)
         name = f"{100 * share:.0f} % of units are below"
-        panel.line(speed_map.speeds, np.where(np.isfinite(quantile), quantile, worst), ORANGE, name, "8 2 2 2")
-    if speed_map.rules.limit is not None:
-        panel.level(speed_map.rules.limit, ORANGE, "limit", "8 4", 1.4)
+        panel.line(grid.speeds, np.where(np.isfinite(quantile), quantile, worst), ORANGE, name, "8 2 2 2")
+    if grid.rules.limit is not None:
+        panel.level(grid.rules.limit, ORANGE, "limit", "8 4", 1.4)
     return panel
 
 
-def _campbell(speed_map: SpeedMap, ends: tuple[float, float]) -> Panel:
+def _campbell(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Amplitude against the motor speed at which each order meets the resonance, under some loads."""
-    largest = max((float(line.amplitude[-1]) for line in speed_map.lines), default=0.0) or 1e-6
+    largest = max((float(line.amplitude[-1]) for line in grid.lines), default=0.0) or 1e-6
     panel = Panel("Where orders meet resonances", MOTOR, angle("torsion amplitude", largest), xlim=ends)
-    loads = [float(speed_map.loads[i]) for i in shown_loads(speed_map)]
-    for line in speed_map.lines:
+    loads = [float(grid.loads[i]) for i in shown_loads(grid)]
+    for line in grid.lines:
         speed, up = line.speed, line.amplitude
         if line.load not in loads or not np.any((speed >= ends[0]) & (speed <= ends[1])):
             continue
         if len(up) == 1:  # one speed at every amplitude
             speed, up = np.repeat(speed, 2), np.array([0.0, largest])
-        look, name = loads.index(line.load), speed_map.load_text(int(np.argmin(np.abs(speed_map.loads - line.load))))
+        look, name = loads.index(line.load), grid.load_text(int(np.argmin(np.abs(grid.loads - line.load))))
         panel.line(speed, up, LOADS[look], name, STYLES[look], 2.0 if line.excited else 1.0)
         if look == len(loads) - 1:
             height = float(up[-1]) * (0.98 - 0.09 * (int(line.order) % 3))

@@ -86,8 +86,7 @@ def ticks(low: float, high: float, most: int, unit: float = 0.0) -> tuple[list[f
     step = decade * next(m for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= rough * (1.0 - 1e-9))
     step = unit * math.ceil(rough / unit) if unit else step
     values = [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
-    digit = 1 if abs(step / decade - 2.5) < 0.1 else 0
-    decimals = max(0, digit - math.floor(math.log10(step) + 1e-9))
+    decimals = max(0, (1 if abs(step / decade - 2.5) < 0.1 else 0) - math.floor(math.log10(step) + 1e-9))
     if decimals > 4 or max(abs(low), abs(high)) >= 1e6:
         return values, [number(v) for v in values]
     return values, [f"{v:.{decimals}f}".replace("-", "−") for v in values]
@@ -132,15 +131,15 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
     entries: dict[str, Curve] = {}
     for curve in (curve for panel in panels for curve in panel.curves if curve.label):
         entries.setdefault(curve.label, curve)
-    legend, legend_height = _legend(entries, len(rows) * height, width)
+    legend, room = _legend(entries, len(rows) * height, width)
     letters = int(LINE * width / WIDTH)
     captions = [line for panel in panels for text in panel.caption for line in wrap(text, letters)]
-    top = len(rows) * height + legend_height + 4.0
+    top = len(rows) * height + room + 4.0
     below = legend + "".join(_text(LEFT, top + CAPTION_ROW * i, line, "start") for i, line in enumerate(captions))
-    legend_height += CAPTION_ROW * len(captions)
+    room += CAPTION_ROW * len(captions)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
-        f'viewBox="0 0 {width:.0f} {len(rows) * height + legend_height:.0f}" fill="{INK}" font-size="{FONT}" '
+        f'viewBox="0 0 {width:.0f} {len(rows) * height + room:.0f}" fill="{INK}" font-size="{FONT}" '
         f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{"".join(parts)}{below}</svg>'
     )
 
@@ -170,33 +169,33 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
     ys, heights = _shown_ticks(panel.y, bottom, top, ylog, max(4, round(h / 45.0)), panel.ystep)
     px, py = across(xs).tolist(), up(ys).tolist()
     grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)
-    parts = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
-    parts.append(f'<path d="M0 0V{h:.1f}H{w:.1f}" fill="none" stroke="{INK}"/>')
+    svg = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
+    svg.append(f'<path d="M0 0V{h:.1f}H{w:.1f}" fill="none" stroke="{INK}"/>')
     for v, name in zip(px, names, strict=True):  # the last one ends within the figure
-        parts.append(_text(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
-    parts += [_text(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
-    parts.append(_text(0.0, -9.0, panel.title, "start"))
+        svg.append(_text(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
+    svg += [_text(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
+    svg.append(_text(0.0, -9.0, panel.title, "start"))
     if named:
-        parts.append(_text(w / 2.0, h + 35.0, str(panel.x), "middle"))
+        svg.append(_text(w / 2.0, h + 35.0, str(panel.x), "middle"))
     beside_ticks = -max(44.0, 12.0 + 7.4 * max(map(len, heights), default=0))
     for i, text in enumerate(reversed(panel.y.lines(int((h + TOP + 24.0) / LETTER)))):
-        parts.append(_text(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True))
+        svg.append(_text(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True))
     # an inner svg clips what leaves the panel
-    parts.append(f'<svg width="{w:.1f}" height="{h:.1f}" overflow="hidden">')
+    svg.append(f'<svg width="{w:.1f}" height="{h:.1f}" overflow="hidden">')
     if panel.cells is not None:
-        parts += _cells(panel.cells, across, up)
+        svg += _cells(panel.cells, across, up)
     for c in panel.curves:
         if not c.marker:
-            parts.append(_line(c, across, up))
-    parts += [_arrow(float(across(a.x)), float(up(a.start)), float(up(a.end))) for a in panel.arrows]
-    parts.append("</svg>")
+            svg.append(_line(c, across, up))
+    svg += [_arrow(float(across(a.x)), float(up(a.start)), float(up(a.end))) for a in panel.arrows]
+    svg.append("</svg>")
     for c in panel.curves:
         if c.marker:
-            parts += [
+            svg += [
                 _marker(u, v, c) for u, v in zip(across(c.x), up(c.y), strict=True) if -1 < u < w + 1 and -1 < v < h + 1
             ]
-    parts += _notes(panel, across, up, (w, h))
-    return "".join(parts) + "</g>"
+    svg += _notes(panel, across, up, (w, h))
+    return "".join(svg) + "</g>"
 
 
 def _shown_ticks(
@@ -318,15 +317,15 @@ def _legend(entries: dict[str, Curve], top: float, width: float) -> tuple[str, f
     else:
         return "", 0.0
     starts = max(0.0, width - sum(widths)) / 2.0 + np.cumsum([0.0, *widths])
-    parts = []
+    svg = []
     for i, (name, curve) in enumerate(entries.items()):
         x, y = float(starts[i % columns]), top + 6.0 + LEGEND_ROW * (i // columns)
         if curve.marker:
-            parts.append(_marker(x + SAMPLE / 2.0, y, curve))
+            svg.append(_marker(x + SAMPLE / 2.0, y, curve))
         elif curve.upper is not None:
             band = f'x="{x:.1f}" y="{y - 5.0:.1f}" width="{SAMPLE - 6.0}" height="10" fill="{curve.colour}"'
-            parts.append(f'<rect {band} fill-opacity="0.45"/>')
+            svg.append(f'<rect {band} fill-opacity="0.45"/>')
         else:
-            parts.append(f'<path d="M{x:.1f} {y:.1f}h{SAMPLE - 6.0}" fill="none" {_stroke(curve)}/>')
-        parts.append(_text(x + SAMPLE, y + 4.0, name, "start"))
-    return "".join(parts), LEGEND_ROW * (1 + (len(entries) - 1) // columns) + 4.0
+            svg.append(f'<path d="M{x:.1f} {y:.1f}h{SAMPLE - 6.0}" fill="none" {_stroke(curve)}/>')
+        svg.append(_text(x + SAMPLE, y + 4.0, name, "start"))
+    return "".join(svg), LEGEND_ROW * (1 + (len(entries) - 1) // columns) + 4.0

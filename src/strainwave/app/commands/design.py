@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -29,35 +30,35 @@ MOST_FILES = 10  # project files of the front
 )
 @json_option
 def design(specification: Path, output: Path, as_json: bool) -> None:
-    """Search the catalogue for the gears and motors that do what SPECIFICATION asks of an axis."""
-    asked = read_specification(specification)
-    with Progress(asked.title) as progress:
-        found, stop = finished(lambda: designed(asked, progress=progress.show))
+    """Search the catalogue for gears and motors that meet the SPECIFICATION of an axis."""
+    request = read_specification(specification)
+    with Progress(request.title) as progress:
+        result, stop = finished(lambda: designed(request, progress=progress.show))
         progress.show("writing", 0.98)
-        written = _write(found, output)
+        written = _write(result, output)
     files = f"written: {', '.join(str(output / file) for file in written)}"
-    click.echo(reported(asked.title, found.facts(), as_json, files))
+    click.echo(reported(request.title, result.facts(), as_json, files))
     if stop is not None:
         raise stop
 
 
-def _write(found: Design, output: Path) -> list[str]:
-    """Write tables, figure, JSON and the front as project files; their names."""
-    feasible = data(found.facts())["feasible"]
+def _write(result: Design, output: Path) -> list[str]:
+    """Write tables, figure, JSON and the front as project files, and return their names."""
+    feasible = data(result.facts())["feasible"]
     texts = {
         CSV: as_csv(list(feasible[0]) if feasible else ["gear"], [row.values() for row in feasible]),
-        REJECTED: as_csv(["gear", "reason"], found.rejected.items()),
-        JSON: reported(found.specification.title, found.facts(), True),
+        REJECTED: as_csv(["gear", "reason"], result.rejected.items()),
+        JSON: reported(result.specification.title, result.facts(), True),
     }
-    if found.feasible:
-        texts[SVG] = stacked(found.panels(), 360.0, "designs that serve, oscillation over inertia")
-    for i, c in enumerate(found.pareto[:MOST_FILES], 1):
-        texts[f"{i:02d}-{slug(c.gear)}.yaml"] = design_text(found.specification, c)
+    if result.feasible:
+        texts[SVG] = stacked(result.panels(), 360.0, "designs that serve, oscillation over inertia")
+    for i, c in enumerate(result.pareto[:MOST_FILES], 1):
+        texts[f"{i:02d}-{slug(c.gear)}.yaml"] = design_text(result.specification, c)
     write_all(output, texts)
     return list(texts)
 
 
-def as_csv(header: list[str], rows: Any) -> str:
+def as_csv(header: list[str], rows: Iterable[Iterable[Any]]) -> str:
     """Write a table with words as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -66,7 +67,7 @@ def as_csv(header: list[str], rows: Any) -> str:
     return text.getvalue()
 
 
-def _cell(value: Any) -> Any:
+def _cell(value: object) -> object:
     """A cell of a table: empty for a number that is not known."""
     if isinstance(value, float):
         return "" if math.isnan(value) else f"{value:.8g}"

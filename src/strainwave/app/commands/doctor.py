@@ -1,4 +1,4 @@
-"""`strainwave doctor`: what this installation is made of and what it can use."""
+"""`strainwave doctor`: versions, cache, processor and optional parts of this installation."""
 
 import importlib.metadata
 import importlib.util
@@ -36,7 +36,7 @@ def report() -> dict[str, Any]:
     """Collect what `doctor` prints."""
     units, cpu = target_cpu()
     folder = cache.cache_folder()
-    writable, why = _writable(folder)
+    writable, reason = _writable(folder)
     size = sum(f.stat().st_size for f in folder.glob("**/*") if f.is_file()) if os.path.isdir(folder) else 0
     return {
         "strainwave": __version__,
@@ -46,7 +46,7 @@ def report() -> dict[str, Any]:
         "packages": {name: _version(name) for name in CORE},
         "compilation": "on" if jit.enabled() else "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)",
         "gpu": cuda.missing() or "usable",
-        "cache": {"folder": str(folder), "writable": writable, "why": why, "bytes": size},
+        "cache": {"folder": str(folder), "writable": writable, "why": reason, "bytes": size},
         "cores": {"machine": os.cpu_count(), "usable": _usable_cores()},
         "cpu": cpu,
         "simd": units,
@@ -66,7 +66,7 @@ def _usable_cores() -> int | None:
 
 
 def _writable(folder: Path) -> tuple[bool, str]:
-    """Whether compiled code can be kept, tried in the nearest folder that is seen."""
+    """Whether compiled code can be stored, tried in the nearest folder that exists; and the reason where it cannot."""
     place = folder
     while not os.path.exists(place) and place != place.parent:
         place = place.parent
@@ -87,7 +87,7 @@ def doctor(as_json: bool) -> None:
         click.echo(to_json(facts))
         return
     cache, cores = facts["cache"], facts["cores"]
-    kept = (
+    state = (
         "writable" if cache["writable"] else f"NOT writable, so code is compiled again at every start: {cache['why']}"
     )
     rows = {
@@ -96,10 +96,10 @@ def doctor(as_json: bool) -> None:
         "simd": " ".join(facts["simd"]) or "none known",
         "compilation": facts["compilation"],
         "gpu": facts["gpu"],
-        "cache": f"{cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {kept})",
+        "cache": f"{cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {state})",
         "packages": ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()),
     }
-    for extra, there in facts["extras"].items():
-        rows[f"extra {extra}"] = "installed" if there else f"not installed; pip install 'strainwave[{extra}]'"
+    for extra, installed in facts["extras"].items():
+        rows[f"extra {extra}"] = "installed" if installed else f"not installed; pip install 'strainwave[{extra}]'"
     click.echo(f"strainwave {facts['strainwave']}, Python {facts['python']} ({facts['executable']})")
     click.echo("\n".join(f"{name:<13} {value}" for name, value in rows.items()))

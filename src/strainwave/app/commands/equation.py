@@ -1,4 +1,4 @@
-"""What the error equation makes of a drive: it knows a motor that is ideally held or free, the gear, a rigid load."""
+"""Remarks on the error equation of a drive: a motor that is ideally held or free, the gear, a rigid load."""
 
 from typing import TYPE_CHECKING
 
@@ -11,18 +11,18 @@ if TYPE_CHECKING:
 
 
 def remarks(project: "Project") -> tuple[str, ...]:
-    """The file's notes, and sentences about what the error equation makes of a drive of which it leaves out no part."""
-    train, said = project.train, list(project.notes)
+    """Notes of the file, and sentences about effects that the error equation neglects."""
+    train, sentences = project.train, list(project.notes)
     if train is None:
-        return tuple(said)
+        return tuple(sentences)
     if train.motor.drag != NO_DRAG and train.motor.held:
-        said.append("motor.drag does not enter: an ideally held motor keeps its speed whatever opposes it.")
+        sentences.append("motor.drag does not enter: an ideally held motor keeps its speed whatever opposes it.")
     if train.friction != NO_FRICTION and train.motor.held:
-        said.append("load_friction does not enter: an ideally held motor keeps its speed whatever opposes it.")
+        sentences.append("load_friction does not enter: an ideally held motor keeps its speed whatever opposes it.")
     if train.motor.free and project.kinematic_error is not None:
-        said.append(
+        sentences.append(
             "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
             f"{error_slope(train):.2g}, and the ripple of the motor's speed; `strainwave analyze` compares it with the "
             "whole drive train."
         )
-    return tuple(said)
+    return tuple(sentences)

@@ -52,22 +52,22 @@ def move(
     drive = read_project(project)
     parts = [profile_part(text, delimiter=delimiter, decimal=decimal) for text in profile]
     angles = {"start": start, "window": window}
-    given: dict[str, Any] = {
+    options: dict[str, Any] = {
         name: quantity(f"--{name}", text, "rad") for name, text in angles.items() if text is not None
     }
     if payload is not None:
-        given["payload"] = _read(payload, f"{{{payload}}}", PAYLOAD, "payload")
+        options["payload"] = _read(payload, f"{{{payload}}}", PAYLOAD, "payload")
     avoided = [span("--band", ends, "rad/s", 'for example "500 rpm" "700 rpm"') for ends in bands]
     with Progress(drive.title) as progress:
         if avoid:
-            known = drive.analyze(lambda what, share: progress.show(what, 0.5 * share)).avoid
-            avoided += [] if known is None else list(known.bands)
+            analysed = drive.analyze(lambda what, share: progress.show(what, 0.5 * share)).avoid
+            avoided += [] if analysed is None else list(analysed.bands)
         progress.show("move", 0.5)
-        found = moved(drive, parts or None, bands=avoided, **given)
+        result = moved(drive, parts or None, bands=avoided, **options)
         progress.show("writing", 0.9)
-        _write(drive, found, output)
+        _write(drive, result, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"
-    click.echo(reported(drive.title, found.facts(), as_json, written))
+    click.echo(reported(drive.title, result.facts(), as_json, written))
 
 
 def profile_part(text: str, **table: str | None) -> Any:
@@ -77,26 +77,26 @@ def profile_part(text: str, **table: str | None) -> Any:
     return _read(text, f"{{type: {text}}}", PART, "profile")
 
 
-def _read(text: str, fields: str, kind: Kind, what: str) -> Any:
-    """Read fields as a project file has them, or say in one sentence what is wrong with a text."""
-    located, found = read(f"{what}: {fields}"), list[Wrong]()
+def _read(text: str, fields: str, kind: Kind, subject: str) -> Any:
+    """Read fields in the form of a project file (click.BadParameter where the text is wrong)."""
+    located, errors = read(f"{subject}: {fields}"), list[Wrong]()
     problems = [(problem.field, problem.sentence) for problem in located.problems]
     if not problems and located.content is not None:
-        value = read_value(kind, located.content[what], Place((), found))
-        if not found:
+        value = read_value(kind, located.content[subject], Place((), errors))
+        if not errors:
             return value
-        problems = [(name(wrong.keys), wrong.sentence) for wrong in found if wrong.sentence]
-    said = "; ".join(sentence if field == "file" else f"{field}: {sentence}" for field, sentence in problems)
-    raise click.BadParameter(f"the {what} {text!r} is wrong: {said}")
+        problems = [(name(wrong.keys), wrong.sentence) for wrong in errors if wrong.sentence]
+    reasons = "; ".join(sentence if field == "file" else f"{field}: {sentence}" for field, sentence in problems)
+    raise click.BadParameter(f"the {subject} {text!r} is wrong: {reasons}")
 
 
-def _write(project: Project, found: Move, output: Path) -> None:
+def _write(project: Project, result: Move, output: Path) -> None:
     columns = [
-        ("time_s", found.time), ("reference_rad", found.reference), ("pointing_error_rad", found.pointing_error),
-        ("motor_speed_rad_per_s", found.motor_speed), ("motor_torque_N_m", found.motor_torque),
-        ("gear_torque_N_m", found.gear_torque),
+        ("time_s", result.time), ("reference_rad", result.reference), ("pointing_error_rad", result.pointing_error),
+        ("motor_speed_rad_per_s", result.motor_speed), ("motor_torque_N_m", result.motor_torque),
+        ("gear_torque_N_m", result.gear_torque),
     ]  # fmt: skip
     drawn = stacked(
-        move_panels(found, project.gear, project.motor_limits or MotorLimits()), 215.0, "a move over the time"
+        move_panels(result, project.gear, project.motor_limits or MotorLimits()), 215.0, "a move over the time"
     )
-    write_all(output, {CSV: columns, SVG: drawn, JSON: reported(project.title, found.facts(), True)})
+    write_all(output, {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)})

@@ -22,9 +22,9 @@ limit_option = click.option(
 )
 
 
-def output_option(help: str, **how: Any) -> Callable[[Any], Any]:
-    """Option -o of a command: a folder, where `how` says nothing else."""
-    return click.option("-o", "--output", help=help, **{"type": folder_type} | how)
+def output_option(help: str, **attributes: Any) -> Callable[[Any], Any]:
+    """Option -o of a command: a folder, unless `attributes` give another type."""
+    return click.option("-o", "--output", help=help, **{"type": folder_type} | attributes)
 
 
 def together(*options: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -34,14 +34,14 @@ def together(*options: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 def pairs(_context: click.Context, option: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
     """Read CHANNEL=VALUE, repeated."""
-    found = {}
+    values = {}
     for text in texts:
         name, equal, value = text.partition("=")
         if not (name.strip() and equal and value.strip()):
             example = "points=360" if option.metavar == "KEY=VALUE" else "load_angle=deg"
             raise click.BadParameter(f"{text!r} is not {option.metavar}; write for example {example}")
-        found[name.strip()] = value.strip()
-    return found
+        values[name.strip()] = value.strip()
+    return values
 
 
 dialect_options = together(

@@ -1,5 +1,7 @@
 """`strainwave sweep` over numbers of the project file: the response of the whole drive at every point of a grid."""
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,9 +32,9 @@ WHAT = {
 
 def swept(
     project: Project, grid: tuple[str, ...], output: Path, workers: int | None, chunk: int | None, retune: bool,
-    connect: Any, progress: Progress, as_json: bool,
+    connect: Callable[[], AbstractContextManager[Any]], progress: Progress, as_json: bool,
 ) -> None:  # fmt: skip
-    """Sweep the response of a project's whole drive, or go on where the last run stopped, and print what was found."""
+    """Sweep the response of a project's whole drive, or go on where the last run stopped, and print the report."""
     axes = dict(axis(text) for text in grid)
     if project.train is not None:
         refuse_free(project.train)
@@ -67,7 +69,7 @@ def of_file(project: Project, name: str) -> bool:
 
 def axis(text: str) -> tuple[str, list[str]]:
     """Read "load.inertia=1 kg*m^2:2 kg*m^2:5", with ":log" for even ratios, or "gear=CSG-40-50,SHG-40-50"."""
-    name, equals, values = (part.strip() for part in text.partition("="))
+    name, equals, values = map(str.strip, text.partition("="))
     if not equals or not values:
         raise click.BadParameter(
             f"{text!r} is no grid; write it as load.inertia=1 kg*m^2:2 kg*m^2:5 or gear=CSG-40-50,SHG-40-50"
@@ -97,7 +99,7 @@ def is_range(text: str, name: str, parts: list[str]) -> bool:
 
 
 def spaced(text: str, ends: tuple[float, float], count: str, most: int, logarithmic: bool) -> Floats:
-    """So many values from end to end (click.BadParameter if there are too many, or none)."""
+    """`count` values from end to end (click.BadParameter if there are too many, or none)."""
     if not count.isdecimal() or not 1 <= int(count) <= most:
         raise click.BadParameter(f"{count!r} in {text!r} is no count; give a whole number from 1 to {most}")
     if logarithmic and not min(ends) > 0.0:
@@ -114,10 +116,10 @@ def found(data: "xr.Dataset") -> dict[str, Any]:
     for name in WHAT:
         values = whole[name]
         ranges[name] = {"unit": values.attrs.get("units", "")}
-        for end, at in (("smallest", values.argmin(...)), ("largest", values.argmax(...))):
-            here = whole.isel(at)
-            place = {str(path): _at(value) for path, value in here[name].coords.items()}
-            ranges[name] |= {end: float(here[name]), f"{end}_at": place, f"{end}_speed": float(here[f"{name}_at"])}
+        for end, index in (("smallest", values.argmin(...)), ("largest", values.argmax(...))):
+            point = whole.isel(index)
+            place = {str(path): _at(value) for path, value in point[name].coords.items()}
+            ranges[name] |= {end: float(point[name]), f"{end}_at": place, f"{end}_speed": float(point[f"{name}_at"])}
     return {
         "points": whole["point_status"].size,
         "over": {str(dim): int(n) for dim, n in whole["point_status"].sizes.items()},
@@ -133,26 +135,26 @@ def _errors(data: "xr.Dataset") -> list[str]:
     return [str(line) for line in data.attrs["errors"].splitlines()]
 
 
-def _at(value: Any) -> str:
+def _at(value: "xr.DataArray") -> str:
     """A place along an axis in the unit that was typed."""
-    own = value.item()
-    text = own if isinstance(own, str) else number(float(own), DIGITS)
+    content = value.item()
+    text = content if isinstance(content, str) else number(float(content), DIGITS)
     return f"{text} {sign(value.attrs.get('units', ''))}".rstrip()
 
 
 def summary(report: dict[str, Any], project: Project) -> str:
-    """Return what was found as text: with the speed of the motor, as the ratio may vary, or of the forcing phase."""
+    """Return the report as text: with the speed of the motor, as the ratio may vary, or of the forcing phase."""
     speeds = project.speeds
     shaft = "rpm at the motor" if speeds.by_motor else "rad/s of the forcing phase"
     over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
     lines = [f"{report['title']}: whole drive at {report['points']} points over {over}"]
-    for name, known in report["variables"].items():
-        unit = "arcsec" if known["unit"] == "rad" else known["unit"]
+    for name, ends in report["variables"].items():
+        unit = "arcsec" if ends["unit"] == "rad" else ends["unit"]
         for end in ("smallest", "largest"):
-            value = number(convert(known[end], known["unit"], unit), DIGITS)
-            place = ", ".join(f"{path} = {at}" for path, at in known[f"{end}_at"].items())
-            speed = number(speeds.scale * known[f"{end}_speed"], DIGITS)
-            lines.append(f"  {WHAT[name]}, {end}: {value} {sign(unit)} with {place} (at {speed} {shaft})")
+            size = number(convert(ends[end], ends["unit"], unit), DIGITS)
+            place = ", ".join(f"{path} = {value}" for path, value in ends[f"{end}_at"].items())
+            speed = number(speeds.scale * ends[f"{end}_speed"], DIGITS)
+            lines.append(f"  {WHAT[name]}, {end}: {size} {sign(unit)} with {place} (at {speed} {shaft})")
     lines.append(f"  with jumps: {report['jumping']}, truncated: {report['truncated']}, failed: {report['failed']}")
     lines += [f"  {error}" for error in report["errors"]]
     lines += [f"  note: {remark}" for remark in report["remarks"]]

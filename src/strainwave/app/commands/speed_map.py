@@ -38,7 +38,7 @@ def speed_map(
 ) -> None:  # fmt: skip
     """Say which motor speeds are allowed under every load, from all stable motions of the drive."""
     drive = read_project(project)
-    given = {
+    options = {
         "loads": _range("--loads", loads, "N*m"),
         "load_inertias": _range("--load-inertias", inertias, "kg*m**2"),
         "limit": None if limit is None else quantity("--limit", limit, "rad"),
@@ -46,48 +46,48 @@ def speed_map(
     ends = None if speeds is None else span("--speeds", speeds.split(":"), "rad/s", 'for example "500 rpm:4000 rpm"')
     with Progress(drive.title) as progress:
         drives = scattered(drive, units, seed) if units else ()
-        given |= {"speeds": ends, "amplification": amplification, "margin": margin, "units": drives}
+        options |= {"speeds": ends, "amplification": amplification, "margin": margin, "units": drives}
         progress.show("motions", 0.0)
-        found, stop = finished(lambda: mapped(drive, **given, progress=progress.show))
+        result, stop = finished(lambda: mapped(drive, **options, progress=progress.show))
         progress.show("writing", 1.0)
-        write(found, output)
-    click.echo(reported(drive.title, found.facts(), as_json, f"written: {output}"))
+        write(result, output)
+    click.echo(reported(drive.title, result.facts(), as_json, f"written: {output}"))
     if stop is not None:
         raise stop
 
 
-def write(found: SpeedMap, folder: Path) -> None:
+def write(result: SpeedMap, folder: Path) -> None:
     """Write cells, bands, lines and the figure; the files appear when they are complete."""
-    load, speed = (axis.ravel() for axis in np.meshgrid(found.loads, found.speeds, indexing="ij"))
-    of_load = "load_N_m" if found.load_name == "load torque" else "load_kg_m2"
+    load, speed = np.meshgrid(result.loads, result.speeds, indexing="ij")
+    of_load = "load_N_m" if result.load_name == "load torque" else "load_kg_m2"
     cells = [
-        (of_load, load), ("motor_speed_rpm", speed / RPM), ("oscillation_rad", found.oscillation.ravel()),
-        ("gear_torque_N_m", found.torque.ravel()), ("stable_motions", found.motions.ravel()),
-        ("subharmonic", found.subharmonic.ravel()),
+        (of_load, load.ravel()), ("motor_speed_rpm", speed.ravel() / RPM),
+        ("oscillation_rad", result.oscillation.ravel()), ("gear_torque_N_m", result.torque.ravel()),
+        ("stable_motions", result.motions.ravel()), ("subharmonic", result.subharmonic.ravel()),
     ]  # fmt: skip
-    if found.scatter is not None:
+    if result.scatter is not None:
         cells += [
             (f"oscillation_{100.0 * share:.0f}_percent_of_units_rad", rows.ravel())
-            for share, rows in zip(found.scatter.shares, found.scatter.oscillation, strict=True)
+            for share, rows in zip(result.scatter.shares, result.scatter.oscillation, strict=True)
         ]
         cells += [
-            ("oscillation_worst_unit_rad", found.scatter.worst.ravel()),
-            ("share_of_units_forbidden", found.scatter.forbidden.ravel()),
+            ("oscillation_worst_unit_rad", result.scatter.worst.ravel()),
+            ("share_of_units_forbidden", result.scatter.forbidden.ravel()),
         ]
     bands = np.array(
-        [(found.loads[i], kind, low / RPM, high / RPM)
-         for kind, every in enumerate((found.forbidden, found.allowed)) for i, some in enumerate(every)
-         for low, high in some]
+        [(result.loads[i], kind, low / RPM, high / RPM)
+         for kind, kinds in enumerate((result.forbidden, result.allowed)) for i, load_bands in enumerate(kinds)
+         for low, high in load_bands]
     ).reshape(-1, 4)  # fmt: skip
     lines = [
         (line.load, line.order, line.mode, a, w / RPM)
-        for line in found.lines
+        for line in result.lines
         for a, w in zip(line.amplitude, line.speed, strict=True)
     ]
     table = np.array(lines).reshape(-1, 5)
     names = (of_load, "order", "resonance", "torsion_amplitude_rad", "motor_speed_rpm")
-    panels = found.panels()
-    panels[-1].caption = [_sentence(text) for text in (found.rule, WHAT_X_IS, *found.remarks)]
+    panels = result.panels()
+    panels[-1].caption = [_sentence(text) for text in (result.rule, WHAT_X_IS, *result.remarks)]
     write_all(folder, {
         "cells.csv": cells,
         "bands.csv": list(zip((of_load, "allowed", "from_rpm", "to_rpm"), bands.T, strict=True)),
@@ -107,9 +107,9 @@ def _range(option: str, text: str | None, unit: str) -> Any:
         return None
     if ":" not in text:
         return [quantity(option, part, unit) for part in text.split(",")]
-    low, _, rest = text.partition(":")
-    high, _, count = rest.partition(":")
+    low, _, after = text.partition(":")
+    high, _, count = after.partition(":")
     if not count.strip().isdecimal() or not 1 <= int(count) <= MOST_LOADS:
-        said = f"{text!r} has no number of values, 1 to {MOST_LOADS}"
-        raise click.BadParameter(f'{option}: {said}; write for example "-60 N*m:0 N*m:9"')
+        reason = f"{text!r} has no number of values, 1 to {MOST_LOADS}"
+        raise click.BadParameter(f'{option}: {reason}; write for example "-60 N*m:0 N*m:9"')
     return np.linspace(quantity(option, low, unit), quantity(option, high, unit), int(count))

@@ -59,14 +59,14 @@ def compensate(
     Without --speed, five speeds about the resonance are run, within those of the file. Ctrl-C keeps what is finished.
     """
     drive = read_project(project)
-    other = plant_of(drive, plant, softer)
+    train = plant_of(drive, plant, softer)
     angles = tuple(quantity("--load-angle", text, "rad") for text in load_angles) or None
-    benches = benches_of(drive, plant=other, load_angles=angles)
+    benches = benches_of(drive, plant=train, load_angles=angles)
     grid = speeds_of(drive, speeds)
     names, left_out = names_of(next(iter(benches.values())), controllers or (ALL,))
     with Progress(drive.title) as progress:
-        how = {"plant": other, "load_angles": angles}
-        run, stopped = _run(drive, benches, how, names, grid, left_out, units, seed, progress.show)
+        setup = {"plant": train, "load_angles": angles}
+        run, stopped = _run(drive, benches, setup, names, grid, left_out, units, seed, progress.show)
         if run is not None and output is not None:
             progress.show("writing", 0.97)
             run = run if stopped else run._replace(tables=_tables(run))
@@ -80,34 +80,34 @@ def compensate(
         raise KeyboardInterrupt(f"interrupted; {kept}; the same command again computes all")
 
 
-def speeds_of(project: Project, given: Sequence[str] = ()) -> Floats:
+def speeds_of(project: Project, texts: Sequence[str] = ()) -> Floats:
     """Speeds of the motor [rad/s]: those given as text, or five about that of `compensate` within its range."""
-    if given:
-        return np.unique([parse(text, "rad/s") for text in given])
+    if texts:
+        return np.unique([parse(text, "rad/s") for text in texts])
     resonance = resonance_speed(steady_bench_of(project))
     if not resonance:
         raise ValueError("this drive has no resonance at rest to take speeds about; give --speed '450 rpm'")
     return np.unique(np.clip(np.multiply(SHARES, resonance), *project.speeds.limits))
 
 
-def names_of(bench: Bench, wanted: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
-    """Names of the controllers, the plain loop first; and sentences about those that need an encoder there is not."""
-    for name in wanted:
+def names_of(bench: Bench, controllers: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
+    """Names of the controllers, the plain loop first; and a sentence about those that need a missing load encoder."""
+    for name in controllers:
         if name != ALL and name not in COMPENSATORS:
             raise ValueError(f"there is no controller {name!r}; there are {', '.join(COMPENSATORS)}, and {ALL}")
-    names = list(COMPENSATORS if ALL in wanted else dict.fromkeys(["loop", *wanted]))
+    names = list(COMPENSATORS if ALL in controllers else dict.fromkeys(["loop", *controllers]))
     blind = [name for name in names if COMPENSATORS[name].load_encoder] if not bench.sampling.load_encoder else []
-    if blind and ALL not in wanted:
+    if blind and ALL not in controllers:
         raise ValueError(
             f"{', '.join(blind)} measures the angle of the load, and the project has no encoder there; write "
             "'load_encoder: 24 bit' into its group 'controller'"
         )
-    said = f"Left out, as there is no encoder on the load: {', '.join(blind)}." if blind else ""
-    return [name for name in names if name not in blind], ((said,) if said else ())
+    sentence = f"Left out, as there is no encoder on the load: {', '.join(blind)}." if blind else ""
+    return [name for name in names if name not in blind], ((sentence,) if sentence else ())
 
 
 def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveTrain | None:
-    """The drive that is run, where it is not the one that the controllers are designed on."""
+    """The drive that is run; None for the drive on which the controllers are designed."""
     if plant is not None:
         if softer is not None:
             raise click.UsageError("--plant and --softer both say which drive is run; give one of them")
@@ -121,54 +121,54 @@ def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveT
 
 
 def _run(
-    project: Project, benches: dict[float, Bench], how: dict[str, Any], names: Sequence[str], grid: Floats,
+    project: Project, benches: dict[float, Bench], setup: dict[str, Any], names: Sequence[str], grid: Floats,
     left_out: tuple[str, ...], units: int, seed: int, progress: Callable[[str, float], None],
 ) -> tuple[Run | None, bool]:  # fmt: skip
-    """Everything, and whether the user stopped it; None where he did so before the first controller was finished."""
+    """The run and whether the user stopped it; no run where no controller was finished."""
     rows: list[CompensationBench] = []
-    said = list(left_out)
+    remarks = list(left_out)
     run = None
     try:
         for i, name in enumerate(names):
             progress(name, 0.8 * i / len(names))
             try:
-                rows.append(compensation_bench(project, [name], speeds=grid, **how))
+                rows.append(compensation_bench(project, [name], speeds=grid, **setup))
             except ValueError as error:
                 if not rows:
                     raise
-                said.append(f"Left out: {name}, as {error}.")
-        run = _joined(project, benches, rows, said)
-        same = how["plant"] is None
-        for one in run.best if units or same else ():
-            progress(f"{one.name} on other gears", 0.85)
-            detail = compensated(project, one.name, speed=one.speed, robust=same, units=units, seed=seed, **how)
+                remarks.append(f"Left out: {name}, as {error}.")
+        run = _joined(project, benches, rows, remarks)
+        same = setup["plant"] is None
+        for case in run.best if units or same else ():
+            progress(f"{case.name} on other gears", 0.85)
+            detail = compensated(project, case.name, speed=case.speed, robust=same, units=units, seed=seed, **setup)
             run = run._replace(details=(*run.details, detail))
     except KeyboardInterrupt:
-        return run or (_joined(project, benches, rows, said) if rows else None), True
+        return run or (_joined(project, benches, rows, remarks) if rows else None), True
     return run, False
 
 
 def _joined(
-    project: Project, benches: dict[float, Bench], rows: Sequence[CompensationBench], said: Sequence[str]
+    project: Project, benches: dict[float, Bench], rows: Sequence[CompensationBench], remarks: Sequence[str]
 ) -> Run:
-    results = tuple(row for one in rows for row in one.results)
-    found = CompensationBench(rows[0].speeds, tuple(row[0].name for row in results), results)
-    best = (best_at(found, worst(found), load_encoder=seeing) for seeing in (True, False))
-    return Run(project, benches, found, tuple(said), tuple(one for one in best if one is not None))
+    results = tuple(row for case in rows for row in case.results)
+    bench = CompensationBench(rows[0].speeds, tuple(row[0].name for row in results), results)
+    best = (best_at(bench, worst(bench), load_encoder=seeing) for seeing in (True, False))
+    return Run(project, benches, bench, tuple(remarks), tuple(case for case in best if case is not None))
 
 
 def _tables(run: Run) -> tuple[tuple[str, Alone], ...]:
-    """Tables of the best controller whose angle or torque one holds, where the plain loop has the largest error."""
+    """Tables of the best controller that can be written as tables, where the plain loop has the largest error."""
     i = worst(run.found)
-    column = sorted((row[i] for row in run.found.results), key=lambda one: one.after.rms)
-    good = (one for one in column if one.stable and not one.excluded)
-    return next((told for one in good if (told := stated(run.benches[one.load_angle], one))), ())
+    column = sorted((row[i] for row in run.found.results), key=lambda case: case.after.rms)
+    usable = (case for case in column if case.stable and not case.excluded)
+    return next((written for case in usable if (written := stated(run.benches[case.load_angle], case))), ())
 
 
 def _write(run: Run, output: Path, *, figured: bool) -> None:
     rows = tables.rows(run)
     drawn = _figures(run) if figured else {}
-    orders = {f"order-table-{name}.json": one.table for name, one in run.tables}
+    orders = {f"order-table-{name}.json": alone.table for name, alone in run.tables}
     texts = {CSV: as_csv(list(rows[0]), [row.values() for row in rows]), JSON: to_json(tables.data(run))}
     write_all(output, texts | {f"{name}.svg": text for name, text in drawn.items()} | orders)
 
@@ -179,12 +179,12 @@ def _figures(run: Run) -> dict[str, str]:
         for name, seeing in (("speeds", False), ("speeds-load-encoder", True))
     }
     if run.best:
-        speed, benches = run.best[0].speed, [run.benches[one.load_angle] for one in run.best]
+        speed, benches = run.best[0].speed, [run.benches[case.load_angle] for case in run.best]
         before = figures.motion(benches[0], "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
-        after = [figures.motion(at, one.name, speed, one.name) for at, one in zip(benches, run.best, strict=True)]
+        after = [figures.motion(b, case.name, speed, case.name) for b, case in zip(benches, run.best, strict=True)]
         drawn["error"] = stacked(figures.error_panels(before, after), 240.0, "pointing error before and after")
         drawn["orders"] = stacked(figures.order_panels(run.best), 240.0, "amplitudes by order before and after")
-    if any(one.units for one in run.details):
-        units = figures.units_panels({one.name: one.units for one in run.details if one.units is not None})
+    if any(case.units for case in run.details):
+        units = figures.units_panels({case.name: case.units for case in run.details if case.units is not None})
         drawn["units"] = stacked(units, 240.0, "residual errors of many units")
     return {name: text for name, text in drawn.items() if text}

@@ -56,12 +56,12 @@ def compensate_move(
     within = WINDOW if window is None else quantity("--window", window, "rad")
     with Progress(drive.title) as progress:
         progress.show("move", 0.1)
-        found = compensated_move(
+        move = compensated_move(
             drive, parts, controllers or USUAL, shaping=shaping, window=within, plant=plant_of(drive, plant, softer)
         )
-    take = slice(None, None, -(-len(found.time) // MOST_ROWS))
-    over = {"error_arcsec": found.error[:, take] / ARCSEC, "motor_torque_N_m": found.torque[:, take]}
-    _tell("move", drive.title, found, ("time_s", found.time[take]), over, output, as_json)
+    rows = slice(None, None, -(-len(move.time) // MOST_ROWS))
+    curves = {"error_arcsec": move.error[:, rows] / ARCSEC, "motor_torque_N_m": move.torque[:, rows]}
+    _tell("move", drive.title, move, ("time_s", move.time[rows]), curves, output, as_json)
 
 
 @click.command("compensate-run-up")
@@ -89,24 +89,24 @@ def compensate_run_up(
     angle = None if load_angle is None else quantity("--load-angle", load_angle, "rad")
     with Progress(drive.title) as progress:
         progress.show("run-up and run-down", 0.1)
-        found = compensated_runup(
+        runup = compensated_runup(
             drive, (first, last), time, controllers or USUAL, plant=plant_of(drive, plant, softer), load_angle=angle
         )
-    over = {"up_arcsec": found.up / ARCSEC, "down_arcsec": found.down / ARCSEC}
-    _tell("run-up", drive.title, found, ("motor_speed_rpm", found.speed / RPM), over, output, as_json)
+    curves = {"up_arcsec": runup.up / ARCSEC, "down_arcsec": runup.down / ARCSEC}
+    _tell("run-up", drive.title, runup, ("motor_speed_rpm", runup.speed / RPM), curves, output, as_json)
 
 
 def _tell(
-    stem: str, title: str, found: OnTheWay, axis: tuple[str, Floats], over: dict[str, Floats], output: Path | None,
+    stem: str, title: str, result: OnTheWay, axis: tuple[str, Floats], curves: dict[str, Floats], output: Path | None,
     as_json: bool,
 ) -> None:  # fmt: skip
     """Write table, figure and numbers where a folder is given, and print."""
     written = []
     if output is not None:
-        columns = [(f"{what} {name}", row[i]) for i, name in enumerate(found.names) for what, row in over.items()]
+        columns = [(f"{unit} {name}", row[i]) for i, name in enumerate(result.names) for unit, row in curves.items()]
         height, label = FIGURES[stem]
-        drawn = stacked(found.panels(), height, f"{label} under several controllers")
-        told = {"csv": [axis, *columns], "json": reported(title, found.facts(), True), "svg": drawn}
-        write_all(output, {f"{stem}.{ending}": content for ending, content in told.items()})
+        drawn = stacked(result.panels(), height, f"{label} under several controllers")
+        contents = {"csv": [axis, *columns], "json": reported(title, result.facts(), True), "svg": drawn}
+        write_all(output, {f"{stem}.{ending}": content for ending, content in contents.items()})
         written.append(f"written: {output / stem}.csv, {stem}.json, {stem}.svg")
-    click.echo(reported(title, found.facts(), as_json, *written))
+    click.echo(reported(title, result.facts(), as_json, *written))

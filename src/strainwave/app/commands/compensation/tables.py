@@ -31,19 +31,18 @@ SHARES = (0.05, 0.5, 0.95)  # quantiles of the units
 
 
 class Alone(NamedTuple):
-    """An order table, and the rms of the pointing error [rad] that it leaves without the rest of its controller."""
+    """An order table, and the rms of the pointing error [rad] under the plain loop with this table alone."""
 
     table: OrderTable
     rms: float
 
 
 class Run(NamedTuple):
-    """What a command found: controllers at all speeds, sentences about those left out, the best in detail.
+    """Results of a command: controllers at all speeds, sentences about those left out, the best in detail.
 
-    `benches` are the drive by the angle of its load [rad].
-    `best` are the best that measures the load and the best that does not, where there are such, at the speed where the
-    plain loop has the largest error; `details` are the same on other gears and units, as far as it came. `tables` are
-    the order tables that are written, by name.
+    `benches` are the drive by the angle of its load [rad]. `best` holds the best controller that measures the load and
+    the best that does not, at the speed where the plain loop has the largest error. `details` are the same on other
+    gears and units, as far as they were computed. `tables` are the order tables that are written, by name.
     """
 
     project: Project
@@ -57,26 +56,26 @@ class Run(NamedTuple):
 
 def rows(run: Run) -> list[dict[str, Any]]:
     """One row for every controller at every speed."""
-    return [_row(one) for row in run.found.results for one in row]
+    return [_row(case) for row in run.found.results for case in row]
 
 
-def _row(one: Compensation) -> dict[str, Any]:
+def _row(case: Compensation) -> dict[str, Any]:
     return {
-        "controller": one.name,
-        "motor_speed_rpm": one.speed / RPM,
-        "rms_before_arcsec": one.before.rms / ARCSEC,
-        "rms_after_arcsec": one.after.rms / ARCSEC,
-        "reduction_dB": one.reduction,
-        "peak_before_arcsec": one.before.peak / ARCSEC,
-        "peak_after_arcsec": one.after.peak / ARCSEC,
-        "three_sigma_after_arcsec": one.after.three_sigma / ARCSEC,
-        "motor_torque_rms_N_m": one.torque.rms,
-        "motor_torque_peak_N_m": one.torque.peak,
-        "at_limit_share": one.torque.limited,
-        "gear_torque_peak_N_m": one.gear_torque,
-        "load_encoder": int(one.load_encoder),
-        "stable": int(one.stable),
-        "excluded": one.excluded,
+        "controller": case.name,
+        "motor_speed_rpm": case.speed / RPM,
+        "rms_before_arcsec": case.before.rms / ARCSEC,
+        "rms_after_arcsec": case.after.rms / ARCSEC,
+        "reduction_dB": case.reduction,
+        "peak_before_arcsec": case.before.peak / ARCSEC,
+        "peak_after_arcsec": case.after.peak / ARCSEC,
+        "three_sigma_after_arcsec": case.after.three_sigma / ARCSEC,
+        "motor_torque_rms_N_m": case.torque.rms,
+        "motor_torque_peak_N_m": case.torque.peak,
+        "at_limit_share": case.torque.limited,
+        "gear_torque_peak_N_m": case.gear_torque,
+        "load_encoder": int(case.load_encoder),
+        "stable": int(case.stable),
+        "excluded": case.excluded,
     }
 
 
@@ -106,13 +105,13 @@ def data(run: Run) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _detail(one: Compensation) -> dict[str, Any]:
+def _detail(case: Compensation) -> dict[str, Any]:
     gears = [
         {"stiffness": r.stiffness, "rms_before_arcsec": r.before / ARCSEC, "rms_after_arcsec": r.after / ARCSEC}
-        for r in one.robustness
+        for r in case.robustness
     ]
-    units = None if one.units is None else _units(one.units)
-    return {"controller": one.name, "motor_speed_rpm": one.speed / RPM, "other_gears": gears, "units": units}
+    units = None if case.units is None else _units(case.units)
+    return {"controller": case.name, "motor_speed_rpm": case.speed / RPM, "other_gears": gears, "units": units}
 
 
 def _units(units: Units) -> dict[str, Any]:
@@ -127,12 +126,12 @@ def _units(units: Units) -> dict[str, Any]:
 
 def warnings(run: Run) -> list[str]:
     """Every warning once."""
-    every = [text for row in run.found.results for one in row for text in one.warnings]
-    return list(dict.fromkeys([*every, *(text for one in run.details for text in one.warnings)]))
+    texts = [text for row in run.found.results for case in row for text in case.warnings]
+    return list(dict.fromkeys([*texts, *(text for case in run.details for text in case.warnings)]))
 
 
 def remarks(run: Run) -> list[str]:
-    """What was assumed and left out."""
+    """Assumptions, and controllers that were left out."""
     return list(dict.fromkeys([*(text for bench in run.benches.values() for text in bench.remarks), *run.left_out]))
 
 
@@ -142,9 +141,9 @@ def summary(run: Run) -> str:
     lines += run.found.residuals(WIDTH)
     if run.best:
         lines += ["", "best that is stable and within all limits", *_best(run)]
-    for one in run.details:
-        lines += ["", *_on_others(one)]
-    lines += [f"  order table, {name}: {one.table.source}" for name, one in run.tables]
+    for case in run.details:
+        lines += ["", *_on_others(case)]
+    lines += [f"  order table, {name}: {case.table.source}" for name, case in run.tables]
     lines += [f"  warning: {text}" for text in _worse(run)]
     lines += [f"  note: {text}" for text in remarks(run)]
     return "\n".join(part for line in lines for part in _folded(line))
@@ -155,91 +154,92 @@ def _folded(line: str) -> list[str]:
 
 
 def _best(run: Run) -> list[str]:
-    """The best at every speed with its numbers: that which measures the load, and that which does not."""
+    """Numbers of the best controllers at every speed: one with an encoder on the load, one without."""
     lines = [f"  {'motor rpm':>9}  {'controller':{NAME}}{'arcsec':>16}{'dB':>7}{'N·m rms':>9}{'largest':>9}"]
     for i in range(len(run.found.speeds)):
-        for one in (best_at(run.found, i, load_encoder=seeing) for seeing in (True, False)):
-            if one is not None:
-                change = f"{number(one.before.rms / ARCSEC, 3)} → {number(one.after.rms / ARCSEC, 3)}"
-                name = one.name + "*" * one.load_encoder
+        for case in (best_at(run.found, i, load_encoder=seeing) for seeing in (True, False)):
+            if case is not None:
+                change = f"{number(case.before.rms / ARCSEC, 3)} → {number(case.after.rms / ARCSEC, 3)}"
+                name, torque = case.name + ("*" if case.load_encoder else ""), case.torque
                 lines.append(
-                    f"  {one.speed / RPM:9.5g}  {name:{NAME}}{change:>16}{one.reduction:7.1f}{one.torque.rms:9.3g}"
-                    f"{one.torque.peak:9.3g}"
+                    f"  {case.speed / RPM:9.5g}  {name:{NAME}}{change:>16}{case.reduction:7.1f}{torque.rms:9.3g}"
+                    f"{torque.peak:9.3g}"
                 )
     starred = any("*" in line for line in lines)
     return [*lines, "  * measures the angle of the load"] if starred else lines
 
 
-def _on_others(one: Compensation) -> list[str]:
+def _on_others(case: Compensation) -> list[str]:
     """A controller on gears and units that differ from the model."""
-    lines = [f"{one.name} at {number(one.speed / RPM)} rpm, arcsec"]
-    for r in one.robustness:
+    lines = [f"{case.name} at {number(case.speed / RPM)} rpm, arcsec"]
+    for r in case.robustness:
         gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'} than the model"
         lines.append(f"  on a gear {gear}: {number(r.before / ARCSEC, 3)} → {number(r.after / ARCSEC, 3)}")
-    if one.units is not None:
-        low, middle, high = (number(value / ARCSEC, 3) for value in one.units.quantiles(SHARES))
-        before = number(float(np.median(one.units.before.rms)) / ARCSEC, 3)
+    if case.units is not None:
+        low, middle, high = [number(value / ARCSEC, 3) for value in case.units.quantiles(SHARES)]
+        before = number(float(np.median(case.units.before.rms)) / ARCSEC, 3)
         lines.append(
-            f"  on {len(one.units.after.rms)} units: median {before} → {middle}, 5 to 95 %: {low} to {high}; "
-            f"{len(one.units.unstable)} not compensated"
+            f"  on {len(case.units.after.rms)} units: median {before} → {middle}, 5 to 95 %: {low} to {high}; "
+            f"{len(case.units.unstable)} not compensated"
         )
-        causes = Counter(re.sub(r" in [0-9.e+-]+ % of the samples", "", cause) for _, cause in one.units.unstable)
+        causes = Counter(re.sub(r" in [0-9.e+-]+ % of the samples", "", cause) for _, cause in case.units.unstable)
         lines += [f"    {count} of them: {cause}" for cause, count in causes.most_common()]
     return lines
 
 
 def _worse(run: Run) -> list[str]:
-    """Where controllers do harm, a sentence for each of them; then what is wrong on other gears."""
-    said = []
+    """Sentences about controllers that increase the error, and warnings about other gears."""
+    texts = []
     for name, row in zip(run.found.names, run.found.results, strict=True):
-        grown = [one for one in row if one.stable and grows(one.before.rms, one.after.rms)]
-        for what, bad in (
-            ("the error grows", [one for one in row if not one.stable]),
+        grown = [case for case in row if case.stable and grows(case.before.rms, case.after.rms)]
+        useless = [case for case in row if case.stable and not case.gains and case not in grown and name != PLAIN]
+        for problem, bad in (
+            ("the error grows", [case for case in row if not case.stable]),
             ("the error is larger than under the plain loop", grown),
-            ("no gain", [one for one in row if one.stable and not one.gains and one not in grown and name != PLAIN]),
+            ("no gain", useless),
         ):
             if bad:
-                said.append(f"{name}: {what} at {', '.join(number(one.speed / RPM) for one in bad)} rpm")
-    said += [text for row in run.found.results for one in row for text in one.warnings if one.gains]
-    told = {text for row in run.found.results for one in row for text in one.warnings}
-    return said + [text for one in run.details for text in one.warnings if text not in told]
+                texts.append(f"{name}: {problem} at {', '.join(number(case.speed / RPM) for case in bad)} rpm")
+    texts += [text for row in run.found.results for case in row for text in case.warnings if case.gains]
+    given = {text for row in run.found.results for case in row for text in case.warnings}
+    return texts + [text for case in run.details for text in case.warnings if text not in given]
 
 
-def worst(found: CompensationBench) -> int:
+def worst(bench: CompensationBench) -> int:
     """Number of the speed at which the plain loop has the largest error."""
-    return int(np.argmax([one.before.rms for one in found.results[0]]))
+    return int(np.argmax([case.before.rms for case in bench.results[0]]))
 
 
-def best_at(found: CompensationBench, i: int, *, load_encoder: bool) -> Compensation | None:
-    """The best controller at a speed that measures the load, or that does not: stable and within all limits."""
-    column = [row[i] for row in found.results if row[i].load_encoder == load_encoder and row[i].name != "loop"]
-    good = [one for one in column if one.stable and not one.excluded]
-    return min(good, key=lambda one: one.after.rms, default=None)
+def best_at(bench: CompensationBench, i: int, *, load_encoder: bool) -> Compensation | None:
+    """The best controller at a speed, with or without an encoder on the load: stable and within all limits."""
+    column = [row[i] for row in bench.results if row[i].load_encoder == load_encoder and row[i].name != "loop"]
+    good = [case for case in column if case.stable and not case.excluded]
+    return min(good, key=lambda case: case.after.rms, default=None)
 
 
-def stated(bench: Bench, found: Compensation) -> tuple[tuple[str, Alone], ...]:
-    """As `tables_of`; what each leaves alone, and all together, is run and stands in its `source`."""
-    tables, speed = tables_of(bench, found), found.speed
-    every = left(bench, tables.values(), speed) / ARCSEC if len(tables) > 1 else 0.0
-    told = []
+def stated(bench: Bench, case: Compensation) -> tuple[tuple[str, Alone], ...]:
+    """Tables of `tables_of`; `source` has the rms of a run with each alone, and of one with all of them."""
+    tables, speed = tables_of(bench, case), case.speed
+    joint = left(bench, tables.values(), speed) / ARCSEC if len(tables) > 1 else 0.0
+    alone = []
     for name, table in tables.items():
         rms = left(bench, [table], speed)
         source = (
-            f"{table.source}; used alone it leaves {rms / ARCSEC:.3g} of {found.before.rms / ARCSEC:.3g} arcsec rms of "
-            "the pointing error there"
+            f"{table.source}; used alone it leaves {rms / ARCSEC:.3g} of {case.before.rms / ARCSEC:.3g} arcsec rms "
+            "of the pointing error there"
         )
         others = " and ".join(f"order-table-{other}.json" for other in tables if other != name)
-        source += f", with {others} {every:.3g}" if others else ""
-        told.append((name, Alone(replace(table, source=source), rms)))
-    return tuple(told)
+        source += f", with {others} {joint:.3g}" if others else ""
+        alone.append((name, Alone(replace(table, source=source), rms)))
+    return tuple(alone)
 
 
 def left(bench: Bench, tables: Iterable[OrderTable], speed: float) -> float:
     """Rms of the pointing error [rad] about its mean at a motor speed [rad/s], under the plain loop and tables."""
     controller = bench.loop
     for table in tables:
-        now = table.at_speed(abs(speed))
-        lines = now.backward if speed < 0.0 and now.backward is not None else now.lines
+        fixed = table.at_speed(abs(speed))
+        lines = fixed.backward if speed < 0.0 and fixed.backward is not None else fixed.lines
         if table.unit == "rad":
             controller = AngleFeedforward(controller, KinematicError(lines), bench.model.N)
         else:
@@ -249,30 +249,31 @@ def left(bench: Bench, tables: Iterable[OrderTable], speed: float) -> float:
     return float(loop_ensemble(bench.closed(controller, speed), {}, end, settle=settle, y0=bench.start(speed)).rms[0])
 
 
-def tables_of(bench: Bench, found: Compensation) -> dict[str, OrderTable]:
-    """Tables of a controller by what they are added to, "angle" or "torque"; of one that adapts, what it has found.
+def tables_of(bench: Bench, case: Compensation) -> dict[str, OrderTable]:
+    """Tables of a controller by the signal they are added to, "angle" or "torque"; adapted ones after convergence.
 
     A torque holds at the speed of the result alone, in its direction and under the mean torque on its load; it has that
     of the motor's inertia along a corrected angle. An angle without a torque is read ahead by the time until a sample's
     torque acts.
     """
-    about: dict[str, Any] = {"ratio": bench.model.N, "source": f"{found.name} at {found.speed / RPM:.4g} rpm"}
+    about: dict[str, Any] = {"ratio": bench.model.N, "source": f"{case.name} at {case.speed / RPM:.4g} rpm"}
     held = about | {
-        "speeds": (abs(found.speed), abs(found.speed)),
-        "direction": "forward" if found.speed > 0.0 else "backward",
+        "speeds": (abs(case.speed), abs(case.speed)),
+        "direction": "forward" if case.speed > 0.0 else "backward",
         "load": mean_torque(bench.plant.load.end().excitation),
     }
     tables: dict[str, OrderTable] = {}
-    controller, lines = found.controller, list[Line]()
-    run = _adapted(bench, found) if isinstance(controller, AdaptiveCancellation) else None
+    controller, lines = case.controller, list[Line]()
+    run = _adapted(bench, case) if isinstance(controller, AdaptiveCancellation) else None
     memory: Any = run and run.memory.state
     while run is not None and isinstance(controller, AdaptiveCancellation):
         memory, a, b, _ = memory
-        a, b = (x - y for x, y in zip((a, b), _ripple(bench, controller, run, found.speed), strict=True))
+        ripple_a, ripple_b = _ripple(bench, controller, run, case.speed)
+        a, b = a - ripple_a, b - ripple_b
         lines.append(Line(controller.order, hypot(a, b), atan2(-b, a)))
         controller = controller.loop
     if isinstance(controller, AngleFeedforward):
-        lines += _of_inertia(controller, found.speed) if lines else []
+        lines += _of_inertia(controller, case.speed) if lines else []
         ahead = 0.0 if lines else round(bench.sampling.lead, DIGITS)
         tables["angle"] = OrderTable.of(controller.error, delay=ahead, **about)
     if isinstance(controller, TorqueTable):
@@ -289,20 +290,20 @@ def _of_inertia(controller: AngleFeedforward, speed: float) -> list[Line]:
     return [Line(line.order, -size * line.order**2 * line.amplitude, line.phase + line.order * ahead) for line in lines]
 
 
-def _adapted(bench: Bench, found: Compensation) -> LoopRun:
+def _adapted(bench: Bench, case: Compensation) -> LoopRun:
     """Run until the controller has converged."""
-    settle, _ = times_of(bench, found.speed, own_rate(bench, found.speed, found.controller))
-    return run_loop(bench.closed(found.controller, found.speed), settle, y0=bench.start(found.speed))
+    settle, _ = times_of(bench, case.speed, own_rate(bench, case.speed, case.controller))
+    return run_loop(bench.closed(case.controller, case.speed), settle, y0=bench.start(case.speed))
 
 
 def _ripple(bench: Bench, controller: AdaptiveCancellation, run: LoopRun, speed: float) -> tuple[float, float]:
-    """What the mean of the measured error makes of both amplitudes [N*m] at the end of a run, at its place in the turn.
+    """Ripple of both amplitudes [N*m] at the end of a run, due to the mean y of the measured error.
 
-    a' = -g y cos(k theta + phi) and b' = -g y sin(k theta + phi) of a constant y are waves about what has been found.
+    a' = -g y cos(k theta + phi) and b' = -g y sin(k theta + phi) of a constant y are waves about the converged values.
     """
-    seen = run.error if controller.on_load else behind_of(bench)(run.states)
+    error = run.error if controller.on_load else behind_of(bench)(run.states)
     turn = round(2.0 * pi / abs(speed) / bench.sampling.period)
     step = controller.order * speed * bench.sampling.period
-    size = controller.period * controller.gain * float(np.mean(seen[-turn:])) / (2.0 * sin(0.5 * step))
+    size = controller.period * controller.gain * float(np.mean(error[-turn:])) / (2.0 * sin(0.5 * step))
     late = step * (len(run.time) - 0.5) + (controller.phase if speed > 0.0 else -controller.phase)
     return -size * sin(late), size * cos(late)

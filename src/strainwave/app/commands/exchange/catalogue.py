@@ -1,4 +1,4 @@
-"""`strainwave catalogue`: gears of the catalogue or of a file, those that meet conditions, and the record of one."""
+"""`strainwave catalogue`: a list of gears of the catalogue or of a file that meet conditions, or one gear's record."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -34,14 +34,14 @@ def catalogue(
     **least: str | None,
 ) -> None:  # fmt: skip
     """List the gears of the catalogue or of a file, or show one."""
-    own = None if file is None else read_gears(file)
+    listed_gears = None if file is None else read_gears(file)
     if name is not None:
-        _one(gear(name) if own is None else _own(own, name, file), as_json)
+        _one(gear(name) if listed_gears is None else _own(listed_gears, name, file), as_json)
         return
     units = {"torque": "N*m", "stiffness": "N*m/rad", "speed": "rad/s"}
-    asked = {of: quantity(f"--{of}", text, units[of]) for of, text in least.items() if text is not None}
-    gears = list(own.values()) if own is not None else select()
-    chosen = select(gears, series=series, size=size, ratio=ratio, **asked)
+    bounds = {key: quantity(f"--{key}", text, units[key]) for key, text in least.items() if text is not None}
+    gears = list(listed_gears.values()) if listed_gears is not None else select()
+    chosen = select(gears, series=series, size=size, ratio=ratio, **bounds)
     if not chosen:
         known = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
         where = "the catalogue" if file is None else str(file)

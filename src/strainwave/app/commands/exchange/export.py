@@ -15,17 +15,17 @@ from ..options import json_option, output_option, project_argument, written_type
 @click.command()
 @project_argument
 @click.option(
-    "--to", type=click.Choice(("c", "fmu2", "fmu3", "mjcf", "urdf", "mat")), required=True,
+    "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf", "urdf", "mat")), required=True,
     help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo or in URDF; the computed response for MATLAB.",
 )  # fmt: skip
 @output_option("File: .c (and .h beside it), .fmu, .xml, .urdf or .mat.", type=written_type, required=True)
 @click.option("--step", help='Length of a step of C and FMU, as "250 us". Default: 16 in the shortest time scale.')
 @json_option
-def export(project: Path, to: Any, output: Path, step: str | None, as_json: bool) -> None:
+def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:
     """Take the motor, the gear and the load of a project to another program."""
     drive = read_project(project)
     length = None if step is None else parse(step, "s")
-    if to == "mat":
+    if form == "mat":
         if output.suffix != ".mat":
             raise ValueError(f"the file is {output.name!r}; give it a name that ends in .mat")
         with Progress(drive.title) as progress:
@@ -33,6 +33,6 @@ def export(project: Path, to: Any, output: Path, step: str | None, as_json: bool
             drive.response().save(output)
         notes: tuple[str, ...] = ()
     else:
-        notes = exported(drive, output, to=to, step=length).notes
-    said = {"title": drive.title, "format": to, "file": str(output), "notes": list(notes)}
-    click.echo(to_json(said) if as_json else "\n".join([f"{drive.title}: {to} in {output}", *notes]))
+        notes = exported(drive, output, to=form, step=length).notes
+    summary = {"title": drive.title, "format": form, "file": str(output), "notes": list(notes)}
+    click.echo(to_json(summary) if as_json else "\n".join([f"{drive.title}: {form} in {output}", *notes]))

@@ -93,7 +93,7 @@ def _option(question: Question) -> Callable[[Any], Any]:
 @together(*map(_option, QUESTIONS))
 @output_option("Project file to write.", type=written_type, default=Path("drive.yaml"))
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
-def new(output: Path, force: bool, **given: str | None) -> None:
+def new(output: Path, force: bool, **options: str | None) -> None:
     """Write a commented project file.
 
     On a terminal every number that no option gives is a question; Enter takes its default.
@@ -105,7 +105,7 @@ def new(output: Path, force: bool, **given: str | None) -> None:
     output = output.resolve() if output.is_symlink() else output
     if not output.parent.is_dir():
         raise click.UsageError(f"there is no folder {output.parent}; make it, or take another name with -o")
-    answers = _answers(given)
+    answers = _answers(options)
     text = template(_fields(answers), NAME if (output.parent / NAME).is_file() else "")
     project = from_text(text, output)
     with atomic(output) as part:
@@ -122,14 +122,14 @@ def schema(markdown: bool) -> None:
     click.echo(reference() if markdown else to_json(project_schema()), nl=not markdown)
 
 
-def _answers(given: Mapping[str, str | None]) -> dict[str, str]:
+def _answers(options: Mapping[str, str | None]) -> dict[str, str]:
     asking = sys.stdin.isatty()
-    missing = [q.option for q in QUESTIONS if given.get(q.name) is None and not q.default]
+    missing = [q.option for q in QUESTIONS if options.get(q.name) is None and not q.default]
     if missing and not asking:
         raise click.UsageError(f"{' and '.join(missing)} must be given, where no terminal can be asked")
     answers: dict[str, str] = {}
     for question in QUESTIONS:
-        value = given.get(question.name)
+        value = options.get(question.name)
         if value is None and asking:
             answers[question.name] = _ask(question, answers)
             continue
@@ -190,24 +190,24 @@ def _with_unit(text: str, unit: str) -> str:
 
 
 def _gear(text: str) -> str:
-    """Name of the one gear that a text means (ValueError with those that hold it)."""
+    """Name of the gear that a text is a part of (ValueError with all of them where there are several)."""
     if not text:
         raise ValueError("a gear is needed; write for example CSG-40-50, or a part of a name as CSG-40")
     try:
         return catalogue.gear(text).name
     except ValueError as error:
         parts = text.upper().replace("-", " ").split()
-        found = [name for name in catalogue.names() if all(part in name for part in parts)]
-        if not found:
+        names = [name for name in catalogue.names() if all(part in name for part in parts)]
+        if not names:
             raise ValueError(str(error)) from None
-        if len(found) == 1:
-            return found[0]
-        more = f" and {len(found) - MOST_SHOWN} more" if len(found) > MOST_SHOWN else ""
-        raise ValueError(f"{text!r} is a part of {', '.join(found[:MOST_SHOWN])}{more}; write one of them") from None
+        if len(names) == 1:
+            return names[0]
+        others = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
+        raise ValueError(f"{text!r} is a part of {', '.join(names[:MOST_SHOWN])}{others}; write one of them") from None
 
 
 def _of_catalogue(name: str, gear: str) -> str:
-    """What the record of a gear gives: "" for its inertia, the word for its accuracy (ValueError if it has none)."""
+    """Field of a project file that takes a number of the catalogue (ValueError if the catalogue lacks the number)."""
     record = catalogue.gear(gear)
     if name == "motor_inertia":
         if record.input_inertia is None:

@@ -1,4 +1,4 @@
-"""`strainwave order-table`: an order table from one format to another, and what is lost on the way."""
+"""`strainwave order-table`: an order table from one format to another, and the residual of the conversion."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -48,7 +48,7 @@ def order_table(
     ratio: float | None, speed: str | None, one_way: Any, drop: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Write the order table IN as OUT in a format of drives and controls, and say what is lost."""
-    wanted = named(form)
+    kind = named(form)
     table = OrderTable.read(source, origin, **known)
     if ratio is not None:
         table = replace(table, ratio=number("--ratio", ratio, positive=True))
@@ -56,19 +56,19 @@ def order_table(
         table = table.at_speed(parse(speed, "rad/s"))
     if one_way is not None:
         table = table.one_way(one_way)
-    left = table.write(target, wanted.name, drop=drop, **options)
+    residual = table.write(target, kind.name, drop=drop, **options)
     if as_json:
-        data = {"file": source.name, "written": str(target), "format": wanted.name, "orders": list(table.orders)}
-        click.echo(to_json(data | {"residual": left._asdict()}))
+        data = {"file": source.name, "written": str(target), "format": kind.name, "orders": list(table.orders)}
+        click.echo(to_json(data | {"residual": residual._asdict()}))
         return
     click.echo(f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}")
-    click.echo("\n".join(f"  {line}" for line in _said(left)))
-    click.echo(f"  written: {target} ({wanted.title})")
+    click.echo("\n".join(f"  {line}" for line in _said(residual)))
+    click.echo(f"  written: {target} ({kind.title})")
 
 
-def _said(left: TableResidual) -> list[str]:
-    rows = left.sentences()
-    if left.unit == "rad":
-        size, peak = (f"{written(value / ARCSEC, 3)} arcsec" for value in (left.rms, left.peak))
-        rows.insert(1, f"that is {size} rms, {peak} peak")
+def _said(residual: TableResidual) -> list[str]:
+    rows = residual.sentences()
+    if residual.unit == "rad":
+        rms, peak = written(residual.rms / ARCSEC, 3), written(residual.peak / ARCSEC, 3)
+        rows.insert(1, f"that is {rms} arcsec rms, {peak} arcsec peak")
     return rows

@@ -1,4 +1,4 @@
-"""`strainwave identify`: a project file with the numbers that logs of its drive tell."""
+"""`strainwave identify`: a project file with parameters identified from logs of its drive."""
 
 from pathlib import Path
 from shlex import quote
@@ -7,7 +7,9 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.results import Floats
 from ....compile.tree import part
+from ....drive.project import Project
 from ....files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ....files.logs.read import read_log
 from ....files.project_text import project_text
@@ -49,72 +51,71 @@ def identify(
     motor_angle and load_angle. The project file that is written has the numbers found, and their uncertainty as its
     scatter.
     """
-    given = read_project(project)
+    guess = read_project(project)
     logs = [read_log(file, **reading) for file in files]
     names = None if free is None else tuple(name.strip() for name in free.split(",") if name.strip())
-    with Progress(given.title) as progress:
-        found = identify_drive(given, logs, names, between=between, progress=progress.show)
-    torsions = [with_torsion(channels_of(log), given.drive.N)["torsion"] for log in logs]
+    with Progress(guess.title) as progress:
+        result = identify_drive(guess, logs, names, between=between, progress=progress.show)
+    torsions = [with_torsion(channels_of(log), guess.drive.N)["torsion"] for log in logs]
     with staged(output) as folder:
-        if found.usable:
-            (folder / YAML).write_text(project_text(found.project), encoding="utf-8")
-            (folder / JSON).write_text(to_json(data(found)) + "\n", encoding="utf-8")
+        if result.usable:
+            (folder / YAML).write_text(project_text(result.project), encoding="utf-8")
+            (folder / JSON).write_text(to_json(data(result)) + "\n", encoding="utf-8")
         (folder / SVG).write_text(
-            figure(torsion_panels(found.found, torsions), 230.0, "measured and computed torsion") + "\n",
+            figure(torsion_panels(result.found, torsions), 230.0, "measured and computed torsion") + "\n",
             encoding="utf-8",
         )
-    if not found.usable:
+    if not result.usable:
         for old in (YAML, JSON):  # of an earlier log: they would pass for this one's
             (output / old).unlink(missing_ok=True)
     if as_json:
-        click.echo(to_json(data(found)))
+        click.echo(to_json(data(result)))
         return
-    _print(given, found)
-    if found.usable:
-        told = f"{output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"
-    else:
-        told = f"{output / SVG}; no file of numbers is: find what the model lacks first"
-    click.echo(f"written: {told}")
+    _print(guess, result)
+    text = f"{output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"
+    if not result.usable:
+        text = f"{output / SVG}; no file of numbers is: find what the model lacks first"
+    click.echo(f"written: {text}")
 
 
-def data(found: IdentifiedDrive) -> dict[str, Any]:
+def data(result: IdentifiedDrive) -> dict[str, Any]:
     """The numbers with their intervals, in SI."""
-    rest = found.found.discrepancy
+    discrepancy = result.found.discrepancy
     return {
-        "headline": found.headline(),
-        "usable": found.usable,
-        "unexplained": found.unexplained,
+        "headline": result.headline(),
+        "usable": result.usable,
+        "unexplained": result.unexplained,
         "numbers": {
-            name: {"value": found.value(name), "low": found.interval(name).low, "high": found.interval(name).high}
-            for name in found.names
+            name: {"value": result.value(name), "low": result.interval(name).low, "high": result.interval(name).high}
+            for name in result.names
         },
-        "correlation": _correlation(found.found.covariance),
-        "residual_rms_rad": float(found.found.rms[0]),
-        "torsion_rms_rad": float(found.found.size[0]),
-        "samples": found.found.residual.shape[1],
-        "between": found.found.between,
-        "residual_white": rest.white,
-        "terms_lacking": list(rest.flagged),
-        "remarks": list(found.remarks),
+        "correlation": _correlation(result.found.covariance),
+        "residual_rms_rad": float(result.found.rms[0]),
+        "torsion_rms_rad": float(result.found.size[0]),
+        "samples": result.found.residual.shape[1],
+        "between": result.found.between,
+        "residual_white": discrepancy.white,
+        "terms_lacking": list(discrepancy.flagged),
+        "remarks": list(result.remarks),
     }
 
 
-def _correlation(covariance: Any) -> list[list[float]]:
+def _correlation(covariance: Floats) -> list[list[float]]:
     deviations = np.sqrt(np.diag(covariance))
     rows: list[list[float]] = (covariance / np.outer(deviations, deviations)).tolist()
     return rows
 
 
-def _print(given: Any, found: IdentifiedDrive) -> None:
+def _print(guess: Project, result: IdentifiedDrive) -> None:
     rows = []
-    for name, path in zip(found.names, found.found.names, strict=True):
-        low, high = found.interval(name)
-        first = "" if path.startswith(("x.", "reference.", "load.excitation.")) else number(part(given.whole, path), 5)
+    for name, path in zip(result.names, result.found.names, strict=True):
+        low, high = result.interval(name)
+        first = "" if path.startswith(("x.", "reference.", "load.excitation.")) else number(part(guess.whole, path), 5)
         rows.append(
-            (name, first, number(found.value(name), 6), number(low, 6), number(high, 6), sign(found.unit(name)))
+            (name, first, number(result.value(name), 6), number(low, 6), number(high, 6), sign(result.unit(name)))
         )
-    click.echo(found.headline())
+    click.echo(result.headline())
     columns = ("number", "given", "found", "from", "to", "unit")
-    print_table(f"{given.title}: {len(rows)} numbers", columns, rows, "interval of 95 %, if the model is right")
-    for line in found.quality()[1:]:
+    print_table(f"{guess.title}: {len(rows)} numbers", columns, rows, "interval of 95 %, if the model is right")
+    for line in result.quality()[1:]:
         click.echo(line)

@@ -6,6 +6,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.results import Floats
 from ....files.logs.read import read_log
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
@@ -50,7 +51,7 @@ def log(
         click.echo(f"written: {output / CSV}, {output / SVG}")
 
 
-def _rms(values: Any) -> float:
+def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
