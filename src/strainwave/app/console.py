@@ -1,4 +1,4 @@
-"""What the commands share: progress on stderr, tables and JSON on stdout, numbers as text."""
+"""Terminal output of the commands: progress on stderr, tables and JSON on stdout, numbers as text."""
 
 import json
 import math
@@ -16,9 +16,9 @@ from ..compile.cache import compiling
 
 T = TypeVar("T")
 
-EVERY = 10.0  # seconds after which a stage that goes on is told again
+EVERY = 10.0  # seconds after which a stage that goes on is shown again
 TICK = 0.25  # seconds between looks at what is compiled
-SHORT = 1.0  # seconds of a run whose time left is not told
+SHORT = 1.0  # seconds of a run whose time left is not shown
 # What the errors are, wherever a command or the report shows one.
 WHAT_X_IS = (
     "the pointing error is the reference angle of the load, that of the motor over N, minus the angle of the load; "
@@ -47,7 +47,8 @@ class Progress:
             from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
             from rich.progress import Progress as Bar
 
-            text, left = (TextColumn(what, markup=False) for what in ("{task.description}", "{task.fields[left]}"))
+            text = TextColumn("{task.description}", markup=False)
+            left = TextColumn("{task.fields[left]}", markup=False)
             columns = (text, BarColumn(20), TimeElapsedColumn(), left)
             self.bar = Bar(*columns, console=Console(stderr=True), transient=True)
             self.task = self.bar.add_task(self.title, total=1.0, left="")
@@ -72,20 +73,20 @@ class Progress:
             self._tell(stage)
 
     def _watch(self) -> None:
-        """Until the run is over: tell what is compiled, how long the rest takes, and again and again what goes on."""
-        said, before, shown, announced = monotonic(), monotonic(), "", ""
+        """Show what is compiled and how long the run still takes, until it is over; repeat a stage every 10 s."""
+        last_line, before, previous, announced = monotonic(), monotonic(), "", ""
         while not self.over.wait(min(TICK, EVERY)):
-            now, one = monotonic(), next(map(str, compiling()), "")
-            if one:
-                self.compiled += now - before
-            if one != shown:
-                self._tell(one or self.stage, again=one in ("", announced))
-            before, shown, announced = now, one, one or announced
+            time, item = monotonic(), next(map(str, compiling()), "")
+            if item:
+                self.compiled += time - before
+            if item != previous:
+                self._tell(item or self.stage, again=item in ("", announced))
+            before, previous, announced = time, item, item or announced
             if self.bar is not None:
-                self.bar.update(self.task, completed=self.share, left=self.rest(now).removeprefix(", "))
-            elif self.stage and now - max(self.begun, said) >= EVERY:
-                said = now
-                self._tell(f"{self.stage}, {now - self.begun:.0f} s so far{self.rest(now)}")
+                self.bar.update(self.task, completed=self.share, left=self.rest(time).removeprefix(", "))
+            elif self.stage and time - max(self.begun, last_line) >= EVERY:
+                last_line = time
+                self._tell(f"{self.stage}, {time - self.begun:.0f} s so far{self.rest(time)}")
 
     def _tell(self, what: str, again: bool = False) -> None:
         if self.bar is not None:
@@ -100,7 +101,7 @@ class Progress:
 
 
 def finished(verb: Callable[[], T]) -> tuple[T, KeyboardInterrupt | None]:
-    """Result of a verb; or that of the part that Ctrl-C found finished, and what to raise when it is written."""
+    """Result of a verb; after Ctrl-C that of the finished part, and the exception to raise when it is written."""
     try:
         return verb(), None
     except Interrupted as stop:
@@ -144,12 +145,12 @@ def to_json(value: Any) -> str:
 
 
 def reported(title: str, facts: Sequence[Fact], as_json: bool, *more: str) -> str:
-    """Facts of a result as JSON, or as text: by what it fails, then a title with the rest and more lines below it."""
+    """Facts of a result as JSON, or as text: failures, then a title with the other facts and more lines below it."""
     if as_json:
         return to_json({"title": title} | data(facts))
     fails = len(facts[0].value) if facts[0].key == "failures" else 0
-    told = [*lines(facts), *more]
-    return "\n".join([*told[:fails], title, *(f"  {line}" for line in told[fails:])])
+    rows = [*lines(facts), *more]
+    return "\n".join([*rows[:fails], title, *(f"  {line}" for line in rows[fails:])])
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:

@@ -9,6 +9,7 @@ from html import escape
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.sentences import WIDTH
 from ..plot.svg import stacked
@@ -27,7 +28,7 @@ def html(result: Any) -> str:
     Parameters
     ----------
     result : Result
-        What `str` sums up in lines, and `plot` draws or not.
+        Its lines are those of `str`; its figure is that of `plot`, if it has one.
 
     Returns
     -------
@@ -46,7 +47,7 @@ def figure(result: Any) -> str:
 
 
 def _summary(text: str) -> str:
-    """Table of a summary: its first line is the caption, each other line a row, as its cells or its name part it."""
+    """Table of a summary: its first line is the caption, each other line a row of cells."""
     caption, *lines = _whole_lines(text)
     if not lines:
         return f"<p>{escape(caption)}</p>"
@@ -58,7 +59,7 @@ def _summary(text: str) -> str:
 
 
 def _whole_lines(text: str) -> list[str]:
-    """Lines of a summary, those put together again that were wrapped for the screen."""
+    """Lines of a summary without the line breaks of the screen."""
     lines: list[str] = []
     before = ""
     for line in text.splitlines():
@@ -107,8 +108,8 @@ def _arrays(result: Any) -> str:
     return f"<details><summary>arrays</summary>{table}</details>"
 
 
-def _ends(array: Any) -> tuple[str, str]:
-    """Least and largest value of real numbers, the sizes of complex ones, or the first and the last word."""
+def _ends(array: NDArray[Any]) -> tuple[str, str]:
+    """Smallest and largest real number or absolute value of a complex one; of words the first and the last."""
     if not array.size:
         return "", ""
     if array.dtype.kind not in "biufc":

@@ -39,11 +39,11 @@ def staged(folder: Path) -> Iterator[Path]:
         If the folder cannot be made or written; nothing is left behind.
     """
     folder = folder.resolve()
-    made = _make(folder)
+    new_folders = _make(folder)
     try:
         part = Path(tempfile.mkdtemp(prefix=".strainwave.", dir=folder))
     except OSError:
-        _remove(made)
+        _remove(new_folders)
         raise
     try:
         yield part
@@ -57,7 +57,7 @@ def staged(folder: Path) -> Iterator[Path]:
             os.replace(file, folder / file.name)
     except BaseException as error:
         shutil.rmtree(part, ignore_errors=True)
-        _remove(made)
+        _remove(new_folders)
         if isinstance(error, OSError) and (error.filename is None or part.name in str(error.filename)):
             error.filename = str(folder)
         raise
@@ -65,10 +65,10 @@ def staged(folder: Path) -> Iterator[Path]:
 
 
 def sentence(error: OSError) -> str:
-    """What the operating system refuses, where, and what helps."""
-    said = f"{error.filename or 'a file that was being written'}: {(error.strerror or type(error).__name__).lower()}"
+    """Sentence on an error of the operating system: the place, the error and its remedy."""
+    text = f"{error.filename or 'a file that was being written'}: {(error.strerror or type(error).__name__).lower()}"
     remedy = REMEDIES.get(error.errno or 0)
-    return f"{said}; {remedy}" if remedy else said
+    return f"{text}; {remedy}" if remedy else text
 
 
 def _make(folder: Path) -> list[Path]:
@@ -78,9 +78,9 @@ def _make(folder: Path) -> list[Path]:
     return missing[::-1]
 
 
-def _remove(made: list[Path]) -> None:
-    """Remove folders that this run has made, as far as they are empty."""
-    for folder in reversed(made):
+def _remove(folders: list[Path]) -> None:
+    """Remove new folders of this run, as far as they are empty."""
+    for folder in reversed(folders):
         try:
             folder.rmdir()
         except OSError:
@@ -88,7 +88,7 @@ def _remove(made: list[Path]) -> None:
 
 
 def write_all(folder: Path, contents: Mapping[str, Any]) -> None:
-    """Write texts, columns as of `write_csv`, and what has `write`, by the names of their files, all at once."""
+    """Write all files at once, by name: texts, columns as of `write_csv`, and objects with `write`."""
     with staged(folder) as part:
         for name, content in contents.items():
             if isinstance(content, str):

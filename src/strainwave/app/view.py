@@ -1,4 +1,4 @@
-"""What a report is about and the units in which it tells it: the one argument of its sections and figures.
+"""A project with its analysis and the units of a report: the argument of its sections and figures.
 
 Units in which commands, reports and figures show angles and speeds.
 """
@@ -66,8 +66,8 @@ def span(option: str, ends: list[str] | tuple[str, ...], unit: str, example: str
     """Read a range that an option gives by its two ends, or refuse it (click.BadParameter)."""
     values = [quantity(option, end, unit) for end in ends]
     if len(values) != 2 or not values[0] < values[1]:
-        said = " to ".join(repr(end) for end in ends)
-        raise click.BadParameter(f"{option}: {said} is no range; write a smaller and a larger value, {example}")
+        text = " to ".join(repr(end) for end in ends)
+        raise click.BadParameter(f"{option}: {text} is no range; write a smaller and a larger value, {example}")
     return values[0], values[1]
 
 

@@ -24,18 +24,18 @@ def time_figure(case: TimeCase, angle: AngleUnit, drive: DriveMotion | None = No
 
     Beside those of the error equation the steady motion and the torque of the whole drive, where it is given.
     """
-    rest = _from_rest(case, angle)
+    start = _from_rest(case, angle)
     label = f"time response, {case.name}"
     if case.cycle is None:
-        return figure([[rest]], 260.0, label)
-    shown = 2 if case.steady.period == 1 else 1
-    steady, orbit = _steady(case, case.cycle, shown, angle), _orbit(case, case.cycle, shown, angle)
+        return figure([[start]], 260.0, label)
+    times = 2 if case.steady.period == 1 else 1
+    steady, orbit = _steady(case, case.cycle, times, angle), _orbit(case, case.cycle, times, angle)
     if drive is not None:
-        count = 1 + shown * case.steady.period * drive.per_turn
+        count = 1 + times * case.steady.period * drive.per_turn
         name = f"whole drive, {drive.name}"
         steady.line(drive.t[:count], drive.error[:count], BLACK, name, DOT_DASH)
         orbit[-1].line(drive.t[:count], drive.torque[:count], BLACK, "whole drive", DOT_DASH)
-    return figure([[rest, steady], orbit], 228.0, label)
+    return figure([[start, steady], orbit], 228.0, label)
 
 
 def _from_rest(case: TimeCase, angle: AngleUnit) -> Panel:
@@ -65,33 +65,33 @@ def _even(count: int, pieces: int) -> NDArray[np.int64]:
     return np.linspace(0, count, min(BINS, pieces), endpoint=False).astype(np.int64)
 
 
-def _steady(case: TimeCase, cycle: Cycle, shown: int, angle: AngleUnit) -> Panel:
+def _steady(case: TimeCase, cycle: Cycle, times: int, angle: AngleUnit) -> Panel:
     panel = Panel("steady motion", MILLISECONDS, angle.axis("x"))
-    t = _repeated_time(cycle, shown)
-    panel.line(t, np.tile(cycle.x, shown), BLUE, "integration")
+    t = _repeated_time(cycle, times)
+    panel.line(t, np.tile(cycle.x, times), BLUE, "integration")
     if case.steady_theory is not None:
-        panel.line(t, np.tile(case.steady_theory, shown), ORANGE, "multiple scales", DASHES, 1.3)
+        panel.line(t, np.tile(case.steady_theory, times), ORANGE, "multiple scales", DASHES, 1.3)
     return panel
 
 
-def _orbit(case: TimeCase, cycle: Cycle, shown: int, angle: AngleUnit) -> list[Panel]:
+def _orbit(case: TimeCase, cycle: Cycle, times: int, angle: AngleUnit) -> list[Panel]:
     """Phase portrait and transmitted torque."""
     rate = Axis("x'", "rad/s") if np.max(np.abs(cycle.v)) > 1.0 else Axis("x'", "mrad/s", 1e-3)
     portrait = Panel("phase portrait of the steady motion", angle.axis("x"), rate)
     portrait.line(cycle.x, cycle.v, BLUE, "integration")
-    each = (len(cycle.x) - 1) // case.steady.period
-    portrait.points(cycle.x[:-1:each], cycle.v[:-1:each], BLACK, "once per turn of the base angle", "o", ORANGE)
+    samples = (len(cycle.x) - 1) // case.steady.period
+    portrait.points(cycle.x[:-1:samples], cycle.v[:-1:samples], BLACK, "once per turn of the base angle", "o", ORANGE)
     title = f"steady torque through the gear, largest {number(cycle.peak_torque)} N·m"
     torque = Panel(title, MILLISECONDS, Axis("torque", "N*m"))
-    torque.line(_repeated_time(cycle, shown), np.tile(cycle.torque, shown), BLUE, "integration")
+    torque.line(_repeated_time(cycle, times), np.tile(cycle.torque, times), BLUE, "integration")
     mean = cycle.mean_torque if abs(cycle.mean_torque) > 1e-6 * cycle.peak_torque else 0.0
     torque.level(mean, BLACK, f"mean torque {number(mean)} N·m", DOT_DASH, 1.0)
     return [portrait, torque]
 
 
-def _repeated_time(cycle: Cycle, shown: int) -> Floats:
+def _repeated_time(cycle: Cycle, times: int) -> Floats:
     """Times of the cycle shown so many times."""
-    return np.concatenate([cycle.t + i * cycle.t[-1] for i in range(shown)])
+    return np.concatenate([cycle.t + i * cycle.t[-1] for i in range(times)])
 
 
 def envelope(t: Floats, x: Floats, starts: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:

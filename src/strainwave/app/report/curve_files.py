@@ -52,15 +52,15 @@ def exact_columns(speeds: Speeds, curve: Branch) -> list[tuple[str, Floats]]:
     return _columns(speeds, curve, {"oscillation_of_x_rad": curve.oscillation, "peak_x_rad": curve.peak})
 
 
-def drive_columns(speeds: Speeds, found: DriveResponse) -> list[tuple[str, Floats]]:
+def drive_columns(speeds: Speeds, drive: DriveResponse) -> list[tuple[str, Floats]]:
     """Columns of the motions of a drive in arc order; the error is the pointing error, or x without a reference."""
-    what = "pointing_error" if found.has_reference else "x"
+    error = "pointing_error" if drive.has_reference else "x"
     sizes = {
-        f"oscillation_of_{what}_rad": found.oscillation, f"peak_{what}_rad": found.peak,
-        "peak_x_across_gear_rad": found.across, "peak_torque_in_gear_Nm": found.torque,
+        f"oscillation_of_{error}_rad": drive.oscillation, f"peak_{error}_rad": drive.peak,
+        "peak_x_across_gear_rad": drive.across, "peak_torque_in_gear_Nm": drive.torque,
     }  # fmt: skip
-    motor = [] if found.motor_torque is None else [("peak_torque_of_motor_Nm", found.motor_torque)]
-    return [*_columns(speeds, found.curve, sizes), *motor]
+    motor = [] if drive.motor_torque is None else [("peak_torque_of_motor_Nm", drive.motor_torque)]
+    return [*_columns(speeds, drive.curve, sizes), *motor]
 
 
 def _columns(speeds: Speeds, curve: Branch, sizes: dict[str, Floats]) -> list[tuple[str, Floats]]:

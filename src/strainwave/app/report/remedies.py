@@ -1,4 +1,4 @@
-"""What would make the error smaller, as data, in a sentence and as a bar chart."""
+"""Remedies that make the error smaller: as data, in a sentence and as a bar chart."""
 
 from collections.abc import Sequence
 from html import escape
@@ -22,12 +22,12 @@ FILL, HATCH = "#0072B2", "more"
 
 
 def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
-    """Keys of `advice` about what would help: a row each, the sentence, and what was not tried."""
-    found = view.analysis.remedies
-    largest, at = largest_of(view, avoid)
+    """Keys of `advice` about remedies: a row each, their sentence, and the remedies that were not tried."""
+    remedies = view.analysis.remedies
+    largest, speed = largest_of(view, avoid)
     return {
-        "remedies": [_row(view, remedy, largest) for remedy in found],
-        "remedy_sentence": _sentence(view, found, at),
+        "remedies": [_row(view, remedy, largest) for remedy in remedies],
+        "remedy_sentence": _sentence(view, remedies, speed),
         "not_tried": list(view.analysis.not_tried),
     }
 
@@ -35,13 +35,13 @@ def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
 def largest_of(view: View, avoid: Avoid) -> tuple[float, float]:
     """Oscillation [rad] to which the remedies are related, and its speed [rad/s]."""
     worst = worst_of(view.analysis.load_cases)
-    own = avoid if worst is None or worst.avoid is None else worst.avoid
-    return own.largest, own.at
+    deciding = avoid if worst is None or worst.avoid is None else worst.avoid
+    return deciding.largest, deciding.at
 
 
 def remedies_figure(view: View) -> str:
     """Change of the oscillation by every remedy, the most helpful first."""
-    rows = [Bar(more(remedy), remedy.ratio - 1.0, _percent(remedy.ratio - 1.0)) for remedy in view.analysis.remedies]
+    rows = [Bar(words(remedy), remedy.ratio - 1.0, _percent(remedy.ratio - 1.0)) for remedy in view.analysis.remedies]
     title = "change of the largest oscillation (filled: less, hatched: more)"
     return bars(rows, title, "change of the largest oscillation by each remedy")
 
@@ -62,21 +62,21 @@ def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
     }
 
 
-def _sentence(view: View, found: tuple[Remedy, ...], at: float) -> str:
-    """What helps at a peak at some speed [rad/s], the most helpful first, and what does not."""
-    if not found:
+def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
+    """Sentence on the remedies of the peak at a speed [rad/s], the most helpful first, and those without effect."""
+    if not remedies:
         return ""
-    best, worst = found[0], worst_of(view.analysis.load_cases)
-    helps = f"Most helpful: {more(best)}." if best.ratio < 1.0 - NOTHING else "None of them makes it smaller."
-    under = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
-    matters = [remedy for remedy in found if abs(remedy.ratio - 1.0) > NOTHING]
-    without = ", ".join(more(remedy) for remedy in found if remedy not in matters)
+    best, worst = remedies[0], worst_of(view.analysis.load_cases)
+    helps = f"Most helpful: {words(best)}." if best.ratio < 1.0 - NOTHING else "None of them makes it smaller."
+    load = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
+    matters = [remedy for remedy in remedies if abs(remedy.ratio - 1.0) > NOTHING]
+    without = ", ".join(words(remedy) for remedy in remedies if remedy not in matters)
     none = f" These change nothing: {without}." if without else ""
     if not matters:
         return helps + none
-    effects = Sentence("; ").join(_effect(remedy, at) for remedy in matters[:FEW])
+    effects = Sentence("; ").join(_effect(remedy, speed) for remedy in matters[:FEW])
     others = f"; the table of the report has {len(matters) - FEW} more" if len(matters) > FEW else ""
-    return f"{helps} Computed again{under} with one thing changed at a time: " + effects + others + "." + none
+    return f"{helps} Computed again{load} with one thing changed at a time: " + effects + others + "." + none
 
 
 def _change(remedy: Remedy) -> str:
@@ -89,7 +89,7 @@ def _change(remedy: Remedy) -> str:
     return f"{number(100.0 * abs(remedy.share))} % {'more' if remedy.share > 0.0 else 'less'}"
 
 
-def more(remedy: Remedy) -> str:
+def words(remedy: Remedy) -> str:
     """The change in words, "10 % more damping of the gear"."""
     if remedy.gear:
         return f"{remedy.what}, {remedy.gear}"
@@ -104,13 +104,13 @@ def _percent(change: float) -> str:
     return f"{'−' if change < 0.0 else '+'}{number(abs(100.0 * change), 2)} %"
 
 
-def _effect(remedy: Remedy, at: float) -> str:
+def _effect(remedy: Remedy, speed: float) -> str:
     change = 100.0 * (remedy.ratio - 1.0)
     size = f"{number(abs(change), 2)} % {'less' if change < 0.0 else 'more'}"
-    moved = abs(remedy.at / at - 1.0) > NOTHING and remedy.ratio > NOTHING
-    where = ", at " + _speed(remedy.at) + " instead of " + _speed(at) if moved else ""
-    held = ", within the limit" if remedy.exceeds is False else ""
-    return f"{more(remedy)}: {size} oscillation{held}" + where
+    shifted = abs(remedy.at / speed - 1.0) > NOTHING and remedy.ratio > NOTHING
+    place = ", at " + _speed(remedy.at) + " instead of " + _speed(speed) if shifted else ""
+    within = ", within the limit" if remedy.exceeds is False else ""
+    return f"{words(remedy)}: {size} oscillation{within}" + place
 
 
 def _speed(omega: float) -> Speed:
@@ -135,7 +135,7 @@ def bars(rows: Sequence[Bar], title: str, label: str) -> str:
     title : str
         Above the chart.
     label : str
-        What a screen reader says.
+        Text for screen readers.
 
     Returns
     -------
@@ -143,18 +143,18 @@ def bars(rows: Sequence[Bar], title: str, label: str) -> str:
         One SVG element, 760 px wide.
     """
     names = [wrap(row.name, NAME) or [""] for row in rows]
-    shown = [min(max(row.change, -LARGEST), LARGEST) for row in rows]
+    changes = [min(max(row.change, -LARGEST), LARGEST) for row in rows]
     left = GAP + LETTER * max((len(line) for lines in names for line in lines), default=0) + GAP
     room = 2.0 * GAP + LETTER * max((len(row.value) for row in rows), default=0)
-    low, high = min([0.0, *shown]), max([0.0, *shown])
+    low, high = min([0.0, *changes]), max([0.0, *changes])
     scale = (WIDTH - left - 2.0 * room) / ((high - low) or 1.0)
     zero, y, parts = left + room - low * scale, TOP, []
-    for row, lines, change in zip(rows, names, shown, strict=True):
+    for row, lines, change in zip(rows, names, changes, strict=True):
         middle = y + 0.5 * LINE * len(lines)
         parts += [_text(left - GAP, y + LINE * (i + 0.75), line, "end") for i, line in enumerate(lines)]
         parts.append(_bar(zero, middle, change * scale))
-        at, anchor = (zero + change * scale - GAP, "end") if change < 0.0 else (zero + change * scale + GAP, "start")
-        parts.append(_text(at, middle + 0.25 * LINE, row.value, anchor))
+        x, anchor = (zero + change * scale - GAP, "end") if change < 0.0 else (zero + change * scale + GAP, "start")
+        parts.append(_text(x, middle + 0.25 * LINE, row.value, anchor))
         y += LINE * len(lines) + ROW
     axis = f'<path d="M{zero:.1f} {TOP - 6.0:.1f}V{y - 0.5 * ROW:.1f}" stroke="{INK}"/>'
     return (

@@ -229,13 +229,13 @@ def _verdict(i: int, name: str, report: Report) -> str:
     return f"<tr{'' if verdict['answer'] == 'all right' else ' class=over'}>{''.join(cells)}</tr>"
 
 
-def _page(count: int, said: str, head: str, body: str, figure: str, note: str) -> str:
+def _page(count: int, sentence: str, head: str, body: str, figure: str, note: str) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>Comparison of {count} drives</title>\n<style>{(HERE / 'page.css').read_text('utf-8')}{STYLE}</style>\n"
         "</head>\n<body>\n<main>\n"
-        f"<h1>Comparison of {count} drives</h1>\n<p>{escape(said)}</p>\n"
+        f"<h1>Comparison of {count} drives</h1>\n<p>{escape(sentence)}</p>\n"
         f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>\n'
         f'<figure>{figure}</figure>\n<p class="note">{escape(note)}</p>\n'
         f'<p class="note">strainwave {escape(__version__)}</p>\n</main>\n</body>\n</html>\n'
@@ -245,12 +245,12 @@ def _page(count: int, said: str, head: str, body: str, figure: str, note: str) -
 def summary(ordered: Sequence[dict[str, Any]]) -> str:
     """Which drive oscillates least, and how many keep to their limits, in sentences."""
     best = ordered[0]
-    said = f"The smallest oscillation, {number(best['oscillation_arcsec'])} arcsec, is that of drive {best['title']}."
+    text = f"The smallest oscillation, {number(best['oscillation_arcsec'])} arcsec, is that of drive {best['title']}."
     limited = [row for row in ordered if row["limit_arcsec"] is not None]
     if limited:
-        kept = sum(not _over(row) for row in limited)
-        said += f" {kept} of {len(limited)} drives with a limit of the oscillation keep to it at all their speeds."
-    return " ".join([said, *(f"{row['title']}: {row['failures']}" for row in ordered if row.get("failures"))])
+        passing = sum(not _over(row) for row in limited)
+        text += f" {passing} of {len(limited)} drives with a limit of the oscillation keep to it at all their speeds."
+    return " ".join([text, *(f"{row['title']}: {row['failures']}" for row in ordered if row.get("failures"))])
 
 
 def _over(row: dict[str, Any]) -> bool:

@@ -76,21 +76,21 @@ def _rows(value: Any, name: str) -> Iterator[tuple[str, str]]:
         yield from _rows(item, f"{name}.{key}" if name else str(key))
 
 
-def sections_of(sections: Any) -> tuple[Section, ...]:
-    """Return the sections of a report, or say in one sentence which is none (TypeError)."""
+def sections_of(sections: object) -> tuple[Section, ...]:
+    """Return the sections of a report (TypeError where one is not a section)."""
     if isinstance(sections, str) or not isinstance(sections, Iterable):
         raise TypeError(f"sections are {shown(sections)}; give a tuple of sections, such as (*SECTIONS, MySection())")
-    found: tuple[Section, ...] = tuple(sections)
-    for section in found:
+    parts: tuple[Section, ...] = tuple(sections)
+    for section in parts:
         need("a section of the report", section, "heading", "data")
         if not isinstance(section.heading, str):
-            name = type(section).__name__
-            raise TypeError(f"{name}.heading is {shown(section.heading)}; it must be a text, '' for none")
-    return found
+            heading = f"{type(section).__name__}.heading is {shown(section.heading)}"
+            raise TypeError(f"{heading}; it must be a text, '' for none")
+    return parts
 
 
 def asked(section: Section, view: View) -> Part:
-    """Ask a section for all that it has, or say in one sentence what is no such thing (TypeError)."""
+    """Part of a report with the data, sentences and figures of a section (TypeError where one has a wrong type)."""
     name, data = type(section).__name__, section.data(view)
     if not (isinstance(data, dict) and all(isinstance(key, str) for key in data)):
         raise TypeError(f"{name}.data gives {shown(data)}; it must be a dictionary with texts as keys")
@@ -98,10 +98,10 @@ def asked(section: Section, view: View) -> Part:
 
 
 def _texts(section: Section, method: str, view: View) -> list[str]:
-    """What one of the methods gives that a section may have; nothing without it."""
-    given = getattr(section, method)(view) if hasattr(section, method) else ()
-    texts = list(given) if isinstance(given, Iterable) and not isinstance(given, str | dict) else [None]
+    """Texts of an optional method of a section; empty without that method."""
+    content = getattr(section, method)(view) if hasattr(section, method) else ()
+    texts = list(content) if isinstance(content, Iterable) and not isinstance(content, str | dict) else [None]
     mark, kind = ("<svg", "texts of SVG") if method == "figures" else ("", "texts")
     if not all(isinstance(text, str) and mark in text for text in texts):
-        raise TypeError(f"{type(section).__name__}.{method} gives {shown(given)}; it must be a list of {kind}")
+        raise TypeError(f"{type(section).__name__}.{method} gives {shown(content)}; it must be a list of {kind}")
     return list(view.told(texts))

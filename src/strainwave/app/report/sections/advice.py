@@ -1,4 +1,4 @@
-"""What an engineer is told to do: the speeds to avoid, and what would make the error smaller."""
+"""Advice to the engineer: the speeds to avoid, and remedies that make the error smaller."""
 
 import math
 from typing import Any
@@ -21,7 +21,7 @@ BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so d
 
 
 class SpeedsToAvoid:
-    """Speeds to avoid and what would help, as data and in sentences."""
+    """Speeds to avoid and remedies, as data and in sentences."""
 
     heading = ""
 
@@ -35,14 +35,14 @@ class SpeedsToAvoid:
         return [remedies_figure(view)] if view.analysis.avoid is not None and view.analysis.remedies else []
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
-        """What to do."""
+        """The advice in sentences."""
         advice = data["advice"] or {}
         return [advice[key] for key in ("sentence", "about", "nominal", "remedy_sentence") if advice.get(key)]
 
 
 def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
     return {
-        "rule": _rule(avoid) + BEYOND * bool(view.speeds.single),
+        "rule": _rule(avoid) + (BEYOND if view.speeds.single else ""),
         "limit_rad": avoid.limit,
         "bands": [band_data(view, *band) for band in avoid.bands],
         **sizes(avoid.largest, "largest_oscillation"),
@@ -63,31 +63,31 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
 
 
 def _in_run_up(avoid: Avoid) -> dict[str, Any]:
-    """Largest oscillation of the run-up that has torques which the curve has not."""
+    """Largest oscillation of the run-up, where the curve leaves out some of its torques; empty otherwise."""
     if avoid.largest_passed is None:
         return {}
-    at, size = avoid.largest_passed
-    return {**sizes(size, "largest_oscillation_in_run_up"), "in_run_up_at_rad_per_s": at}
+    speed, size = avoid.largest_passed
+    return {**sizes(size, "largest_oscillation_in_run_up"), "in_run_up_at_rad_per_s": speed}
 
 
 def _about(view: View, avoid: Avoid) -> Sentence | str:
-    """Say which torques of the load the speeds to avoid are for, and what the run-up adds."""
-    cases, said = view.analysis.load_cases, ""
+    """Say which torques of the load the speeds to avoid are for, and the speeds that the run-up adds."""
+    cases, text = view.analysis.load_cases, ""
     if cases:
         ends = f"{number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
-        some = [case for case in cases if case.bands]
-        none = f" No speed of its own is to be avoided at {_torques(cases)} N·m." if len(some) < len(cases) else ""
-        each = ": " + Sentence("; ").join(_of_case(view, case) for case in some) if some else ""
-        said = f"These speeds are for every torque of the load from {ends}" + each + "." + none + " "
+        banded = [case for case in cases if case.bands]
+        free = f" No speed of its own is to be avoided at {_torques(cases)} N·m." if len(banded) < len(cases) else ""
+        bands = ": " + Sentence("; ").join(_of_case(view, case) for case in banded) if banded else ""
+        text = f"These speeds are for every torque of the load from {ends}" + bands + "." + free + " "
     if avoid.largest_passed is None:
-        return said
-    met = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
+        return text
+    speeds = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
     if view.analysis.train_curve is None:
         return (
             "The steady motions behind these speeds are of the error equation, in place of the whole drive train; the "
-            "run-up of that train adds " + met + "."
+            "run-up of that train adds " + speeds + "."
         )
-    return said + "The run-up, in which the load turns through the torques of its own angle, adds " + met + "."
+    return text + "The run-up, in which the load turns through the torques of its own angle, adds " + speeds + "."
 
 
 def _of_case(view: View, case: LoadCase) -> Sentence:
@@ -101,11 +101,11 @@ def _torques(cases: tuple[LoadCase, ...]) -> str:
 
 
 def _limits(view: View, avoid: Avoid) -> Sentence:
-    """Say what to keep out of where limits of the gear or the motor add speeds to those of the oscillation."""
+    """Say all speeds to avoid where limits of the gear or the motor add some to those of the oscillation."""
     verdict = view.analysis.verdict
     if verdict.speeds == avoid.bands:
         return Sentence("")
-    whose = listed(dict.fromkeys("motor" if one.limit in MOTOR else "gear" for one in verdict.exceeded))
+    whose = listed(dict.fromkeys("motor" if finding.limit in MOTOR else "gear" for finding in verdict.exceeded))
     return Sentence(" With the limits of the {}, keep out of {} {}.", whose, _ranges(view, verdict.speeds), Speed())
 
 
@@ -113,7 +113,7 @@ def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:
     first, last = view.analysis.speeds
     ends = {last: " (the end of the range)", first: " (from the start of the range)"}
     return listed(
-        _speed(*band) + "".join(text for end, text in ends.items() if any(math.isclose(end, at) for at in band))
+        _speed(*band) + "".join(text for end, text in ends.items() if any(math.isclose(end, speed) for speed in band))
         for band in bands
     )
 
@@ -140,29 +140,29 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
     if not avoid.bands:
         largest = avoid.largest if avoid.largest_passed is None else max(avoid.largest, avoid.largest_passed[1])
         times = f"{number(largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
-        beside = f"{times} the " + slow
+        comparison = f"{times} the " + slow
         if avoid.limit is not None:
-            beside = "within the limit of " + Angle(avoid.limit)
+            comparison = "within the limit of " + Angle(avoid.limit)
         return Sentence(
             "No speed of the range has to be avoided for its oscillation: the error oscillates with at most {}, {}{}.",
-            Angle(largest), beside, "" if sweep is not None and sweep.alone else ", and nothing jumps",
+            Angle(largest), comparison, "" if sweep is not None and sweep.alone else ", and nothing jumps",
         )  # fmt: skip
     reasons: list[str] = []
     if avoid.peaks:
-        tops = listed(Angle(size) + " at " + _speed(at) for at, size in avoid.peaks)
+        tops = listed(Angle(size) + " at " + _speed(speed) for speed, size in avoid.peaks)
         whose = "its peak" if len(avoid.peaks) == 1 else "the peak there"
         reasons.append(Sentence("the error oscillates with more than 1/√2 of {}, {}, against {}", whose, tops, slow))
     if avoid.limit is not None and avoid.largest > avoid.limit:
         text = "the error oscillates with more than the limit of {}, at most {} at {}"
         reasons.append(Sentence(text, Angle(avoid.limit), Angle(avoid.largest), _speed(avoid.at)))
     if avoid.passed and avoid.largest_passed is not None:
-        at, size = avoid.largest_passed
-        reasons.append(Sentence("in the run-up the error oscillates with up to {}, at {}", Angle(size), _speed(at)))
+        speed, size = avoid.largest_passed
+        reasons.append(Sentence("in the run-up the error oscillates with up to {}, at {}", Angle(size), _speed(speed)))
     if sweep is not None and sweep.jumping:
-        between = listed("between " + _speed(b.low) + " and " + _speed(b.high) for b in sweep.jumping)
-        reasons.append("the motion jumps " + between)
+        jumps = listed("between " + _speed(b.low) + " and " + _speed(b.high) for b in sweep.jumping)
+        reasons.append("the motion jumps " + jumps)
     if avoid.unstable:
-        where = listed("between " + _speed(low) + " and " + _speed(high) for low, high in avoid.unstable)
-        reasons.append("no motion of the curve is stable " + where)
-    why = Sentence(", and ").join(reasons)
-    return Sentence("Avoid {} {}: there {}.", _ranges(view, avoid.bands), Speed(), why)
+        intervals = listed("between " + _speed(low) + " and " + _speed(high) for low, high in avoid.unstable)
+        reasons.append("no motion of the curve is stable " + intervals)
+    reason = Sentence(", and ").join(reasons)
+    return Sentence("Avoid {} {}: there {}.", _ranges(view, avoid.bands), Speed(), reason)

@@ -1,4 +1,4 @@
-"""What a controller can take away of the error, where the project file has a controller."""
+"""Reduction of the error by a controller, where the project file has a controller."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -25,13 +25,13 @@ class Compensation:
         if view.project.sampling is None:
             return {"compensation": None}
         try:
-            found = [compensate(view.project, name) for name in _names(view)]
+            results = [compensate(view.project, name) for name in _names(view)]
         except ValueError as error:
             return {"compensation": {"not_computed": str(error), "controllers": [], "remarks": []}}
-        controllers = [_row(one) for one in found]
-        first = found[0]
+        controllers = [_row(result) for result in results]
+        first = results[0]
         place = {"motor_speed_rpm": first.speed / RPM, **sizes(first.before.rms, "rms_before")}
-        remarks = list(dict.fromkeys(text for one in found for text in (*one.warnings, *one.remarks)))
+        remarks = list(dict.fromkeys(text for result in results for text in (*result.warnings, *result.remarks)))
         return {"compensation": {"not_computed": "", **place, "controllers": controllers, "remarks": remarks}}
 
     def figures(self, view: View) -> list[str]:
@@ -42,21 +42,21 @@ class Compensation:
             bench, speed = steady_bench_of(view.project), compensate(view.project, BLIND, robust=False).speed
         except ValueError:
             return []
-        before, *after = (motion(bench, name, speed, name) for name in ("loop", *_names(view)))
-        panels = error_panels(before._replace(name="plain loop"), after)
+        before = motion(bench, "loop", speed, "plain loop")
+        panels = error_panels(before, [motion(bench, name, speed, name) for name in _names(view)])
         return [figure([panels], 240.0, "pointing error before and after")]
 
     def lines(self, _view: View, data: dict[str, Any]) -> Iterable[str]:
         """One line for each controller."""
-        found = data["compensation"]
-        if not found:
+        compensation = data["compensation"]
+        if not compensation:
             return
-        if found["not_computed"]:
-            yield f"compensation was not computed: {found['not_computed']}"
-        for c in found["controllers"]:
+        if compensation["not_computed"]:
+            yield f"compensation was not computed: {compensation['not_computed']}"
+        for c in compensation["controllers"]:
             yield (
-                f"controller {c['name']} at {number(found['motor_speed_rpm'])} rpm: rms of the pointing error "
-                f"{number(found['rms_before_arcsec'], 3)} → {number(c['rms_after_arcsec'], 3)} arcsec"
+                f"controller {c['name']} at {number(compensation['motor_speed_rpm'])} rpm: rms of the pointing error "
+                f"{number(compensation['rms_before_arcsec'], 3)} → {number(c['rms_after_arcsec'], 3)} arcsec"
             )
 
 
@@ -65,17 +65,17 @@ def _names(view: View) -> tuple[str, ...]:
     return (BLIND, SEEING) if seeing else (BLIND,)
 
 
-def _row(one: Found) -> dict[str, Any]:
+def _row(result: Found) -> dict[str, Any]:
     return {
-        "name": one.name,
-        "title": one.title,
-        **sizes(one.after.rms, "rms_after"),
-        "reduction_dB": one.reduction,
-        "peak_torque_Nm": one.torque.peak,
-        "stable": one.stable,
-        "excluded": one.excluded,
+        "name": result.name,
+        "title": result.title,
+        **sizes(result.after.rms, "rms_after"),
+        "reduction_dB": result.reduction,
+        "peak_torque_Nm": result.torque.peak,
+        "stable": result.stable,
+        "excluded": result.excluded,
         "other_gears": [
             {"stiffness": r.stiffness, **sizes(r.before, "rms_before"), **sizes(r.after, "rms_after")}
-            for r in one.robustness
+            for r in result.robustness
         ],
     }

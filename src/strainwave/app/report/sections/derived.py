@@ -21,7 +21,7 @@ LIMITS = (
 
 
 class DerivedQuantities:
-    """What follows from the data of the drive, and where they come from."""
+    """Quantities derived from the data of the drive, and the source of these data."""
 
     heading = "Derived quantities"
 
@@ -42,7 +42,7 @@ class DerivedQuantities:
 
 
 class Fact(NamedTuple):
-    """One row: what it is, its symbol, its value (None with a remark that says why), unit and remark."""
+    """One row: name, symbol, value (None with the reason as remark), unit and remark."""
 
     name: str
     symbol: str
@@ -52,26 +52,27 @@ class Fact(NamedTuple):
 
 
 def facts(view: View) -> list[Fact]:
-    """List what follows from the data of the drive, for both motor modes where they differ."""
+    """List the derived quantities of the drive, for both motor modes where they differ."""
     drive, point = view.project.drive, view.analysis.point
-    used, spring = view.project.motor, float(spring_stiffness(drive.law, point.x))
+    motor, spring = view.project.motor, float(spring_stiffness(drive.law, point.x))
     yields = spring < point.stiffness * YIELDS
     bias = "at x₀ = " + Angle(point.x) + " under the mean torque" if point.mean_torque else "no mean torque"
     bias += "; of small vibrations, before the hysteresis yields" if yields else ""
     rows = [Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
     if yields:
         rows.append(Fact("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
-    here = "used in this report" if view.analysis.train is None else "used in the error equation"
+    usage = "used in this report" if view.analysis.train is None else "used in the error equation"
     for mode, inertia in (("free", drive.J), ("held", drive.J_l)):
-        mark = here if mode == used else "for comparison"
+        mark = usage if mode == motor else "for comparison"
         symbol = "J" if mode == "free" else "J_l"
-        omega_0, of_spring = (math.sqrt(max(K, 0.0) / inertia) for K in (point.stiffness, spring))
+        omega_0 = math.sqrt(max(point.stiffness, 0.0) / inertia)
+        of_spring = math.sqrt(max(spring, 0.0) / inertia)
         rows.append(Fact(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark))
         rows.append(Fact(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark))
         if of_spring > 0.0:
             zeta = drive.B / (2.0 * inertia * of_spring)
-            more = "; of the damping B and the spring, hysteresis damps too" if yields else ""
-            note = mark + more + _at_rest(view, spring, zeta)
+            remark = "; of the damping B and the spring, hysteresis damps too" if yields else ""
+            note = mark + remark + _at_rest(view, spring, zeta)
             rows.append(Fact(f"Damping ratio, motor {mode}", "ζ", zeta, "", note))
         if omega_0 > 0.0:
             if yields:
@@ -90,10 +91,10 @@ def facts(view: View) -> list[Fact]:
 
 
 def damping(view: View) -> dict[str, Any]:
-    """B, the damping ratio of each mode by it, and what the hysteresis loses in a cycle, side by side.
+    """B, the damping ratio of each mode due to B, and the loss of the hysteresis in a cycle, side by side.
 
-    The loss stands for a damping ratio too: of the spring with the same stiffness from end to end that loses as much at
-    its resonance, W/(4 pi E), E = T a/2 at the amplitude a (Chopra, Dynamics of Structures, 4th ed., eq. 3.9.2).
+    The loss is given as a damping ratio too: of a spring with the same secant stiffness and the same loss at its
+    resonance, W/(4 pi E), E = T a/2 at the amplitude a (Chopra, Dynamics of Structures, 4th ed., eq. 3.9.2).
     """
     drive, loop, study = view.project.drive, view.analysis.loop, view.analysis.train
     stiffness = float(spring_stiffness(drive.law, view.analysis.point.x))
@@ -112,15 +113,15 @@ def _mode(of: str, omega: float, ratio: float) -> dict[str, Any]:
     return {"of": of, "omega_rad_per_s": omega, "hertz": omega / (2.0 * math.pi), "damping_ratio": ratio}
 
 
-def _damping_facts(found: dict[str, Any]) -> list[Fact]:
+def _damping_facts(numbers: dict[str, Any]) -> list[Fact]:
     """B, the modes of the train and the loss of the hysteresis; the modes of the error equation have their own rows."""
-    rows = [Fact("Damping across the spring", "B", found["B_Nms_per_rad"], "N·m·s/rad", "output side")]
-    for mode in (m for m in found["modes"] if m["of"] == "whole drive train"):
+    rows = [Fact("Damping across the spring", "B", numbers["B_Nms_per_rad"], "N·m·s/rad", "output side")]
+    for mode in (m for m in numbers["modes"] if m["of"] == "whole drive train"):
         name = f"Damping ratio of the train's mode of {number(mode['hertz'], 3)} Hz"
         rows.append(Fact(name, "ζ", mode["damping_ratio"], "", "about the operating point, small vibrations"))
-    if (loss := found["hysteresis_loss"]) is not None:
-        at = f"slowly between ±{number(loss['at_Nm'])} N·m; loses as much as a damping ratio of "
-        note = at + percent(loss["as_damping_ratio"], 2)
+    if (loss := numbers["hysteresis_loss"]) is not None:
+        begin = f"slowly between ±{number(loss['at_Nm'])} N·m; loses as much as a damping ratio of "
+        note = begin + percent(loss["as_damping_ratio"], 2)
         rows.append(Fact("Loss of the hysteresis per cycle", "", loss["J_per_cycle"], "J", note))
     return rows
 

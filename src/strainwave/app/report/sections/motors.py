@@ -1,4 +1,4 @@
-"""What the choice of the motor changes, where the project file names none."""
+"""Effect of the choice of the motor, where the project file names none."""
 
 from typing import Any
 
@@ -36,7 +36,7 @@ class Motors:
         if not cases:
             return []
         ratio = spread(view.analysis.motors)
-        each = listed(
+        oscillations = listed(
             Sentence(
                 f"{{}} at {{}} with {motor_in_words(case.name)}", Angle(case.oscillation), Speed(case.omega, digits=4)
             )
@@ -45,6 +45,6 @@ class Motors:
         decides = f"the choice changes it {number(ratio, 2)} times" if ratio > MATTERS else "the choice changes little"
         return [
             "The file names no motor: this report is about one that is ideally held. The error oscillates with "
-            + each
+            + oscillations
             + f"; {decides}. Write the loop of the drive, for example 'loop: {{bandwidth: 30 Hz, damping: 0.7}}'."
         ]

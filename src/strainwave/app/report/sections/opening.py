@@ -1,4 +1,4 @@
-"""What the report is of, the verdict, and the key numbers that it begins with."""
+"""Opening of the report: the drive, the verdict, and the key numbers."""
 
 import math
 from typing import Any
@@ -23,7 +23,7 @@ OSCILLATES = 0.5  # damping ratio below which a mode of the train is a key numbe
 
 
 class Opening:
-    """Title, verdict, key numbers, and what they are of."""
+    """Title, drive, verdict and key numbers."""
 
     heading = ""
 
@@ -51,11 +51,11 @@ class Opening:
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
         """The verdict, and the key numbers below each other."""
         verdict = data["verdict"]
-        said = [verdict[key] for key in ("headline", "sentence", "what_to_do") if verdict[key]]
-        return said + [f"{value:>15}  {what}" for value, what, _ in self.key_numbers(view, data)]
+        texts = [verdict[key] for key in ("headline", "sentence", "what_to_do") if verdict[key]]
+        return texts + [f"{value:>15}  {meaning}" for value, meaning, _ in self.key_numbers(view, data)]
 
     def about(self, view: View) -> str:
-        """What the drive is, in words."""
+        """The drive in words."""
         if view.analysis.train is not None:
             return parts(view)
         how = "driven by torque" if view.project.motor == "free" else "held at constant speed by a stiff speed loop"
@@ -64,47 +64,48 @@ class Opening:
     def key_numbers(self, view: View, data: dict[str, Any]) -> list[tuple[str, str, bool]]:
         """Value, meaning, and whether it is beyond a limit."""
         whole = view.analysis.train_curve is not None
-        found: list[tuple[str, str, bool]] = []
+        rows: list[tuple[str, str, bool]] = []
         if whole:
             text = "mode of the whole drive train that the excitation meets in the range; damping ratio "
             for mode in modes(view):
                 if mode["met_in_range"] and mode["damping_ratio"] < OSCILLATES:
-                    found.append((f"{number(mode['hertz'], 3)} Hz", text + percent(mode["damping_ratio"], 2), False))
+                    rows.append((f"{number(mode['hertz'], 3)} Hz", text + percent(mode["damping_ratio"], 2), False))
         else:
             small = " of small oscillations, before the law slips" if view.project.has_memory else ""
             for row in data["natural_frequencies"]:
                 text = f"natural frequency{small}, motor {row['motor']}{' (used)' if row['used'] else ''}"
-                found.append((f"{number(row['hertz'])} Hz", text, False))
+                rows.append((f"{number(row['hertz'])} Hz", text, False))
         for key, name, mean in (
             ("largest_oscillation", "oscillation", ""),
             ("largest_error", "peak", ", mean included"),
         ):
             size = data[key]
             run = " in a run-up" if size["of"].startswith("run-up") else ""
-            what = f"largest {'oscillation of the ' * (not mean)}{data['error']}{run}{mean}, at "
-            text = what + Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
-            found.append((view.angle.text(size[f"{name}_rad"]), view.told(text), False))
+            error = data["error"] if mean else f"oscillation of the {data['error']}"
+            speed = Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
+            text = f"largest {error}{run}{mean}, at " + speed
+            rows.append((view.angle.text(size[f"{name}_rad"]), view.told(text), False))
         study, torque = view.analysis.train, data["largest_torque"]
-        where = " in a steady motion" if study is None or study.ramp is None else ", steady or in the run-up"
-        size, beyond = torque["torque_Nm"], ""
+        condition = " in a steady motion" if study is None or study.ramp is None else ", steady or in the run-up"
+        size, excess = torque["torque_Nm"], ""
         for name, end in (
             ("ratcheting", "; the teeth skip, this is no result"),
             ("momentary", ""),
             ("repeated_peak", ""),
         ):
             limit = torque[f"{name}_torque_Nm"]
-            if not beyond and limit is not None and size > limit:
-                beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
-        text = f"largest torque through the gear{where}, at " + Speed(torque["omega_rad_per_s"], digits=5)
+            if not excess and limit is not None and size > limit:
+                excess = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
+        text = f"largest torque through the gear{condition}, at " + Speed(torque["omega_rad_per_s"], digits=5)
         text += under_load(torque["load_torque_Nm"])
-        found.append((f"{number(size)} N·m", view.told(text) + beyond, bool(beyond)))
-        return [*found, *_motor_numbers(view)]
+        rows.append((f"{number(size)} N·m", view.told(text) + excess, bool(excess)))
+        return [*rows, *_motor_numbers(view)]
 
 
-def _largest(view: View, found: Largest, name: str) -> dict[str, Any]:
+def _largest(view: View, largest: Largest, name: str) -> dict[str, Any]:
     """A largest error as data; the torque is that of the load, where the drive has a range of them."""
-    how = {"method": found.method, "of": found.of, "load_torque_Nm": found.torque}
-    return view.place(found.omega) | sizes(found.peak, name) | how
+    origin = {"method": largest.method, "of": largest.of, "load_torque_Nm": largest.torque}
+    return view.place(largest.omega) | sizes(largest.peak, name) | origin
 
 
 def natural_frequencies(view: View) -> list[dict[str, Any]]:
@@ -128,11 +129,11 @@ def natural_frequencies(view: View) -> list[dict[str, Any]]:
 
 
 def _required_motor(view: View) -> dict[str, Any] | None:
-    """Torque and speed that the motor must have, beside what the file says that it has; None where not known."""
+    """Torque and speed required of the motor, beside its limits in the file; None where not known."""
     motor, limits = view.analysis.motor, view.project.motor_limits or MotorLimits()
     if motor is None:
         return None
-    torque, speed = (limit if math.isfinite(limit) else None for limit in limits)
+    torque, speed = limits
     return view.place(motor.at) | {
         "torque_Nm": motor.torque,
         "holding_torque_Nm": motor.holding,
@@ -140,28 +141,28 @@ def _required_motor(view: View) -> dict[str, Any] | None:
         "in_run_up": motor.in_run_up,
         "run_up_torque_Nm": motor.run_up,
         "speed_rpm": view.speeds.rpm(view.speeds.given[-1]),
-        "max_torque_Nm": torque,
-        "max_speed_rpm": None if speed is None else speed / RPM,
+        "max_torque_Nm": torque if math.isfinite(torque) else None,
+        "max_speed_rpm": speed / RPM if math.isfinite(speed) else None,
     }
 
 
 def _motor_numbers(view: View) -> list[tuple[str, str, bool]]:
     """Key numbers of the motor, where they are known."""
-    motor, beyond = view.analysis.motor, {f.limit: f for f in view.analysis.limits if f.fails}
+    motor, exceeded = view.analysis.motor, {f.limit: f for f in view.analysis.limits if f.fails}
     if motor is None:
         return []
 
-    def more(name: str) -> str:
-        return f": more than its {number(beyond[name].bound)} {beyond[name].unit}" if name in beyond else ""
+    def excess(name: str) -> str:
+        return f": more than its {number(exceeded[name].bound)} {exceeded[name].unit}" if name in exceeded else ""
 
-    where = " in the run-up, its acceleration left out" if motor.in_run_up else ""
-    text = f"largest torque that the motor must give{where}, at " + Speed(motor.at, digits=5) + under_load(motor.load)
-    said = view.told(text) + more("motor torque").replace("*", "·")
-    found = [(f"{number(motor.torque)} N·m", said, "motor torque" in beyond)]
-    if "motor speed" in beyond:
-        speed = f"{number(beyond['motor speed'].value, 5)} rpm"
-        found.append((speed, "speed at which the motor must turn" + more("motor speed"), True))
-    return found
+    run = " in the run-up, its acceleration left out" if motor.in_run_up else ""
+    text = f"largest torque that the motor must give{run}, at " + Speed(motor.at, digits=5) + under_load(motor.load)
+    meaning = view.told(text) + excess("motor torque").replace("*", "·")
+    rows = [(f"{number(motor.torque)} N·m", meaning, "motor torque" in exceeded)]
+    if "motor speed" in exceeded:
+        speed = f"{number(exceeded['motor speed'].value, 5)} rpm"
+        rows.append((speed, "speed at which the motor must turn" + excess("motor speed"), True))
+    return rows
 
 
 def _largest_torque(view: View) -> dict[str, Any]:

@@ -32,8 +32,8 @@ class Resonances:
 
     def figures(self, view: View) -> list[str]:
         """Response curves of the resonances that have a peak by multiple scales."""
-        found = (regime for regime in view.analysis.regimes if regime.response and regime.response.branches)
-        return [curves.response(view, regime) for regime in found]
+        regimes = (regime for regime in view.analysis.regimes if regime.response and regime.response.branches)
+        return [curves.response(view, regime) for regime in regimes]
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
         """The primary resonances of an error equation that stands for the drive."""
@@ -43,7 +43,7 @@ class Resonances:
         return [line for row in rows for line in resonance_lines(row)]
 
     def verdict(self, view: View, row: dict[str, Any]) -> str:
-        """What is said below the figure of a resonance."""
+        """Text below the figure of a resonance."""
         peak = row["peak"]
         text = Sentence(
             "Multiple scales{} put the peak at {} and {}: {}.{}",
@@ -64,40 +64,41 @@ def resonance_lines(row: dict[str, Any]) -> list[str]:
 
 
 def peak_verdict(row: dict[str, Any]) -> str:
-    """How far the peak by multiple scales is off, in an engineer's words."""
+    """Error of the peak by multiple scales, in words."""
     error = row["peak_error"]
     if error is None:
         return ""
-    size, speed = (percent(abs(error[name]), 2) for name in ("amplitude", "speed"))
+    size, speed = percent(abs(error["amplitude"]), 2), percent(abs(error["speed"]), 2)
     if error["predicted"]:
         return (
             "no computed curve to compare with; by its own estimate off by about "
             f"{size} in amplitude and {speed} in speed"
         )
     large, high = "large" if error["amplitude"] > 0.0 else "small", "high" if error["speed"] > 0.0 else "low"
-    off = f"the amplitude is {size} too {large} and the resonance speed {speed} too {high}"
-    return f"relative to the computed curve, {off}"
+    difference = f"the amplitude is {size} too {large} and the resonance speed {speed} too {high}"
+    return f"relative to the computed curve, {difference}"
 
 
 def escalation(row: dict[str, Any]) -> str:
-    """What is said where first order was not enough."""
+    """Sentence on the second order where the first is not valid; "" otherwise."""
     first, used = row["certificate_first_order"], row["certificate_at_peak"]
     if first["valid"]:
         return ""
-    off = f" First order is off by {percent(first['predicted_error'], 2)} in amplitude at its peak"
+    difference = f" First order is off by {percent(first['predicted_error'], 2)} in amplitude at its peak"
     if used["order"] == 2 and used["valid"]:
-        return f"{off}, so the second order is shown."
-    return f"{off}, and the second order is not valid either: rely on the computed curve."
+        return f"{difference}, so the second order is shown."
+    return f"{difference}, and the second order is not valid either: rely on the computed curve."
 
 
 def jump_verdict(row: dict[str, Any]) -> str:
-    """Where the computed curve jumps next to a resonance, and where multiple scales has it jump."""
-    computed, predicted = (Sentence(" and ").join(map(speed_of, row[name])) for name in ("jumps", "folds"))
+    """Speeds of the jumps next to a resonance, by the computed curve and by multiple scales."""
+    computed = Sentence(" and ").join(map(speed_of, row["jumps"]))
+    predicted = Sentence(" and ").join(map(speed_of, row["folds"]))
     if not computed and not predicted:
         return ""
-    said = "The computed curve jumps at " + computed if computed else "Here the computed curve does not jump"
+    begin = "The computed curve jumps at " + computed if computed else "Here the computed curve does not jump"
     theory = "; multiple scales would at " + predicted + "." if predicted else ", that of multiple scales does not."
-    return said + theory
+    return begin + theory
 
 
 def speed_of(row: dict[str, Any]) -> Sentence:
@@ -107,17 +108,17 @@ def speed_of(row: dict[str, Any]) -> Sentence:
 
 def _jumps(analysis: Analysis) -> list[list[float]]:
     """Speeds [rad/s] of the jumps of the computed curve, each with the resonance next to it."""
-    told: list[list[float]] = [[] for _ in analysis.regimes]
+    jumps: list[list[float]] = [[] for _ in analysis.regimes]
     main = [i for i, regime in enumerate(analysis.regimes) if regime.resonance.q == 1]
     if not main:
-        return told
-    at = np.array([_top(analysis.regimes[i]) for i in main])
+        return jumps
+    tops = np.array([_top(analysis.regimes[i]) for i in main])
     for value in jump_speeds(analysis.exact):
-        told[main[int(np.argmin(np.abs(np.log(at / value))))]].append(value)
+        jumps[main[int(np.argmin(np.abs(np.log(tops / value))))]].append(value)
     for i, regime in enumerate(analysis.regimes):
         if regime.resonance in analysis.close:
-            told[i] = jump_speeds(analysis.close[regime.resonance])
-    return told
+            jumps[i] = jump_speeds(analysis.close[regime.resonance])
+    return jumps
 
 
 def jump_speeds(response: DriveResponse) -> list[float]:

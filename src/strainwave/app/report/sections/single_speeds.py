@@ -16,12 +16,12 @@ class SingleSpeeds:
 
     def data(self, view: View) -> dict[str, Any]:
         """A row for each, with the drive's own motion where it has more, and why a part of the analysis is missing."""
-        rows = [_case(view, case) | {"drive": _drive(case, own)} for case, own in _cases(view)]
+        rows = [_case(view, case) | {"drive": _drive(case, drive)} for case, drive in _cases(view)]
         return {"cases": rows, "remarks": list(view.analysis.remarks)}
 
     def figures(self, view: View) -> list[str]:
         """A figure for each."""
-        return [time_figure(case, view.angle, own) for case, own in _cases(view)]
+        return [time_figure(case, view.angle, drive) for case, drive in _cases(view)]
 
 
 def _cases(view: View) -> list[tuple[TimeCase, DriveMotion | None]]:
@@ -30,20 +30,20 @@ def _cases(view: View) -> list[tuple[TimeCase, DriveMotion | None]]:
     return list(zip(cases, [None] * len(cases) if study is None else study.motions, strict=True))
 
 
-def _drive(case: TimeCase, own: DriveMotion | None) -> dict[str, Any] | None:
+def _drive(case: TimeCase, motion: DriveMotion | None) -> dict[str, Any] | None:
     """The whole drive at the speed of a case, and how far the error equation is from it."""
-    if own is None:
+    if motion is None:
         return None
     reduced = None if case.cycle is None else case.cycle.oscillation
     return {
-        "error": own.name,
-        "load_torque_Nm": own.load_torque,
-        **sizes(own.oscillation, "oscillation"),
-        **sizes(own.peak),
+        "error": motion.name,
+        "load_torque_Nm": motion.load_torque,
+        **sizes(motion.oscillation, "oscillation"),
+        **sizes(motion.peak),
         **sizes(reduced, "oscillation_of_the_error_equation"),
-        "error_equation_relative_to_drive": reduced and reduced / own.oscillation,
-        "peak_torque_Nm": own.peak_torque,
-        "remark": own.remark,
+        "error_equation_relative_to_drive": reduced and reduced / motion.oscillation,
+        "peak_torque_Nm": motion.peak_torque,
+        "remark": motion.remark,
     }
 
 

@@ -1,4 +1,4 @@
-"""What the numbers rest on: assumptions of the model, and how far each method was found to be off."""
+"""Basis of the numbers: assumptions of the model, and the observed error of each method."""
 
 from typing import Any
 
@@ -17,56 +17,59 @@ class Trust:
     heading = "Assumptions and certificates"
 
     def data(self, view: View) -> dict[str, Any]:
-        """Assumptions of this model, and a row for each method with the difference that was found."""
+        """Assumptions of this model, and a row for each method with its observed difference."""
         return {"assumptions": assumptions(view), "certificates": certificates(view)}
 
 
 def assumptions(view: View) -> list[str]:
-    """What the model takes for granted."""
+    """Assumptions of the model in sentences."""
     project = view.project
-    said = []
+    texts = []
     if view.analysis.train is None:
-        said.append(MOTORS[project.motor])
+        texts.append(MOTORS[project.motor])
     else:
-        said.append("The motor has the loop and the friction that the file gives; a loop is computed without sampling.")
+        texts.append(
+            "The motor has the loop and the friction that the file gives; a loop is computed without sampling."
+        )
     if project.gear is not None:
-        said.append(
+        texts.append(
             f"The stiffness is that of the datasheet of {project.gear.name}: a typical value; a single gear differs."
         )
     else:
-        said.append("The torsion law is the one that the file writes out.")
-    said += [
+        texts.append("The torsion law is the one that the file writes out.")
+    texts += [
         "The gear is a spring and a damper without mass between motor and load; its parts count to either inertia.",
         "The kinematic error depends on the angle alone: load, temperature and wear do not change it.",
         "Shafts and housing are rigid, but for the couplings of the file.",
         "The teeth do not skip; a torque above the ratcheting torque is no result.",
     ]
     if project.left_out:
-        said.append(
+        texts.append(
             f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
             "the steady motions of the whole drive have them."
         )
-    return said
+    return texts
 
 
 def certificates(view: View) -> list[dict[str, Any]]:
-    """A row for each method: what it gave, what it was held against, and the relative difference."""
+    """A row for each method: its result, its reference, and the relative difference."""
     exact, rows = view.analysis.exact, []
     orders = exact.curve.coefficients.shape[1] // 2
-    against = "share of the motion in the harmonics that are left out"
-    rows.append(_row(f"response curve, {orders} harmonics", against, exact.curve.tail))
-    off = view.analysis.run_up.difference()
-    if off is not None:
-        rows.append(_row("response curve", "largest |x| of motions by integration, up and down through the range", off))
+    reference = "share of the motion in the harmonics that are left out"
+    rows.append(_row(f"response curve, {orders} harmonics", reference, exact.curve.tail))
+    difference = view.analysis.run_up.difference()
+    if difference is not None:
+        reference = "largest |x| of motions by integration, up and down through the range"
+        rows.append(_row("response curve", reference, difference))
     for regime in view.analysis.regimes:
-        used = regime.at_peak or regime.certificate
-        if used is None or not regime.inside:
+        certificate = regime.at_peak or regime.certificate
+        if certificate is None or not regime.inside:
             continue
-        what = f"multiple scales, order {used.order}, {regime.name} resonance of order {regime.order}"
-        against = "its certificate" if used.valid else "its certificate: not valid, rely on the response curve"
-        rows.append(_row(what, against, used.amplitude))
+        method = f"multiple scales, order {certificate.order}, {regime.name} resonance of order {regime.order}"
+        reference = "its certificate" if certificate.valid else "its certificate: not valid, rely on the response curve"
+        rows.append(_row(method, reference, certificate.amplitude))
     return rows
 
 
-def _row(what: str, against: str, difference: float | None) -> dict[str, Any]:
-    return {"what": what, "held_against": against, "relative_difference": difference}
+def _row(method: str, reference: str, difference: float | None) -> dict[str, Any]:
+    return {"what": method, "held_against": reference, "relative_difference": difference}
