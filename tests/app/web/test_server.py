@@ -132,7 +132,7 @@ def test_work_that_nobody_waits_for_is_not_done():
     async def work():
         workers = Workers(1)
         with pytest.raises(Abandoned):
-            await workers.run(dying, wanted=nobody)
+            await workers.run(dying, waiting=nobody)
         await workers.close()
 
     run(work())
@@ -148,7 +148,7 @@ def test_long_work_that_nobody_waits_for_any_more_is_killed():
     async def work():
         workers = Workers(1, patience=0.2)
         with pytest.raises(Abandoned):
-            await workers.run(time.sleep, 3600.0, wanted=at_first)
+            await workers.run(time.sleep, 3600.0, waiting=at_first)
         assert json.loads((await workers.run(pid))[0]) > 0
         await workers.close()
 

@@ -82,11 +82,11 @@ class Job:
     task: asyncio.Task[None] | None = None
 
     def run(self) -> None:
-        """Take note that the work begins."""
+        """Record that the work begins."""
         self.state, self.begun = "running", monotonic()
 
     def progress(self, stage: str, share: float) -> None:
-        """Take note of the progress."""
+        """Record the progress."""
         self.stage, self.share = stage, max(self.share, min(1.0, float(share)))
 
     def cancel(self) -> None:
@@ -97,7 +97,7 @@ class Job:
             self.task.cancel()
 
     def as_dict(self) -> dict[str, Any]:
-        """What the visitor is told."""
+        """The job as data for the page."""
         took = monotonic() - self.begun
         left = took * (1.0 / self.share - 1.0) if self.state == "running" and self.share > 0.02 else None
         told = {"kind": self.kind, "state": self.state, "stage": self.stage, "share": self.share, "seconds_left": left}
@@ -189,10 +189,10 @@ async def _computed(request: Request, work: Callable[..., Any], *args: Any) -> t
     """JSON of what `work` gives, and the processor time [s]; not done where the visitor has gone on meanwhile."""
     workers: Workers = request.app.state.workers
 
-    async def wanted() -> bool:
+    async def waiting() -> bool:
         return not await request.is_disconnected()
 
-    return await workers.run(work, *args, wanted=wanted)
+    return await workers.run(work, *args, waiting=waiting)
 
 
 async def _view(request: Request, work: Callable[..., Any], *args: Any) -> Response:
@@ -220,14 +220,14 @@ async def gears(_request: Request) -> Response:
 
 
 async def answer(request: Request) -> Response:
-    """What one of ANSWERS gives."""
+    """Answer with the data of one of ANSWERS."""
     kind, work, fields = ANSWERS[request.url.path]
     body = await asked(request, kind)
     return await _view(request, *work, *([getattr(body, name) for name in fields] or [body]))
 
 
 async def log(request: Request) -> Response:
-    """What is in a log, which is the body; `name` is that of its file."""
+    """Content of a log, which is the body; `name` is that of its file."""
     name, content = request.query_params.get("name", "log.csv")[:200], await request.body()
     return await _view(request, Work("logs", "log_of"), name, content)
 
@@ -274,9 +274,9 @@ async def status(request: Request) -> Response:
 
 async def schema(_request: Request) -> Response:
     """JSON Schemas of the bodies of all requests."""
-    bodies: dict[str, type[Body]] = {path: one.body for path, one in ANSWERS.items()} | {"/api/jobs": JobRequest}
+    bodies: dict[str, type[Body]] = {path: view.body for path, view in ANSWERS.items()} | {"/api/jobs": JobRequest}
     posts = {path: body.model_json_schema() for path, body in bodies.items()}
-    others = {
+    descriptions = {
         "/api/gears": "GET: gears of the catalogue",
         "/api/jobs/{id}": "GET: state, progress, result; DELETE: cancel",
         "/api/log?name=FILE": "POST: a log of at most 20 MiB as the body",
@@ -284,7 +284,7 @@ async def schema(_request: Request) -> Response:
         "/api/schema": "GET: this",
         "/api/status": "GET: what is compiled now, or null",
     }
-    return JSONResponse({"post": posts, "other": others})
+    return JSONResponse({"post": posts, "other": descriptions})
 
 
 POSTS = dict.fromkeys(ANSWERS, answer) | {"/api/log": log, "/api/identify": identify, "/api/jobs": begin}

@@ -1,4 +1,4 @@
-"""What a visitor takes along: the Python script of a view, and the report."""
+"""Files that the page exports: the Python script of a view, and the report."""
 
 import re
 import tempfile
@@ -80,24 +80,24 @@ VIEWS = {
 }
 
 
-def script_of(asked: ScriptRequest) -> str:
-    """A Python script that computes what a view shows (Refused)."""
-    project = project_of(asked.state)
+def script_of(request: ScriptRequest) -> str:
+    """Python script that computes the data of a view (Refused)."""
+    project = project_of(request.state)
     text = yaml_of(project).replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
     title = " ".join(project.title.split()).replace("\\", "").replace('"', "'")
-    what, body = VIEWS[asked.view]
-    given: dict[str, object] = {}
-    if asked.view == "motion":
-        if asked.speed is None:
+    subject, body = VIEWS[request.view]
+    values: dict[str, object] = {}
+    if request.view == "motion":
+        if request.speed is None:
             raise Refused("the script of a motion needs its speed")
-        given = {"SPEED": asked.speed}
-    elif asked.view == "speed-map":
-        given = {"SEARCH": asked.search, "LOADS": list(asked.loads) or None}
-    elif asked.view == "map":
-        first, second = two_axes(asked.axes)
-        given = {"ACROSS": first.values, "ALONG": second.values, "FIRST": first.name, "SECOND": second.name}
-    body = PLACEHOLDER.sub(lambda name: repr(given[name[0]]), body)  # one pass: values are never looked at again
-    return FRAME.format(title=title, what=what, text=text if text.endswith("\n") else text + "\n", body=body)
+        values = {"SPEED": request.speed}
+    elif request.view == "speed-map":
+        values = {"SEARCH": request.search, "LOADS": list(request.loads) or None}
+    elif request.view == "map":
+        first, second = two_axes(request.axes)
+        values = {"ACROSS": first.values, "ALONG": second.values, "FIRST": first.name, "SECOND": second.name}
+    body = PLACEHOLDER.sub(lambda name: repr(values[name[0]]), body)  # one pass: values are never looked at again
+    return FRAME.format(title=title, what=subject, text=text if text.endswith("\n") else text + "\n", body=body)
 
 
 def report_of(project: Project, progress: Callable[[str, float], None]) -> str:

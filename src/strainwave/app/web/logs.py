@@ -1,4 +1,4 @@
-"""What is in a log that a visitor brings: its channels, stretches and orders, and the drive that it tells."""
+"""Content of an uploaded log: its channels, stretches and orders, and the parameters identified from it."""
 
 import math
 import tempfile
@@ -28,37 +28,37 @@ HIGHEST = 60.0  # order that a log is searched for
 
 
 def log_of(name: str, content: bytes) -> dict[str, Any]:
-    """What is in a log: channels, segments, orders of the deviation (Refused)."""
+    """Content of a log: channels, segments, orders of the deviation (Refused)."""
     return _told(_read(name, content))
 
 
 def identified(project: Project, name: str, content: bytes, progress: Callable[[str, float], None]) -> dict[str, Any]:
-    """The numbers of a drive that a log with both angles tells, and the project file with them (Refused)."""
+    """Parameters of a drive identified from a log with both angles, and the project file with them (Refused)."""
     log = _read(name, content)
-    found = identify_drive(project, log, progress=progress)
-    left = found.found.residual[0]
+    fit = identify_drive(project, log, progress=progress)
+    residual = fit.found.residual[0]
     measured = with_torsion(channels_of(log), project.drive.N)["torsion"]
-    every = max(1, len(left) // MOST_SHOWN)
+    step = max(1, len(residual) // MOST_SHOWN)
     return {
-        "headline": found.headline(),
-        "usable": found.usable,
-        "numbers": [_number(found, name) for name in found.names],
-        "time": found.found.step * np.arange(len(left))[::every],
-        "measured_arcsec": measured[::every] / ARCSEC,
-        "computed_arcsec": (measured - left)[::every] / ARCSEC,
-        "residual_arcsec": left[::every] / ARCSEC,
-        "rms_arcsec": found.found.rms[0] / ARCSEC,
-        "project": yaml_of(found.project) if found.usable else None,
-        "remarks": found.quality()[1:],
+        "headline": fit.headline(),
+        "usable": fit.usable,
+        "numbers": [_number(fit, name) for name in fit.names],
+        "time": fit.found.step * np.arange(len(residual))[::step],
+        "measured_arcsec": measured[::step] / ARCSEC,
+        "computed_arcsec": (measured - residual)[::step] / ARCSEC,
+        "residual_arcsec": residual[::step] / ARCSEC,
+        "rms_arcsec": fit.found.rms[0] / ARCSEC,
+        "project": yaml_of(fit.project) if fit.usable else None,
+        "remarks": fit.quality()[1:],
     }
 
 
-def _number(found: IdentifiedDrive, name: str) -> dict[str, Any]:
-    low, high = found.interval(name)
-    unit, factor = sign(found.unit(name)), 1.0
+def _number(fit: IdentifiedDrive, name: str) -> dict[str, Any]:
+    low, high = fit.interval(name)
+    unit, factor = sign(fit.unit(name)), 1.0
     if name.endswith(("amplitude", "offset")) and unit == "rad":
         unit, factor = "arcsec", 1.0 / ARCSEC
-    return {"name": name, "value": found.value(name) * factor, "low": low * factor, "high": high * factor, "unit": unit}
+    return {"name": name, "value": fit.value(name) * factor, "low": low * factor, "high": high * factor, "unit": unit}
 
 
 def unpacked(path: Path) -> int:
@@ -90,7 +90,7 @@ def _read(name: str, content: bytes) -> Log:
 
 
 def _told(log: Log) -> dict[str, Any]:
-    every = max(1, len(log) // MOST_SHOWN)
+    step = max(1, len(log) // MOST_SHOWN)
     segments = log.segments()[:MOST_SEGMENTS] if log.moving else ()
     return {
         "samples": len(log),
@@ -99,9 +99,9 @@ def _told(log: Log) -> dict[str, Any]:
         "to_s": log.time[-1],
         "gaps": len(log.gaps),
         "ratio": log.ratio,
-        "time": log.time[::every],
+        "time": log.time[::step],
         "channels": [
-            {"name": name, "unit": log.units[name], "low": np.min(v), "high": np.max(v), "values": v[::every]}
+            {"name": name, "unit": log.units[name], "low": np.min(v), "high": np.max(v), "values": v[::step]}
             for name, v in log.channels.items()
         ],
         "segments": [
@@ -113,7 +113,7 @@ def _told(log: Log) -> dict[str, Any]:
 
 
 def _orders(log: Log) -> dict[str, Any]:
-    """Lines of the error between both shafts, or of the torque, over the angle; why there are none."""
+    """Lines of the error between both shafts, or of the torque, over the angle; or the reason without any."""
     channels = log.channels
     angle = next((name for name in ("motor_angle", "load_angle") if name in channels), None)
     value = next((n for n in channels if n.endswith(("error", "torque", "current", "torsion"))), None)
@@ -122,14 +122,14 @@ def _orders(log: Log) -> dict[str, Any]:
     turning = [part for part in log.segments() if part.kind == "constant speed"]
     try:
         runs = [log.run(value, angle, part=part) for part in turning[:8]] or [log.run(value, angle)]
-        found = order_scan(runs, highest=HIGHEST)
+        scan = order_scan(runs, highest=HIGHEST)
     except ValueError as error:
         return {"lines": [], "why": " ".join(str(error).split())}
-    lines = sorted(found.lines, key=lambda line: -line.amplitude)[:MOST_LINES]
+    lines = sorted(scan.lines, key=lambda line: -line.amplitude)[:MOST_LINES]
     return {
         "of": value,
         "over": angle,
-        "unit": found.unit,
+        "unit": scan.unit,
         "lines": [
             {"order": ln.order, "amplitude": ln.amplitude, "error": ln.amplitude_error, "kind": ln.kind} for ln in lines
         ],

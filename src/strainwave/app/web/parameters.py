@@ -24,24 +24,24 @@ WORDS = {"B": "damping B", "to": "to", "from": "from", "mean": "mean"}
 
 def about(state: State) -> dict[str, Any]:
     """Title, numbers with their ranges, parts that may be added, notes and speeds of a project."""
-    now, given = project_of(state), State(gear=state.gear, project=state.project)
-    parts = _parts(project_of(given))
+    project, original = project_of(state), State(gear=state.gear, project=state.project)
+    parts = _parts(project_of(original))
     present = [part for part in parts.values() if not state.values.keys().isdisjoint(part)]
     added = {name: value for part in present for name, value in part.items()}
-    base = project_of(given.model_copy(update={"values": added}))
-    low, high = (now.speeds.scale * omega for omega in now.speeds.limits)
-    speed = {"low": low, "high": high, "unit": now.speeds.unit, "name": now.speeds.name}
+    base = project_of(original.model_copy(update={"values": added}))
+    scale, (low, high) = project.speeds.scale, project.speeds.limits
+    speed = {"low": scale * low, "high": scale * high, "unit": project.speeds.unit, "name": project.speeds.name}
     return {
-        "title": now.title,
-        "parameters": [{**one, "added": one["name"] in added} for one in parameters(base)],
+        "title": project.title,
+        "parameters": [{**row, "added": row["name"] in added} for row in parameters(base)],
         "parts": [{"name": name, "values": part, "present": part in present} for name, part in parts.items()],
-        "notes": now.notes,
+        "notes": project.notes,
         "speed": speed,
     }
 
 
 def _parts(project: Project) -> dict[str, dict[str, str]]:
-    """What a page may add to a project that has none of it, with first values."""
+    """Parts that the page can add to a project without them, with first values."""
     content = read(project.text).content
     torque = 0.25 * project.rated_torque if project.rated_torque else 10.0
     parts = {

@@ -10,7 +10,6 @@ import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
-from typing import Any
 
 import h11
 import uvicorn
@@ -49,7 +48,7 @@ class Connection(H11Protocol):
 
     late: asyncio.TimerHandle | None = None
 
-    def connection_made(self, transport: Any) -> None:
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Wait for the head of a request, unless there are too many connections."""
         super().connection_made(transport)
         if len(self.connections) > MOST:
@@ -148,22 +147,22 @@ async def warm_up(workers: Workers) -> None:
 
 
 def taken(port: int) -> socket.socket | None:
-    """A socket of this machine that listens at a port; None where that is taken."""
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    """A socket of this machine that listens at a port; None where the port is in use."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        found.bind((HOST, port))
+        listener.bind((HOST, port))
     except OSError:
-        found.close()
+        listener.close()
         return None
-    return found
+    return listener
 
 
 def listening(port: int) -> tuple[socket.socket, int]:
     """The first free port from this one on (RuntimeError)."""
     for candidate in range(port, min(port + TRIES, 65536)):
-        if (found := taken(candidate)) is not None:
-            return found, int(found.getsockname()[1])
+        if (listener := taken(candidate)) is not None:
+            return listener, int(listener.getsockname()[1])
     raise RuntimeError(f"the ports {port} to {port + TRIES - 1} are all taken; give a free one with --port")
 
 

@@ -34,7 +34,7 @@ MOST_ALONG = 40  # points of an axis of a map
 
 
 class Refused(ValueError):
-    """What a visitor sent cannot be used; the sentence says why."""
+    """Input of a visitor that cannot be used; the sentence says why."""
 
 
 class State(BaseModel):
@@ -176,7 +176,7 @@ def project_of(state: State) -> Project:
 
 
 def of_state(view: Callable[..., Any], state: State, *args: Any, **told: Any) -> Any:
-    """What a view shows of the project of a state."""
+    """Data of a view of the project of a state."""
     return view(project_of(state), *args, **told)
 
 
@@ -188,7 +188,7 @@ def _read(text: str) -> Project:
     return from_text(text, NOWHERE)
 
 
-def _refuse_files(content: Any) -> None:
+def _refuse_files(content: object) -> None:
     for key, value in content.items() if isinstance(content, dict) else ():
         if key in FROM_FILES:
             raise Refused(

@@ -42,7 +42,7 @@ class Died(Exception):
 
 
 class Unexpected(Exception):
-    """The work has raised what it does not document."""
+    """The work has raised an undocumented exception."""
 
 
 class Worker:
@@ -145,21 +145,21 @@ def work_on(source: BinaryIO, sink: BinaryIO) -> None:
     """Answer messages as long as there is a server."""
     lock = Lock()
 
-    def send(kind: str, content: Any) -> None:
+    def send(kind: str, content: object) -> None:
         message = pickle.dumps((kind, content))
         with lock:
             sink.write(len(message).to_bytes(LENGTH) + message)
             sink.flush()
 
     def announce() -> None:
-        said = ""
+        previous = ""
         with contextlib.suppress(OSError, ValueError):  # the server has gone
             while True:
                 sleep(LOOK)
-                now = next(map(str, compiling()), "")
-                if now != said:
-                    send("compiling", now)
-                    said = now
+                sentence = next(map(str, compiling()), "")
+                if sentence != previous:
+                    send("compiling", sentence)
+                    previous = sentence
 
     def progress(stage: str, share: float) -> None:
         send("progress", (stage, share))

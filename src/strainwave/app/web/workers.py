@@ -64,16 +64,16 @@ class Workers:
         return next((worker.compiling for worker in self._all if worker.compiling), "")
 
     async def run(
-        self, work: Callable[..., Any], *args: Any, wanted: Callable[[], Awaitable[bool]] | None = None,
+        self, work: Callable[..., Any], *args: Any, waiting: Callable[[], Awaitable[bool]] | None = None,
         begun: Callable[[], None] | None = None, progress: Progress | None = None,
     ) -> tuple[bytes, float]:  # fmt: skip
         """JSON of what `work(*args)` returns, and the processor time [s] of it, as `Worker.ask`.
 
-        `wanted` is asked when the turn has come, and of long work again and again (Abandoned); `begun` is told when it
+        `waiting` is asked when the turn has come, and of long work again and again (Abandoned); `begun` is told when it
         has come. Work that is cancelled or no longer wanted is killed with its process, and the next gets a new one.
         """
         async with self._turn:
-            if wanted is not None and not await wanted():
+            if waiting is not None and not await waiting():
                 raise Abandoned
             while True:
                 worker = await self._free()
@@ -81,9 +81,9 @@ class Workers:
                     begun()
                 try:
                     async with asyncio.timeout(self._longest):
-                        if wanted is None:
+                        if waiting is None:
                             return await worker.ask(work, *args, progress=progress)
-                        return await self._while_wanted(wanted, worker, worker.ask(work, *args, progress=progress))
+                        return await self._while_wanted(waiting, worker, worker.ask(work, *args, progress=progress))
                 except TimeoutError:
                     raise Refused(f"the answer takes longer than {self._longest:g} s; ask for less at once") from None
                 except Died:
@@ -96,13 +96,13 @@ class Workers:
                     self._give_back(worker)
 
     async def _while_wanted(
-        self, wanted: Callable[[], Awaitable[bool]], worker: Worker, answer: Coroutine[Any, Any, tuple[bytes, float]]
+        self, waiting: Callable[[], Awaitable[bool]], worker: Worker, answer: Coroutine[Any, Any, tuple[bytes, float]]
     ) -> tuple[bytes, float]:
         """The answer, unless nobody wants it any more (Abandoned); what is compiled is for the next ones, too."""
         asking = asyncio.create_task(answer)
         try:
             while not (await asyncio.wait([asking], timeout=self._patience))[0]:
-                if not worker.compiling and not await wanted():
+                if not worker.compiling and not await waiting():
                     raise Abandoned
             return asking.result()
         finally:
