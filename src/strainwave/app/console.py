@@ -64,7 +64,7 @@ class Progress:
             self.bar.stop()
 
     def show(self, stage: str, share: float) -> None:
-        """Say what is being done and which share of the run is finished."""
+        """Show the stage of the run and the share that is finished."""
         now = monotonic()
         if share > self.share:
             self.share, self.total = share, (now - self.started - self.compiled) / share
@@ -122,7 +122,7 @@ def percent(share: float, digits: int = 4) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Turn a value into what JSON knows; numbers that are not finite become None."""
+    """Turn a value into types of JSON; numbers that are not finite become None."""
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, str | bool) or value is None:

@@ -120,7 +120,7 @@ def write(panels: Sequence[Panel], path: Path) -> None:
 
 
 def _draw(axes: Any, panel: Panel, named: dict[str, Any], letters: int) -> None:
-    """Draw one panel, in the units of its axes, and add what is new in a legend to the names."""
+    """Draw one panel, in the units of its axes, and add new entries of the legend to the names."""
     (left, right, xlog), (bottom, top, ylog) = panel.scales()
     across, up = panel.x.size, panel.y.size
     axes.set(xlabel=panel.x, ylabel="\n".join(panel.y.lines(letters)), title=panel.title)

@@ -1,4 +1,4 @@
-"""Colours that colour-blind people tell apart (Okabe and Ito), and dashes, which tell apart what colours do, too."""
+"""Colours that colour-blind people tell apart (Okabe and Ito), and dashes for readers without colours."""
 
 BLUE, ORANGE, GREEN, PINK, OCHRE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#A08A00"
 BLACK, GREY, PALE = "#222222", "#777777", "#c0c0c0"

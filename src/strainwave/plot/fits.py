@@ -1,4 +1,4 @@
-"""Figures of measurements and of what was fitted to them."""
+"""Figures of measurements and of models fitted to them."""
 
 from collections.abc import Sequence
 

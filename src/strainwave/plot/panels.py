@@ -54,7 +54,7 @@ def angle_unit(values: ArrayLike) -> tuple[str, float]:
 
 
 def angle(name: str, values: ArrayLike, per: str = "") -> Axis:
-    """Axis of angles [rad], in the unit that suits their largest; `per` is what they are divided by, as "/s"."""
+    """Axis of angles [rad], in the unit that suits their largest; `per` is the unit that divides them, as "/s"."""
     unit, size = angle_unit(values)
     return Axis(name, unit + per, size)
 
@@ -101,7 +101,7 @@ class Cells(NamedTuple):
 
 @dataclass
 class Panel:
-    """One pair of axes with what is drawn in it, in SI; ends that are None follow from the curves."""
+    """One pair of axes with its curves, notes and arrows, in SI; ends that are None follow from the curves."""
 
     title: str
     x: Axis

@@ -176,7 +176,7 @@ def design_panels(design: Design) -> list[Panel]:
     """Feasible designs: oscillation over reflected inertia, a marker for each size, names on the Pareto front."""
     limit = design.specification.limit
     inertia = Axis("motor and wave generator at the load", "kg*m**2")
-    panel = Panel("designs that serve", inertia, angle("oscillation", limit))
+    panel = Panel("feasible designs", inertia, angle("oscillation", limit))
     panel.level(limit, BLACK, "limit", DOTS, 1.4)
     panel.caption = ["Named: no other is better in oscillation, size and inertia at once."]
     if not design.feasible:

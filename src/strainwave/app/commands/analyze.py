@@ -48,7 +48,7 @@ def demo(output: Path, as_json: bool) -> None:
 
 
 def _written(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> str:
-    """Analyse project files and return what is printed; several get a folder each, named like their files."""
+    """Analyse project files and return the text to print; several get a folder each, named like their files."""
     if compare and len(paths) < 2:
         raise ValueError(f"--compare needs two project files or more, and {len(paths)} is given; name the others too")
     if len(paths) == 1:
@@ -74,7 +74,7 @@ def _written(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) 
 
 
 def _checked(paths: Sequence[Path], as_json: bool) -> str:
-    """Read project files and return what is printed: that they are valid, and notes. All complaints come together."""
+    """Read project files and return the text to print: that they are valid, and notes. All complaints come together."""
     projects = _all(paths)
     if as_json:
         rows = [{"valid": True, "title": project.title, "notes": project.notes} for project in projects]
@@ -121,7 +121,7 @@ def _printed(report: Report, folder: Path) -> str:
 
 
 def _all_printed(reports: dict[str, Report], folder: Path, as_json: bool, *more: str) -> str:
-    """Several reports as JSON, or their summaries and what else is said."""
+    """Several reports as JSON, or their summaries and further lines."""
     if as_json:
         return to_json({name: report.results for name, report in reports.items()})
     return "\n\n".join([*(_printed(report, folder / name) for name, report in reports.items()), *more])

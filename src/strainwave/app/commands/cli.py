@@ -67,7 +67,7 @@ class Sentences(click.Group):
         return [*(CompletionItem(name, help=COMMANDS[name][1]) for name in names), *options]
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the subcommand and turn what it raises into a sentence and an exit code."""
+        """Run the subcommand and turn its exceptions into a sentence and an exit code."""
         try:
             return super().invoke(ctx)
         except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
@@ -87,7 +87,7 @@ class Sentences(click.Group):
 
 
 def _sentence(error: Exception) -> str:
-    """One line that says what went wrong."""
+    """One line about an error."""
     if isinstance(error, OSError) and error.strerror:
         from ..output import sentence
 

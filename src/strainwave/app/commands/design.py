@@ -51,7 +51,7 @@ def _write(result: Design, output: Path) -> list[str]:
         JSON: reported(result.specification.title, result.facts(), True),
     }
     if result.feasible:
-        texts[SVG] = stacked(result.panels(), 360.0, "designs that serve, oscillation over inertia")
+        texts[SVG] = stacked(result.panels(), 360.0, "feasible designs, oscillation over inertia")
     for i, c in enumerate(result.pareto[:MOST_FILES], 1):
         texts[f"{i:02d}-{slug(c.gear)}.yaml"] = design_text(result.specification, c)
     write_all(output, texts)

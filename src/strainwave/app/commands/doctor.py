@@ -33,7 +33,7 @@ EXTRAS = {
 
 
 def report() -> dict[str, Any]:
-    """Collect what `doctor` prints."""
+    """Collect the facts that `doctor` prints."""
     units, cpu = target_cpu()
     folder = cache.cache_folder()
     writable, reason = _writable(folder)

@@ -60,7 +60,7 @@ def swept(
 
 
 def of_file(project: Project, name: str) -> bool:
-    """Whether a name is one of the project file."""
+    """Whether the project file has a field of this name."""
     try:
         return bool(keys_of(read(project.text).content, name))
     except ValueError:

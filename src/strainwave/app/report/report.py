@@ -54,7 +54,7 @@ HERE = Path(__file__).parent
 
 
 class Report(NamedTuple):
-    """What was written: the content of results.json, the summary for a terminal, and what both are of."""
+    """A written report: the content of results.json, the summary for a terminal, and their view."""
 
     results: dict[str, Any]
     summary: str
@@ -158,7 +158,7 @@ def page(view: View, parts: Iterable[Part]) -> str:
 
 
 def _filters(view: View) -> dict[str, Callable[..., Any]]:
-    """How the page writes numbers: those with a unit get it here, and speeds and angles are in the report's units."""
+    """Filters of numbers on the page: they add units, and write speeds and angles in the units of the report."""
     angle, speeds = view.angle, view.speeds
 
     def speed(omega: float | None) -> str:
@@ -207,7 +207,7 @@ def verdicts_page(reports: dict[str, Report]) -> str:
 
 
 def _load(i: int, view: View) -> str:
-    """Which torque of its load the curve of a drive is for, where that has a range."""
+    """Sentence on the load torque of the curve of a drive, where the load has a range."""
     low, high = view.project.load_torques
     torque = view.analysis.largest_oscillation().torque
     if torque is None:
@@ -243,7 +243,7 @@ def _page(count: int, sentence: str, head: str, body: str, figure: str, note: st
 
 
 def summary(ordered: Sequence[dict[str, Any]]) -> str:
-    """Which drive oscillates least, and how many keep to their limits, in sentences."""
+    """Sentences on the drive with the smallest oscillation, and on the number of drives within their limits."""
     best = ordered[0]
     text = f"The smallest oscillation, {number(best['oscillation_arcsec'])} arcsec, is that of drive {best['title']}."
     limited = [row for row in ordered if row["limit_arcsec"] is not None]

@@ -34,7 +34,7 @@ class Section(Protocol):
 
 
 class Part(NamedTuple):
-    """A section that has been asked, with its texts in the units of the report."""
+    """A section with its data and its texts in the units of the report."""
 
     section: Section
     view: View
@@ -56,7 +56,7 @@ class Part(NamedTuple):
 
     @property
     def lines(self) -> list[str]:
-        """What the terminal says."""
+        """Lines for the terminal."""
         if hasattr(self.section, "lines"):
             return list(self.view.told(self.section.lines(self.view, self.data)))
         return self.sentences

@@ -1,6 +1,6 @@
-"""Whether the drive is all right at its speeds and, if not, the smallest change, as data and in words.
+"""The verdict: pass or fail of the drive at its speeds, and the smallest change that helps, as data and in words.
 
-The first questions of a reader with their answers: requirement, margin, worst speed, smallest change.
+Answers to the first questions of a reader: requirement, margin, worst speed, smallest change.
 """
 
 import math
@@ -285,13 +285,13 @@ def _has(asked: float, bound: float, unit: str) -> str:
 
 
 def _worst(view: View) -> Sentence:
-    """The largest oscillation, and the speed and load torque at which it is."""
+    """The largest oscillation with its speed and load torque."""
     largest = view.analysis.largest_oscillation()
     return Sentence("{} at {}.", Angle(largest.peak), Speed(largest.omega, digits=5) + under_load(largest.torque))
 
 
 def _margin(view: View) -> Sentence:
-    """How far the oscillation is below its limit or above it; nothing without a limit."""
+    """Margin of the oscillation to its limit; "" without a limit."""
     part, limit = share(view), view.project.limit
     if part is None or limit is None:
         return Sentence("")

@@ -1,4 +1,4 @@
-"""The JSON API: what the page asks, and anybody on this machine may.
+"""The JSON API of the page, open to any program on this machine.
 
 Work in the background: a few jobs at a time, each with its progress and its end, in a process that can be killed.
 """
@@ -150,7 +150,7 @@ class Jobs:
         await self._workers.close()
 
     async def _expiring(self) -> None:
-        """Forget what nobody has asked for in a while; a job whose page has gone is stopped."""
+        """Remove jobs without a request for a while; a job whose page has gone is stopped."""
         while True:
             await asyncio.sleep(min(self._left, self._kept) / 10.0)
             now = monotonic()
@@ -170,7 +170,7 @@ class Jobs:
 
 
 def guarded(handler: Handler) -> Handler:
-    """Turn what a handler raises about its input into a sentence."""
+    """Turn exceptions of a handler about its input into a sentence."""
 
     async def answered(request: Request) -> Response:
         try:
@@ -186,7 +186,7 @@ def guarded(handler: Handler) -> Handler:
 
 
 async def _computed(request: Request, work: Callable[..., Any], *args: Any) -> tuple[bytes, float]:
-    """JSON of what `work` gives, and the processor time [s]; not done where the visitor has gone on meanwhile."""
+    """JSON of the result of `work`, and the processor time [s]; not computed where the visitor no longer waits."""
     workers: Workers = request.app.state.workers
 
     async def waiting() -> bool:
@@ -196,7 +196,7 @@ async def _computed(request: Request, work: Callable[..., Any], *args: Any) -> t
 
 
 async def _view(request: Request, work: Callable[..., Any], *args: Any) -> Response:
-    """Answer with what `work` gives, an export as text, and the processor time that it took."""
+    """Answer with the result of `work`, an export as text, and the processor time that it took."""
     content, took = await _computed(request, work, *args)
     if request.url.path.startswith("/api/export/"):
         return PlainTextResponse(json.loads(content))
@@ -267,7 +267,7 @@ async def job(request: Request) -> Response:
 
 
 async def status(request: Request) -> Response:
-    """Sentence on what is compiled now for the views; null if nothing is."""
+    """Sentence on the code that is compiled now for the views; null if none is."""
     workers: Workers = request.app.state.workers
     return JSONResponse({"compiling": workers.compiling or None})
 

@@ -1,4 +1,4 @@
-"""What every request passes: host, origin, size and time of its body; and the headers of every answer.
+"""Checks of every request: host, origin, size and time of its body; and the headers of every answer.
 
 A page of another site may send requests to a server on this machine. It cannot read the answers, but it must not be
 able to start anything either: requests that change something need the app's own origin, and a name of this machine.
@@ -36,7 +36,7 @@ SECURITY = {
 
 
 def refusal(status: int, sentence: str) -> JSONResponse:
-    """An answer that says in one sentence what is wrong."""
+    """An answer with one sentence about an error."""
     return JSONResponse({"error": sentence}, status)
 
 

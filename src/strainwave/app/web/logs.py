@@ -62,7 +62,7 @@ def _number(fit: IdentifiedDrive, name: str) -> dict[str, Any]:
 
 
 def unpacked(path: Path) -> int:
-    """Bytes of the arrays of a packed log by its headers; 0 of other files and of what its reader will refuse."""
+    """Bytes of the arrays of a packed log by its headers; 0 for other files and for files that the reader refuses."""
     with suppress(Exception):  # whatever packed bytes lead to: the reader says what is wrong
         if path.suffix == ".npz":
             with ZipFile(path) as packed:

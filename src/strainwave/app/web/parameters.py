@@ -1,4 +1,4 @@
-"""The sliders of a project: what its file gives and what it may give, with units, ranges and help.
+"""Sliders of a project: numbers that its file has or may have, with units, ranges and help.
 
 Names, units and signs are those of the fields of the project file and of the models' own classes.
 """
@@ -74,7 +74,7 @@ def parameters(project: Project) -> list[dict[str, Any]]:
 
 
 def _described(project: Project, content: dict[str, Any], name: str) -> dict[str, Any] | None:
-    """One number with its unit, as the file writes it, and its range; None of what is no plain quantity."""
+    """One number with its unit, as the file writes it, and its range; None where it is no plain quantity."""
     value: float | None
     try:
         value, unit = nominal_of(content, project.gear, name)

@@ -70,7 +70,7 @@ class Connection(H11Protocol):
             self._wait()
 
     def send_400_response(self, msg: str) -> None:
-        """Answer what is no HTTP; `msg` is the server's own sentence."""
+        """Answer a request that is no HTTP; `msg` is the server's own sentence."""
         del msg
         self._refuse(400, "the request is not HTTP, or its head is larger than 64 KiB; send a smaller one")
 
@@ -175,7 +175,7 @@ def serve(port: int, opened: Callable[[str, int], None]) -> None:
 
 
 def configured(app: Starlette) -> uvicorn.Config:
-    """How the app is served."""
+    """Configuration of the server."""
     return uvicorn.Config(
         app, log_level="error", access_log=False, timeout_keep_alive=10, timeout_graceful_shutdown=2,
         h11_max_incomplete_event_size=64 * 1024, server_header=False, ws="none", http=Connection, loop="asyncio",

@@ -55,7 +55,7 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether the process goes on."""
+        """Whether the process runs."""
         return self._process.returncode is None
 
     @classmethod
@@ -71,7 +71,7 @@ class Worker:
         return cls(process, folder, interpreted)
 
     async def ask(self, work: Callable[..., Any], *args: Any, progress: Progress | None = None) -> tuple[bytes, float]:
-        """JSON of what `work(*args)` returns, and the processor time [s] that it took.
+        """JSON of the result of `work(*args)`, and the processor time [s] that it took.
 
         With `progress` the work has `progress=` as one more argument.
 
@@ -124,7 +124,7 @@ class Worker:
 
 
 def done(work: Callable[..., Any], args: tuple[Any, ...], told: dict[str, Any]) -> tuple[str, Any]:
-    """Do a piece of work, and say how it ended."""
+    """Do a piece of work, and return its outcome."""
     begun = thread_time()
     try:
         text = json.dumps(plain(work(*args, **told)), ensure_ascii=False, separators=(",", ":"))

@@ -29,7 +29,7 @@ class Work:
     name: str
 
     def __call__(self, *args: Any, **told: Any) -> Any:
-        """What the function returns."""
+        """Call the function."""
         return thing(f"{__package__}.{self.module}", self.name)(*args, **told)
 
 
@@ -60,14 +60,14 @@ class Workers:
 
     @property
     def compiling(self) -> str:
-        """The sentence on what a process compiles now; "" if none does."""
+        """Sentence on the code that a process compiles now; "" if none does."""
         return next((worker.compiling for worker in self._all if worker.compiling), "")
 
     async def run(
         self, work: Callable[..., Any], *args: Any, waiting: Callable[[], Awaitable[bool]] | None = None,
         begun: Callable[[], None] | None = None, progress: Progress | None = None,
     ) -> tuple[bytes, float]:  # fmt: skip
-        """JSON of what `work(*args)` returns, and the processor time [s] of it, as `Worker.ask`.
+        """JSON of the result of `work(*args)`, and its processor time [s], as `Worker.ask`.
 
         `waiting` is asked when the turn has come, and of long work again and again (Abandoned); `begun` is told when it
         has come. Work that is cancelled or no longer wanted is killed with its process, and the next gets a new one.
@@ -98,7 +98,7 @@ class Workers:
     async def _while_wanted(
         self, waiting: Callable[[], Awaitable[bool]], worker: Worker, answer: Coroutine[Any, Any, tuple[bytes, float]]
     ) -> tuple[bytes, float]:
-        """The answer, unless nobody wants it any more (Abandoned); what is compiled is for the next ones, too."""
+        """The answer, unless the visitor no longer waits (Abandoned); compiling goes on, as all answers need it."""
         asking = asyncio.create_task(answer)
         try:
             while not (await asyncio.wait([asking], timeout=self._patience))[0]:

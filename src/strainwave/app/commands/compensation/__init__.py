@@ -1,1 +1,1 @@
-"""`strainwave compensate` and what it prints."""
+"""`strainwave compensate` and its output."""

@@ -1,4 +1,4 @@
-"""What `strainwave compensate` prints and writes: tables of 80 columns, plain data, and tables of orders for drives."""
+"""Output of `strainwave compensate`: tables of 80 columns, plain data, and tables of orders for drives."""
 
 import re
 from collections import Counter

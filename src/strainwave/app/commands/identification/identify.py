@@ -74,7 +74,7 @@ def identify(
     _print(guess, result)
     text = f"{output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"
     if not result.usable:
-        text = f"{output / SVG}; no file of numbers is: find what the model lacks first"
+        text = f"{output / SVG}; no project file: the model does not explain the motion, improve it first"
     click.echo(f"written: {text}")
 
 

@@ -31,7 +31,7 @@ class Motors:
         return {"motors": rows, "motor_ratio": spread(view.analysis.motors) if rows else None}
 
     def sentences(self, view: View) -> list[Any]:
-        """How much the choice matters, and what to write into the file."""
+        """Effect of the choice of the motor, and the field to write into the file."""
         cases = [case for case in view.analysis.motors if case.drive is not None]
         if not cases:
             return []

@@ -1,4 +1,4 @@
-"""Where the report comes from: the project file with its hash, the versions, and the command that makes it again."""
+"""Origin of the report: the project file with its hash, the versions, and the command that makes it again."""
 
 import platform
 from hashlib import sha256

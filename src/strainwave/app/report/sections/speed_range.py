@@ -14,7 +14,7 @@ from ...view import View, place, sizes, under_load
 
 
 class SpeedRange:
-    """The response curve, of the whole drive train where there is one, and what a slow run-up and run-down do on it."""
+    """The response curve, of the whole drive train where there is one, and its jumps on a slow run-up and run-down."""
 
     heading = "Error through the speed range"
 
@@ -30,11 +30,11 @@ class SpeedRange:
         return [stacked(panels, drive.HEIGHT, "error and torque against speed", WIDTH)]
 
     def sentences(self, view: View) -> list[str]:
-        """What the figure shows, and what a sweep does."""
+        """Content of the figure, and jumps of a slow run-up and run-down."""
         return [_lines(view), *sweep_sentences(view.analysis.response), _marks(view), _others(view)]
 
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
-        """What a sweep does."""
+        """Jumps of a slow run-up and run-down."""
         return sweep_sentences(view.analysis.response)
 
 
@@ -130,7 +130,7 @@ def _lines(view: View) -> str:
 
 
 def _others(view: View) -> str:
-    """What is known of motions beside the curve."""
+    """Facts about motions beside the curve."""
     message = view.analysis.response.curve.message
     return "The curve " + message + "." if message.startswith("reached both ends;") else ""
 

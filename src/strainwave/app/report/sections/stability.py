@@ -6,7 +6,7 @@ from ...view import View
 
 
 class Stability:
-    """What is proved about the decay of the error, or why nothing is."""
+    """The proof that the error decays, or the reason without one."""
 
     heading = "Stability without excitation"
     appendix = True
@@ -18,7 +18,7 @@ class Stability:
         return {"stability": said | {"region": str(proof.region or "none")}}
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
-        """The proof in a line: what is claimed, or why nothing is."""
+        """The proof in a line: its claim, or the reason without one."""
         proof, of = data["stability"], "" if view.analysis.train_curve is None else " of the error equation"
         claim = f"no proof: {proof['obstacle']}" if proof["scope"] == "none" else f"{proof['scope']}; {proof['claim']}"
         return [f"stability{of}: {claim}"]

@@ -16,7 +16,7 @@ class Warnings:
     heading = ""
 
     def data(self, view: View) -> dict[str, Any]:
-        """All of them in sentences."""
+        """All warnings in sentences."""
         return {"warnings": warnings(view)}
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
