@@ -267,3 +267,11 @@ def test_json_on_stdout_is_alone_and_progress_goes_to_stderr(project, tmp_path):
     assert "A small drive: run-up" in result.stderr
     assert "\x1b" not in result.stderr
     assert Path(tmp_path / "out" / "report.html").exists()
+
+
+@pytest.mark.parametrize(("former", "name"), sorted(command.FORMER.items()))
+def test_a_former_command_works_and_says_the_new_one(former, name):
+    run = CliRunner().invoke(command.cli, [former, "--help"])
+    assert run.exit_code == 0
+    assert run.stderr == f"strainwave {former} is strainwave {name} now\n"
+    assert run.stdout.startswith("Usage: cli " + former)

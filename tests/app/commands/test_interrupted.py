@@ -64,13 +64,13 @@ def stopped(after, *call):
 
 @pytest.mark.slow
 def test_variability_answers_with_the_drives_that_were_finished(drive):
-    run = stopped(40, "variability", drive, "--count", "200", "--seed", "4", "--json")
+    run = stopped(40, "exceedance", drive, "--count", "200", "--seed", "4", "--json")
     report, whole = json.loads(run.stdout), sw.exceedance(sw.read_project(drive), count=40, seed=4)
     assert report["drives"] == 40
     assert report["oscillation_rad"] == pytest.approx(whole.oscillation.tolist(), rel=1e-9)
     assert report["interval"] == pytest.approx(whole.interval)
     assert "interrupted; the result is that of the 40 drives that were finished, of 200; the same command" in run.stderr
-    few = stopped(5, "variability", drive, "--count", "200")
+    few = stopped(5, "exceedance", drive, "--count", "200")
     assert few.stdout == ""
     assert "5 of 200 drives were finished, and an answer needs 32: nothing is kept" in few.stderr
 
@@ -133,7 +133,7 @@ def test_a_search_falls_back_on_averaging_for_what_harmonic_balance_had_not_reac
 @pytest.mark.slow
 @pytest.mark.skipif(WINDOWS, reason="no SIGINT can be sent to one other process there; raise_signal is used above")
 def test_a_signal_from_outside_ends_a_long_command_within_seconds(drive):
-    call = [sys.executable, "-m", "strainwave", "variability", str(drive), "--count", "5000"]
+    call = [sys.executable, "-m", "strainwave", "exceedance", str(drive), "--count", "5000"]
     env = os.environ | {"STRAINWAVE_JIT": "0"}
     run = subprocess.Popen(call, env=env, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert "5000 drives" in run.stderr.readline()

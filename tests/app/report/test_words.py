@@ -164,7 +164,7 @@ def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
         "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of "
         "quasi-static rotation, and the motion jumps between 1413 and 1461 and between 1814 and 1862."
     )
-    assert "nominal drive; with 'scatter' and 'limit' in the project file 'strainwave variability'" in advice["nominal"]
+    assert "nominal drive; with 'scatter' and 'limit' in the project file 'strainwave exceedance'" in advice["nominal"]
     assert advice["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
 
 

@@ -38,7 +38,9 @@ def commands_in(folder: Path) -> dict[str, tuple[str, str]]:
 
 
 COMMANDS = commands_in(Path(__file__).parent)
-FORMER = {"variability": "exceedance", "loop-scan": "fit-loop", "log": "read-log", "identify": "identify-drive"}  # of 0.2
+FORMER = {  # names of 0.2
+    "variability": "exceedance", "loop-scan": "fit-loop", "log": "read-log", "identify": "identify-drive",
+}  # fmt: skip
 
 
 class Sentences(click.Group):

@@ -15,7 +15,7 @@ from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict
 from ..console import number, percent
 from ..view import View, sizes, under_load
-from .remedies import more
+from .remedies import words
 
 ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
@@ -39,7 +39,7 @@ def verdict_data(view: View) -> dict[str, Any]:
     verdict, change = view.analysis.verdict, view.analysis.verdict.change
     row = None
     if change is not None:
-        row = {"change": more(change), "from": change.before, "to": change.gear or change.after, "unit": change.unit}
+        row = {"change": words(change), "from": change.before, "to": change.gear or change.after, "unit": change.unit}
         row |= {**sizes(_after(view), "oscillation"), "at_rad_per_s": change.at}
     return {
         "answer": str(verdict.answer),
@@ -172,14 +172,14 @@ def changes_said(view: View, verdict: Verdict) -> list[Sentence]:
     avoid, said = view.analysis.avoid, []
     if verdict.change is not None:
         text = "Smallest change that was found to bring the oscillation within its limit: {}; it leaves {}."
-        said.append(Sentence(text, more(verdict.change) + _ends(verdict.change), _left(view, verdict.change)))
+        said.append(Sentence(text, words(verdict.change) + _ends(verdict.change), _left(view, verdict.change)))
     elif over_limit(view) and avoid is not None and view.analysis.remedies:
         best = view.analysis.remedies[0]
         under = " under every load torque" if best.exceeds is False else ""
         text = "No change of one thing was found that brings the oscillation within its limit{}; the best, {}, "
         text += "leaves {}{}."
         there = " at the torque of the largest oscillation" if under else ""
-        said.append(Sentence(text, under, more(best), Angle(best.ratio * avoid.largest), there))
+        said.append(Sentence(text, under, words(best), Angle(best.ratio * avoid.largest), there))
     elif over_limit(view):
         said.append(Sentence("No change was tried that could bring the oscillation within its limit."))
     of_motor = [finding.limit in MOTOR for finding in verdict.exceeded]

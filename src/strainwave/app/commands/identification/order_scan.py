@@ -41,7 +41,7 @@ def order_scan(
 ) -> None:  # fmt: skip
     """Find the orders of a quantity that was logged while a shaft turned, and tell orders from frequencies.
 
-    FILES are logs as `strainwave log` reads them; their stretches of constant speed are taken, all together. Two
+    FILES are logs as `strainwave read-log` reads them; their stretches of constant speed are taken, all together. Two
     speeds tell an order from a frequency, and a delay from a phase.
     """
     wanted = None if orders is None else _orders(orders)

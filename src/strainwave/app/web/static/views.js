@@ -384,7 +384,7 @@ export const VIEWS = {
 };
 
 function scriptView() {
-  if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify PROJECT LOG does the same");
+  if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify-drive PROJECT LOG does the same");
   const view = { view: state.view };
   if (state.view === "motion") view.speed = Number(document.getElementById("speed").value);
   if (state.view === "speed-map") Object.assign(view, mapOptions());

@@ -1,4 +1,4 @@
-"""`strainwave log`: the channels of a log as a table, a figure, and CSV in SI."""
+"""`strainwave read-log`: the channels of a log as a table, a figure, and CSV in SI."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,7 @@ import click
 import numpy as np
 
 from ....base.results import Floats
-from ....files.logs.read import read_log
+from ....files.logs.read import read_log as log_of
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
@@ -24,7 +24,7 @@ CSV, SVG = "log.csv", "log.svg"
 @click.option("--columns", "names", help='All columns in their order, as "time,load_angle,-,torque"; - leaves one out.')
 @reading_options
 @json_option
-def log(
+def read_log(
     file: Path, output: Path | None, names: str | None, columns: dict[str, str], as_json: bool, **reading: Any
 ) -> None:
     """Read a log of measured channels and say what is in it: units, rate, gaps, segments, doubts.
@@ -35,7 +35,7 @@ def log(
         raise click.UsageError("--columns names all columns and --column some of them; give one of the two")
     listed = None if names is None else [None if n.strip() == "-" else n.strip() for n in names.split(",")]
     placed = {channel: int(column) if column.isdecimal() else column for channel, column in columns.items()}
-    read = read_log(file, listed or placed or None, **reading)
+    read = log_of(file, listed or placed or None, **reading)
     parts = read.segments() if read.moving else ()
     if output is not None:
         with staged(output) as folder:

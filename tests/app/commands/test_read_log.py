@@ -1,4 +1,4 @@
-"""`strainwave log`: what was read as a table, as JSON, as CSV and as a figure; its complaints."""
+"""`strainwave read-log`: what was read as a table, as JSON, as CSV and as a figure; its complaints."""
 
 import json
 import xml.etree.ElementTree as ET
@@ -14,7 +14,7 @@ JOINT = Path(__file__).parents[2] / "measured/kinova_gen3/joint_5.csv"
 
 
 def invoke(*given):
-    return CliRunner().invoke(command.cli, ["log", *map(str, given)])
+    return CliRunner().invoke(command.cli, ["read-log", *map(str, given)])
 
 
 def test_the_command_tells_channels_segments_and_notes_and_writes_what_it_read(tmp_path):

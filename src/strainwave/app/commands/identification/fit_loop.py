@@ -1,4 +1,4 @@
-"""`strainwave loop-scan`: a measured loop of torque over torsion as a torsion law with its intervals."""
+"""`strainwave fit-loop`: a measured loop of torque over torsion as a torsion law with its intervals."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +12,7 @@ from ....files.yaml_text import FileError, Problem, complaint
 from ....plot.svg import stacked
 from ....study.identification.law_fit import LackOfFit
 from ....study.identification.log import Log
-from ....study.identification.loops.loop_fit import fit_loop
+from ....study.identification.loops.loop_fit import fit_loop as fitted
 from ....study.identification.loops.loop_result import LoopFit
 from ...console import number, print_table, to_json
 from ...output import staged, write_csv
@@ -20,7 +20,7 @@ from ...view import quantity, sign
 from ..options import dialect_options, file_type, json_option, output_option
 
 
-@click.command("loop-scan")
+@click.command()
 @click.argument("file", type=file_type)
 @click.option("--rated-torque", help='For lost motion and hysteresis loss, as "67 N*m". Default: the largest measured.')
 @click.option("--ratio", type=float, help="Ratio of the gear, for the block of a project file.")
@@ -29,18 +29,18 @@ from ..options import dialect_options, file_type, json_option, output_option
 @dialect_options
 @output_option("Folder for loop.svg, loop.csv, loop.json and gear.yaml, the block of a project file.")
 @json_option
-def loop_scan(
+def fit_loop(
     file: Path, rated_torque: str | None, ratio: float | None, torsion: str, torque: str, delimiter: str | None,
     decimal: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Identify the torsion law of a gear from a measured loop of torque over torsion, with intervals of 95 %.
 
-    FILE is what `strainwave log` reads: CSV in any dialect, .npz, .mat, .parquet or .mf4; it needs no time.
+    FILE is what `strainwave read-log` reads: CSV in any dialect, .npz, .mat, .parquet or .mf4; it needs no time.
     """
     rated = None if rated_torque is None else quantity("--rated-torque", rated_torque, "N*m")
     log = read_loop_file(file, {"torsion": torsion, "torque": torque}, delimiter, decimal)
     try:
-        found = fit_loop(log.channels["torsion"], log.channels["torque"], rated_torque=rated, ratio=ratio)
+        found = fitted(log.channels["torsion"], log.channels["torque"], rated_torque=rated, ratio=ratio)
     except ValueError as error:
         raise FileError(complaint(file, [Problem(1, 1, "loop", str(error))])) from None
     found = replace(found, remarks=(*log.notes, *found.remarks))

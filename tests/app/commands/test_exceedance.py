@@ -1,4 +1,4 @@
-"""`strainwave variability` prints the probability with its interval."""
+"""`strainwave exceedance` prints the probability with its interval."""
 
 import json
 
@@ -31,7 +31,7 @@ def drive(tmp_path):
 
 
 def invoke(path, *options):
-    return CliRunner().invoke(command.cli, ["variability", str(path), *options])
+    return CliRunner().invoke(command.cli, ["exceedance", str(path), *options])
 
 
 def test_it_prints_what_python_computes(drive):

@@ -1,4 +1,4 @@
-"""`strainwave identify`: a project file with parameters identified from logs of its drive."""
+"""`strainwave identify-drive`: a project file with parameters identified from logs of its drive."""
 
 from pathlib import Path
 from shlex import quote
@@ -10,7 +10,8 @@ import numpy as np
 from ....base.results import Floats
 from ....compile.tree import part
 from ....drive.project import Project
-from ....files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
+from ....files.identified.identify_drive import IdentifiedDrive, with_torsion
+from ....files.identified.identify_drive import identify_drive as identified
 from ....files.logs.read import read_log
 from ....files.project_text import project_text
 from ....files.reading import read_project
@@ -42,12 +43,12 @@ YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
 )  # fmt: skip
 @reading_options
 @json_option
-def identify(
+def identify_drive(
     project: Path, files: tuple[Path, ...], free: str | None, between: Any, output: Path, as_json: bool, **reading: Any
 ) -> None:
     """Find numbers of a drive from logs of the angles of its motor and its load.
 
-    PROJECT is a project file with the first guess; FILES are logs as `strainwave log` reads them, with a time,
+    PROJECT is a project file with the first guess; FILES are logs as `strainwave read-log` reads them, with a time,
     motor_angle and load_angle. The project file that is written has the numbers found, and their uncertainty as its
     scatter.
     """
@@ -55,7 +56,7 @@ def identify(
     logs = [read_log(file, **reading) for file in files]
     names = None if free is None else tuple(name.strip() for name in free.split(",") if name.strip())
     with Progress(guess.title) as progress:
-        result = identify_drive(guess, logs, names, between=between, progress=progress.show)
+        result = identified(guess, logs, names, between=between, progress=progress.show)
     torsions = [with_torsion(channels_of(log), guess.drive.N)["torsion"] for log in logs]
     with staged(output) as folder:
         if result.usable:

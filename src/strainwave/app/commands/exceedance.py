@@ -1,4 +1,4 @@
-"""`strainwave variability`: how probable it is that a drive exceeds its limit, from the scatter in its project file."""
+"""`strainwave exceedance`: how probable it is that a drive exceeds its limit, from the scatter in its project file."""
 
 from pathlib import Path
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from ...files.reading import read_project
-from ...files.variants.scatter import exceedance
+from ...files.variants.scatter import exceedance as exceeded
 from ..console import Progress, finished, reported
 from ..view import quantity
 from .options import json_option, limit_option, project_argument, retune_option
@@ -19,7 +19,7 @@ from .options import json_option, limit_option, project_argument, retune_option
 @limit_option
 @retune_option
 @json_option
-def variability(project: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
+def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
     """Say how probable it is that a drive exceeds its limit in its speeds, from the scatter of its numbers."""
     drive = read_project(project)
     allowed = None if limit is None else quantity("--limit", limit, "rad")
@@ -28,7 +28,7 @@ def variability(project: Path, count: int, seed: int, limit: str | None, retune:
         progress.show(told, 0.0)
         how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed, "retune": retune}
         found, stop = finished(
-            lambda: exceedance(drive, **how, progress=lambda done, all_: progress.show(told, done / all_))
+            lambda: exceeded(drive, **how, progress=lambda done, all_: progress.show(told, done / all_))
         )
     click.echo(reported(drive.title, found.facts(), as_json))
     if stop is not None:

@@ -1,4 +1,4 @@
-"""`strainwave loop-scan`: what it prints and writes, with the numbers of the library, and its complaints."""
+"""`strainwave fit-loop`: what it prints and writes, with the numbers of the library, and its complaints."""
 
 import json
 import math
@@ -17,7 +17,7 @@ T = T + 0.2 * np.random.default_rng(0).normal(size=len(T))
 
 
 def invoke(*given):
-    return CliRunner().invoke(cli, ["loop-scan", *map(str, given)])
+    return CliRunner().invoke(cli, ["fit-loop", *map(str, given)])
 
 
 def write(path, head="torsion [arcmin],torque [N*m]", x=X / ARCMIN, t=T, form="{:.9g},{:.9g}"):
