@@ -99,9 +99,9 @@ def write(result: Any, labelled: Any, path: Path) -> None:
     prints = {str(name): _print(value.values) for name, value in labelled.variables.items()}
     same = {value: name for name, value in prints.items()}
     taken = set(labelled.variables) | set(labelled.dims)
-    own = {name: f"{name} itself" if name in taken else name for name in arrays}
-    found = {name: _print(array) for name, array in arrays.items()}
-    names = {name: name if prints.get(name) == value else same.get(value, own[name]) for name, value in found.items()}
+    labels = {name: f"{name} itself" if name in taken else name for name in arrays}
+    hashes = {name: _print(array) for name, array in arrays.items()}
+    names = {n: n if prints.get(n) == value else same.get(value, labels[n]) for n, value in hashes.items()}
     about = {
         "format": FORMAT, "class": type(result).__name__, "version": version(), "content": json.loads(content),
         "arrays": {
@@ -111,8 +111,8 @@ def write(result: Any, labelled: Any, path: Path) -> None:
     }  # fmt: skip
     data = labelled.copy()
     for name, array in arrays.items():
-        if names[name] == own[name] and array.size:
-            data[own[name]] = (_dimensions(name, array.shape), array)
+        if names[name] == labels[name] and array.size:
+            data[labels[name]] = (_dimensions(name, array.shape), array)
     with atomic(path) as part:
         WRITERS[path.suffix](plain(data.assign_attrs({MARK: json.dumps(about)})), part)
         stored, attributes = READERS[path.suffix](Path(part))
@@ -196,30 +196,31 @@ def listed(names: tuple[str, ...]) -> str:
     return f"{', '.join(names[:-1])} or {names[-1]}"
 
 
-def _packed(thing: Any, at: str, arrays: Arrays) -> Any:
+def _packed(thing: Any, place: str, arrays: Arrays) -> Any:
     """What a thing consists of as JSON; its arrays, by the path to them, go into `arrays`."""
     cls = type(thing)
     if isinstance(thing, np.ndarray):
-        arrays[at] = thing
-        return {"array": at}
+        arrays[place] = thing
+        return {"array": place}
     if isinstance(thing, np.generic):
-        return _packed(thing.item(), at, arrays)
+        return _packed(thing.item(), place, arrays)
     if isinstance(thing, Enum):
-        return {"member": thing.name, "class": _name_of(cls, at)}
+        return {"member": thing.name, "class": _name_of(cls, place)}
     if is_dataclass(thing) or is_model(thing):
         names = thing._fields if is_model(thing) else [field.name for field in fields(thing)]
-        return {"class": _name_of(cls, at), "of": {n: _packed(getattr(thing, n), _join(at, n), arrays) for n in names}}
+        parts = {name: _packed(getattr(thing, name), _join(place, name), arrays) for name in names}
+        return {"class": _name_of(cls, place), "of": parts}
     if thing is None or isinstance(thing, str | bool | int | float):
         return thing
     if isinstance(thing, complex):
         return {"complex": [thing.real, thing.imag]}
     if isinstance(thing, tuple | list):
-        items = [_packed(item, _join(at, str(i)), arrays) for i, item in enumerate(thing)]
+        items = [_packed(item, _join(place, str(i)), arrays) for i, item in enumerate(thing)]
         return items if isinstance(thing, list) else {"tuple": items}
     if isinstance(thing, dict):
         pairs = enumerate(thing.items())
-        return {"dict": [[_packed(k, "", arrays), _packed(v, _join(at, str(i)), arrays)] for i, (k, v) in pairs]}
-    raise ValueError(f"{at} is {shown(thing)}, which no file can give back; pickle it, or save its parts")
+        return {"dict": [[_packed(k, "", arrays), _packed(v, _join(place, str(i)), arrays)] for i, (k, v) in pairs]}
+    raise ValueError(f"{place} is {shown(thing)}, which no file can give back; pickle it, or save its parts")
 
 
 def _join(at: str, name: str) -> str:
@@ -251,13 +252,13 @@ def _unpacked(packed: Any, arrays: Arrays, path: Path) -> Any:
     cls = _class_of(packed["class"], path)
     if "member" in packed:
         return cls[packed["member"]]
-    given = {name: _unpacked(value, arrays, path) for name, value in packed["of"].items()}
+    values = {name: _unpacked(value, arrays, path) for name, value in packed["of"].items()}
     try:
-        former = "of_former" in vars(cls) and given.keys() - {field.name for field in fields(cls)}
-        return cls.of_former(**given) if former else cls(**given)
+        former = "of_former" in vars(cls) and values.keys() - {field.name for field in fields(cls)}
+        return cls.of_former(**values) if former else cls(**values)
     except TypeError:
         raise ValueError(
-            f"{path} has a {cls.__name__} of the fields {', '.join(given)}, which this version of strainwave "
+            f"{path} has a {cls.__name__} of the fields {', '.join(values)}, which this version of strainwave "
             f"({version()}) does not know; load it with the version that wrote it"
         ) from None
 
@@ -298,5 +299,5 @@ def _restored(stored: Mapping[str, Any], name: str, dtype: str, shape: list[int]
     if kind.kind != "c":
         return np.ascontiguousarray(stored[name]).astype(kind).reshape(shape)
     out = np.empty(shape, kind)
-    out.real, out.imag = (np.asarray(stored[name + part]).reshape(shape) for part in PARTS)
+    out.real, out.imag = [np.asarray(stored[name + part]).reshape(shape) for part in PARTS]
     return out

@@ -41,15 +41,15 @@ class Fact(NamedTuple):
 
 def data(facts: Iterable[Fact]) -> dict[str, Any]:
     """Facts as plain data, by their keys and in the units of these."""
-    found: dict[str, Any] = {}
+    tree: dict[str, Any] = {}
     for fact in facts:
         if fact.key:
             *groups, name = fact.key.split(".")
-            place = found
+            place = tree
             for group in groups:
                 place = place.setdefault(group, {})
             place[name] = _in_unit(fact.value, _unit_of(fact.key)[1])
-    return found
+    return tree
 
 
 def lines(facts: Iterable[Fact]) -> Iterator[str]:

@@ -34,21 +34,21 @@ def write_mat(data: Any, path: str, parts: tuple[str, str]) -> None:
     """Write an xarray dataset; two real arrays whose names end in `parts` become a complex one."""
     from scipy.io import savemat
 
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     for name, value in data.attrs.items():  # first: `load` looks for them by their names
-        found[_named(str(name), found)] = value
+        variables[_named(str(name), variables)] = value
     for name, variable in data.variables.items():
-        own, value = str(name), variable.values
-        if own.endswith(parts[1]):
+        key, value = str(name), variable.values
+        if key.endswith(parts[1]):
             continue
-        if own.endswith(parts[0]):
-            own = own.removesuffix(parts[0])
+        if key.endswith(parts[0]):
+            key = key.removesuffix(parts[0])
             value = np.empty(variable.shape, complex)
-            value.real, value.imag = (data.variables[own + part].values for part in parts)
+            value.real, value.imag = [data.variables[key + part].values for part in parts]
         unit, dimensions = variable.attrs.get("units", ""), ", ".join(map(str, variable.dims))
-        found[_named(own, found)] = {"value": value, "unit": unit, "dimensions": dimensions, "name": own}
+        variables[_named(key, variables)] = {"value": value, "unit": unit, "dimensions": dimensions, "name": key}
     stream = BytesIO()
-    savemat(stream, found, oned_as="column", long_field_names=True)
+    savemat(stream, variables, oned_as="column", long_field_names=True)
     content = stream.getvalue()
     head = f"MATLAB 5.0 MAT-file, {_sealed(content)}".ljust(HEAD).encode()
     Path(path).write_bytes(head + content[HEAD:])

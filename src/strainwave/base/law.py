@@ -218,11 +218,11 @@ def _no_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
     return ()
 
 
-def check_law(where: str, law: Any) -> None:
-    """Refuse a law whose methods do not fit together (TypeError, ValueError): `where` names its field."""
+def check_law(field: str, law: Any) -> None:
+    """Refuse a law whose methods do not fit together (TypeError, ValueError): `field` is its name."""
     if isinstance(law, type):
         name = law.__name__
-        raise TypeError(f"{where} is the class {name}; give an object of it, with its numbers: {name}(...)")
+        raise TypeError(f"{field} is the class {name}; give an object of it, with its numbers: {name}(...)")
     name = type(law).__name__
     if depends(law) not in (1, 2, 3):
         raise TypeError(f"{name}.torque takes {depends(law)} arguments; a law has {', '.join(KINDS)}")
@@ -236,7 +236,7 @@ def check_law(where: str, law: Any) -> None:
             rates = -1
         if rates != n:
             raise TypeError(
-                f"{where}: {name} has {n} internal states but z_rate does not give as many rates; write `states = 2` "
+                f"{field}: {name} has {n} internal states but z_rate does not give as many rates; write `states = 2` "
                 "in the class for two of them and return a tuple of two"
             )
     if depends(law) == 1 and has(law, "stiffness") and not type(law).__module__.startswith(f"{ROOT}."):
@@ -269,7 +269,7 @@ def _places(law: Any) -> Iterator[tuple[float, float]]:
     knots = sorted(map(float, breakpoints_of(law)))
     between = [0.5 * (a + b) for a, b in pairwise(knots) if b > a]
     for x in (*(side * SEEN * size for size in TORSIONS for side in (1.0, -1.0)), *between):
-        room = min([abs(x - knot) for knot in knots] + [abs(x)] * (x != 0.0))
+        room = min([abs(x - knot) for knot in knots] + ([abs(x)] if x != 0.0 else []))
         if room > 0.0:
             yield x, room
 

@@ -286,13 +286,13 @@ def lacking(thing: Any, *methods: str) -> tuple[str, ...]:
     return methods if isinstance(thing, type) else tuple(name for name in methods if not hasattr(thing, name))
 
 
-def need(where: str, thing: Any, *methods: str, remedy: str = "") -> None:
-    """Refuse what lacks one of the methods, and a class in place of an object (TypeError): `where` names its field."""
+def need(field: str, thing: Any, *methods: str, remedy: str = "") -> None:
+    """Refuse what lacks one of the methods, and a class in place of an object (TypeError): `field` is its name."""
     if isinstance(thing, type):
         name = thing.__name__
-        raise TypeError(f"{where} is the class {name}; give an object of it, with its numbers: {name}(...){remedy}")
+        raise TypeError(f"{field} is the class {name}; give an object of it, with its numbers: {name}(...){remedy}")
     if missing := lacking(thing, *methods):
-        raise TypeError(f"{where} is {shown(thing)}; it must be an object with a method {missing[0]}{remedy}")
+        raise TypeError(f"{field} is {shown(thing)}; it must be an object with a method {missing[0]}{remedy}")
 
 
 def with_parts(verb: str, system: Any, *parts: str) -> Any:

@@ -72,22 +72,22 @@ def _fields(cls: Any) -> list[tuple[str, Any, bool]]:
     return [(name, hint, _is_float(hint)) for name, hint in hints]
 
 
-def _as_annotated(value: Any, hint: Any, where: str) -> Any:
+def _as_annotated(value: Any, hint: Any, field: str) -> Any:
     if get_origin(hint) is tuple:
         if is_model(value) or not isinstance(value, list | tuple):
-            raise TypeError(f"{where} must be a tuple, not {shown(value)}; write a single item as (item,)")
-        return tuple(_as_annotated(item, get_args(hint)[0], where) for item in value)
+            raise TypeError(f"{field} must be a tuple, not {shown(value)}; write a single item as (item,)")
+        return tuple(_as_annotated(item, get_args(hint)[0], field) for item in value)
     if _is_float(hint):
         if not isinstance(value, Real):
-            raise TypeError(f"{where} must be a number, not {shown(value)}")
-        return _as_float(where, value)
+            raise TypeError(f"{field} must be a number, not {shown(value)}")
+        return _as_float(field, value)
     if hint is int:
         if not _is_whole(value):
-            base = "; take a base angle on which it is, for a gear the output turn" if where.endswith(".order") else ""
-            raise ValueError(f"{where} must be a whole number, not {shown(value)}{base}")
+            base = "; take a base angle on which it is, for a gear the output turn" if field.endswith(".order") else ""
+            raise ValueError(f"{field} must be a whole number, not {shown(value)}{base}")
         return int(value)
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
-        raise TypeError(f"{where} must be a {hint.__name__}, not {shown(value)}")
+        raise TypeError(f"{field} must be a {hint.__name__}, not {shown(value)}")
     return _floated(value) if is_model(value) else value
 
 

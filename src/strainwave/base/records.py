@@ -60,10 +60,10 @@ class Result:
         """
         import xarray as xr  # half a second, which a result alone does not take
 
-        arrays, places = (
+        arrays, places = [
             {name: (dims, values, {"units": unit} if unit else {}) for name, (dims, values, unit) in labelled.items()}
             for labelled in (self.variables(), self.coordinates())
-        )
+        ]
         named = {f"{name} itself" if name in places else name: array for name, array in arrays.items()}
         return xr.Dataset(named, places, _attributes(self))
 
@@ -76,9 +76,9 @@ class Result:
             if value.dims[:1] == (self.rows,) and value.ndim == 1 and name != self.rows:
                 columns[str(name)] = value.values
             elif value.ndim == 2 and self.rows in value.dims:
-                (other,) = (dim for dim in value.dims if dim != self.rows)
-                labels = data[other].values if other in data.coords else range(value.sizes[other])
-                table = value.transpose(self.rows, other).values
+                (across,) = set(value.dims) - {self.rows}
+                labels = data[across].values if across in data.coords else range(value.sizes[across])
+                table = value.transpose(self.rows, across).values
                 columns |= {f"{name} {label}": table[:, i] for i, label in enumerate(labels)}
         index = data.indexes.get(self.rows, pd.RangeIndex(data.sizes.get(self.rows, 0), name=self.rows))
         return pd.DataFrame(columns, index=index)
@@ -120,13 +120,13 @@ class Result:
 
 def _attributes(result: Any) -> dict[str, Any]:
     """Class, version, and the single numbers and words of a result."""
-    found: dict[str, Any] = {"result": type(result).__name__, "version": version()}
+    attributes: dict[str, Any] = {"result": type(result).__name__, "version": version()}
     for field in fields(result):
         value = getattr(result, field.name)
         if isinstance(value, Enum):
-            found[field.name] = value.name
+            attributes[field.name] = value.name
         elif isinstance(value, bool | np.bool_):
-            found[field.name] = int(value)
+            attributes[field.name] = int(value)
         elif isinstance(value, int | float | str) and value != "":
-            found[field.name] = value
-    return found
+            attributes[field.name] = value
+    return attributes

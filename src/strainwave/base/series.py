@@ -34,7 +34,7 @@ def _waves(harmonics: int) -> NDArray[np.float64]:
     return np.stack([np.cos(turns), np.sin(turns)], axis=1).reshape(2 * harmonics, -1)
 
 
-def _largest_loops(c: Any, waves: Any, out: Any) -> None:
+def _largest_loops(c: Any, waves: Any, largest: Any) -> None:
     rows, samples = waves.shape
     step, values = 2.0 * math.pi / samples, np.empty(samples)
     for p in range(c.shape[0]):
@@ -50,20 +50,20 @@ def _largest_loops(c: Any, waves: Any, out: Any) -> None:
         angle, between = step * best, 0.0
         for n in range(STEPS + 1):
             cos, sin = math.cos(angle), math.sin(angle)
-            even, odd, between, slope, bend = cos, sin, c[p, 0], 0.0, 0.0
+            cosine, sine, between, slope, bend = cos, sin, c[p, 0], 0.0, 0.0
             for k in range(1, rows // 2 + 1):
                 a, b = c[p, 2 * k - 1], c[p, 2 * k]
-                between += a * even + b * odd
-                slope += k * (b * even - a * odd)
-                bend -= k * k * (a * even + b * odd)
-                even, odd = even * cos - odd * sin, even * sin + odd * cos
+                between += a * cosine + b * sine
+                slope += k * (b * cosine - a * sine)
+                bend -= k * k * (a * cosine + b * sine)
+                cosine, sine = cosine * cos - sine * sin, cosine * sin + sine * cos
             if n < STEPS and bend != 0.0:
                 angle -= min(step, max(-step, slope / bend))
-        out[p] = max(abs(values[best]), abs(between))
+        largest[p] = max(abs(values[best]), abs(between))
 
 
 @kernel_as(_largest_loops)
-def _largest(c: NDArray[np.float64], waves: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+def _largest(c: NDArray[np.float64], waves: NDArray[np.float64], largest: NDArray[np.float64]) -> None:
     """Write the largest absolute values of series, from samples and, between these, by Newton's method."""
     harmonics, step = len(waves) // 2, 2.0 * np.pi / waves.shape[1]
     samples = c[:, :1] + c[:, 1:] @ waves
@@ -71,11 +71,11 @@ def _largest(c: NDArray[np.float64], waves: NDArray[np.float64], out: NDArray[np
     waves = c[:, 1::2] - 1j * c[:, 2::2]
     k, angle = np.arange(1, harmonics + 1), step * best
     for _ in range(STEPS):  # for a zero of the slope, a step never further than to the next sample
-        here = waves * _turned(angle, harmonics)
-        slope, bend = np.sum(-k * here.imag, axis=1), np.sum(-k * k * here.real, axis=1)
+        terms = waves * _turned(angle, harmonics)
+        slope, bend = np.sum(-k * terms.imag, axis=1), np.sum(-k * k * terms.real, axis=1)
         angle -= np.clip(np.divide(slope, bend, out=np.zeros(len(c)), where=bend != 0.0), -step, step)
     between = np.abs(c[:, 0] + np.sum((waves * _turned(angle, harmonics)).real, axis=1))
-    out[:] = np.maximum(np.abs(samples[np.arange(len(c)), best]), between)
+    largest[:] = np.maximum(np.abs(samples[np.arange(len(c)), best]), between)
 
 
 def _turned(angle: NDArray[np.float64], harmonics: int) -> NDArray[np.complex128]:
@@ -108,7 +108,7 @@ def highest_between(
     return float(out[0]), float(out[1])
 
 
-def _highest(arc: Any, series: Any, waves: Any, low: float, high: float, from_mean: bool, out: Any) -> None:
+def _highest(arc: Any, series: Any, waves: Any, low: float, high: float, from_mean: bool, peak: Any) -> None:
     places, values, rows = np.empty(LOOKED), np.empty(LOOKED), np.empty((LOOKED, series.shape[1]))
     best = 1
     for _ in range(2):
@@ -125,9 +125,9 @@ def _highest(arc: Any, series: Any, waves: Any, low: float, high: float, from_me
         low, high = places[best - 1], places[best + 1]
     bend, rise = values[best - 1] - 2.0 * values[best] + values[best + 1], values[best - 1] - values[best + 1]
     if bend < 0.0:
-        out[0], out[1] = places[best] + 0.25 * rise * (high - low) / bend, values[best] - rise * rise / (8.0 * bend)
+        peak[0], peak[1] = places[best] + 0.25 * rise * (high - low) / bend, values[best] - rise * rise / (8.0 * bend)
     else:
-        out[0], out[1] = places[best], values[best]
+        peak[0], peak[1] = places[best], values[best]
 
 
 @kernel

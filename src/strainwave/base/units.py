@@ -22,6 +22,7 @@ _GROUP = rf"(?:{_FACTOR}|\({_FACTOR}(?:[*/]{_FACTOR})*\)(?:\^-?1?[0-9])?)"
 UNIT = re.compile(rf"(?:1?/)?{_GROUP}(?:[*/]{_GROUP})*")
 PREFIX = re.compile("^(?:nano|micro|milli|centi|kilo|mega|[numckM])")
 LONGEST = 60
+REMEDY = "units are written like N*m/rad, rpm or arcsec"
 # One plain spelling for each sign that people type.
 _SPELLING = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "\u00a0": " ", "\u202f": " "} | {
     "°": "deg", "′": "arcmin", "″": "arcsec", "'": "arcmin", '"': "arcsec", "%": "percent"
@@ -71,7 +72,7 @@ def parse(text: str, unit: str) -> float:
         wrong, right = (unit, "the unit as 'N*m/rad'") if isinstance(text, str) else (text, "it as '7160 N*m/rad'")
         raise ValueError(f"{shown(wrong)} is no text; write {right}, in quotes")
     if _unit_text(unit) is None or _unknown(unit):
-        raise ValueError(f"unknown unit {shown(unit)}; units are written like N*m/rad, rpm or arcsec")
+        raise ValueError(f"unknown unit {shown(unit)}; {REMEDY}")
     if len(text) > LONGEST:
         raise ValueError(
             f"{text[:20] + '...'!r} has {len(text)} characters; write one number and one unit, at most {LONGEST}"
@@ -82,18 +83,18 @@ def parse(text: str, unit: str) -> float:
     number = NUMBER.match(plain)
     if number is None:
         raise ValueError(f"{text!r} does not begin with a finite number; write {example(unit)}")
-    given = _unit_text(plain[number.end() :])
-    if given is None:
+    text_unit = _unit_text(plain[number.end() :])
+    if text_unit is None:
         raise ValueError(f"{text!r} is not one number and one unit made of names, *, / and ^; write {example(unit)}")
-    if not given and unit:
+    if not text_unit and unit:
         raise ValueError(f"{text!r} has no unit; write {example(unit)}")
-    given = _with_forces(given, unit)
+    text_unit = _with_forces(text_unit, unit)
     try:
-        value: float = _scaled(float(number.group()), given, unit)
+        value: float = _scaled(float(number.group()), text_unit, unit)
     except KeyError as unknown:
         raise ValueError(f"{text!r} has the unknown unit {shown(unknown.args[0])}; write {example(unit)}") from None
     except ArithmeticError:
-        raise ValueError(_mismatch(text, float(number.group()), given, unit)) from None
+        raise ValueError(_mismatch(text, float(number.group()), text_unit, unit)) from None
     if abs(value) == inf:
         raise ValueError(f"{text!r} is too large a number; write {example(unit)}")
     if value == 0.0 and re.search("[1-9]", re.split("[eE]", number.group())[0]):
@@ -111,18 +112,16 @@ def convert(value: Any, unit: str, to: str) -> Any:
     """
     for text in (unit, to):
         if not isinstance(text, str):
-            raise ValueError(f"unknown unit {shown(text)}; units are written like N*m/rad, rpm or arcsec")
+            raise ValueError(f"unknown unit {shown(text)}; {REMEDY}")
     if not (isinstance(value, Real) or getattr(getattr(value, "dtype", None), "kind", "-") in "iuf"):
         raise ValueError(f"{shown(value)} is no number and no array of numbers; parse() reads text with a unit")
-    given, wanted = (_unit_text(u.translate(_SPELLING)) for u in (unit, to))
+    source, target = [_unit_text(text.translate(_SPELLING)) for text in (unit, to)]
     try:
-        if given is None or wanted is None:
-            raise KeyError(unit if given is None else to)
-        return _scaled(value, given, wanted)
+        if source is None or target is None:
+            raise KeyError(unit if source is None else to)
+        return _scaled(value, source, target)
     except KeyError as unknown:
-        raise ValueError(
-            f"unknown unit {shown(unknown.args[0])}; units are written like N*m/rad, rpm or arcsec"
-        ) from None
+        raise ValueError(f"unknown unit {shown(unknown.args[0])}; {REMEDY}") from None
     except ArithmeticError:
         raise ValueError(f"cannot convert {shown(unit)} to {shown(to)}: they measure different things") from None
 
@@ -190,13 +189,16 @@ def _scaled(value: Any, given: str, to: str) -> Any:
 
 
 @lru_cache(maxsize=1024)
-def _factors(given: str, to: str) -> tuple[float, float]:
-    """Return p and q, p/q `to` are one `given`; KeyError names an unknown unit, ArithmeticError reports a mismatch."""
-    if unknown := _unknown(f"{given} {to}"):
+def _factors(source: str, target: str) -> tuple[float, float]:
+    """Return p and q: a source unit is p/q target units.
+
+    A KeyError names an unknown unit, an ArithmeticError reports a mismatch.
+    """
+    if unknown := _unknown(f"{source} {target}"):
         raise KeyError(unknown[0])
-    if not _matches(given, to):
+    if not _matches(source, target):
         raise ArithmeticError
-    factor = float(_registry().convert(1.0, _for_pint(given), _for_pint(to)))
+    factor = float(_registry().convert(1.0, _for_pint(source), _for_pint(target)))
     inverse = round(1.0 / factor)
     # 4.5 kg*cm^2 is 4.5/10000, the nearest number to 4.5e-4; 4.5 times 1e-4 is not.
     return (1.0, float(inverse)) if abs(inverse * factor - 1.0) < 1e-14 and inverse > 1 else (factor, 1.0)
@@ -207,27 +209,27 @@ def example(unit: str) -> str:
     return f"for example {_KIND[unit][1] if unit in _KIND else '1.5 ' + unit.replace('**', '^')}"
 
 
-def _mismatch(text: str, number: float, given: str, unit: str) -> str:
+def _mismatch(text: str, number: float, text_unit: str, unit: str) -> str:
     """Sentence for a unit that measures something else, with help where a radian is all that lacks."""
     kind, example = _KIND.get(unit, (f"a quantity in {unit.replace('**', '^')}", f"1.5 {unit.replace('**', '^')}"))
-    if unit == "rad/s" and _matches(given, "1/s"):
-        per_second = _scaled(number, given, "1/s")
-        turns = f"{number:.10g} rpm" if _scaled(1.0, given, "1/min") == 1.0 else f"{per_second:.10g} rev/s"
+    if unit == "rad/s" and _matches(text_unit, "1/s"):
+        per_second = _scaled(number, text_unit, "1/s")
+        turns = f"{number:.10g} rpm" if _scaled(1.0, text_unit, "1/min") == 1.0 else f"{per_second:.10g} rev/s"
         radians = f"{2.0 * pi * per_second:.4g} rad/s"
         return (
             f"{text!r} is a frequency, not an angular speed; write {turns} or {radians}, not {' '.join(text.split())}"
         )
     for bar, relation in (("/rad", "is not per radian"), ("/rad^2", "is not per square radian")):
-        if unit and _matches(given + bar, unit):
-            return f"{text!r} {relation}, so it is not {kind}; write {number:.10g} {given}{bar} if that is meant"
-    if _matches(given + "*rad", unit):
+        if unit and _matches(text_unit + bar, unit):
+            return f"{text!r} {relation}, so it is not {kind}; write {number:.10g} {text_unit}{bar} if that is meant"
+    if _matches(text_unit + "*rad", unit):
         return f"{text!r} is per radian, so it is not {kind}; write for example {example}"
     return f"{text!r} is not {kind}; write for example {example}"
 
 
-def _matches(given: str, unit: str) -> bool:
-    first, second = (_registry().parse_units(_for_pint(u)).dimensionality for u in (given, unit))
-    return bool(first == second)
+def _matches(text_unit: str, unit: str) -> bool:
+    units = [_registry().parse_units(_for_pint(text)) for text in (text_unit, unit)]
+    return bool(units[0].dimensionality == units[1].dimensionality)
 
 
 def _for_pint(unit: str) -> str:
