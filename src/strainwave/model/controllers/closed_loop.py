@@ -196,13 +196,13 @@ class ClosedLoop(NamedTuple):
     def update(self, t: Any, y: Any, memory: Any, lane: int, sample: int) -> Any:
         """Memory after the sample at a time [s]."""
         m, lost, deviation, age = self.measured(t, y, memory, lane, sample)
-        state, asked = self.controller.update(memory.state, m)
-        asked = select(asked == asked, asked, 0.0)
-        given = select(age <= LOST, asked, 0.0)
-        torque = larger(smaller(given, self.sampling.limit), -self.sampling.limit)
-        limited = memory.limited + 1.0 * (torque != given)
+        state, command = self.controller.update(memory.state, m)
+        command = select(command == command, command, 0.0)
+        request = select(age <= LOST, command, 0.0)
+        torque = larger(smaller(request, self.sampling.limit), -self.sampling.limit)
+        limited = memory.limited + select(torque != request, 1.0, 0.0)
         q = memory.torques
-        return Memory(state, (torque, *q[:-1]), torque - asked, deviation, age, limited, memory.lost + lost)
+        return Memory(state, (torque, *q[:-1]), torque - command, deviation, age, limited, memory.lost + lost)
 
     def commanded(self, y: Any, memory: Any, later: int) -> Any:
         """State of the train with the torque that acts in the first part of a sample (later = 0) or in the second."""

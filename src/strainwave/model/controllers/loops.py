@@ -166,17 +166,17 @@ class GandhiGhorbel(NamedTuple):
         """Memory after a sample, and the torque [N*m]."""
         last, slow, begun = state
         e = self.error
-        off = (m.reference - m.motor) / self.N + e.value(m.motor)
-        raw = begun * (off - last) / self.period
+        deviation = (m.reference - m.motor) / self.N + e.value(m.motor)
+        raw = begun * (deviation - last) / self.period
         rate = slow + (raw - slow) * (self.period / (self.period + self.filter))
         psi, bend = 1.0 / self.N - e.slope(m.motor), -e.curvature(m.motor)
         speed, acceleration, square = m.speed / self.N, m.acceleration / self.N, psi * psi
-        wanted = (
+        torque = (
             (self.J_m / square + self.J_l) * acceleration
             - self.J_m * bend / (square * square) * speed * speed
             + (self.B_m / square + self.B_l) * speed
         )
-        return (off, rate, 1.0 + 0.0 * begun), psi * (wanted + self.K_p * off + self.K_d * rate)
+        return (deviation, rate, 1.0 + 0.0 * begun), psi * (torque + self.K_p * deviation + self.K_d * rate)
 
     def check(self) -> None:
         """Refuse an error that is none (TypeError), and gains that are not positive (ValueError)."""

@@ -163,14 +163,14 @@ def _completed(g: Gear) -> Gear:
             numbers = {"buckling_torque": float(row["buckling_Nm"])}
             numbers |= {} if torque is None else {"ratcheting_torque": float(torque)}
             g = _with(g, numbers, f"ratcheting and buckling: {row['source']}")
-    said: dict[str, list[str]] = {}
+    sources: dict[str, list[str]] = {}
     for row in _rows("catalogue_accuracy.csv"):
-        here = g.series in row["families"].split("/") and str(g.size) in row["sizes"].split("/")
-        if here and _holds(row["ratio"], g.ratio):
+        fits = g.series in row["families"].split("/") and str(g.size) in row["sizes"].split("/")
+        if fits and _holds(row["ratio"], g.ratio):
             angle = float(row["value"]) * ARCMIN if row["unit"] == "arcmin" else float(row["value"] + row["unit"][1:-4])
             g = _with(g, {row["quantity"]: angle}, "")
-            said.setdefault(row["source"], []).append(row["quantity"].replace("_", " "))
-    for source, quantities in said.items():
+            sources.setdefault(row["source"], []).append(row["quantity"].replace("_", " "))
+    for source, quantities in sources.items():
         g = _with(g, {}, f"{', '.join(quantities)}: {source}")
     for row in _rows("catalogue_notes.csv"):
         if (g.series, str(g.size), str(g.ratio)) == (row["series"], row["size"], row["ratio"]):
@@ -238,7 +238,7 @@ def _mass(text: str) -> tuple[float | None, str]:
 def _csf(inertias: dict[tuple[str, int | None], float | None]) -> list[Gear]:
     """Records of the CSF gears whose stiffness is tabulated; their ratios come from the table of ratcheting torques."""
     stiff = [row for row in _rows("catalogue_stiffness.csv") if "CSF" in row["family"].split("/")]
-    found = []
+    gears = []
     for row in _rows("catalogue_ratcheting.csv"):
         ratios = [int(key.split("_")[2]) for key, value in row.items() if key.startswith("ratcheting") and value]
         for ratio in ratios if row["series"] == "CSF" else ():
@@ -247,10 +247,10 @@ def _csf(inertias: dict[tuple[str, int | None], float | None]) -> list[Gear]:
             name, size = f"CSF-{row['size']}-{ratio}", int(row["size"])
             J, notes = inertias.get(("CSG", size)), (f"{name}: {CSF_NOTE}.",)
             source = "" if J is None else f"inertia: that of CSG-{size}, which the maker says is the same"
-            found.append(
+            gears.append(
                 Gear(name=name, series="CSF", size=size, ratio=ratio, input_inertia=J, source=source, notes=notes)
             )
-    return found
+    return gears
 
 
 def _rt1(row: Row) -> Gear:

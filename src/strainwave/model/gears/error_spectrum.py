@@ -135,9 +135,9 @@ def accuracy_spectrum(
             "none (None), take it from the datasheet"
         )
     phases = {} if phases is None else phases
-    for name, given in (("shares", shares), ("phases", phases)):
-        if not isinstance(given, Mapping):
-            raise TypeError(f"{name} are {shown(given)}; write order: number, for example {{1: 0.25, 2: 1.0, 4: 0.25}}")
+    for name, table in (("shares", shares), ("phases", phases)):
+        if not isinstance(table, Mapping):
+            raise TypeError(f"{name} are {shown(table)}; write order: number, for example {{1: 0.25, 2: 1.0, 4: 0.25}}")
     for order, share in shares.items():
         if not (isinstance(share, int | float) and 0.0 <= share <= LARGEST):
             raise ValueError(f"the share of order {order} is {shown(share)}; it must be a number, zero or more")

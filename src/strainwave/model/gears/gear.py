@@ -84,13 +84,13 @@ def no_load_drag(running_torque: float, starting_torque: float, speed: float = R
     """
     running = number("running_torque [N*m]", running_torque, positive=True)
     starting = number("starting_torque [N*m]", starting_torque, positive=True)
-    at = number("speed [rad/s]", speed, positive=True)
+    running_speed = number("speed [rad/s]", speed, positive=True)
     if running < starting:
         raise ValueError(
             f"running_torque is {running:g} and starting_torque {starting:g} N*m; dry and viscous friction together "
             "need at least as much at speed, give a Stribeck law as drag"
         )
-    return Parallel(Coulomb(starting, CREEP), Viscous((running - starting) / at))
+    return Parallel(Coulomb(starting, CREEP), Viscous((running - starting) / running_speed))
 
 
 @dataclass(frozen=True, kw_only=True)

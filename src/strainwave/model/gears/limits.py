@@ -98,16 +98,16 @@ def check_limits(
     """
     if not isinstance(gear, Gear):
         raise TypeError(f"gear is {shown(gear)}; give a record, such as catalogue.gear('CSG-40-50')")
-    found = []
+    findings = []
 
     def compare(limit: str, value: float, unit: str, fact: str, remedy: str) -> None:
         bound = getattr(gear, limit)
         if bound is not None:
-            beyond = Finding(limit, value, float(bound), unit, "").exceeded
-            relation = f"above the {_words(limit)}" if beyond else f"within the {_words(limit)}"
-            end = f"; {remedy}" if beyond else ""
+            exceeded = Finding(limit, value, float(bound), unit, "").exceeded
+            relation = f"above the {_words(limit)}" if exceeded else f"within the {_words(limit)}"
+            end = f"; {remedy}" if exceeded else ""
             sentence = f"{fact} {value:.4g} {unit}, {relation} of {gear.name}, {bound:.6g} {unit}{end}."
-            found.append(Finding(limit, value, float(bound), unit, sentence))
+            findings.append(Finding(limit, value, float(bound), unit, sentence))
 
     if max_speed is not None:
         rpm = abs(number("max_speed", max_speed)) / RPM
@@ -124,21 +124,21 @@ def check_limits(
         peak = abs(number("peak_torque", peak_torque))
         for limit, remedy in TORQUES:
             compare(limit, peak, "N*m", "The torque in the gear reaches", remedy)
-    return tuple(found)
+    return tuple(findings)
 
 
 def gravest(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """Limits that were passed: of the peak torques and of the input speeds only the gravest."""
-    beyond = {f.limit: f for f in findings if f.exceeded}
+    exceeded = {f.limit: f for f in findings if f.exceeded}
     for grave, less in (
         ("max_rpm", "average_rpm"),
         ("momentary_torque", "repeated_peak_torque"),
         ("ratcheting_torque", "momentary_torque"),
         ("buckling_torque", "ratcheting_torque"),
     ):
-        if grave in beyond:
-            beyond.pop(less, None)
-    return tuple(beyond.values())
+        if grave in exceeded:
+            exceeded.pop(less, None)
+    return tuple(exceeded.values())
 
 
 def cubic_mean(torque: Any, weights: Any = None) -> float:

@@ -249,7 +249,7 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
 
 def _pair(point: Sequence[float]) -> tuple[float, float]:
     try:
-        x, T = (float(number) for number in point)
+        x, T = map(float, point)
     except (TypeError, ValueError):
         raise ValueError(f"{shown(point)} is no point; write (torsion in rad, torque in N*m)") from None
     return x, T

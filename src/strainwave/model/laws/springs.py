@@ -240,13 +240,13 @@ class Backlash(NamedTuple):
 @kernel
 def spread(places: Any, gap: Any) -> Any:
     """Breakpoints of a law behind a gap, sorted: the edges of the gap, and the law's own moved outwards by it."""
-    out = (-gap, gap) + places  # noqa: RUF005  (Numba takes no starred tuple for a variable that loops change)
-    for i in range(2, len(out)):
-        out = with_leaf(out, i, out[i] + gap * sign(out[i]))
+    edges = (-gap, gap) + places  # noqa: RUF005  (Numba takes no starred tuple for a variable that loops change)
+    for i in range(2, len(edges)):
+        edges = with_leaf(edges, i, edges[i] + gap * sign(edges[i]))
         for j in range(i, 0, -1):
-            low, high = min(out[j - 1], out[j]), max(out[j - 1], out[j])
-            out = with_leaf(with_leaf(out, j - 1, low), j, high)
-    return out
+            low, high = min(edges[j - 1], edges[j]), max(edges[j - 1], edges[j])
+            edges = with_leaf(with_leaf(edges, j - 1, low), j, high)
+    return edges
 
 
 class Play(NamedTuple):

@@ -95,13 +95,13 @@ def _angle_is_steady(train: Any) -> bool:
 
 def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses: list[Any]) -> TrainPart:
     chain, end, held, N = train.load.chain(), train.load.end(), train.motor.held, train.N
-    own = 0 if held else 1 + states_of(train.motor.control)
-    n = 1 + len(chain) + own
+    motor_count = 0 if held else 1 + states_of(train.motor.control)
+    n = 1 + len(chain) + motor_count
     soft = [i for i, k in enumerate(stiffnesses) if k is None]
     places = {i: 1 + j for j, i in enumerate(soft)}  # of each coupling's twist among the coordinates
     motor_at = 1 + len(soft)
     hard = [i for i, k in enumerate(stiffnesses) if k is not None]
-    places |= {i: motor_at + own + j for j, i in enumerate(hard)}
+    places |= {i: motor_at + motor_count + j for j, i in enumerate(hard)}
     unit = np.eye(n)
     motor = np.zeros(n) if held else unit[motor_at]
     M, C, K = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
@@ -120,11 +120,11 @@ def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses:
         M[motor_at, motor_at] += train.motor.J + inertia_of(train.motor.control)
         C[motor_at, motor_at] += drags[0]
         per_speed -= drags[0] * speed * motor
-        some = np.arange(motor_at, motor_at + own)
-        C[np.ix_(some, some)] += control[1]
-        K[np.ix_(some, some)] += control[0]
+        indices = np.arange(motor_at, motor_at + motor_count)
+        C[np.ix_(indices, indices)] += control[1]
+        K[np.ix_(indices, indices)] += control[0]
     values, rates = _states(
-        n, held, own, [places[i] for i in range(len(chain))], motor_at, N, train.motor.free, at_load
+        n, held, motor_count, [places[i] for i in range(len(chain))], motor_at, N, train.motor.free, at_load
     )
     loose = motor_at if not held and not np.any(K[motor_at]) and not np.any(K[:, motor_at]) else -1
     laws = (train.law, *(chain[i][2] for i in soft))
@@ -136,7 +136,7 @@ def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses:
 
 
 def _states(
-    n: int, held: bool, own: int, twists: list[int], motor_at: int, N: float, free: bool, at_load: bool
+    n: int, held: bool, motor_count: int, twists: list[int], motor_at: int, N: float, free: bool, at_load: bool
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Tables (states, n) of the states in the order of the train's: those that are no rates, and the rates."""
     unit, zero = np.eye(n), np.zeros(n)
@@ -147,7 +147,7 @@ def _states(
     values, rates = [first, zero], [zero, first]
     for row in motor:
         values, rates = [*values, row, zero], [*rates, zero, row]
-    for i in range(1, own):
+    for i in range(1, motor_count):
         values, rates = [*values, unit[motor_at + i]], [*rates, zero]
     for i in twists:
         values, rates = [*values, unit[i], zero], [*rates, zero, unit[i]]
