@@ -166,10 +166,10 @@ def with_parameters(model: Any, record: Callable[[Parameters], T]) -> T:
 
 def _names(model: Any) -> list[str]:
     """Names in C of the floats of a model: their paths with underscores, made different where these are equal."""
-    found: dict[str, None] = {}
+    names: dict[str, None] = {}
     for i, (path, value, _) in enumerate(parameters(model)):
         if isinstance(value, float):
             name = path.replace(".", "_")
-            known = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and name not in RESERVED and name not in found
-            found[name if known else f"parameter_{i}"] = None
-    return list(found)
+            known = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and name not in RESERVED and name not in names
+            names[name if known else f"parameter_{i}"] = None
+    return list(names)

@@ -227,15 +227,15 @@ def controller_code(controller: Any, measurement: Any, name: str) -> CCode:
 
 def _started(controller: Any) -> dict[str, float]:
     """First state of a controller: numbers by their names in C."""
-    state, who = controller.start(), type(controller).__name__
+    state, name = controller.start(), type(controller).__name__
     if not isinstance(state, tuple):
-        raise TypeError(f"{who}.start() is {shown(state)}; it must be a tuple of floats")
-    found = {}
+        raise TypeError(f"{name}.start() is {shown(state)}; it must be a tuple of floats")
+    values = {}
     for path, _, _, value in numbers(state):
         if not isinstance(value, float):
-            raise TypeError(f"{who}.start() has the whole number {value} at {path}; a state is a tuple of floats")
-        found[as_name("_".join(part if part.isidentifier() else f"s{part}" for part in path.split(".")))] = value
-    return found
+            raise TypeError(f"{name}.start() has the whole number {value} at {path}; a state is a tuple of floats")
+        values[as_name("_".join(part if part.isidentifier() else f"s{part}" for part in path.split(".")))] = value
+    return values
 
 
 def _begun(numbers: Parameters, fields: tuple[str, ...]) -> list[str]:
@@ -359,7 +359,7 @@ def export(
             Path(part).write_text((mjcf if to == "mjcf" else urdf)(checked(train), name), encoding="utf-8")
         return Exported(path)
     plant = plant_of(train, step, method, start)
-    said = (
+    remarks = (
         ()
         if step is not None
         else (
@@ -368,9 +368,9 @@ def export(
         )
     )
     if to == "c":
-        return Exported(plant_code(plant, name).write(path), said)
+        return Exported(plant_code(plant, name).write(path), remarks)
     built = write_fmu(plant, path, name, int(to[-1]))
-    return Exported(path, said if built else (*said, SOURCES_ALONE))
+    return Exported(path, remarks if built else (*remarks, SOURCES_ALONE))
 
 
 def _train(source: Any) -> DriveTrain:

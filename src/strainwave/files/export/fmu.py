@@ -122,31 +122,31 @@ def _common(root: Element, plant: Plant) -> None:
 def description_2(plant: Plant, name: str, token: str, sources: tuple[str, ...]) -> str:
     """Text of modelDescription.xml for FMI 2.0: model exchange and co-simulation."""
     root = _root(name, 2, {"guid": token, "numberOfEventIndicators": "0"})
-    own = {"modelIdentifier": name, "canGetAndSetFMUstate": YES}
+    abilities = {"modelIdentifier": name, "canGetAndSetFMUstate": YES}
     for kind, ability in (
         ("ModelExchange", "completedIntegratorStepNotNeeded"),
         ("CoSimulation", "canHandleVariableCommunicationStepSize"),
     ):
-        files = child(child(root, kind, **own, **{ability: YES}), "SourceFiles")
+        files = child(child(root, kind, **abilities, **{ability: YES}), "SourceFiles")
         for source in sources:
             child(files, "File", name=source)
     _common(root, plant)
-    found, listed = variables(plant), child(root, "ModelVariables")
-    places = {v.reference: str(i + 1) for i, v in enumerate(found.all())}
-    for v in found.all():
-        said = {"description": v.description, "causality": v.causality, "initial": v.initial}
+    groups, listed = variables(plant), child(root, "ModelVariables")
+    places = {v.reference: str(i + 1) for i, v in enumerate(groups.all())}
+    for v in groups.all():
+        attributes = {"description": v.description, "causality": v.causality, "initial": v.initial}
         scalar = child(
-            listed, "ScalarVariable", name=v.name, valueReference=v.reference, variability="continuous", **said
+            listed, "ScalarVariable", name=v.name, valueReference=v.reference, variability="continuous", **attributes
         )
         child(scalar, "Real", unit=v.unit, start=v.start, derivative=places.get(v.derivative, ""))
-    structure, begun = child(root, "ModelStructure"), Element("InitialUnknowns")
-    states = " ".join(places[v.reference] for v in found.states)  # no output depends on an input at once
-    for kind, unknowns, known in (("Outputs", found.outputs, states), ("Derivatives", found.rates, "")):
+    structure, initial = child(root, "ModelStructure"), Element("InitialUnknowns")
+    states = " ".join(places[v.reference] for v in groups.states)  # no output depends on an input at once
+    for kind, unknowns, known in (("Outputs", groups.outputs, states), ("Derivatives", groups.rates, "")):
         inside = child(structure, kind)
         for v in unknowns:
             child(inside, "Unknown", index=places[v.reference], dependencies=known)
-            child(begun, "Unknown", index=places[v.reference], dependencies=known)
-    structure.append(begun)
+            child(initial, "Unknown", index=places[v.reference], dependencies=known)
+    structure.append(initial)
     return written(root)
 
 
@@ -157,14 +157,14 @@ def description_3(plant: Plant, name: str, token: str) -> str:
         root, "CoSimulation", modelIdentifier=name, canGetAndSetFMUState=YES, canHandleVariableCommunicationStepSize=YES
     )
     _common(root, plant)
-    found, listed = variables(plant), child(root, "ModelVariables")
+    groups, listed = variables(plant), child(root, "ModelVariables")
     time = Variable("time", "0", "independent", "", "s")
-    for v in (time, *found.all()):
-        said = {"description": v.description, "causality": v.causality, "initial": v.initial, "unit": v.unit}
-        said |= {"start": v.start, "derivative": v.derivative}
-        child(listed, "Float64", name=v.name, valueReference=v.reference, variability="continuous", **said)
-    structure, states = child(root, "ModelStructure"), " ".join(v.reference for v in found.states)
-    known = [(v, states) for v in found.outputs] + [(v, "") for v in found.rates]
+    for v in (time, *groups.all()):
+        attributes = {"description": v.description, "causality": v.causality, "initial": v.initial, "unit": v.unit}
+        attributes |= {"start": v.start, "derivative": v.derivative}
+        child(listed, "Float64", name=v.name, valueReference=v.reference, variability="continuous", **attributes)
+    structure, states = child(root, "ModelStructure"), " ".join(v.reference for v in groups.states)
+    known = [(v, states) for v in groups.outputs] + [(v, "") for v in groups.rates]
     for v, dependencies in known:
         kind = "Output" if dependencies else "ContinuousStateDerivative"
         child(structure, kind, valueReference=v.reference, dependencies=dependencies)

@@ -127,7 +127,7 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
     states = len(train.state_names())
     begun = (0.0,) * states if start is None else tuple(numbers("start", start, count=states).tolist())
     fastest = _fastest(train)
-    without = Plant(train, 0.0, method, begun, fastest).under(0.0, 0.0)
+    unloaded = Plant(train, 0.0, method, begun, fastest).under(0.0, 0.0)
     longest = LARGEST_STEP / fastest if fastest else math.inf
     if step is None:
         step = 2.0 * math.pi * longest / method.steps if fastest else 1e-3
@@ -137,7 +137,7 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
             f"the step is {step:g} s and the fastest motion of the train takes steps up to {longest:.3g} s; give a "
             "shorter one"
         )
-    return Plant(without, step, method, begun, fastest)
+    return Plant(unloaded, step, method, begun, fastest)
 
 
 def _fastest(train: DriveTrain) -> float:
@@ -220,14 +220,14 @@ def _declared(plant: Plant, name: str) -> list[list[str]]:
 def _defined(plant: Plant, name: str, bodies: dict[str, list[str]], default: list[str]) -> list[list[str]]:
     n, p = len(plant.states()), f"const {name}_parameters *p"
     state, inside = f"{name}_state *state", f"const {name}_inputs *in"
-    taken = f"{p}, const double c[], {inside}"
+    arguments = f"{p}, const double c[], {inside}"
     early = [f"double c[{max(1, sum(line.startswith('c[') for line in bodies['early']))}];", "early(p, c);"]
     return [
         [f'#include "{name}.h"', "#include <math.h>", "#include <string.h>"],
         default,
         ["/* What the parameters alone decide. */", *function(f"static void early({p}, double c[])", bodies["early"])],
-        function(f"static void rates({taken}, const double y[], double dy[])", bodies["rates"]),
-        function(f"static void part({taken}, const double y[], double h, double z[])", bodies["step"]),
+        function(f"static void rates({arguments}, const double y[], double dy[])", bodies["rates"]),
+        function(f"static void part({arguments}, const double y[], double h, double z[])", bodies["step"]),
         ["/* What a part changes less h times its mean rate, over what that may be. */", *_difference(plant)],
         function(f"void {name}_init({state})", Recording.stored([f"state->y[{i}]" for i in range(n)], plant.start)),
         function(

@@ -198,7 +198,7 @@ class Traced(NDArrayOperatorsMixin):
         return f"Traced({self.text})"
 
 
-def _refuse(what: str, *values: Any) -> NoReturn:
+def _refuse(action: str, *values: Any) -> NoReturn:
     """Refuse an operation of the function that called this module; one on parameters alone decides them."""
     names = _alone(values)
     if names:
@@ -206,23 +206,23 @@ def _refuse(what: str, *values: Any) -> NoReturn:
     frame = sys._getframe(1)
     while frame.f_globals.get("__name__") in BETWEEN and frame.f_back is not None:
         frame = frame.f_back
-    raise Unrecordable(f"{frame.f_code.co_qualname} {what} in line {frame.f_lineno}: {REMEDY}")
+    raise Unrecordable(f"{frame.f_code.co_qualname} {action} in line {frame.f_lineno}: {REMEDY}")
 
 
 def _known(name: str, arguments: tuple[Any, ...]) -> Any:
     """Result of an operation with 0 or 1 that leaves nothing to compute, or None."""
     a, b = arguments[0], arguments[-1]
-    nothing, one = [not isinstance(n, Traced) and n == 0.0 for n in (a, b)], not isinstance(b, Traced) and b == 1.0
+    zeros, by_one = [not isinstance(n, Traced) and n == 0.0 for n in (a, b)], not isinstance(b, Traced) and b == 1.0
     if name == "multiply":
-        if any(nothing):
+        if any(zeros):
             return 0.0
-        return b if not isinstance(a, Traced) and a == 1.0 else (a if one else None)
-    if name == "add" and any(nothing):
-        return b if nothing[0] else a
-    if name == "subtract" and nothing[1]:
+        return b if not isinstance(a, Traced) and a == 1.0 else (a if by_one else None)
+    if name == "add" and any(zeros):
+        return b if zeros[0] else a
+    if name == "subtract" and zeros[1]:
         return a
-    if name == "divide" and (one or nothing[0]):
-        return a if one else 0.0
+    if name == "divide" and (by_one or zeros[0]):
+        return a if by_one else 0.0
     return None
 
 

@@ -69,7 +69,7 @@ def _hysteresis(law: Any) -> Iterator[Wrong]:
     return _not_of_a_shaft(law)
 
 
-GEAR_LAW, HYSTERESIS, DRAG = (Typed(wrong=wrong) for wrong in (_gear_law, _hysteresis, _drag))
+GEAR_LAW, HYSTERESIS, DRAG = Typed(wrong=_gear_law), Typed(wrong=_hysteresis), Typed(wrong=_drag)
 
 
 def loop_types() -> dict[str, type]:

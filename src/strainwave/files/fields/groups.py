@@ -162,21 +162,21 @@ class Correlation(Kind):
     def read(self, rows: Any, place: Place) -> tuple[tuple[float, ...], ...]:
         if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
             raise ValueError("is no list of rows; write for example [[1, -0.5], [-0.5, 1]]")
-        given = tuple(tuple(number(value, "") for value in row) for row in rows)
-        if any(len(row) != len(given) for row in given):
+        table = tuple(tuple(number(value, "") for value in row) for row in rows)
+        if any(len(row) != len(table) for row in table):
             raise ValueError(
-                f"has {len(given)} rows, not all with {len(given)} numbers; write one for each of 'scatter'"
+                f"has {len(table)} rows, not all with {len(table)} numbers; write one for each of 'scatter'"
             )
-        matrix = np.array(given)
+        matrix = np.array(table)
         if np.any(np.abs(matrix - matrix.T) > SAME) or np.any(np.abs(np.diag(matrix) - 1.0) > SAME):
             raise ValueError(
                 "is not the same on both sides of a diagonal of ones; write for example [[1, -0.5], [-0.5, 1]]"
             )
-        if len(given) and (least := float(np.linalg.eigvalsh(matrix)[0])) < -NO_VARIANCE:
+        if len(table) and (least := float(np.linalg.eigvalsh(matrix)[0])) < -NO_VARIANCE:
             raise ValueError(
                 f"gives a sum of the numbers a variance of {least:.2g}, below zero; write smaller correlations"
             )
-        return given
+        return table
 
     def schema(self) -> Schema:
         return Items(Items(Quantity())).schema()

@@ -111,12 +111,12 @@ class Row(NamedTuple):
         """JSON Schema with the sentence, the unit and the range."""
         inside = self.kind.schema()
         unit, span = inside.get("x-unit", "1"), inside.get("x-range", "")
-        said = self.says.removesuffix(".") + f" [{unit}]" * (unit != "1") + f", {span}" * bool(span) + "."
-        found = {"description": said} | inside | {"description": said}
+        text = self.says.removesuffix(".") + (f" [{unit}]" if unit != "1" else "") + (f", {span}." if span else ".")
+        schema: Schema = {"description": text} | inside | {"description": text}
         if isinstance(self.default, int | float | str) and self.default != "":
             plain = isinstance(self.default, str) or unit == "1"
-            found["default"] = self.default if plain else f"{self.default:g} {unit}"
-        return found
+            schema["default"] = self.default if plain else f"{self.default:g} {unit}"
+        return schema
 
 
 def number(value: Any, unit: str, sign: str = "any") -> float:
@@ -189,7 +189,7 @@ class Whole(Kind):
     def read(self, value: Any, place: Place) -> int:
         if not isinstance(value, str) or not re.fullmatch(r"[+-]?[0-9]{1,9}", value.strip()):
             raise ValueError(f"{shown(value)} is not a whole number; {self.remedy}")
-        low, high = (int(value) if end is None else end for end in (self.low, self.high))
+        low, high = [int(value) if end is None else end for end in (self.low, self.high)]
         if self.beyond and not low <= int(value) <= high:
             raise ValueError(f"{value!r} {self.beyond}")
         return int(value)

@@ -161,13 +161,13 @@ class Typed(Kind):
     def _typed(self, value: Any, place: Place) -> Any:
         if not isinstance(value, dict):
             raise NotA("a group of fields")
-        known, at = self.known(), place.at("type")
+        types, type_place = self.known(), place.at("type")
         if "type" not in value:
-            return at.wrong(f"is missing; write one of {', '.join(known)}")
+            return type_place.wrong(f"is missing; write one of {', '.join(types)}")
         word = value["type"]
         cls = self.of(word)
         if cls is None:
-            return at.wrong("" if word is None else f"{shown(word)} is not known{near(word, list(known))}")
+            return type_place.wrong("" if word is None else f"{shown(word)} is not known{near(word, list(types))}")
         return read_group({key: item for key, item in value.items() if key != "type"}, cls, place, ("type",))
 
     def of(self, word: Any) -> type | None:
@@ -276,53 +276,53 @@ def texts_of(value: Any) -> dict[str, str]:
     return texts
 
 
-def read_group(value: Any, cls: Any, place: Place, also: tuple[str, ...] = ()) -> Any:
-    """Read the fields of a class; None where something is wrong. `also` are fields that were read before."""
+def read_group(value: Any, cls: Any, place: Place, former: tuple[str, ...] = ()) -> Any:
+    """Read the fields of a class; None where something is wrong. Fields of `former` were read before."""
     before = len(place.found)
-    given = _given(value, cls, place, also)
+    values = _given(value, cls, place, former)
     if len(place.found) > before:
         return None
     try:
         if issubclass(cls, Group):
-            made = cls(**given)
-            place.found.extend(wrong._replace(keys=(*place.keys, *wrong.keys)) for wrong in made.check())
-            return made
-        return checked(measured.tabulated(**given) if cls is measured.Tabulated else cls(**given))
+            group = cls(**values)
+            place.found.extend(wrong._replace(keys=(*place.keys, *wrong.keys)) for wrong in group.check())
+            return group
+        return checked(measured.tabulated(**values) if cls is measured.Tabulated else cls(**values))
     except (TypeError, ValueError) as error:
         text = str(error)
-        at = re.match(r"\w+\.(\w+) (?=is )", text)
-        if at and at[1] in given:
-            return place.at(at[1]).wrong(text[at.end() :])
+        match = re.match(r"\w+\.(\w+) (?=is )", text)
+        if match and match[1] in values:
+            return place.at(match[1]).wrong(text[match.end() :])
         return place.wrong(text)
 
 
-def _given(value: Any, cls: Any, place: Place, also: tuple[str, ...] = ()) -> dict[str, Any]:
+def _given(value: Any, cls: Any, place: Place, former: tuple[str, ...] = ()) -> dict[str, Any]:
     """Values of the fields that a file gives, None for what is wrong."""
     if not isinstance(value, dict):
         raise NotA("a group of fields")
     rows = rows_of(cls)
     for key in value:
         if key not in rows:
-            place.at(key).wrong(_unknown(key, [*also, *rows], place), on_key=True)
-    given = {}
+            place.at(key).wrong(_unknown(key, [*former, *rows], place), on_key=True)
+    values = {}
     for key, row in rows.items():
-        at = place.at(key, row.example)
+        field_place = place.at(key, row.example)
         if key in value:
-            given[key] = read(row.kind, value[key], at)
+            values[key] = read(row.kind, value[key], field_place)
         elif row.needed:
-            at.wrong(f"is missing; {at.remedy(row.kind)}")
-    return given
+            field_place.wrong(f"is missing; {field_place.remedy(row.kind)}")
+    return values
 
 
-def _unknown(key: str, here: list[str], place: Place) -> str:
+def _unknown(key: str, fields: list[str], place: Place) -> str:
     """Sentence for a field that nobody knows: the nearest field here, else the nearest at the top, else all of them."""
-    spelt = {field.lower(): field for field in (*place.top, *here)}
+    spelt = {field.lower(): field for field in (*place.top, *fields)}
     close = difflib.get_close_matches(key.lower(), list(spelt), n=1)
-    if close and spelt[close[0]] in here:
+    if close and spelt[close[0]] in fields:
         return f"unknown field; did you mean {spelt[close[0]]!r}?"
     if close:
         return f"unknown field; did you mean {close[0]!r}? It stands at the top level, not in {name(place.keys)!r}"
-    return f"unknown field; known here: {', '.join(here)}"
+    return f"unknown field; known here: {', '.join(fields)}"
 
 
 def problems_of(found: Iterable[Wrong], located: Located) -> Iterator[Problem]:
@@ -334,18 +334,18 @@ def problems_of(found: Iterable[Wrong], located: Located) -> Iterator[Problem]:
 
 def read_file(content: Any, cls: Any, located: Located) -> tuple[Any, list[Problem]]:
     """Read the content of a file; fields that are wrong are None, and what holds no fields at all gives none."""
-    rows, found, problems = rows_of(cls), list[Wrong](), list(located.problems)
+    rows, faults, problems = rows_of(cls), list[Wrong](), list(located.problems)
     if content is None and problems:
         return None, problems
     try:
-        given = _given(content, cls, Place((), found, "", tuple(rows)))
+        values = _given(content, cls, Place((), faults, "", tuple(rows)))
     except NotA:
         first = next(key for key, row in rows.items() if row.needed)
         fact = "is empty" if content is None else f"holds {shown(content)}, not fields"
-        said = f"{fact}; begin with a line such as '{first}: {rows[first].example}'"
-        return None, [*problems, Problem(*located.place(()), "file", said)]
-    wanted = {key: None for key, row in rows.items() if row.needed}
-    return cls(**wanted | given), [*problems, *problems_of(found, located)]
+        sentence = f"{fact}; begin with a line such as '{first}: {rows[first].example}'"
+        return None, [*problems, Problem(*located.place(()), "file", sentence)]
+    defaults = {key: None for key, row in rows.items() if row.needed}
+    return cls(**defaults | values), [*problems, *problems_of(faults, located)]
 
 
 def row_at(cls: Any, content: Any, keys: Iterable[str]) -> Row | None:

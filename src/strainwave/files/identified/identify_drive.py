@@ -55,48 +55,48 @@ def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
     for name in ("motor_angle", "load_angle"):
         if name not in channels:
             raise ValueError(f"log has no channel {name!r}; it has {', '.join(channels)}: name the column of it")
-    motor, load = (np.asarray(channels[name], float) for name in ("motor_angle", "load_angle"))
+    motor, load = np.asarray(channels["motor_angle"], float), np.asarray(channels["load_angle"], float)
     if motor.shape != load.shape:
         raise ValueError(f"log: motor_angle has {len(motor)} samples and load_angle {len(load)}; give equally many")
-    known = np.isfinite(motor) & np.isfinite(load)
-    if np.count_nonzero(known) < 2:
+    finite = np.isfinite(motor) & np.isfinite(load)
+    if np.count_nonzero(finite) < 2:
         raise ValueError("log: motor_angle and load_angle have no two samples in common; give both at the same times")
-    sense = -1.0 if np.cov(motor[known], load[known])[0, 1] < 0.0 else 1.0
+    sense = -1.0 if np.cov(motor[finite], load[finite])[0, 1] < 0.0 else 1.0
     torsion = motor / N - sense * load
-    turned, twisted = float(np.ptp(load[known])), float(np.ptp(torsion[known]))
+    turned, twisted = float(np.ptp(load[finite])), float(np.ptp(torsion[finite]))
     if twisted > max(LARGEST * turned, NO_MORE):
         raise ValueError(
-            f"log: motor_angle turns {np.ptp(motor[known]):.4g} rad and load_angle {turned:.4g} rad, which is no gear "
+            f"log: motor_angle turns {np.ptp(motor[finite]):.4g} rad and load_angle {turned:.4g} rad, which is no gear "
             f"of ratio {N:g}; give both on their own shafts"
         )
     return {**channels, "torsion": torsion}
 
 
-def usual(places: Places, reach: Range, also: Collection[str] = ()) -> tuple[list[str], list[str]]:
-    """Names that are free unless others are given, and stiffnesses that a range of torsion [rad] does not tell.
+def usual(places: Places, reach: Range, certain: Collection[str] = ()) -> tuple[list[str], list[str]]:
+    """Names that are free unless others are given, and stiffnesses that a range of torsion [rad] does not determine.
 
-    Stiffnesses that are known to be told may be named.
+    Stiffnesses of `certain` are determined whatever the range is.
     """
-    found, kept = stiffnesses(places, places.train, reach, also)
-    found.append("damping.B")
+    free, fixed = stiffnesses(places, places.train, reach, certain)
+    free.append("damping.B")
     if isinstance(places.train.error, KinematicError):
         for i in range(len(places.train.error.lines)):
-            found += [f"kinematic_error.{i}.{field}" for field in ("amplitude", "phase")]
-    return [*found, "torsion.offset"], kept
+            free += [f"kinematic_error.{i}.{field}" for field in ("amplitude", "phase")]
+    return [*free, "torsion.offset"], fixed
 
 
 def stiffnesses(
-    places: Places, train: Any, reach: Range, also: Collection[str] = ()
+    places: Places, train: Any, reach: Range, certain: Collection[str] = ()
 ) -> tuple[list[str], list[str]]:  # fmt: skip
-    """Names of a law's stiffnesses that a range of its torsion [rad] tells, and of those that it does not."""
-    told: list[str] = []
-    kept: list[str] = []
+    """Names of a law's stiffnesses that a range of its torsion [rad] determines, and of the others."""
+    free: list[str] = []
+    fixed: list[str] = []
     for path, owner, field, value in numbers(train):
         name = places.name(path)
         if path.startswith("law.") and field in STIFFNESSES and isinstance(value, float) and name:
-            seen = name in also or hasattr(owner, "states") or _matters(owner, field, value, reach)
-            (told if seen else kept).append(name)
-    return told, kept
+            matters = name in certain or hasattr(owner, "states") or _matters(owner, field, value, reach)
+            (free if matters else fixed).append(name)
+    return free, fixed
 
 
 def _matters(law: Any, field: str, value: float, reach: Range) -> bool:
@@ -141,13 +141,13 @@ def _twisted(train: Any, log: Mapping[str, Any]) -> Floats:
     return np.asarray(x + 0.5 * (low + high))
 
 
-def found_range(found: Identified, logs: Sequence[Mapping[str, Any]]) -> Range:
+def found_range(fit: Identified, logs: Sequence[Mapping[str, Any]]) -> Range:
     """Least and largest torsion [rad] of the law in logs, by the offset and the kinematic error that were found."""
-    offset = found.value("x.offset") if "x.offset" in found.names else 0.0
+    offset = fit.value("x.offset") if "x.offset" in fit.names else 0.0
     parts = []
     for log in logs:
         motor = np.asarray(log["motor_angle"], float)
-        parts.append(np.asarray(log["torsion"], float) - offset - found.system.error.value(motor))
+        parts.append(np.asarray(log["torsion"], float) - offset - fit.system.error.value(motor))
     return min(float(np.nanmin(x)) for x in parts), max(float(np.nanmax(x)) for x in parts)
 
 
@@ -278,26 +278,26 @@ def identify_drive(
 
     remarks: list[str] = []
     if free is None:
-        names, kept = usual(places, expected_range(train, logs))
-        found = fitted(train, names)
-        reach = found_range(found, logs)
-        more = [name for name in stiffnesses(places, found.system, reach)[0] if name in kept]
+        names, fixed = usual(places, expected_range(train, logs))
+        fit = fitted(train, names)
+        reach = found_range(fit, logs)
+        more = [name for name in stiffnesses(places, fit.system, reach)[0] if name in fixed]
         if more:
-            names, kept = usual(places, reach, {*names, *more})
-            found = fitted(found.system, names)
-            reach = found_range(found, logs)
-        if kept:
+            names, fixed = usual(places, reach, {*names, *more})
+            fit = fitted(fit.system, names)
+            reach = found_range(fit, logs)
+        if fixed:
             remarks.append(
-                f"{listed(kept)} was kept: a torsion of {reach[0]:.3g} to {reach[1]:.3g} rad does not reach it."
+                f"{listed(fixed)} was kept: a torsion of {reach[0]:.3g} to {reach[1]:.3g} rad does not reach it."
             )
     else:
         names = list(free)
-        found = fitted(train, names)
-    remarks += _orders_left(found, logs)
-    scatter, correlation = _scatter(places, names, found, remarks)
-    better = replace(_with_numbers(project, found.system), scatter=scatter, correlation=correlation)
+        fit = fitted(train, names)
+    remarks += _orders_left(fit, logs)
+    scatter, correlation = _scatter(places, names, fit, remarks)
+    better = replace(_with_numbers(project, fit.system), scatter=scatter, correlation=correlation)
     better = from_text(project_text(better), project.path)
-    return IdentifiedDrive(better, found, tuple(names), tuple(remarks))
+    return IdentifiedDrive(better, fit, tuple(names), tuple(remarks))
 
 
 def _percent(share: float) -> str:
@@ -327,35 +327,33 @@ def _on_measured_motor(project: Project) -> DriveTrain:
     return whole._replace(motor=motor, load=whole.load._replace(excitation=mean), omega=1.0)
 
 
-def _orders_left(found: Identified, logs: Sequence[Mapping[str, Any]]) -> list[str]:
+def _orders_left(fit: Identified, logs: Sequence[Mapping[str, Any]]) -> list[str]:
     """Sentences on orders of the motor's angle that the drive has and the file has not."""
-    lines = missing_lines(found, logs)
-    said = []
+    lines = missing_lines(fit, logs)
+    sentences = []
     for in_reading, sentence in (
         (False, "The drive has a kinematic error of {}, which the file lacks."),
         (True, "What was read of the torsion repeats with {}: a sensor may have it, the gear has not."),
     ):
-        named = [
-            f"{line.order:.4g} ({line.amplitude / ARCSEC:.3g} arcsec)"
-            for line in lines
-            if line.in_reading is in_reading
-        ]
-        if named:
-            said.append(sentence.format(f"order{'s' * (len(named) > 1)} {listed(named)} of the motor's angle"))
-    return said
+        orders = [line for line in lines if line.in_reading is in_reading]
+        items = [f"{line.order:.4g} ({line.amplitude / ARCSEC:.3g} arcsec)" for line in orders]
+        if items:
+            plural = "s" if len(items) > 1 else ""
+            sentences.append(sentence.format(f"order{plural} {listed(items)} of the motor's angle"))
+    return sentences
 
 
 def _scatter(
-    places: Places, names: Sequence[str], found: Identified, remarks: list[str]
+    places: Places, names: Sequence[str], fit: Identified, remarks: list[str]
 ) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[float, ...], ...] | None]:
     """Standard deviations by name, relative or of a phase [rad], and their correlations; what is left out is said."""
-    deviation: Floats = np.sqrt(np.diag(found.covariance))
-    phases = np.array([path.endswith(".phase") for path in found.names])
-    size = np.where(phases, deviation, deviation / np.maximum(np.abs(found.values), 1e-300))
+    deviation: Floats = np.sqrt(np.diag(fit.covariance))
+    phases = np.array([path.endswith(".phase") for path in fit.names])
+    size = np.where(phases, deviation, deviation / np.maximum(np.abs(fit.values), 1e-300))
     most = np.where(phases, MOST_OF_PHASE, MOST_SCATTER)
-    own = [not path.startswith(("x.", "reference.", "load.excitation.")) for path in found.names]
-    keep = [i for i in range(len(names)) if own[i] and size[i] <= most[i]]
-    wide = [names[i] for i in range(len(names)) if own[i] and size[i] > most[i]]
+    of_drive = [not path.startswith(("x.", "reference.", "load.excitation.")) for path in fit.names]
+    keep = [i for i in range(len(names)) if of_drive[i] and size[i] <= most[i]]
+    wide = [names[i] for i in range(len(names)) if of_drive[i] and size[i] > most[i]]
     if wide:
         remarks.append(
             f"scatter leaves out {listed(wide)}: known to worse than {100 * MOST_SCATTER:g} % of itself, a phase to "
@@ -363,11 +361,11 @@ def _scatter(
         )
     if not keep:
         return (), None
-    table = found.covariance[np.ix_(keep, keep)] / np.outer(deviation[keep], deviation[keep])
-    sense = np.where(phases[keep], 1.0, np.sign(found.values[keep]))
+    table = fit.covariance[np.ix_(keep, keep)] / np.outer(deviation[keep], deviation[keep])
+    sense = np.where(phases[keep], 1.0, np.sign(fit.values[keep]))
     table = np.round(table * np.outer(sense, sense), 9)
     np.fill_diagonal(table, 1.0)
-    scatter = tuple((places.name(found.names[i]), Radians(size[i]) if phases[i] else float(size[i])) for i in keep)
+    scatter = tuple((places.name(fit.names[i]), Radians(size[i]) if phases[i] else float(size[i])) for i in keep)
     return scatter, tuple(map(tuple, table.tolist())) if len(keep) > 1 else None
 
 

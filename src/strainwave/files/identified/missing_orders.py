@@ -138,44 +138,49 @@ class Left:
         return np.concatenate(found)
 
 
-def missing_lines(found: Identified, logs: Sequence[Mapping[str, Any]]) -> list[MissingLine]:
+def missing_lines(fit: Identified, logs: Sequence[Mapping[str, Any]]) -> list[MissingLine]:
     """Lines over the motor's angle that the drive of these logs has and the system found has not, the largest first."""
-    own = [float(line.order) for line in getattr(found.system.error, "lines", ())]
+    file_orders = [float(line.order) for line in getattr(fit.system.error, "lines", ())]
     angles = tuple(np.asarray(log["motor_angle"], float) for log in logs)
     turns = max(float(np.ptp(angle)) / (2.0 * np.pi) for angle in angles)
-    orders = [k for k in _orders(found, logs, angles, turns) if all(abs(k - other) >= BESIDE for other in own)]
+    orders = [k for k in _orders(fit, logs, angles, turns) if _apart_from(k, file_orders)]
     places = [Place(k, in_reading) for k in orders for in_reading in (False, True)]
     if not places:
         return []
-    found_places: list[Place] = []
+    added: list[Place] = []
     try:
-        left = _left(found, logs, angles, ())
-        while len(found_places) < MOST:
-            free = [place for place in places if all(abs(place.order - k.order) >= BESIDE for k in found_places)]
-            chosen = _chosen(left, free)[: MOST - len(found_places)]
+        left = _left(fit, logs, angles, ())
+        while len(added) < MOST:
+            free = [place for place in places if _apart_from(place.order, [k.order for k in added])]
+            chosen = _chosen(left, free)[: MOST - len(added)]
             if not chosen:
                 break
             exact = [_placed(left, chosen, i, 1.0 / turns) for i in range(len(chosen))]
-            found_places += [place for place in exact if all(abs(place.order - other) >= BESIDE for other in own)]
-            left = _left(found, logs, angles, tuple(found_places))
-        return _confirmed(left, len(places)) if found_places else []
+            added += [place for place in exact if _apart_from(place.order, file_orders)]
+            left = _left(fit, logs, angles, tuple(added))
+        return _confirmed(left, len(places)) if added else []
     except (SolveError, ValueError):  # a line with which the motion leaves every bound is none
         return []
 
 
+def _apart_from(order: float, orders: Sequence[float]) -> bool:
+    """Whether an order is at least BESIDE away from each of others."""
+    return all(abs(order - other) >= BESIDE for other in orders)
+
+
 def _orders(
-    found: Identified, logs: Sequence[Mapping[str, Any]], angles: Sequence[Floats], turns: float
+    fit: Identified, logs: Sequence[Mapping[str, Any]], angles: Sequence[Floats], turns: float
 ) -> list[float]:  # fmt: skip
     """Orders to look at: whole ones, and what a scan of the residual adds."""
     runs, begin, scanned = [], 0, []
-    shown = min(SHARE * len(angle) / max(float(np.ptp(angle)) / (2.0 * np.pi), 1e-9) for angle in angles)
-    highest = min(HIGHEST, 0.99 * shown)
+    resolved = min(SHARE * len(angle) / max(float(np.ptp(angle)) / (2.0 * np.pi), 1e-9) for angle in angles)
+    highest = min(HIGHEST, 0.99 * resolved)
     try:
         for log, angle in zip(logs, angles, strict=True):
-            rest = found.residual[0][begin : begin + len(angle)]
+            residual = fit.residual[0][begin : begin + len(angle)]
             begin += len(angle)
-            known = np.isfinite(rest)
-            runs.append(Run(np.asarray(log["time"], float)[known], angle[known], rest[known], "rad"))
+            finite = np.isfinite(residual)
+            runs.append(Run(np.asarray(log["time"], float)[finite], angle[finite], residual[finite], "rad"))
         scanned = [line.order for line in order_scan(runs, highest=highest).lines if line.kind != "frequency"]
     except ValueError:  # too short, or no way in one direction: whole orders do
         pass
@@ -184,42 +189,43 @@ def _orders(
 
 
 def _left(
-    found: Identified, logs: Sequence[Mapping[str, Any]], angles: tuple[Floats, ...], places: tuple[Place, ...]
+    fit: Identified, logs: Sequence[Mapping[str, Any]], angles: tuple[Floats, ...], places: tuple[Place, ...]
 ) -> Left:  # fmt: skip
     """The model found, or with these lines and solved again."""
     gear = [place.order for place in places if not place.in_reading]
     lines = [OrderLine(k, 0.0, 0.0) for k in gear] + [OrderLine(1.0, 0.0, 0.0)] * (MOST + 1 - len(gear))
-    of = found.experiment
-    system, driven = (s._replace(error=MoreLines(s.error, tuple(lines))) for s in (of.system, of.driven))
-    free = [f"error.{path}" if path.startswith("error.") else path for path in of.free]
-    more = [f"error.lines.{i}.{what}" for i in range(len(gear)) for what in ("cosine", "sine")]
-    of = replace(of, system=system, driven=driven, free=(*free, *more))
-    records = [record_of(of, log, None) for log in logs]
-    problem = LeastSquares(of, [Window(r, 0, len(r)) for r in records], found.size, found.parts)
-    point, _ = solve(problem, problem.begin(np.append(found.values, np.zeros(len(more)))), STEPS)
+    experiment = fit.experiment
+    models = experiment.system, experiment.driven
+    system, driven = [model._replace(error=MoreLines(model.error, tuple(lines))) for model in models]
+    free = [f"error.{path}" if path.startswith("error.") else path for path in experiment.free]
+    more = [f"error.lines.{i}.{part}" for i in range(len(gear)) for part in ("cosine", "sine")]
+    experiment = replace(experiment, system=system, driven=driven, free=(*free, *more))
+    records = [record_of(experiment, log, None) for log in logs]
+    problem = LeastSquares(experiment, [Window(r, 0, len(r)) for r in records], fit.size, fit.parts)
+    point, _ = solve(problem, problem.begin(np.append(fit.values, np.zeros(len(more)))), STEPS)
     return Left(problem, point, angles, places)
 
 
 def _chosen(left: Left, places: Sequence[Place]) -> list[Place]:
     """Places that together explain the residual: one after the other, what explains most of the rest."""
-    base, rest = left.fitted()
+    base, residual = left.fitted()
     basis, columns = _basis(base), left.columns(places)
     sizes = np.linalg.norm(columns, axis=0)
-    rest, chosen = rest - basis @ (basis.T @ rest), list[int]()
+    residual, chosen = residual - basis @ (basis.T @ residual), list[int]()
     for _ in range(MOST):
         columns -= np.tensordot(basis, np.tensordot(basis, columns, ((0,), (0,))), 1)
-        near = [any(abs(place.order - places[i].order) < BESIDE for i in chosen) for place in places]
-        drops = np.where(near, 0.0, _drops(columns, rest, sizes))
+        allowed = [_apart_from(place.order, [places[i].order for i in chosen]) for place in places]
+        drops = np.where(allowed, _drops(columns, residual, sizes), 0.0)
         chosen.append(int(np.argmax(drops)))
         if drops[chosen[-1]] == 0.0:
             break
         basis = np.linalg.qr(columns[:, chosen[-1]])[0]
-        rest = rest - basis @ (basis.T @ rest)
-    every = left.columns([places[i] for i in chosen])
-    for many in range(len(chosen), 0, -1):
-        drops, rest = _apart(base, every[:, :many], left.point.reduced()[1])
-        if np.all(drops > _needed(rest, len(places), 1.0)):
-            return [places[i] for i in chosen[:many]]
+        residual = residual - basis @ (basis.T @ residual)
+    all_columns = left.columns([places[i] for i in chosen])
+    for count in range(len(chosen), 0, -1):
+        drops, residual = _apart(base, all_columns[:, :count], left.point.reduced()[1])
+        if np.all(drops > _needed(residual, len(places), 1.0)):
+            return [places[i] for i in chosen[:count]]
     return []
 
 
@@ -243,74 +249,75 @@ def _basis(columns: Floats) -> Floats:
     return np.asarray(np.linalg.qr(columns / np.linalg.norm(columns, axis=0))[0])
 
 
-def _apart(base: Floats, columns: Floats, rest: Floats) -> tuple[Floats, Floats]:
+def _apart(base: Floats, columns: Floats, residual: Floats) -> tuple[Floats, Floats]:
     """What each place (n, places, 2) explains that the others do not (places,), and what all leave (n,)."""
     sizes, drops = np.linalg.norm(columns, axis=0), np.empty(columns.shape[1])
     for i in range(len(drops)):
         basis = _basis(_beside(base, np.delete(columns, i, axis=1)))
-        own = columns[:, i : i + 1] - (basis @ (basis.T @ columns[:, i]))[:, None]
-        drops[i] = _drops(own, rest - basis @ (basis.T @ rest), sizes[i : i + 1])[0]
+        column = columns[:, i : i + 1] - (basis @ (basis.T @ columns[:, i]))[:, None]
+        drops[i] = _drops(column, residual - basis @ (basis.T @ residual), sizes[i : i + 1])[0]
     basis = _basis(_beside(base, columns))
-    return drops, rest - basis @ (basis.T @ rest)
+    return drops, residual - basis @ (basis.T @ residual)
 
 
-def _needed(rest: Floats, tried: int, masters: float) -> float:
+def _needed(residual: Floats, tried: int, masters: float) -> float:
     """Squares that a line must explain: more than chance, and so many times what is left beside noise."""
-    parts = [slice(0, len(rest))]
-    noise = power = float(rest @ rest) / len(rest)
-    if white(rest, parts) < COLOURED:
-        innovation = whitened(rest, whitener(rest, parts), parts)
-        noise = float(innovation @ innovation) / len(rest)
-    return 2.0 * noise * math.log(tried / CHANCE) + masters * len(rest) * (power - noise)
+    parts = [slice(0, len(residual))]
+    noise = power = float(residual @ residual) / len(residual)
+    if white(residual, parts) < COLOURED:
+        innovation = whitened(residual, whitener(residual, parts), parts)
+        noise = float(innovation @ innovation) / len(residual)
+    return 2.0 * noise * math.log(tried / CHANCE) + masters * len(residual) * (power - noise)
 
 
 def _placed(left: Left, chosen: Sequence[Place], i: int, width: float) -> Place:
     """A place moved to the order that explains most; it stays where that leaves nearly as much."""
-    base, rest = left.fitted()
+    base, residual = left.fitted()
     others = [place for j, place in enumerate(chosen) if j != i]
     basis = _basis(_beside(base, left.columns(others)) if others else base)
-    rest = rest - basis @ (basis.T @ rest)
+    residual = residual - basis @ (basis.T @ residual)
     shifts = LOBE * width * np.arange(-AROUND, AROUND + 1)
     columns = left.columns([chosen[i]._replace(order=chosen[i].order + shift) for shift in shifts.tolist()])
     sizes = np.linalg.norm(columns, axis=0)
     columns -= np.tensordot(basis, np.tensordot(basis, columns, ((0,), (0,))), 1)
-    remains = float(rest @ rest) - _drops(columns, rest, sizes)
+    remains = float(residual @ residual) - _drops(columns, residual, sizes)
     best = int(np.argmin(remains[1:-1])) + 1
-    gain, noise = float(remains[AROUND] - remains[best]), float(remains[best]) / len(rest)
+    gain, noise = float(remains[AROUND] - remains[best]), float(remains[best]) / len(residual)
     if gain < max(2.0 * noise * math.log(len(shifts) / CHANCE), 0.5 * float(remains[AROUND])):
         return chosen[i]
-    below, here, above = remains[best - 1 : best + 2].tolist()
-    shift = shifts[best] + 0.5 * LOBE * width * (below - above) / max(below - 2.0 * here + above, 1e-300)
+    below, centre, above = remains[best - 1 : best + 2].tolist()
+    shift = shifts[best] + 0.5 * LOBE * width * (below - above) / max(below - 2.0 * centre + above, 1e-300)
     return chosen[i]._replace(order=float(chosen[i].order + shift))
 
 
 def _confirmed(left: Left, tried: int) -> list[MissingLine]:
     """Lines that explain the residual with the numbers solved again, and more of it than any other term."""
     of_gear = [not place.in_reading for place in left.places]
-    columns, (base, rest) = left.columns(left.places), left.point.reduced()
-    own = len(left.point.values) - 2 * sum(of_gear)
-    given = np.zeros((len(of_gear), 2))
-    given[of_gear] = left.point.values[own:].reshape(-1, 2)
-    base, whole = base[:, :own], np.einsum("nij,ij->n", columns, given) - rest  # what the numbers without lines leave
+    columns, (base, residual) = left.columns(left.places), left.point.reduced()
+    count = len(left.point.values) - 2 * sum(of_gear)
+    coefficients = np.zeros((len(of_gear), 2))
+    coefficients[of_gear] = left.point.values[count:].reshape(-1, 2)
+    # what the numbers without lines leave
+    base, whole = base[:, :count], np.einsum("nij,ij->n", columns, coefficients) - residual
     drops, remains = _apart(base, columns, whole)
     needed = max(_needed(remains, tried, MASTERS), BESIDE_LARGEST * float(np.max(drops)))
     terms = [*candidate_columns(left.problem, left.point).values()]
     sizes = np.linalg.norm(_beside(base, columns), axis=0)
     fit = np.linalg.lstsq(_beside(base, columns) / sizes, whole, rcond=None)[0] / sizes
-    amplitudes = np.linalg.norm(fit[own:].reshape(-1, 2), axis=1)
-    found = []
+    amplitudes = np.linalg.norm(fit[count:].reshape(-1, 2), axis=1)
+    lines = []
     for i, place in enumerate(left.places):
         others = _basis(_beside(base, np.delete(columns, i, axis=1)))
         if drops[i] > max(needed, BETTER * _best_term(others, terms, whole)):
-            found.append(MissingLine(place.order, float(amplitudes[i]), place.in_reading))
-    return sorted(found, key=lambda line: -line.amplitude)
+            lines.append(MissingLine(place.order, float(amplitudes[i]), place.in_reading))
+    return sorted(lines, key=lambda line: -line.amplitude)
 
 
-def _best_term(basis: Floats, terms: Sequence[Floats], rest: Floats) -> float:
+def _best_term(basis: Floats, terms: Sequence[Floats], residual: Floats) -> float:
     """Squares that the best of other terms (n,) explains beside orthonormal columns."""
-    most = 0.0
+    best = 0.0
     for term in terms:
-        own = term - basis @ (basis.T @ term)
-        if np.linalg.norm(own) > SAME * np.linalg.norm(term):
-            most = max(most, float(own @ rest) ** 2 / float(own @ own))
-    return most
+        column = term - basis @ (basis.T @ term)
+        if np.linalg.norm(column) > SAME * np.linalg.norm(term):
+            best = max(best, float(column @ residual) ** 2 / float(column @ column))
+    return best
