@@ -76,10 +76,10 @@ def _balance(project: Project) -> Iterator[str]:
     if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * given) + abs(at_load)):
         rate = drive.N * whole / (drive.N * drive.N * drive.J_m + drive.J_l)
         under = f" with {at_load:g} N*m on the load" if len(means) > 1 else ""
-        balanced = f"give the free motor a mean torque of {-at_load / drive.N:.4g} N*m, or " * (len(means) == 1)
+        remedy = "" if len(means) > 1 else f"give the free motor a mean torque of {-at_load / drive.N:.4g} N*m, or "
         yield (
             f"The mean torques do not balance{under}: the motor speeds up by {rate / RPM:.4g} rpm/s and does not keep "
-            f"the speeds analysed; {balanced}write 'mode: held'."
+            f"the speeds analysed; {remedy}write 'mode: held'."
         )
 
 
@@ -99,7 +99,7 @@ def _stiffness(project: Project) -> Iterator[str]:
     stiffness, rated = float(spring_stiffness(project.drive.law, 0.0)), project.rated_torque
     if not stiffness > 0.0:
         return
-    known = f"{STIFFNESS[0]:g} to {STIFFNESS[1]:.3g} N*m/rad"
+    usual = f"{STIFFNESS[0]:g} to {STIFFNESS[1]:.3g} N*m/rad"
     if rated is not None and not TWIST[0] / FACTOR <= rated / stiffness <= TWIST[1] * FACTOR:
         twist = convert(rated / stiffness, "rad", "arcmin")
         yield (
@@ -108,7 +108,7 @@ def _stiffness(project: Project) -> Iterator[str]:
         )
     elif rated is None and not STIFFNESS[0] / FACTOR <= stiffness <= STIFFNESS[1] * FACTOR:
         yield (
-            f"The stiffness of the gear at rest is {stiffness:.4g} N*m/rad, and gears of the catalogue have {known}; "
+            f"The stiffness of the gear at rest is {stiffness:.4g} N*m/rad, and gears of the catalogue have {usual}; "
             "check its unit."
         )
 
@@ -131,13 +131,13 @@ def _torque(project: Project) -> Iterator[str]:
     largest = max(map(abs, project.load_torques))
     gear, rated = project.gear, project.rated_torque
     limit = None if gear is None else gear.ratcheting_torque
-    said = "the teeth skip, and no number computed here is a result; check the torque and its unit"
+    skip = "the teeth skip, and no number computed here is a result; check the torque and its unit"
     if limit is not None and largest > limit:
-        yield f"The torque of the load reaches {largest:g} N*m, beyond the ratcheting torque of {limit:g} N*m: {said}."
+        yield f"The torque of the load reaches {largest:g} N*m, beyond the ratcheting torque of {limit:g} N*m: {skip}."
     elif limit is None and rated is not None and largest > RATCHETING * rated:
         yield (
             f"The torque of the load reaches {largest:g} N*m, {largest / rated:.3g} times the rated torque, and gears "
-            f"ratchet from 5 to 16 times on: {said}."
+            f"ratchet from 5 to 16 times on: {skip}."
         )
 
 

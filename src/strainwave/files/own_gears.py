@@ -113,40 +113,40 @@ def _twice(gears: tuple[OwnGear, ...], located: Located) -> Iterator[Problem]:
 
 def _of_table(text: str) -> Located:
     """Content of a CSV file, as YAML would have it; what is wrong with its lines is among the problems."""
-    found = Located()
-    rows = list(_rows(text, found.problems))
-    if found.problems:
-        return found
+    tree = Located()
+    rows = list(_rows(text, tree.problems))
+    if tree.problems:
+        return tree
     if not 2 <= len(rows) <= MOST:
-        said = f"has {len(rows)} lines; it needs column names and 1 to {MOST - 1} gears"
-        found.problems.append(Problem(1, 1, "file", said))
-        return found
+        fact = f"has {len(rows)} lines; it needs column names and 1 to {MOST - 1} gears"
+        tree.problems.append(Problem(1, 1, "file", fact))
+        return tree
     (first, header), *body = rows
     names, units = zip(*map(named, header), strict=True)
     twice = sorted(key for key in names if names.count(key) > 1)
     if len(header) == 1:
-        found.problems.append(Problem(first, 1, "file", "has one column; separate the columns by commas"))
+        tree.problems.append(Problem(first, 1, "file", "has one column; separate the columns by commas"))
     if twice:
-        found.problems.append(Problem(first, 1, twice[0], "is the name of two columns; remove one"))
-    if found.problems:
-        return found
-    found.content = {"gears": []}
+        tree.problems.append(Problem(first, 1, twice[0], "is the name of two columns; remove one"))
+    if tree.problems:
+        return tree
+    tree.content = {"gears": []}
     for line, row in body:
         if len(row) != len(header):
-            said = f"has {len(row)} cells where line {first} names {len(header)} columns; leave cells empty, not out"
-            found.problems.append(Problem(line, 1, "file", said))
+            fact = f"has {len(row)} cells where line {first} names {len(header)} columns; leave cells empty, not out"
+            tree.problems.append(Problem(line, 1, "file", fact))
             continue
-        group, keys = dict[str, str](), ("gears", len(found.content["gears"]))
-        found.values[keys] = line, 1
+        group, keys = dict[str, str](), ("gears", len(tree.content["gears"]))
+        tree.values[keys] = line, 1
         for column, (key, unit, cell) in enumerate(zip(names, units, row, strict=True), 1):
-            found.values[(*keys, key)] = found.keys[(*keys, key)] = line, column
+            tree.values[(*keys, key)] = tree.keys[(*keys, key)] = line, column
             if cell and unit and _has_unit(cell):
-                said = f"{shown(cell)} has a unit and line {first} gives the column {unit}; write it once"
-                found.problems.append(Problem(line, column, key, said))
+                fact = f"{shown(cell)} has a unit and line {first} gives the column {unit}; write it once"
+                tree.problems.append(Problem(line, column, key, fact))
             elif cell:
                 group[key] = f"{cell} {unit}".strip()
-        found.content["gears"].append(group)
-    return found
+        tree.content["gears"].append(group)
+    return tree
 
 
 def _rows(text: str, problems: list[Problem]) -> Iterator[tuple[int, list[str]]]:

@@ -137,18 +137,18 @@ def _file(**groups: Any) -> str:
 
 def _gears(project: Project) -> Iterator[dict[str, Any]]:
     """Ways to write the gear, the shortest first: by its name in the catalogue, with a law of its own, in full."""
-    law, beside = project.drive.law, dict[str, Any]()
+    law, additions = project.drive.law, dict[str, Any]()
     ratio, rated = project.drive.N, project.rated_torque
     in_full = {"gear": ExplicitGear(ratio=ratio, law=law, rated_torque=rated)}
     if isinstance(law, Parallel):
-        beside["hysteresis"], law = law.second, law.first
+        additions["hysteresis"], law = law.second, law.first
     if isinstance(law, Play):
-        beside["backlash"], law = BacklashSpec(half_gap=law.half_gap), law.law
+        additions["backlash"], law = BacklashSpec(half_gap=law.half_gap), law.law
     if project.gear is not None:
-        yield {"gear": project.gear.name, **beside}
-        yield {"gear": NamedGear(name=project.gear.name, law=law), **beside}
+        yield {"gear": project.gear.name, **additions}
+        yield {"gear": NamedGear(name=project.gear.name, law=law), **additions}
     yield in_full
-    yield {"gear": ExplicitGear(ratio=ratio, law=law, rated_torque=rated), **beside}
+    yield {"gear": ExplicitGear(ratio=ratio, law=law, rated_torque=rated), **additions}
 
 
 def _parts(project: Project) -> dict[str, Any]:

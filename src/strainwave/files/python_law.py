@@ -53,17 +53,17 @@ def _replaced(value: Any, place: Place, folder: Path) -> Any:
 
 def _law(entry: dict[str, Any], place: Place, folder: Path) -> Any:
     """Law of an entry with the field `python`; None with what is wrong at its place."""
-    given = entry["python"]
-    at = place.at("python") if len(entry) > 1 else place
+    source = entry["python"]
+    source_place = place.at("python") if len(entry) > 1 else place
     try:
-        cls = _class(given, folder)
+        cls = _class(source, folder)
         _fields(cls)
         law = read_group({key: item for key, item in entry.items() if key != "python"}, cls, place, ("python",))
         if law is not None:
             _try(law)
         return law
     except (TypeError, ValueError) as error:
-        return at.wrong("" if given is None else str(error))
+        return source_place.wrong("" if source is None else str(error))
 
 
 def _class(given: Any, folder: Path) -> Any:
@@ -95,21 +95,21 @@ def _module(path: Path) -> ModuleType:
     text = read_text(path, "Python file", LARGEST)
     if isinstance(text, Problem):
         raise ValueError(f"{path.name} {text.sentence}")
-    known = "strainwave_law_" + hashlib.sha256(f"{path.resolve()}\n{text}".encode()).hexdigest()[:16]
-    if known in sys.modules:
-        return sys.modules[known]
-    module = ModuleType(known)
+    module_name = "strainwave_law_" + hashlib.sha256(f"{path.resolve()}\n{text}".encode()).hexdigest()[:16]
+    if module_name in sys.modules:
+        return sys.modules[module_name]
+    module = ModuleType(module_name)
     module.__file__ = str(path)
-    sys.modules[known] = module  # where pickle and the types of annotations look for it
+    sys.modules[module_name] = module  # where pickle and the types of annotations look for it
     folder = os.getcwd()
     try:
         with redirect_stdout(sys.stderr):  # what it prints is no part of a result
             exec(compile(text, str(path), "exec"), vars(module))
     except KeyboardInterrupt:
-        del sys.modules[known]
+        del sys.modules[module_name]
         raise
     except BaseException as error:
-        del sys.modules[known]
+        del sys.modules[module_name]
         raise ValueError(f"{path.name} does not run: {_said(error)}{_line(error, path)}; correct it") from None
     finally:
         os.chdir(folder)  # that of the process is not the file's to change

@@ -37,9 +37,9 @@ ACCURACY_NOTE = (
 FROM_REST = 0.01  # of the end of a range from 0: where it begins
 
 
-def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str) -> Project:
+def resolved(spec: ProjectSpec, gear_entry: Gear | ExplicitGear, path: Path, text: str) -> Project:
     """Return the project that the fields of a file describe, with its notes; `text` is that of the file."""
-    gear, ratio = own if isinstance(own, Gear) else None, float(own.ratio)
+    gear, ratio = gear_entry if isinstance(gear_entry, Gear) else None, float(gear_entry.ratio)
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
     excited, accuracy = spec.excitation, spec.excitation.accuracy
     if isinstance(accuracy, str):  # CATALOGUE
@@ -64,7 +64,7 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
         train=whole if beyond_equation(spec, error) else None,
-        rated_torque=own.rated_torque,
+        rated_torque=gear_entry.rated_torque,
         limit=None if spec.limit is None else spec.limit.oscillation,
         whole=whole,
         motor_named=spec.motor.named,
@@ -73,13 +73,13 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
         scatter=tuple((spec.scatter or {}).items()),
         correlation=spec.scatter_correlation,
     )
-    said = tuple(notes(project))
+    facts = tuple(notes(project))
     if accuracy is not None:
-        said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
+        facts = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *facts)
     if spec.speed.from_ == 0.0:
         begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
-        said = (*said, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
-    return replace(project, notes=said)
+        facts = (*facts, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
+    return replace(project, notes=facts)
 
 
 def kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError | None:

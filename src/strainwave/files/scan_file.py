@@ -92,17 +92,17 @@ def read_scan(
         ValueError with one line, `file:line:column: field: fact, value, remedy`.
     """
     path = as_path(path)
-    wanted = {ANGLE: angle, OURS: error, BACKWARD: backward}
-    for field, name in wanted.items():
+    fields = {ANGLE: angle, OURS: error, BACKWARD: backward}
+    for field, name in fields.items():
         if not isinstance(name, str) and (name is not None or field == ANGLE):
             raise TypeError(f"{field} is {name!r}; give the name of a column as text, with its unit: 'Winkel [deg]'")
-    file, _, lines = read_table(path, delimiter, decimal, what="scan file")
+    file, _, lines = read_table(path, delimiter, decimal, kind="scan file")
     names = [named(column.name).name for column in file]
     vendors = error is None and OURS not in names and VENDORS in names
-    wanted[OURS] = error or (VENDORS if vendors else OURS)
-    wanted[BACKWARD] = backward or (BACKWARD if BACKWARD in names else None)
-    given = {field: (text, "rad") for field, text in wanted.items() if text is not None}
-    columns = rising_columns(path, file, lines, given, HINT, ASCEND, reverse)
+    fields[OURS] = error or (VENDORS if vendors else OURS)
+    fields[BACKWARD] = backward or (BACKWARD if BACKWARD in names else None)
+    requested = {field: (text, "rad") for field, text in fields.items() if text is not None}
+    columns = rising_columns(path, file, lines, requested, HINT, ASCEND, reverse)
     sign = -1.0 if ate or vendors else 1.0
     return ScanFile(columns[0], sign * columns[1], sign * columns[2] if len(columns) > 2 else None, max(lines))
 
@@ -135,7 +135,7 @@ def read_profile(path: str | Path, *, delimiter: str | None = None, decimal: str
         with one line, `file:line:column: field: fact, value, remedy`.
     """
     path = as_path(path)
-    file, _, lines = read_table(path, delimiter, decimal, what="profile")
+    file, _, lines = read_table(path, delimiter, decimal, kind="profile")
     if len(lines) < 2:
         raise refuse(path, f"has fewer than two points; {FORM}, and give one line per point")
     times, angles = rising_columns(path, file, lines, COLUMNS, FORM, FORWARD)

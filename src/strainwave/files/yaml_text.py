@@ -180,24 +180,24 @@ def read(text: str) -> Located:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-    out = Located(problems=_strange(text))
-    if out.problems:
-        return out
+    tree = Located(problems=_strange(text))
+    if tree.problems:
+        return tree
     try:
-        _document(_counted(YAML(typ="safe", pure=True).parse(text)), out)
+        _document(_counted(YAML(typ="safe", pure=True).parse(text)), tree)
     except Unreadable as stop:
-        out.problems.append(stop.args[0])
-        out.content = None
+        tree.problems.append(stop.args[0])
+        tree.content = None
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        out.problems.append(Problem(line, column, "file", _syntax(str(error.problem or error.context), text, line)))
-        out.content = None
+        tree.problems.append(Problem(line, column, "file", _syntax(str(error.problem or error.context), text, line)))
+        tree.content = None
     except (YAMLError, ValueError, LookupError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        out.problems.append(Problem(1, 1, "file", f"is not YAML ({reason[:80]}); see the example projects"))
-        out.content = None
-    return out
+        tree.problems.append(Problem(1, 1, "file", f"is not YAML ({reason[:80]}); see the example projects"))
+        tree.content = None
+    return tree
 
 
 def read_again(text: str) -> Located:
@@ -248,7 +248,7 @@ def _mark(event: Any) -> tuple[int, int]:
     return event.start_mark.line + 1, event.start_mark.column + 1
 
 
-def _document(events: Iterator[Any], out: Located) -> None:
+def _document(events: Iterator[Any], tree: Located) -> None:
     documents = 0
     for event in events:
         kind = type(event).__name__
@@ -258,29 +258,29 @@ def _document(events: Iterator[Any], out: Located) -> None:
                 sentence = "a second document begins; a project file has one, remove the line '---'"
                 raise Unreadable(Problem(*_mark(event), "file", sentence))
         elif kind not in ("StreamStartEvent", "StreamEndEvent", "DocumentEndEvent"):
-            out.content = _value(event, events, (), out)
+            tree.content = _value(event, events, (), tree)
 
 
-def _value(event: Any, events: Iterator[Any], keys: Keys, out: Located) -> Any:
+def _value(event: Any, events: Iterator[Any], keys: Keys, tree: Located) -> Any:
     place = _mark(event)
-    out.values[keys] = place
+    tree.values[keys] = place
     if len(keys) > DEEPEST:
         raise Unreadable(Problem(*place, "file", f"is nested more than {DEEPEST} levels deep; no project needs that"))
     kind = type(event).__name__
     if kind == "AliasEvent":
-        out.problems.append(Problem(*place, name(keys), f"'*{event.anchor}' is an alias; write the value out"))
+        tree.problems.append(Problem(*place, name(keys), f"'*{event.anchor}' is an alias; write the value out"))
         return None
     if event.tag not in (None, "!"):
         tag = str(event.tag).removeprefix("tag:yaml.org,2002:")
-        out.problems.append(Problem(*place, name(keys), f"has the tag {tag[:40]!r}; leave the tag out"))
+        tree.problems.append(Problem(*place, name(keys), f"has the tag {tag[:40]!r}; leave the tag out"))
     if kind == "SequenceStartEvent":
-        return _sequence(events, keys, out)
+        return _sequence(events, keys, tree)
     if kind == "MappingStartEvent":
-        return _mapping(events, keys, out)
+        return _mapping(events, keys, tree)
     if event.style is None and event.value in NULL:
         # The parser places a value that is not there at the next word, perhaps lines below.
-        place = place if event.value else out.keys.get(keys, place)
-        out.problems.append(Problem(*place, name(keys), "is empty; write a value or remove the field"))
+        place = place if event.value else tree.keys.get(keys, place)
+        tree.problems.append(Problem(*place, name(keys), "is empty; write a value or remove the field"))
         return None
     return event.value
 
@@ -294,7 +294,7 @@ def _sequence(events: Iterator[Any], keys: Keys, out: Located) -> list[Any]:
     return items
 
 
-def _mapping(events: Iterator[Any], keys: Keys, out: Located) -> dict[str, Any]:
+def _mapping(events: Iterator[Any], keys: Keys, tree: Located) -> dict[str, Any]:
     items: dict[str, Any] = {}
     for event in events:
         kind = type(event).__name__
@@ -304,17 +304,17 @@ def _mapping(events: Iterator[Any], keys: Keys, out: Located) -> dict[str, Any]:
             raise Unreadable(Problem(*_mark(event), name(keys), "has a key that is no word; write 'name: value'"))
         key = (*keys, event.value)
         if event.value in items:
-            first = out.keys[key][0]
-            out.problems.append(Problem(*_mark(event), name(key), f"appears twice, first in line {first}; remove one"))
+            first = tree.keys[key][0]
+            tree.problems.append(Problem(*_mark(event), name(key), f"appears twice, first in line {first}; remove one"))
             _value(next(events), events, (*keys, "second " + event.value), Located())
             continue
-        out.keys[key] = _mark(event)
-        value = _value(next(events), events, key, out)
+        tree.keys[key] = _mark(event)
+        value = _value(next(events), events, key, tree)
         before = next(reversed(items), None)
         if value is None and before is not None and _is_decimal_comma(items[before], event.value):
             # {inertia: 1,3 kg*m^2} is two fields to YAML; put together again, the number gets its own complaint.
             items[before] += "," + event.value
-            out.problems.pop()
+            tree.problems.pop()
             continue
         items[event.value] = value
     return items

@@ -62,18 +62,18 @@ def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     plain = {name: np.ravel(a).astype(float) for name, a in arrays.items() if _is_vector(a)}
     if not plain:
         raise refuse(path, "has no vectors of numbers; save one for each channel, and `time`")
-    own = {name: _own_time(name, plain) for name in plain}
-    used = {time for time in own.values() if time is not None}
-    for name, time in own.items():
+    time_names = {name: _own_time(name, plain) for name in plain}
+    times = {time for time in time_names.values() if time is not None}
+    for name, time in time_names.items():
         if time is not None and len(plain[time]) != len(plain[name]):
             raise refuse(path, f"{name} has {len(plain[name])} values and {time} {len(plain[time])}; give equally many")
-    found = [
-        Column(name, "", values, None if own[name] is None else _seconds(str(own[name]), plain))
+    columns = [
+        Column(name, "", values, None if time_names[name] is None else _seconds(str(time_names[name]), plain))
         for name, values in plain.items()
-        if name not in used
+        if name not in times
     ]
-    rest = [name for name, a in arrays.items() if name not in plain and a.size > 1]
-    return found, [f"{', '.join(rest)} are no vectors of real numbers and were left out"] if rest else []
+    left_out = [name for name, a in arrays.items() if name not in plain and a.size > 1]
+    return columns, [f"{', '.join(left_out)} are no vectors of real numbers and were left out"] if left_out else []
 
 
 def _is_vector(values: Any) -> bool:
@@ -130,15 +130,15 @@ def read_mdf(path: Path) -> Read:
             signals = [signal for signal in file.iter_channels() if np.asarray(signal.samples).dtype.kind in "iufb"]
     except Exception as error:  # as above
         raise _unreadable(path, error, "MDF") from None
-    found = [
+    columns = [
         Column(str(s.name), str(s.unit or ""), np.asarray(s.samples, float), np.asarray(s.timestamps, float))
         for s in signals
         if np.ndim(s.samples) == 1 and len(s.samples) > 1
     ]
-    found = [column for column in found if canonical(column.name) != "time"]
-    if not found:
+    columns = [column for column in columns if canonical(column.name) != "time"]
+    if not columns:
         raise refuse(path, "has no channels of numbers; record one for each quantity")
-    return found, []
+    return columns, []
 
 
 def _unreadable(path: Path, error: Exception, kind: str) -> ValueError:

@@ -32,21 +32,21 @@ def aligned(path: Path, columns: dict[str, Column], rate: float | None, notes: l
         if not np.any(finite):
             notes.append(f"{name} has no finite value and was left out")
             continue
-        own = column.time
-        if own is None and base is not None and len(base) != len(finite):
+        axis = column.time
+        if axis is None and base is not None and len(base) != len(finite):
             raise refuse(path, f"{name} has {len(finite)} values and the time {len(base)}; give it a time of its own")
-        if own is None and base is not None and np.mean(~finite) > SPARSE:
+        if axis is None and base is not None and np.mean(~finite) > SPARSE:
             keep = finite & np.isfinite(base)
-            own, values = base[keep], column.values[keep]
+            axis, values = base[keep], column.values[keep]
         else:
             values = column.values
-        parts[name] = own, values
-    together = {name: values for name, (own, values) in parts.items() if own is None}
-    apart = {name: _ordered(path, name, own, values) for name, (own, values) in parts.items() if own is not None}
+        parts[name] = axis, values
+    together = {name: values for name, (axis, values) in parts.items() if axis is None}
+    apart = {name: _ordered(path, name, axis, values) for name, (axis, values) in parts.items() if axis is not None}
     if together and base is not None:
         time, together = _finite(base, together, notes)
     elif apart:
-        time, _ = max(apart.values(), key=lambda one: len(one[0]))
+        time, _ = max(apart.values(), key=lambda channel: len(channel[0]))
     else:
         raise refuse(path, "has no channel with finite values beside the time; is it the right file?")
     _ascends(path, "time", time)
@@ -117,23 +117,23 @@ def _interpolated(
     inside = (time >= low) & (time <= high)
     if np.count_nonzero(inside) < 2:
         raise refuse(path, "has channels that have no time in common; read them as logs of their own")
-    found = {name: values[inside] for name, values in together.items()}
+    channels = {name: values[inside] for name, values in together.items()}
     time = time[inside]
     moved = []
     for name, (t, values) in apart.items():
         if len(t) == len(time) and np.array_equal(t, time):
-            found[name] = values
+            channels[name] = values
         else:
-            found[name] = np.interp(time, t, values)
+            channels[name] = np.interp(time, t, values)
             moved.append(name)
     if moved:
         notes.append(f"{', '.join(moved)} had times of their own and were interpolated linearly to those of the log")
-    return time, found
+    return time, channels
 
 
 def unwrapped(channels: Channels, units: dict[str, str], notes: list[str]) -> Channels:
     """Angles without jumps of a whole turn."""
-    found = dict(channels)
+    result = dict(channels)
     for name, values in channels.items():
         steps = np.diff(values)
         jumps = np.abs(steps) > 0.5 * TURN
@@ -141,9 +141,9 @@ def unwrapped(channels: Channels, units: dict[str, str], notes: list[str]) -> Ch
             continue
         left = np.abs(steps[jumps]) - TURN * np.round(np.abs(steps[jumps]) / TURN)
         if np.max(np.abs(left)) < 1.0 and np.all(np.round(np.abs(steps[jumps]) / TURN) == 1.0):
-            found[name] = np.unwrap(values)
+            result[name] = np.unwrap(values)
             notes.append(f"{name} wraps at a whole turn and was unwrapped, {np.count_nonzero(jumps)} times")
-    return found
+    return result
 
 
 def averaged(time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats, Channels]:

@@ -119,12 +119,12 @@ def find(
         for s in (SIGNS if decimal is None else (decimal,))
         if d != s
     ]
-    found = [(d, s, start) for d, s in pairs if (start := _first(lines, d, s)) is not None]
+    readings = [(d, s, start) for d, s in pairs if (start := _first(lines, d, s)) is not None]
     # only names stand above the numbers: what reads the more lines is right
-    earliest = min((start for _, _, start in found), default=0)
+    earliest = min((start for _, _, start in readings), default=0)
     body = _sample(lines[earliest:])
-    for tried in (body, body[: max(1, min(50, len(body) // 2))]):  # reading will say which of the other lines is wrong
-        fits = [one for one in found if one[2] == earliest and _fits(tried, *one[:2])]
+    for sample in (body, body[: max(1, min(50, len(body) // 2))]):  # reading will say which of the other lines is wrong
+        fits = [reading for reading in readings if reading[2] == earliest and _fits(sample, *reading[:2])]
         if fits:
             break
     if not fits:
@@ -133,12 +133,12 @@ def find(
             "write dates as 2026-11-23T13:37:38, and remove columns of text and lines of text between the numbers"
         )
     ways: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
-    for one in sorted(fits, key=lambda one: _columns(lines[earliest], one[0]) == 1):
-        ways.setdefault(_read(tried, *one[:2]), one)
+    for reading in sorted(fits, key=lambda reading: _columns(lines[earliest], reading[0]) == 1):
+        ways.setdefault(_read(sample, *reading[:2]), reading)
     if len(ways) > 1:
-        ways = {table: one for table, one in ways.items() if _agrees(table, lines, one, count)} or ways
+        ways = {table: reading for table, reading in ways.items() if _agrees(table, lines, reading, count)} or ways
     if len(ways) > 1:
-        first, second = (Dialect(d, s) for d, s, _ in list(ways.values())[:2])
+        first, second = [Dialect(d, s) for d, s, _ in ways.values()][:2]
         raise Unclear(
             f"can be read in two ways, with {first}, or with {second} (line {lines[earliest].strip()[:60]!r}); give "
             "delimiter and decimal"
@@ -151,13 +151,13 @@ def find(
 
 
 def _agrees(
-    table: tuple[tuple[str, ...], ...], lines: Sequence[str], way: tuple[str, str, int], count: int | None
+    table: tuple[tuple[str, ...], ...], lines: Sequence[str], reading: tuple[str, str, int], count: int | None
 ) -> bool:
     """Whether a table has as many columns as the user names, or several and the line above it as many names."""
     width = len(table[0])
     if count is not None:
         return width == count
-    delimiter, _, start = way
+    delimiter, _, start = reading
     return width > 1 and start > 0 and _columns(lines[start - 1], delimiter) == width
 
 

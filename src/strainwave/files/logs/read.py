@@ -67,7 +67,7 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
     plain = {i: named(file[i].name).name for i in rest}
     guesses = {i: canonical(plain[i]) for i in rest}
     taken = [guess for guess in guesses.values() if guess is not None]
-    told = []
+    recognised = []
     for i in rest:
         guess, name = guesses[i], plain[i]
         free = guess is not None and guess not in places and taken.count(guess) == 1 and _measures(file[i], guess)
@@ -75,13 +75,13 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
         if channel in places:
             channel = file[i].name
         if channel in places:
-            said = f"columns={{{channel!r}: {places[channel]}, {channel + ' 2'!r}: {i}}}"
-            raise refuse(path, f"has two columns {shown(channel)}; name them by place, {said}")
+            example = f"columns={{{channel!r}: {places[channel]}, {channel + ' 2'!r}: {i}}}"
+            raise refuse(path, f"has two columns {shown(channel)}; name them by place, {example}")
         places[channel] = i
         if channel != name:
-            told.append(f"{channel} is {file[i].name!r}")
-    if told:
-        notes.append(f"channels were recognised by their names: {', '.join(told)}")
+            recognised.append(f"{channel} is {file[i].name!r}")
+    if recognised:
+        notes.append(f"channels were recognised by their names: {', '.join(recognised)}")
     return {channel: file[i] for channel, i in places.items()}
 
 
@@ -121,7 +121,7 @@ def in_si(
             f"units has {unknown[0]!r}, and the channels are {', '.join(columns)}; name one of these, or "
             f"the column that is {unknown[0]!r}, too"
         )
-    found: dict[str, Column] = {}
+    result: dict[str, Column] = {}
     si: dict[str, str] = {}
     assumed = []
     for channel, column in columns.items():
@@ -129,7 +129,7 @@ def in_si(
         if unit == "":
             if kind:
                 assumed.append(f"{channel} in {kind}")
-            found[channel], si[channel] = column, kind
+            result[channel], si[channel] = column, kind
             continue
         if not kind and isinstance(unit, str):
             kind = si_unit(unit) or ""
@@ -137,7 +137,7 @@ def in_si(
                 raise ValueError(f"units has {unit!r} for {channel!r}, which is no unit of a channel; leave it out")
             if not kind:
                 notes.append(f"{channel} is in {unit!r}, which is left as it is")
-                found[channel], si[channel] = column, unit
+                result[channel], si[channel] = column, unit
                 continue
         try:
             values = converted(column.values, unit, kind)
@@ -145,26 +145,26 @@ def in_si(
             raise refuse(
                 path, f"{error}; give units={{{channel!r}: {kind!r}}} if the file is wrong", what=channel
             ) from None
-        found[channel], si[channel] = replace(column, values=np.asarray(values, float)), kind
+        result[channel], si[channel] = replace(column, values=np.asarray(values, float)), kind
     if assumed:
         notes.append(f"no unit is given for {', '.join(assumed)}: units= says what else they are")
-    return found, si
+    return result, si
 
 
 def doubts(log: Log) -> tuple[str, ...]:
     """What is not plausible, a sentence each."""
-    found = []
+    sentences = []
     for shaft in ("motor", "load"):
-        angle, speed = (log.channels.get(f"{shaft}_{kind}") for kind in ("angle", "speed"))
+        angle, speed = log.channels.get(f"{shaft}_angle"), log.channels.get(f"{shaft}_speed")
         if angle is not None and float(np.ptp(angle)) < STILL:
-            found.append(f"{shaft}_angle stays within {np.ptp(angle):.2g} rad: nothing moves")
+            sentences.append(f"{shaft}_angle stays within {np.ptp(angle):.2g} rad: nothing moves")
         elif angle is not None and speed is not None:
-            found += _grows(log, shaft, angle, speed)
+            sentences += _grows(log, shaft, angle, speed)
         if angle is not None:
-            found += _jumps(log, f"{shaft}_angle", angle)
+            sentences += _jumps(log, f"{shaft}_angle", angle)
     for name, values in log.channels.items():
-        found += _saturated(name, values, log.units[name])
-    return tuple(found)
+        sentences += _saturated(name, values, log.units[name])
+    return tuple(sentences)
 
 
 def _grows(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
@@ -177,17 +177,17 @@ def _grows(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
     factor = float(np.dot(far, angle) / np.dot(far, far))
     if abs(factor - 1.0) <= AGREES:
         return []
-    said = f"{shaft}_angle grows {factor:.4g} times as fast as {shaft}_speed says"
+    fact = f"{shaft}_angle grows {factor:.4g} times as fast as {shaft}_speed says"
     for known, kind, unit in FACTORS:
         if isclose(abs(factor), known, rel_tol=CLOSE):
             name = "time" if kind == "time" else f"{shaft}_{kind}"
-            return [f"{said}: {name} is probably in {unit}, units={{{name!r}: {unit!r}}}"]
+            return [f"{fact}: {name} is probably in {unit}, units={{{name!r}: {unit!r}}}"]
     if isclose(factor, -1.0, rel_tol=CLOSE):
-        return [f"{said}: their directions differ"]
+        return [f"{fact}: their directions differ"]
     large = max(abs(factor), 1.0 / abs(factor)) if factor else 0.0
     if 20.0 < large < 400.0 and abs(large - round(large)) < 0.02 * large:
-        return [f"{said}: they may be on the two sides of a gear of ratio {round(large)}"]
-    return [f"{said}: check their units and columns"]
+        return [f"{fact}: they may be on the two sides of a gear of ratio {round(large)}"]
+    return [f"{fact}: check their units and columns"]
 
 
 def _jumps(log: Log, name: str, angle: Floats) -> list[str]:
@@ -205,21 +205,21 @@ def _saturated(name: str, values: Floats, unit: str) -> list[str]:
     """Whether many samples in a row have exactly the largest or the smallest value of a torque, a current, a signal."""
     if unit in ("rad", "rad/s"):
         return []
-    said = []
+    sentences = []
     levels, counts = np.unique(values, return_counts=True)
     if len(levels) < 10:  # a switch, or a channel that is constant
         return []
-    for place, beside, which in ((0, 1, "smallest"), (-1, -2, "largest")):
+    for place, beside, extreme in ((0, 1, "smallest"), (-1, -2, "largest")):
         level, count = float(levels[place]), int(counts[place])
         if level == 0.0 or count < CLIPPED * len(values) or count < 5 * counts[beside]:
             continue
-        longest = max(sum(1 for _ in run) for at, run in groupby(values == level) if at)
+        longest = max(sum(1 for _ in run) for at_level, run in groupby(values == level) if at_level)
         if longest >= LONGEST:
             share = 100.0 * count / len(values)
-            said.append(
-                f"{name} has its {which} value, {level:.6g} {unit}, in {share:.2g} % of the samples: saturated?"
+            sentences.append(
+                f"{name} has its {extreme} value, {level:.6g} {unit}, in {share:.2g} % of the samples: saturated?"
             )
-    return said
+    return sentences
 
 
 def read_log(
@@ -309,13 +309,13 @@ def _log(
 
 
 def _check_ratio(path: Path, log: Log, ratio: float, notes: list[str]) -> None:
-    found = log.ratio
-    if found is None:
+    log_ratio = log.ratio
+    if log_ratio is None:
         notes.append(f"the ratio {ratio:g} cannot be checked: that takes the motion of both shafts")
-    elif abs(found / ratio - 1.0) > WRONG_GEAR:
+    elif abs(log_ratio / ratio - 1.0) > WRONG_GEAR:
         raise refuse(
             path,
-            f"is the log of another gear: its motor turns {found:.5g} times as far as its load, and the ratio is "
+            f"is the log of another gear: its motor turns {log_ratio:.5g} times as far as its load, and the ratio is "
             f"{ratio:g}; give its own ratio or its own file",
             what="ratio",
         )

@@ -59,29 +59,29 @@ def in_seconds(lines: list[str], start: int = 0) -> Dated:
     """
     if not any(DATE.search(line) for line in (*lines[:200], *lines[-1:])):
         return Dated(lines, "", [])
-    made: list[str] = lines[:start]
-    places: list[list[int]] = [[] for _ in made]
+    rows: list[str] = lines[:start]
+    places: list[list[int]] = [[] for _ in rows]
     first, origin, zoned = "", 0, False
     for i, line in enumerate(lines[start:], start):
-        text, at, end = "", [], 0
+        text, offsets, end = "", [], 0
         for match in DATE.finditer(line):
-            now = _nanoseconds(i, match)
+            instant = _nanoseconds(i, match)
             if not first:
-                first, origin, zoned = match.group(), now, match.group(8) is not None
+                first, origin, zoned = match.group(), instant, match.group(8) is not None
             if zoned != (match.group(8) is not None):
                 raise WrongDate(i, f"has the date {match.group()}, and not all dates have a time zone; give it to all")
             text += line[end : match.start()]
-            at.append(len(text))
-            text += f"{now - origin}e-9"
+            offsets.append(len(text))
+            text += f"{instant - origin}e-9"
             end = match.end()
-        made.append(text + line[end:])
-        places.append(at)
-    return Dated(made, first, places)
+        rows.append(text + line[end:])
+        places.append(offsets)
+    return Dated(rows, first, places)
 
 
 def _nanoseconds(line: int, match: re.Match[str]) -> int:
     """Nanoseconds since 1970, in UTC where there is a time zone."""
-    year, month, day, hour, minute = (int(match.group(i)) for i in range(1, 6))
+    year, month, day, hour, minute = map(int, match.groups()[:5])
     try:
         date = datetime(year, month, day, hour, minute, int(match.group(6) or 0), tzinfo=UTC)
     except ValueError:
@@ -122,7 +122,7 @@ def refuse(path: Path, sentence: str, line: int = 1, column: int = 1, what: str 
 
 
 def read_table(
-    path: Path, delimiter: str | None, decimal: str | None, count: int | None = None, what: str = "log"
+    path: Path, delimiter: str | None, decimal: str | None, count: int | None = None, kind: str = "log"
 ) -> tuple[list[Column], list[str], list[int]]:
     """Read a text table.
 
@@ -134,7 +134,7 @@ def read_table(
         Column separator and decimal sign, or None to find them.
     count : int or None
         Number of columns, if the user names all of them.
-    what : str
+    kind : str
         What the file is, in words; of a log alone a last line may be cut off.
 
     Returns
@@ -148,12 +148,12 @@ def read_table(
         If the text is no table, or can be read in two ways.
     """
     notes: list[str] = []
-    text = read_text(path, what, LARGEST, notes)
+    text = read_text(path, kind, LARGEST, notes)
     if isinstance(text, Problem):
         raise FileError(complaint(path, [text]))
     lines = _lines(text)
     if not lines.text:
-        raise refuse(path, f"is empty; give a {what} with a line for each sample")
+        raise refuse(path, f"is empty; give a {kind} with a line for each sample")
     try:
         dated = in_seconds(lines.text)
         dialect, start = find(dated.lines, delimiter, decimal, count)
@@ -168,7 +168,7 @@ def read_table(
         notes.append(f"the file was read as {dialect}")
     width = len(split(lines.text[start], dialect.delimiter))
     names, units = _header(path, lines, start, dialect, width)
-    values = _numbers(path, lines, start, dialect, notes, whole=what != "log")
+    values = _numbers(path, lines, start, dialect, notes, whole=kind != "log")
     for place in dated.places[start] if dated.first else []:
         # what stands before a date, and one sign for the date itself
         units[len(split(lines.text[start][:place] + "0", dialect.delimiter)) - 1] = "s"
@@ -186,21 +186,21 @@ def unit_of(column: Column) -> str:
     return column.unit or named(column.name).unit
 
 
-def place_of(path: Path, file: list[Column], channel: str, wanted: str | int, hint: str = "") -> int:
+def place_of(path: Path, file: list[Column], channel: str, column: str | int, hint: str = "") -> int:
     """Place of the column of a channel, by its name or its place (FileError)."""
-    if isinstance(wanted, int) and not isinstance(wanted, bool):
-        if 0 <= wanted < len(file):
-            return wanted
-        raise refuse(path, f"has {len(file)} columns, so none at the place {wanted} for {channel}; 0 is the first")
+    if isinstance(column, int) and not isinstance(column, bool):
+        if 0 <= column < len(file):
+            return column
+        raise refuse(path, f"has {len(file)} columns, so none at the place {column} for {channel}; 0 is the first")
     for names in ([c.name for c in file], [named(c.name).name for c in file]):
-        if names.count(str(wanted)) == 1:
-            return names.index(str(wanted))
-    there = ", ".join(c.name for c in file if c.name) or f"{len(file)} columns without names, from 0 on"
-    raise refuse(path, f"has no single column {shown(wanted)} for {channel}; it has {there}{hint}")
+        if names.count(str(column)) == 1:
+            return names.index(str(column))
+    available = ", ".join(c.name for c in file if c.name) or f"{len(file)} columns without names, from 0 on"
+    raise refuse(path, f"has no single column {shown(column)} for {channel}; it has {available}{hint}")
 
 
 def rising_columns(
-    path: Path, file: list[Column], lines: list[int], wanted: Mapping[str, tuple[str, str]], hint: str, remedy: str,
+    path: Path, file: list[Column], lines: list[int], fields: Mapping[str, tuple[str, str]], hint: str, remedy: str,
     reverse: bool = False,
 ) -> list[Floats]:  # fmt: skip
     """Columns of a table in SI, all numbers finite and those of the first column ascending.
@@ -211,24 +211,24 @@ def rising_columns(
         The file.
     file, lines
         As of `read_table`.
-    wanted : dict of str to (str, str)
+    fields : dict of str to (str, str)
         By field the name of its column, with its unit where the file does not give it, and the SI unit.
     hint, remedy : str
         What to do where a column or its unit is missing, and where the first column does not ascend.
     reverse : bool
         Whether the first column may descend throughout: all are then turned.
     """
-    found, places = [], []
-    for field, (text, kind) in wanted.items():
+    columns, places = [], []
+    for field, (text, kind) in fields.items():
         name, unit = named(text)
         place = place_of(path, file, field, name, f"; {hint}")
-        given, values = unit_of(file[place]), file[place].values
-        if not (unit or given):
+        file_unit, values = unit_of(file[place]), file[place].values
+        if not (unit or file_unit):
             raise refuse(path, f"column {shown(name)} has no unit; {hint}", 1, place + 1, field)
-        if unit and given and unit != given:
+        if unit and file_unit and unit != file_unit:
             raise refuse(
                 path,
-                f"column {shown(name)} is in {given} and was requested in {unit}; leave one out",
+                f"column {shown(name)} is in {file_unit} and was requested in {unit}; leave one out",
                 1,
                 place + 1,
                 field,
@@ -237,23 +237,23 @@ def rising_columns(
             i = int(np.flatnonzero(~np.isfinite(values))[0])
             raise refuse(path, "is no finite number; correct it or remove the line", lines[i], place + 1, field)
         try:
-            found.append(np.asarray(converted(values, unit or given, kind)))
+            columns.append(np.asarray(converted(values, unit or file_unit, kind)))
         except ValueError as error:
             raise refuse(path, str(error), 1, place + 1, field) from None
         places.append(place)
-    first, name = file[places[0]].values, next(iter(wanted))
+    first, name = file[places[0]].values, next(iter(fields))
     if reverse and len(first) > 1 and first[1] < first[0]:
-        first, lines, found = first[::-1], lines[::-1], [values[::-1] for values in found]
+        first, lines, columns = first[::-1], lines[::-1], [values[::-1] for values in columns]
     back = np.flatnonzero(np.diff(first) <= 0.0)
     if len(back):
         i = int(back[0])
-        said = f"{first[i + 1]:.9g} stands after {first[i]:.9g} of line {lines[i]}; {remedy}"
-        raise refuse(path, said, lines[i + 1], places[0] + 1, name)
-    return found
+        sentence = f"{first[i + 1]:.9g} stands after {first[i]:.9g} of line {lines[i]}; {remedy}"
+        raise refuse(path, sentence, lines[i + 1], places[0] + 1, name)
+    return columns
 
 
 def _lines(text: str) -> Lines:
-    kept: list[str] = []
+    rows: list[str] = []
     numbers: list[int] = []
     comments: list[tuple[int, str]] = []
     for place, line in enumerate(text.splitlines(), 1):
@@ -261,30 +261,30 @@ def _lines(text: str) -> Lines:
         if bare.startswith(COMMENTS):
             comments.append((place, bare.lstrip("#%/").strip()))
         elif bare:
-            kept.append(line.strip("\r\n "))
+            rows.append(line.strip("\r\n "))
             numbers.append(place)
-    return Lines(kept, numbers, comments)
+    return Lines(rows, numbers, comments)
 
 
 def _header(path: Path, lines: Lines, start: int, dialect: Dialect, width: int) -> tuple[list[str], list[str]]:
     """Names and units above the numbers, "" where there are none."""
-    above = [header_cells(line, dialect.delimiter) for line in lines.text[:start]]
+    header = [header_cells(line, dialect.delimiter) for line in lines.text[:start]]
     units = [""] * width
-    if not above:
+    if not header:
         last = [c for n, c in lines.comments if n < lines.numbers[start]][-1:]
         cells = header_cells(last[0], dialect.delimiter) if last else []
         return (cells if len(cells) == width else [""] * width), units
-    if len(above) > 1 and len(above[-1]) == len(above[-2]) == width and unit_row(above[-1]):
-        units = [cell.strip("[]() ") for cell in above.pop()]
-    if len(above[-1]) != width:
+    if len(header) > 1 and len(header[-1]) == len(header[-2]) == width and unit_row(header[-1]):
+        units = [cell.strip("[]() ") for cell in header.pop()]
+    if len(header[-1]) != width:
         line = lines.numbers[start - 1]
         raise refuse(
             path,
-            f"names {len(above[-1])} columns and the lines below have {width} numbers; give delimiter and decimal as "
+            f"names {len(header[-1])} columns and the lines below have {width} numbers; give delimiter and decimal as "
             "the file is written",
             line,
         )
-    return above[-1], units
+    return header[-1], units
 
 
 def _numbers(path: Path, lines: Lines, start: int, dialect: Dialect, notes: list[str], *, whole: bool) -> Floats:

@@ -51,33 +51,33 @@ class OrderContent:
     source: str = ""
 
     def __post_init__(self) -> None:
-        given: dict[str, Any] = {"lines": checked_lines("lines", self.lines)}
-        for name, known in CHOICES.items():
-            if getattr(self, name) not in known:
-                said = ", ".join(map(repr, known))
-                raise ValueError(f"{name} of an order table is {shown(getattr(self, name))}; it must be one of {said}")
+        values: dict[str, Any] = {"lines": checked_lines("lines", self.lines)}
+        for name, choices in CHOICES.items():
+            if getattr(self, name) not in choices:
+                text = ", ".join(map(repr, choices))
+                raise ValueError(f"{name} of an order table is {shown(getattr(self, name))}; it must be one of {text}")
         for name in ("zero", "mean", "mean_backward", "delay"):
-            given[name] = number(f"{name} of an order table", getattr(self, name))
+            values[name] = number(f"{name} of an order table", getattr(self, name))
         for name, positive in (("ratio", True), ("load", False)):
             if getattr(self, name) is not None:
-                given[name] = number(f"{name} of an order table", getattr(self, name), positive=positive)
-        if given["delay"] < 0.0:
-            raise ValueError(f"delay of an order table is {given['delay']:g} s; it must not be negative")
+                values[name] = number(f"{name} of an order table", getattr(self, name), positive=positive)
+        if values["delay"] < 0.0:
+            raise ValueError(f"delay of an order table is {values['delay']:g} s; it must not be negative")
         if self.backward is not None:
-            given["backward"] = checked_lines("backward", self.backward)
+            values["backward"] = checked_lines("backward", self.backward)
             if self.direction != "both":
                 raise ValueError(
                     f"an order table with backward lines has the direction {self.direction!r}; it must be 'both'"
                 )
-        elif given["mean_backward"] != 0.0:
+        elif values["mean_backward"] != 0.0:
             raise ValueError("an order table has mean_backward and no backward lines; give backward=() beside it")
         if self.speeds is not None:
-            given["speeds"] = _checked_speeds(self.speeds)
+            values["speeds"] = _checked_speeds(self.speeds)
         if not isinstance(self.source, str):
             raise TypeError(f"source of an order table is {shown(self.source)}; write it as text")
         if len(self.source) > MOST_SOURCE:
             raise ValueError(f"source of an order table has {len(self.source)} letters; it may have {MOST_SOURCE}")
-        for name, value in given.items():
+        for name, value in values.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -169,18 +169,18 @@ class OrderContent:
         """One set of lines for both directions: that of forward motion, of backward motion, or the mean of the two."""
         if way not in ("forward", "backward", "mean"):
             raise ValueError(f"one_way was asked for {shown(way)}; it must be 'forward', 'backward' or 'mean'")
-        both: dict[str, Any] = {"direction": "both", "backward": None, "mean_backward": 0.0}
+        one_set: dict[str, Any] = {"direction": "both", "backward": None, "mean_backward": 0.0}
         if self.backward is None:
             if way != "mean" and self.direction not in ("both", way):
                 raise ValueError(f"the table holds in the direction {self.direction!r} alone; it has no lines {way}")
-            return replace(self, **both)
+            return replace(self, **one_set)
         if way == "forward":
-            return replace(self, **both)
+            return replace(self, **one_set)
         if way == "backward":
-            return replace(self, **both | {"lines": self.backward, "mean": self.mean_backward})
+            return replace(self, **one_set | {"lines": self.backward, "mean": self.mean_backward})
         halves = [line._replace(amplitude=0.5 * line.amplitude) for line in (*self.lines, *self.backward)]
         mean = 0.5 * (self.mean + self.mean_backward)
-        return replace(self, **both | {"lines": merged(halves), "mean": mean})
+        return replace(self, **one_set | {"lines": merged(halves), "mean": mean})
 
     def on_turn(self, turn: Turn) -> Self:
         """The same table with its orders on the turn of the other shaft.
@@ -199,10 +199,9 @@ class OrderContent:
                 f"the orders count on the {self.turn} turn and are wanted on the {turn} turn; give the table its ratio"
             )
         factor = self.ratio if turn == "output" else 1.0 / self.ratio
-        sets = (self.lines, self.backward)
-        lines, back = (None if one is None else _counted(one, factor, turn, self.ratio) for one in sets)
-        assert lines is not None
-        return replace(self, turn=turn, lines=lines, backward=back, zero=self.zero / factor)
+        lines = _counted(self.lines, factor, turn, self.ratio)
+        backward = None if self.backward is None else _counted(self.backward, factor, turn, self.ratio)
+        return replace(self, turn=turn, lines=lines, backward=backward, zero=self.zero / factor)
 
     def keep(self, orders: Iterable[int]) -> Self:
         """The table with these orders alone."""
@@ -224,25 +223,25 @@ def checked_lines(name: str, lines: Any) -> tuple[Line, ...]:
     """Lines with whole orders, each once, finite amplitudes that are not negative, and finite phases (ValueError)."""
     if not isinstance(lines, Sequence) or isinstance(lines, Line | str):
         raise TypeError(f"{name} of an order table are {shown(lines)}; write (Line(order, amplitude, phase), ...)")
-    found, seen = [], set()
-    for given in lines:
-        if not isinstance(given, Line):
-            raise TypeError(f"{name} of an order table hold {shown(given)}; write Line(order, amplitude, phase)")
-        order = positive_count("an order of an order table", given.order, HIGHEST)
-        size = number(f"the amplitude of order {order}", given.amplitude)
+    result, orders = [], set()
+    for line in lines:
+        if not isinstance(line, Line):
+            raise TypeError(f"{name} of an order table hold {shown(line)}; write Line(order, amplitude, phase)")
+        order = positive_count("an order of an order table", line.order, HIGHEST)
+        size = number(f"the amplitude of order {order}", line.amplitude)
         if size < 0.0:
             raise ValueError(f"the amplitude of order {order} is {size:g}; give it 0-to-peak and half a turn in phase")
-        if order in seen:
+        if order in orders:
             raise ValueError(f"order {order} is twice in the {name} of an order table; add the two to one line")
-        seen.add(order)
-        found.append(Line(order, size, number(f"the phase of order {order}", given.phase)))
-    return tuple(found)
+        orders.add(order)
+        result.append(Line(order, size, number(f"the phase of order {order}", line.phase)))
+    return tuple(result)
 
 
 def _checked_speeds(speeds: Any) -> tuple[float, float]:
     if not isinstance(speeds, Sequence) or len(speeds) != 2:
         raise ValueError(f"speeds of an order table are {shown(speeds)}; give the lowest and the highest, rad/s")
-    low, high = (number("a speed of an order table", v) for v in speeds)
+    low, high = [number("a speed of an order table", speed) for speed in speeds]
     if not 0.0 <= low <= high:
         raise ValueError(f"speeds of an order table are {low:g} .. {high:g} rad/s; they must be 0 <= lowest <= highest")
     return low, high
@@ -288,7 +287,7 @@ def _negative(lines: Sequence[Line], only: bool = False) -> tuple[Line, ...]:
 
 
 def _counted(lines: Sequence[Line], factor: float, turn: str, ratio: float) -> tuple[Line, ...]:
-    found = []
+    result = []
     for line in lines:
         order = line.order * factor
         if abs(order - round(order)) > NEARLY * max(1.0, order) or round(order) < 1:
@@ -300,5 +299,5 @@ def _counted(lines: Sequence[Line], factor: float, turn: str, ratio: float) -> t
             raise ValueError(
                 f"order {line.order} is {order:.6g} on the {turn} turn, above {HIGHEST}; leave it out with keep(...)"
             )
-        found.append(line._replace(order=round(order)))
-    return tuple(found)
+        result.append(line._replace(order=round(order)))
+    return tuple(result)

@@ -93,17 +93,19 @@ class TableResidual(NamedTuple):
     def sentences(self) -> list[str]:
         """The residual in words, one line a fact."""
         share = f" ({100.0 * self.rms / self.table:.3g} % of the table)" if self.table > 0.0 else ""
-        said = [f"file minus table: {self.rms:.3g} {self.unit} rms{share}, {self.peak:.3g} {self.unit} peak"]
+        lines = [f"file minus table: {self.rms:.3g} {self.unit} rms{share}, {self.peak:.3g} {self.unit} peak"]
         if self.quantum > 0.0:
-            said.append(f"of it by rounding to {self.quantum:.3g} {self.unit}: {self.quantisation:.3g} {self.unit} rms")
+            lines.append(
+                f"of it by rounding to {self.quantum:.3g} {self.unit}: {self.quantisation:.3g} {self.unit} rms"
+            )
         if self.points is not None:
-            said.append(
+            lines.append(
                 f"of it by straight lines between {self.points} points: {self.interpolation:.3g} {self.unit} rms"
             )
         if self.dropped:
             orders = ", ".join(map(str, self.dropped))
-            said.append(f"of it by orders left out ({orders}): {self.dropped_rms:.3g} {self.unit} rms")
-        return said
+            lines.append(f"of it by orders left out ({orders}): {self.dropped_rms:.3g} {self.unit} rms")
+        return lines
 
     def __str__(self) -> str:
         return "\n".join(self.sentences())
@@ -118,7 +120,7 @@ def residual_of(
     angle = 2.0 * math.pi * held.turns * (np.arange(min(fine, MOST_SAMPLES)) + 0.5) / min(fine, MOST_SAMPLES)
     parts = []
     for backward in (False, True) if whole.backward is not None or whole.direction != "both" else (False,):
-        table, kept = (one.one_direction(angle, backward) for one in (whole, fitted))
+        table, kept = [content.one_direction(angle, backward) for content in (whole, fitted)]
         stored, exact = held.stored(angle, backward), held.exact(angle, backward)
         rows = np.array([table - stored, table, stored - exact, kept - exact])
         if not with_mean:
@@ -176,7 +178,7 @@ class OrderFormat(ABC):
         """Round a fitted table to the numbers of the file."""
 
     @abstractmethod
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the file, with remarks where the format has any."""
 
     @abstractmethod
@@ -229,17 +231,17 @@ class OrderFormat(ABC):
                 "set mean to 0 and add it to the command elsewhere"
             )
         dropped = self._too_high(whole, drop)
-        kept = whole.keep(set(whole.orders) - set(dropped))
-        if self.most_lines is not None and len(kept.orders) > self.most_lines:
+        content = whole.keep(set(whole.orders) - set(dropped))
+        if self.most_lines is not None and len(content.orders) > self.most_lines:
             if not drop:
                 raise ValueError(
-                    f"the table has {len(kept.orders)} orders and {self.title} holds {self.most_lines}; take "
+                    f"the table has {len(content.orders)} orders and {self.title} holds {self.most_lines}; take "
                     f"strongest({self.most_lines}), or let the weakest be left out with drop"
                 )
-            strongest = kept.strongest(self.most_lines)
-            dropped += tuple(set(kept.orders) - set(strongest.orders))
-            kept = strongest
-        return whole, kept, tuple(sorted(dropped))
+            strongest = content.strongest(self.most_lines)
+            dropped += tuple(set(content.orders) - set(strongest.orders))
+            content = strongest
+        return whole, content, tuple(sorted(dropped))
 
     def _too_high(self, table: OrderContent, drop: bool) -> tuple[int, ...]:
         highest = self.highest(table)
@@ -348,31 +350,31 @@ def encoded(form: OrderFormat, table: OrderContent, drop: bool = False) -> tuple
     ValueError
         If the format cannot hold the table, or nothing of it would be left.
     """
-    whole, kept, dropped = form.fitted(table, drop)
-    held = form.store(kept)
-    left = residual_of(whole, kept, held, dropped, form.needs_mean)
+    whole, content, dropped = form.fitted(table, drop)
+    held = form.store(content)
+    left = residual_of(whole, content, held, dropped, form.needs_mean)
     if left.table > 0.0 and not left.rms < left.table:
         raise ValueError(
             f"{form.title} would leave {left.rms:.3g} {left.unit} rms of a table of {left.table:.3g} {left.unit} "
             f"rms and so correct nothing (its step is {left.quantum:.3g} {left.unit}); take a finer format"
         )
-    return form.text(kept, held, remarks(form.name, kept, left.sentences(), form.options())), left
+    return form.text(content, held, remarks(form.name, content, left.sentences(), form.options())), left
 
 
-def with_options(cls: type[OrderFormat], given: dict[str, Any]) -> OrderFormat:
+def with_options(cls: type[OrderFormat], options: dict[str, Any]) -> OrderFormat:
     """A format with its options, of which texts are read as what they must be (ValueError)."""
-    known = [f.name for f in dataclasses.fields(cls)]
+    names = [f.name for f in dataclasses.fields(cls)]
     hints = get_type_hints(cls)
-    for name, value in given.items():
-        if name not in known:
-            said = ", ".join(known) if known else "none"
-            raise ValueError(f"{cls.title} has no option {shown(name)}; it has {said}")
+    for name, value in options.items():
+        if name not in names:
+            listing = ", ".join(names) if names else "none"
+            raise ValueError(f"{cls.title} has no option {shown(name)}; it has {listing}")
         if isinstance(value, str) and hints[name] is not str:
-            given = given | {name: _read(name, value, str(hints[name]))}
-    needed = [f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING and f.name not in given]
+            options = options | {name: _read(name, value, str(hints[name]))}
+    needed = [f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING and f.name not in options]
     if needed:
         raise ValueError(f"{cls.title} needs the option {needed[0]}; give it")
-    return cls(**given)
+    return cls(**options)
 
 
 def _read(name: str, text: str, hint: str) -> Any:

@@ -143,14 +143,14 @@ class OrderTable(OrderContent):
             raise ValueError("the table is a torque in N*m, no kinematic error; only a table in rad is one")
         return KinematicError(self._alike("a kinematic error"))
 
-    def _alike(self, what: str) -> tuple[Line, ...]:
+    def _alike(self, target: str) -> tuple[Line, ...]:
         """The lines, if there are any and they are those of both directions."""
         if self.backward is not None or self.direction != "both":
             raise ValueError(
-                f"the table differs between forward and backward motion, {what} does not; choose with one_way"
+                f"the table differs between forward and backward motion, {target} does not; choose with one_way"
             )
         if not self.lines:
-            raise ValueError(f"the table has no lines, {what} needs one; leave it out")
+            raise ValueError(f"the table has no lines, {target} needs one; leave it out")
         return self.lines
 
     def residual(self, format: str | OrderFormat, *, drop: bool = False, **options: Any) -> TableResidual:

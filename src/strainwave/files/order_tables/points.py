@@ -38,15 +38,15 @@ class Unfit(ValueError):
         super().__init__(Problem(line, 1, field, sentence))
 
 
-def remarks(name: str, table: OrderContent, said: Iterable[str], options: dict[str, Any]) -> list[str]:
+def remarks(name: str, table: OrderContent, sentences: Iterable[str], options: dict[str, Any]) -> list[str]:
     """Head of a file as lines without the comment's mark, in plain ASCII."""
-    known = {key: getattr(table, key) for key in KEYS}
+    fields = {key: getattr(table, key) for key in KEYS}
     rows = [f"{MARK}: {name}"]
-    for key, value in known.items():
+    for key, value in fields.items():
         if value is not None and value != "":
             rows.append(f"{key} = {_written(value)}")
     rows += [f"option {key} = {_written(value)}" for key, value in options.items()]
-    return [*rows, *said]
+    return [*rows, *sentences]
 
 
 def _written(value: Any) -> str:
@@ -181,15 +181,15 @@ class Points(NamedTuple):
         count = len(values)
         c = np.fft.rfft(values) / count
         least = ROUNDING * float(np.max(np.abs(values), initial=0.0))
-        found = []
+        lines = []
         for bin_ in range(self.turns, count // 2 + 1, self.turns):
             size = (1.0 if 2 * bin_ == count else 2.0) * abs(c[bin_])
             if size > least:
                 order = bin_ // self.turns
                 phase = float(np.angle(c[bin_])) - order * (self.start + zero)
-                found.append(Line(order, float(size), math.remainder(phase, 2.0 * math.pi)))
+                lines.append(Line(order, float(size), math.remainder(phase, 2.0 * math.pi)))
         mean = float(c[0].real)
-        return tuple(found), mean if abs(mean) > least else 0.0
+        return tuple(lines), mean if abs(mean) > least else 0.0
 
 
 def sampled(table: OrderContent, count: int, *, turns: int = 1, start: float = 0.0) -> Points:

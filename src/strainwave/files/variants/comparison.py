@@ -154,53 +154,53 @@ def compare(projects: Sequence[Project], *, progress: Callable[[str, float], Non
     Interrupted
         On Ctrl-C after at least two projects, with the comparison of those.
     """
-    given = list(projects) if isinstance(projects, Sequence) and not isinstance(projects, str) else [projects]
-    if not all(isinstance(project, Project) for project in given):
+    compared = list(projects) if isinstance(projects, Sequence) and not isinstance(projects, str) else [projects]
+    if not all(isinstance(project, Project) for project in compared):
         raise TypeError(f"projects are {shown(projects)}; give a list, such as [read_project('a.yaml'), ...]")
-    if not 2 <= len(given) <= MOST:
-        raise ValueError(f"there are {len(given)} projects; give 2 to {MOST} to compare")
-    found: list[Analysis] = []
+    if not 2 <= len(compared) <= MOST:
+        raise ValueError(f"there are {len(compared)} projects; give 2 to {MOST} to compare")
+    analyses: list[Analysis] = []
     try:
-        for i, project in enumerate(given):
+        for i, project in enumerate(compared):
             if progress is not None:
-                progress(project.title, i / len(given))
-            found.append(project.analyze(advice=False))
+                progress(project.title, i / len(compared))
+            analyses.append(project.analyze(advice=False))
     except KeyboardInterrupt:
-        if len(found) < 2:
+        if len(analyses) < 2:
             raise
-        some = f"the comparison is that of the first {len(found)} of {len(given)} projects"
-        raise Interrupted(f"interrupted; {some}", _compared(given[: len(found)], found)) from None
-    return _compared(given, found)
+        extent = f"the comparison is that of the first {len(analyses)} of {len(compared)} projects"
+        raise Interrupted(f"interrupted; {extent}", _compared(compared[: len(analyses)], analyses)) from None
+    return _compared(compared, analyses)
 
 
-def _compared(given: list[Project], found: list[Analysis]) -> ProjectComparison:
-    tops = [one.largest_oscillation() for one in found]
-    responses = tuple(one.loudest for one in found)
-    mean = [p.mean_load_torque for p in given]
+def _compared(projects: list[Project], analyses: list[Analysis]) -> ProjectComparison:
+    tops = [analysis.largest_oscillation() for analysis in analyses]
+    responses = tuple(analysis.loudest for analysis in analyses)
+    mean = [p.mean_load_torque for p in projects]
 
-    def each(of: Callable[[Project], Any]) -> Floats:
-        return np.array([np.nan if (value := of(p)) is None else value for p in given], float)
+    def column(quantity: Callable[[Project], Any]) -> Floats:
+        return np.array([np.nan if (value := quantity(p)) is None else value for p in projects], float)
 
     return ProjectComparison(
-        tuple(p.title for p in given),
-        tuple("own law" if p.gear is None else p.gear.name for p in given),
+        tuple(p.title for p in projects),
+        tuple("own law" if p.gear is None else p.gear.name for p in projects),
         responses,
-        tuple(one.verdict for one in found),
-        tuple((p.speeds.scale, p.speeds.unit) for p in given),
+        tuple(analysis.verdict for analysis in analyses),
+        tuple((p.speeds.scale, p.speeds.unit) for p in projects),
         np.array([top.peak for top in tops]),
         np.array([top.omega for top in tops]),
-        np.array([own if top.torque is None else top.torque for top, own in zip(tops, mean, strict=True)]),
-        each(lambda p: p.load_torques[0]),
-        each(lambda p: p.load_torques[1]),
-        np.array([one.usage.peak_torque for one in found]),
-        each(lambda p: p.omega_0),
-        each(lambda p: p.damping_ratio),
-        each(lambda p: p.drive.N**2 * p.drive.J_m),
-        each(lambda p: p.drive.J_l),
+        np.array([torque if top.torque is None else top.torque for top, torque in zip(tops, mean, strict=True)]),
+        column(lambda p: p.load_torques[0]),
+        column(lambda p: p.load_torques[1]),
+        np.array([analysis.usage.peak_torque for analysis in analyses]),
+        column(lambda p: p.omega_0),
+        column(lambda p: p.damping_ratio),
+        column(lambda p: p.drive.N**2 * p.drive.J_m),
+        column(lambda p: p.drive.J_l),
         np.array([_folds(response) for response in responses], float),
-        each(lambda p: p.limit),
-        tuple(" ".join(limit.sentence for limit in gravest(one.limits) if limit.fails) for one in found),
-        tuple(p.path.name for p in given),
+        column(lambda p: p.limit),
+        tuple(" ".join(limit.sentence for limit in gravest(analysis.limits) if limit.fails) for analysis in analyses),
+        tuple(p.path.name for p in projects),
     )
 
 

@@ -48,14 +48,14 @@ class ResponseMeasure:
 
 def measured(project: Project) -> dict[str, float]:
     """Largest error, oscillation and torque of the steady motions of a drive, their speeds, and its jumps (UNITS)."""
-    found = project.response()
-    sweeps = found.sweep
+    response = project.response()
+    sweeps = response.sweep
     result: dict[str, float] = {}
-    for name, values in (("peak", found.peak), ("oscillation", found.oscillation), ("torque", found.torque)):
-        top = found.top_of(values)
-        result |= {name: float(values[top]), f"{name}_at": float(found.omega[top])}
+    for name, values in (("peak", response.peak), ("oscillation", response.oscillation), ("torque", response.torque)):
+        top = response.top_of(values)
+        result |= {name: float(values[top]), f"{name}_at": float(response.omega[top])}
     jumps = 0 if sweeps is None else len(sweeps.on_run_up) + len(sweeps.on_run_down)
-    return result | {"jumps": float(jumps), "truncated": float(not found.status)}
+    return result | {"jumps": float(jumps), "truncated": float(not response.status)}
 
 
 def sweep_project(

@@ -112,25 +112,25 @@ def _with(content: dict[str, Any], placed: Placed) -> dict[str, Any]:
     return changed
 
 
-def _as_built(project: Project, content: dict[str, Any], placed: Placed, found: Project) -> Project:
+def _as_built(project: Project, content: dict[str, Any], placed: Placed, result: Project) -> Project:
     """The changed project with the gains and the damping of the drive of the file, as far as they differ."""
-    changed, kept = _with(content, placed), []
-    if _has_bandwidth(content) and found.whole is not None:
+    changed, retained = _with(content, placed), []
+    if _has_bandwidth(content) and result.whole is not None:
         tuned = _read(project, _with(content, _within(placed, LOOP))).whole
-        if tuned is not None and tuned.motor.control != found.whole.motor.control:
+        if tuned is not None and tuned.motor.control != result.whole.motor.control:
             changed["motor"]["loop"] = read(Loop().text(tuned.motor.control)).content
-            kept.append("the gains of the motor's loop")
+            retained.append("the gains of the motor's loop")
     if ratios := _ratios(content):
         B = _read(project, _with(content, _within(placed, DAMPING, *GEAR))).drive.B
-        if found.drive.B != B:
-            own = {name: value for name, value in changed["damping"].items() if name not in ratios}
-            changed["damping"] = {**own, "B": f"{B!r} N*m*s/rad"}
-            kept.append("the damping B")
-    if not kept:
-        return found
-    note = f"Kept from the drive before the change: {' and '.join(kept)}."
-    found = _read(project, changed)
-    return replace(found, notes=(*found.notes, note))
+        if result.drive.B != B:
+            damping = {name: value for name, value in changed["damping"].items() if name not in ratios}
+            changed["damping"] = {**damping, "B": f"{B!r} N*m*s/rad"}
+            retained.append("the damping B")
+    if not retained:
+        return result
+    note = f"Kept from the drive before the change: {' and '.join(retained)}."
+    result = _read(project, changed)
+    return replace(result, notes=(*result.notes, note))
 
 
 def _within(placed: Placed, *groups: Keys) -> Placed:
@@ -170,19 +170,19 @@ def _set(content: dict[str, Any], path: str, keys: Keys, text: str) -> None:
         shaft = {key: value for key, value in content["speed"].items() if key == "shaft"}
         content["speed"] = {"at": [text], **shaft}
         return
-    here: Any = content
+    group: Any = content
     for i, key in enumerate(keys):
-        inside = isinstance(here, dict) or (isinstance(here, list) and key.isdecimal() and int(key) < len(here))
+        inside = isinstance(group, dict) or (isinstance(group, list) and key.isdecimal() and int(key) < len(group))
         if not inside:
             raise ValueError(
                 f"the project file has no {path!r}: {'.'.join(keys[:i])} is not a group with {key!r}; its numbers are "
                 f"{', '.join(numbers_of(content))}"
             )
-        at: Any = int(key) if isinstance(here, list) else key
+        index: Any = int(key) if isinstance(group, list) else key
         if i == len(keys) - 1:
-            here[at] = text
+            group[index] = text
         else:
-            here = here[at] if isinstance(here, list) else here.setdefault(at, {})
+            group = group[index] if isinstance(group, list) else group.setdefault(index, {})
 
 
 def _of_record(path: str, text: str) -> float:
@@ -205,5 +205,5 @@ def _with_law(project: Project, numbers: dict[str, float]) -> Project:
         return type(thing)(*map(changed, thing)) if is_model(thing) else thing
 
     law = changed(project.drive.law)
-    train, whole = (one and one._replace(law=law) for one in (project.train, project.whole))
+    train, whole = [model and model._replace(law=law) for model in (project.train, project.whole)]
     return replace(project, drive=project.drive._replace(law=law), train=train, whole=whole)

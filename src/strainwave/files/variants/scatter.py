@@ -120,8 +120,8 @@ class Exceedance(Result):
         if not np.any(known):
             return None
         shares = 0.5 * (1.0 - level), 0.5 * (1.0 + level)
-        low, high = (Interval(*map(float, np.quantile(ends[known], shares))) for ends in (self.low, self.high))
-        return low, high
+        low = Interval(*map(float, np.quantile(self.low[known], shares)))
+        return low, Interval(*map(float, np.quantile(self.high[known], shares)))
 
     def variables(self) -> Labelled:
         """Oscillation, its speed, the ends of the band and the factors of every drive."""
@@ -131,7 +131,7 @@ class Exceedance(Result):
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of an exceedance, once."""
-        share, low, high = (f"{number(100.0 * p, 3)} %" for p in (self.probability, *self.interval))
+        share, low, high = [f"{number(100.0 * p, 3)} %" for p in (self.probability, *self.interval)]
         rows = () if self.ranking is None else self.ranking.rows
         sizes = np.nanquantile(self.oscillation, TOLD) if self.failed < self.count else np.full(len(TOLD), np.nan)
         exceeding = f"{self.exceeding} of {self.count} drives exceed {{}} somewhere in the range"
@@ -158,8 +158,8 @@ class Exceedance(Result):
         ends, speeds = self.ends(), self.speeds
         if ends is None:
             return ()
-        own, unit = (float, "rad/s") if speeds is None else (speeds.own, speeds.own_unit)
-        begin, end = (f"{number(own(one.low), 6)} to {number(own(one.high), 6)}" for one in ends)
+        in_unit, unit = (float, "rad/s") if speeds is None else (speeds.own, speeds.own_unit)
+        begin, end = [f"{number(in_unit(side.low), 6)} to {number(in_unit(side.high), 6)}" for side in ends]
         return (f"speeds to avoid begin at {begin} and end at {end} {unit} (95 % of the drives that exceed it)",)
 
     def __str__(self) -> str:
@@ -326,4 +326,4 @@ def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int, correla
     if correlation is not None:
         sizes, directions = np.linalg.eigh(np.array(correlation))
         z = np.clip(z @ (np.sqrt(np.maximum(sizes, 0.0)) * directions).T, -CUT, CUT)
-    return {name: (not isinstance(size, Radians)) + size * z[:, i] for i, (name, size) in enumerate(scatter)}
+    return {name: (0 if isinstance(size, Radians) else 1) + size * z[:, i] for i, (name, size) in enumerate(scatter)}

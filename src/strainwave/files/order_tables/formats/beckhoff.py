@@ -82,7 +82,7 @@ class Beckhoff(OrderFormat):
         quantum = max((float(np.spacing(np.float32(line.amplitude))) for line in table.lines), default=0.0)
         return Held(stored.one_direction, table.one_direction, numbers, quantum)
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write index:subindex, type, value, the bytes in the order of the bus, and what it is."""
         numbers = held.numbers
         rows = [self._row(1, "INT16", 3, "control: use the start-up list"), self._row(2, "REAL32", 1.0, "gain")]
@@ -91,7 +91,7 @@ class Beckhoff(OrderFormat):
                 (("UINT32", n, "n"), ("REAL32", phi, "phi, degrees"), ("REAL32", r, "r, N*m"))
             ):
                 rows.append(self._row(FIRST + 3 * k + offset, kind, value, f"coefficient {k} {what}"))
-        return "\n".join([*(f"# {line}" for line in said), *rows]) + "\n"
+        return "\n".join([*(f"# {line}" for line in comments), *rows]) + "\n"
 
     def _row(self, sub: int, kind: str, value: float, what: str) -> str:
         data = struct.pack(PACKING[kind], value).hex().upper()
@@ -100,7 +100,7 @@ class Beckhoff(OrderFormat):
     def parse(self, text: str) -> OrderContent:
         """Read the rows; a coefficient with r = 0 is none."""
         fields, _ = said_by(text)
-        found: dict[int, float] = {}
+        values: dict[int, float] = {}
         for number, line in rows_of(text):
             match = ROW.match(line)
             if match is None:
@@ -109,20 +109,20 @@ class Beckhoff(OrderFormat):
                 )
             _, sub, kind, value, data = match.groups()
             at = int(sub, 16)
-            enter(found, number, f"subindex {sub}", at, _checked(number, at, kind.upper(), value, data))
-        gain = found.get(2, 1.0)
+            enter(values, number, f"subindex {sub}", at, _checked(number, at, kind.upper(), value, data))
+        gain = values.get(2, 1.0)
         numbers = []
         for k in range(COEFFICIENTS + 1):
-            one = [found.get(FIRST + 3 * k + i) for i in range(3)]
-            if any(value is None for value in one):
+            triple = [values.get(FIRST + 3 * k + i) for i in range(3)]
+            if None in triple:
                 if k < COEFFICIENTS:
                     raise Unfit(1, f"coefficient {k}", "is not whole in the list; it may be cut off")
                 continue
-            n, phi, r = (float(value) for value in one if value is not None)
+            n, phi, r = [value for value in triple if value is not None]
             if r > 0.0:
                 numbers.append((int(n), phi, gain * r))
         constant = sum(r * math.cos(math.radians(phi) - self._offset) for n, phi, r in numbers if n == 0)
-        lines = _lines([one for one in numbers if one[0] > 0], self._offset, fields.get("zero", 0.0))
+        lines = _lines([triple for triple in numbers if triple[0] > 0], self._offset, fields.get("zero", 0.0))
         return OrderContent(**{"unit": "N*m"} | fields, lines=lines, mean=constant)
 
 

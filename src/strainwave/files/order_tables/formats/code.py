@@ -190,21 +190,21 @@ class CHeader(Code):
         if not isinstance(self.prefix, str) or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,60}", self.prefix):
             raise ValueError(f"prefix is {shown(self.prefix)}; give a name of C")
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the numbers, the functions and the points."""
         name, (points, remark) = self.prefix, self.lookup(table)
         guard = f"{name.upper()}_H"
-        rows = [*(f"// {line}" for line in (*said, remark)), f"#ifndef {guard}", f"#define {guard}"]
+        rows = [*(f"// {line}" for line in (*comments, remark)), f"#ifndef {guard}", f"#define {guard}"]
         rows += ["#include <math.h>", "", f"#define {name}_count {len(points.forward)}", ""]
         rows += [f"static const double {name}_{key} = {getattr(table, key)!r};" for key in ("delay", "zero")]
-        for way, mean, lines in ways(table):
-            rows += [f"static const int {name}_{way}_lines = {len(lines)};"]
-            rows += [f"static const double {name}_{way}_mean = {mean!r};"]
-            rows += [_array(f"{name}_{way}_{kind}", values) for kind, values in columns_of(lines).items()]
+        for side, mean, lines in ways(table):
+            rows += [f"static const int {name}_{side}_lines = {len(lines)};"]
+            rows += [f"static const double {name}_{side}_mean = {mean!r};"]
+            rows += [_array(f"{name}_{side}_{kind}", values) for kind, values in columns_of(lines).items()]
         back = points.forward if points.backward is None else points.backward
-        for way, values in (("forward", points.forward), ("backward", back)):
-            rows.append(_array(f"{name}_points_{way}", values.tolist()))
-        forward, backward = ("0.0" if one is None else self._sum(one[0]) for one in acting(table))
+        for side, values in (("forward", points.forward), ("backward", back)):
+            rows.append(_array(f"{name}_points_{side}", values.tolist()))
+        forward, backward = ["0.0" if lines is None else self._sum(lines[0]) for lines in acting(table)]
         functions = C_FUNCTIONS.replace("NAME", name).replace("@BACKWARD@", backward).replace("@FORWARD@", forward)
         return "\n".join([*rows, functions.rstrip("\n"), "", f"#endif /* {guard} */"]) + "\n"
 
@@ -214,16 +214,16 @@ class CHeader(Code):
 
     def columns(self, text: str) -> dict[tuple[str, str], list[float]]:
         """Numbers of the arrays; where there are no lines they hold one number."""
-        found = {(way, kind): _numbers(kind, body) for _, way, kind, body in C_ARRAY.findall(text)}
-        counts = {way: int(value) for _, way, value in C_COUNT.findall(text)}
-        means = {(way, "mean"): [float_in(1, f"{way} mean", value)] for _, way, value in C_MEAN.findall(text)}
-        for way, _ in means:
+        arrays = {(side, kind): _numbers(kind, body) for _, side, kind, body in C_ARRAY.findall(text)}
+        counts = {side: int(value) for _, side, value in C_COUNT.findall(text)}
+        means = {(side, "mean"): [float_in(1, f"{side} mean", value)] for _, side, value in C_MEAN.findall(text)}
+        for side, _ in means:
             for kind in Line._fields:
-                values, count = found.get((way, kind), []), counts.get(way, -1)
+                values, count = arrays.get((side, kind), []), counts.get(side, -1)
                 if count < 0 or len(values) != max(count, 1):
-                    raise Unfit(1, way, "has not the lines that it names; it may be cut off, write it again")
-                found[way, kind] = values[:count]
-        return found | means
+                    raise Unfit(1, side, "has not the lines that it names; it may be cut off, write it again")
+                arrays[side, kind] = values[:count]
+        return arrays | means
 
 
 def _array(name: str, values: list[float]) -> str:
@@ -258,10 +258,10 @@ class StructuredText(Code):
         super().__post_init__()
         refuse_name("function", self.function)
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write both functions."""
         points, remark = self.lookup(table)
-        remarks = [f"(* {line} *)" for line in (*said, remark)]
+        remarks = [f"(* {line} *)" for line in (*comments, remark)]
         return "\n".join([*remarks, self._value(table), self._lookup(table, points)])
 
     def _head(self, name: str, table: OrderContent) -> list[str]:
@@ -278,7 +278,7 @@ class StructuredText(Code):
             rows.append(f"    mean{way} : LREAL := {st_real(mean)};")
             for kind, values in columns_of(lines).items() if lines else ():
                 rows.append(f"    {kind}{way} : ARRAY[1..{len(lines)}] OF LREAL := [{_listed(values)}];")
-        forward, backward = ("    total := 0.0;" if one is None else _sum(*one) for one in acting(table))
+        forward, backward = ["    total := 0.0;" if lines is None else _sum(*lines) for lines in acting(table)]
         body = ST_VALUE.replace("BACKWARD", backward).replace("FORWARD", forward).replace("NAME", self.function)
         return "\n".join([*rows, "END_VAR"]) + body
 
@@ -294,12 +294,12 @@ class StructuredText(Code):
 
     def columns(self, text: str) -> dict[tuple[str, str], list[float]]:
         """Numbers of the constants of the first function."""
-        found: dict[tuple[str, str], list[float]] = {}
+        arrays: dict[tuple[str, str], list[float]] = {}
         for kind, way, count, body in ST_ARRAY.findall(text):
-            found[way.lower(), kind] = values = _numbers(f"{kind}{way}", body)
+            arrays[way.lower(), kind] = values = _numbers(f"{kind}{way}", body)
             if count and int(count) != len(values):
                 raise Unfit(1, f"{kind}{way}", f"has {len(values)} numbers where it names {count}; it may be cut off")
-        return found
+        return arrays
 
 
 def _listed(values: list[float]) -> str:

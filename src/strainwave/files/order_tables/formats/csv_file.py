@@ -29,9 +29,9 @@ class CsvLines(Exact):
     with_delay: ClassVar[bool] = True
     begin: ClassVar[str] = rf"(?s)(.{{0,4000}}\n)?{LINES}\n"
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write a row an order; amplitude in the unit of the table, phase in rad."""
-        rows = [*(f"# {line}" for line in said), LINES]
+        rows = [*(f"# {line}" for line in comments), LINES]
         for way, mean, lines in ways(table):
             name = way if table.backward is not None else table.direction
             rows.append(f"{name},0,{mean!r},0.0")
@@ -91,28 +91,28 @@ class CsvPoints(OfPoints):
     both_ways: ClassVar[bool] = True
     begin: ClassVar[str] = rf"\s*({'|'.join(POINTS)})"
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write a row a point."""
         points = held.numbers
         columns = [points.angles(), points.forward] + ([] if points.backward is None else [points.backward])
         rows = [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
-        return "\n".join([*(f"# {line}" for line in said), POINTS[len(columns) - 2], *rows]) + "\n"
+        return "\n".join([*(f"# {line}" for line in comments), POINTS[len(columns) - 2], *rows]) + "\n"
 
     def parse(self, text: str) -> OrderContent:
         """Read the rows."""
         fields, _ = said_by(text)
         width, rows = _body(text, POINTS)
-        found: list[list[float]] = []
+        points: list[list[float]] = []
         for number, line in rows:
             cells = line.split(",")
             if len(cells) != width:
                 raise Unfit(number, "file", f"has {len(cells)} cells where the head names {width}; correct it")
-            found.append([float_in(number, "value", cell) for cell in cells])
-            if len(found) > MOST_POINTS:
+            points.append([float_in(number, "value", cell) for cell in cells])
+            if len(points) > MOST_POINTS:
                 raise Unfit(number, "file", f"has more than {MOST_POINTS} points; take fewer")
-        if len(found) < 4:
-            raise Unfit(1, "file", f"has {len(found)} points; a turn needs 4 at least, it may be cut off")
-        table = np.array(found)
+        if len(points) < 4:
+            raise Unfit(1, "file", f"has {len(points)} points; a turn needs 4 at least, it may be cut off")
+        table = np.array(points)
         step = 2.0 * math.pi / len(table)
         if np.max(np.abs(table[:, 0] - step * np.arange(len(table)))) > EVEN * step:
             raise Unfit(

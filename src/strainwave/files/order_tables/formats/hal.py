@@ -62,11 +62,11 @@ class HalComponent(Exact):
             raise ValueError("the orders count on the motor turn and the joint is the output; give the table its ratio")
         return super().store(table)
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the declarations and the code."""
         per_turn = table.ratio if table.turn == "motor" else 1.0
         rows = [
-            *(f"// {line}" for line in said),
+            *(f"// {line}" for line in comments),
             f'component {self.component} "Correction of a joint by orders of its drive, from strainwave";',
             'pin in float position "position of the joint, degrees";',
             'pin in float velocity "velocity of the joint, degrees/s";',
@@ -76,30 +76,30 @@ class HalComponent(Exact):
             f"static const double zero = {table.zero!r};", f"static const double delay = {table.delay!r};",
             *(row for one in ways(table) for row in _set(*one)), "FUNCTION(_) {",
         ]  # fmt: skip
-        ahead, back = ("" if one is None else _sum(*one) for one in acting(table))
+        ahead, back = ["" if lines is None else _sum(*lines) for lines in acting(table)]
         return "\n".join(rows) + BODY.replace("BACK", back).replace("AHEAD", ahead) + "}\n"
 
     def parse(self, text: str) -> OrderContent:
         """Read the lines of the component."""
         fields, _ = said_by(text)
         sets: dict[str, list[Line]] = {}
-        wanted: dict[str, int] = {}
-        way = ""
+        counts: dict[str, int] = {}
+        side = ""
         for number, plain in rows_of(text):
-            if (found := SET.fullmatch(plain)) is not None:
-                way = found.group(1)
-                sets[way], wanted[way] = [], int(found.group(2))
-            elif (found := LINE.fullmatch(plain)) is not None and way:
-                order, amplitude, phase = (float_in(number, way, part) for part in found.groups())
-                sets[way].append(Line(whole_in(number, "order", f"{order:.0f}", 0, HIGHEST), amplitude, phase))
+            if (match := SET.fullmatch(plain)) is not None:
+                side = match.group(1)
+                sets[side], counts[side] = [], int(match.group(2))
+            elif (match := LINE.fullmatch(plain)) is not None and side:
+                order, amplitude, phase = [float_in(number, side, part) for part in match.groups()]
+                sets[side].append(Line(whole_in(number, "order", f"{order:.0f}", 0, HIGHEST), amplitude, phase))
         means = {side: float_in(1, f"mean_{side}", value) for side, value in MEAN.findall(text)}
         for side in sets:
-            if len(sets[side]) != wanted[side] or side not in means:
-                raise Unfit(1, side, f"has {len(sets[side])} lines where it names {wanted[side]}; it may be cut off")
+            if len(sets[side]) != counts[side] or side not in means:
+                raise Unfit(1, side, f"has {len(sets[side])} lines where it names {counts[side]}; it may be cut off")
         if "forward" not in sets or "\ncorrection = " not in text:
             raise Unfit(1, "file", "is no whole component; it may be cut off, write it again")
-        kept = {way: (means[way], tuple(line for line in lines if line.order > 0)) for way, lines in sets.items()}
-        return two_ways({"unit": "rad"} | fields, kept)
+        content = {side: (means[side], tuple(line for line in lines if line.order > 0)) for side, lines in sets.items()}
+        return two_ways({"unit": "rad"} | fields, content)
 
 
 def _sum(way: str, lines: tuple[Line, ...]) -> str:

@@ -25,7 +25,7 @@ class JsonFile(Exact):
     with_delay: ClassVar[bool] = True
     begin: ClassVar[str] = r"\s*\{"
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the fields, lines last."""
         data: dict[str, Any] = {"format": MARK, "version": VERSION}
         data |= {name: getattr(table, name) for name in PLAIN}

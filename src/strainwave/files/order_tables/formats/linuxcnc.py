@@ -69,11 +69,9 @@ class LinuxCnc(OfPoints):
 
     def kept(self, points: Points) -> Points:
         """Corrections in 32 bits."""
-        forward, backward = (
-            None if side is None else side.astype(np.float32).astype(float)
-            for side in (points.forward, points.backward)
-        )
-        return Points(np.asarray(forward), backward, points.turns, points.start)
+        forward = points.forward.astype(np.float32).astype(float)
+        backward = None if points.backward is None else points.backward.astype(np.float32).astype(float)
+        return Points(forward, backward, points.turns, points.start)
 
     def turns(self, table: OrderContent) -> int:
         """Whole turns of the table's shaft over the span."""
@@ -85,7 +83,7 @@ class LinuxCnc(OfPoints):
             )
         return round(turns)
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write nominal, forward and reverse, and the remarks below them."""
         points = held.numbers
         reverse = points.forward if points.backward is None else points.backward
@@ -96,7 +94,7 @@ class LinuxCnc(OfPoints):
             nominal = round(low + (high - low) * i / count, DIGITS)
             ends = (nominal - float(side[i % count]) for side in (points.forward, reverse))
             rows.append(" ".join(f"{value:.{DIGITS}f}" for value in (nominal, *ends)))
-        return "\n".join([*rows, "", *(f"# {line}" for line in said)]) + "\n"
+        return "\n".join([*rows, "", *(f"# {line}" for line in comments)]) + "\n"
 
     def parse(self, text: str) -> OrderContent:
         """Read the lines up to the first that is not three numbers."""

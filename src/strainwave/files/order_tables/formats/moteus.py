@@ -65,7 +65,7 @@ class Moteus(OrderFormat):
         quantum = scale * self.torque_constant
         return Held(stored, motion(exact, table.zero), (scale, values.astype(int).tolist()), quantum, POINTS)
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the lines of the configuration, all of which are sent to the controller."""
         scale, values = held.numbers
         rows = [f"conf set motor.cogging_dq_comp.{i} {value}" for i, value in enumerate(values)]

@@ -104,7 +104,7 @@ class OnStepX(OrderFormat):
         played = np.roll(entries, -1).astype(int).tolist()  # the second that is playing takes the entry before it
         return Held(motion(stored, table.zero), motion(exact, table.zero), played, 1.0 / self._steps, len(played))
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write a command a second, and the one that saves."""
         return "\n".join([*(f":WR{n},{steps:+d}#" for n, steps in enumerate(held.numbers)), SAVE]) + "\n"
 

@@ -72,11 +72,11 @@ class Sinumerik(OfPoints):
         """A degree, to be taken off."""
         return -DEGREE
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the program, both ends of the turn included."""
         points = held.numbers
         count = len(points.forward)
-        rows = ["%_N_" + self.axis + "_EEC_INI", *(f"; {line}" for line in said), "CHANDATA(1)"]
+        rows = ["%_N_" + self.axis + "_EEC_INI", *(f"; {line}" for line in comments), "CHANDATA(1)"]
         for i in range(count + 1):
             rows.append(f"$AA_ENC_COMP[0,{i},{self.axis}]={float(points.forward[i % count]) + 0.0:.{DIGITS}f}")
         rows += [
@@ -92,7 +92,7 @@ class Sinumerik(OfPoints):
         """Read the assignments; other blocks of the program are not looked at."""
         fields, _ = said_by(text)
         values: dict[int, float] = {}
-        others: dict[str, float] = {}
+        settings: dict[str, float] = {}
         for number, line in rows_of(text):
             if not line.upper().startswith("$AA_ENC_COMP"):
                 continue
@@ -101,18 +101,18 @@ class Sinumerik(OfPoints):
                 raise Unfit(number, "file", f"{shown(line[:60])} is no assignment of $AA_ENC_COMP; correct it")
             kind, _, place, _, value = match.groups()
             if place is None:
-                others[kind] = float_in(number, f"$AA_ENC_COMP{kind}", value)
+                settings[kind] = float_in(number, f"$AA_ENC_COMP{kind}", value)
             else:
                 at = whole_in(number, "point", place, 0, MOST - 1)
                 enter(values, number, f"point {at}", at, float_in(number, f"point {at}", value))
-        if set(others) != {"_STEP", "_MIN", "_MAX", "_IS_MODULO"}:
+        if set(settings) != {"_STEP", "_MIN", "_MAX", "_IS_MODULO"}:
             raise Unfit(1, "file", "has not all of _STEP, _MIN, _MAX and _IS_MODULO; it may be cut off")
-        if (others["_MIN"], others["_MAX"], others["_IS_MODULO"]) != (0.0, 360.0, 1.0):
+        if (settings["_MIN"], settings["_MAX"], settings["_IS_MODULO"]) != (0.0, 360.0, 1.0):
             raise Unfit(
                 1, "file", "is no table over 0 .. 360 degrees with modulo; only such a one can be read as orders"
             )
         count = len(values) - 1
-        if count < 2 or set(values) != set(range(count + 1)) or abs(others["_STEP"] * count - 360.0) > 1e-6:
+        if count < 2 or set(values) != set(range(count + 1)) or abs(settings["_STEP"] * count - 360.0) > 1e-6:
             raise Unfit(1, "file", f"has {len(values)} points, which do not fill 360 degrees; it may be cut off")
         if values[0] != values[count]:
             raise Unfit(1, f"point {count}", "differs from point 0, which it repeats; correct one")

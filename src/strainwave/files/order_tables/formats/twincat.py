@@ -68,10 +68,10 @@ class TwinCat(OfPoints):
         """A degree, to be added or taken off."""
         return SIGNS[self.added_to] * DEGREE
 
-    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+    def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write one array, or one for each direction of motion."""
         points = held.numbers
-        rows = [*(f"// {line}" for line in said), "VAR_GLOBAL"]
+        rows = [*(f"// {line}" for line in comments), "VAR_GLOBAL"]
         if points.backward is None:
             rows += self._array("", points.forward, "WorkDirectionBoth")
         else:
@@ -79,39 +79,39 @@ class TwinCat(OfPoints):
             rows += self._array("Negative", points.backward, "WorkDirectionNegative")
         return "\n".join([*rows, "END_VAR"]) + "\n"
 
-    def _array(self, which: str, values: np.ndarray, direction: str) -> list[str]:
+    def _array(self, suffix: str, values: np.ndarray, direction: str) -> list[str]:
         count = len(values)
-        of = "ST_PositionCompensationTable"
-        rows = [f"    {self.variable}{which} : ARRAY[0..{count}] OF {of}Element := ["]
+        type_name = "ST_PositionCompensationTable"
+        rows = [f"    {self.variable}{suffix} : ARRAY[0..{count}] OF {type_name}Element := ["]
         for i in range(count + 1):
             end = "" if i == count else ","
-            at, value = st_real(360.0 * i / count), st_real(float(values[i % count]))
-            rows.append(f"        (Position := {at}, Compensation := {value}){end}")
+            position, value = st_real(360.0 * i / count), st_real(float(values[i % count]))
+            rows.append(f"        (Position := {position}, Compensation := {value}){end}")
         return [
             *rows, "    ];",
-            f"    {self.variable}{which}Parameter : {of}Parameter := (MinPosition := 0.0, MaxPosition := 360.0, "
-            f"NoOfTableElements := {count + 1}, Direction := {direction}, Modulo := TRUE);",
+            f"    {self.variable}{suffix}Parameter : {type_name}Parameter := (MinPosition := 0.0, "
+            f"MaxPosition := 360.0, NoOfTableElements := {count + 1}, Direction := {direction}, Modulo := TRUE);",
         ]  # fmt: skip
 
     def parse(self, text: str) -> OrderContent:
         """Read one array or two."""
         fields, _ = said_by(text)
         arrays: dict[str, list[tuple[float, float]]] = {}
-        wanted: dict[str, int] = {}
+        counts: dict[str, int] = {}
         name = ""
         for number, plain in rows_of(text):
-            if (found := ARRAY.match(plain)) is not None:
-                name = found.group(1)
+            if (match := ARRAY.match(plain)) is not None:
+                name = match.group(1)
                 if name in arrays:
                     raise Unfit(number, name[:40], "is there twice; leave one out")
-                arrays[name], wanted[name] = [], int(found.group(2)) + 1
-            elif (found := ELEMENT.fullmatch(plain)) is not None and name:
-                at, value = (float_in(number, name[:40], part) for part in found.groups())
-                arrays[name].append((at, value))
+                arrays[name], counts[name] = [], int(match.group(2)) + 1
+            elif (match := ELEMENT.fullmatch(plain)) is not None and name:
+                position, value = [float_in(number, name[:40], part) for part in match.groups()]
+                arrays[name].append((position, value))
             elif plain.startswith("("):
                 raise Unfit(number, name[:40] or "file", f"{shown(plain[:60])} is no element of a table; correct it")
         for name, elements in arrays.items():
-            _check(name[:40], elements, wanted[name])
+            _check(name[:40], elements, counts[name])
         sides = [self.size() * np.array([value for _, value in elements[:-1]]) for elements in arrays.values()]
         if len(sides) not in (1, 2) or (len(sides) == 2 and len(sides[0]) != len(sides[1])):
             raise Unfit(1, "file", f"has {len(sides)} tables; one, or two of one size, can be read")
