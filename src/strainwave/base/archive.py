@@ -32,7 +32,7 @@ def version() -> str:
     return str(vars(import_module(MARK))["__version__"])
 
 
-def as_file(path: Any) -> Path:
+def as_file(path: object) -> Path:
     """Path of a file to be written or read (TypeError)."""
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"the file is {shown(path)}; give its name as text, for example 'curve.nc'")

@@ -106,6 +106,6 @@ def _in_unit(value: Any, size: float) -> Any:
     return value / size if size != 1.0 and isinstance(value, float | np.ndarray) else value
 
 
-def _is_table(value: Any) -> bool:
+def _is_table(value: object) -> bool:
     rows = value if isinstance(value, tuple) else ()
     return bool(rows) and all(isinstance(row, tuple) and bool(row) and isinstance(row[0], Fact) for row in rows)

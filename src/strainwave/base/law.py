@@ -29,13 +29,13 @@ def class_of(law: Any) -> Any:
     return getattr(law, "instance_class", type(law))
 
 
-def has(thing: Any, name: str) -> bool:
+def has(thing: object, name: str) -> bool:
     """Whether the class of a model, or of the models that a type of the compiler stands for, has a method."""
     return hasattr(class_of(thing), name)
 
 
 @cache
-def _arguments(cls: Any) -> int:
+def _arguments(cls: type[Any]) -> int:
     code = getattr(getattr(cls, "torque", None), "__code__", None)
     return code.co_argcount - 1 - len(cls.torque.__defaults__ or ()) if code else 1
 

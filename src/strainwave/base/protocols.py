@@ -281,7 +281,7 @@ class Load(Protocol):
         """The same couplings with another load behind them."""
 
 
-def lacking(thing: Any, *methods: str) -> tuple[str, ...]:
+def lacking(thing: object, *methods: str) -> tuple[str, ...]:
     """Those of the methods or fields that an object lacks: all of them if it is a class."""
     return methods if isinstance(thing, type) else tuple(name for name in methods if not hasattr(thing, name))
 

@@ -57,11 +57,11 @@ def _hints(cls: type) -> dict[str, Any]:
     return get_type_hints(cls, include_extras=True)
 
 
-def _is_float(hint: Any) -> bool:
+def _is_float(hint: object) -> bool:
     return hint is float or (get_origin(hint) is Annotated and get_args(hint)[0] is float)
 
 
-def _is_whole(value: Any) -> bool:
+def _is_whole(value: object) -> bool:
     return isinstance(value, Integral) or (isinstance(value, Real) and float(value).is_integer())
 
 
@@ -168,7 +168,7 @@ def parameters(model: Any) -> list[Parameter]:
     return [Parameter(path, value, _unit(type(owner), name)) for path, owner, name, value in numbers_of(model)]
 
 
-def _unit(cls: Any, name: str) -> str:
+def _unit(cls: type[Any], name: str) -> str:
     metadata = get_args(_hints(cls).get(name)) if issubclass(cls, tuple) and cls is not tuple else ()
     return metadata[1] if len(metadata) > 1 else ""
 
@@ -208,7 +208,7 @@ def _as_float(name: str, value: Any) -> float:
         raise ValueError(f"{name} is {shown(value)}; it is too large for a floating-point number") from None
 
 
-def number(name: str, value: Any, *, positive: bool = False) -> float:
+def number(name: str, value: object, *, positive: bool = False) -> float:
     """Return a number of a size up to `LARGEST` (positive: from 1/LARGEST) as float, or say that `name` is none."""
     good = isinstance(value, Real) and not isinstance(value, bool)
     result = _as_float(name, value) if good else 0.0
@@ -257,7 +257,7 @@ def positive_count(name: str, value: Any, most: int = MOST) -> int:
     return int(value)
 
 
-def whole(name: str, value: Any, least: int = 0) -> int:
+def whole(name: str, value: object, least: int = 0) -> int:
     """Return a whole number from `least` on, such as a seed, or say in one sentence that `name` is none."""
     if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < least:
         raise ValueError(f"{name} is {shown(value)}; it must be a whole number of at least {least}")

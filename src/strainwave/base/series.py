@@ -34,7 +34,7 @@ def _waves(harmonics: int) -> NDArray[np.float64]:
     return np.stack([np.cos(turns), np.sin(turns)], axis=1).reshape(2 * harmonics, -1)
 
 
-def _largest_loops(c: Any, waves: Any, largest: Any) -> None:
+def _largest_loops(c: NDArray[np.float64], waves: NDArray[np.float64], largest: NDArray[np.float64]) -> None:
     rows, samples = waves.shape
     step, values = 2.0 * math.pi / samples, np.empty(samples)
     for p in range(c.shape[0]):
@@ -131,7 +131,7 @@ def _highest(arc: Any, series: Any, waves: Any, low: float, high: float, from_me
 
 
 @kernel
-def weights_at(arc: Any, place: float) -> Any:
+def weights_at(arc: NDArray[np.float64], place: float) -> NDArray[np.float64]:
     """Weights (n,) at a place of what is known at places (n,) of an arc, of the polynomial through it (Lagrange)."""
     weights = np.ones(len(arc))
     for a in range(len(arc)):

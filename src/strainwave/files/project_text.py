@@ -204,7 +204,7 @@ def _drag(law: Any) -> Any:
     return None if (type(law), law) == (type(NO_DRAG), NO_DRAG) else law  # equal numbers make no equal law
 
 
-def _friction(friction: Any) -> float | None:
+def _friction(friction: object) -> float | None:
     if isinstance(friction, NoFriction):
         return None
     if not isinstance(friction, LoadFriction) or friction != LoadFriction(friction.mu):
@@ -244,7 +244,7 @@ def _speed(omega: Any) -> SpeedSpec:
     return SpeedSpec(at=(number("omega [rad/s]", omega, positive=True),), shaft="motor")
 
 
-def _torque(where: str, torque: Any, means: tuple[float, float] | None = None) -> TorqueSpec | None:
+def _torque(where: str, torque: object, means: tuple[float, float] | None = None) -> TorqueSpec | None:
     if not isinstance(torque, Harmonic | Harmonics):
         raise ValueError(
             f"a project file holds torques as harmonics, and {where} has {shown(torque)}; use it in Python"
@@ -256,7 +256,7 @@ def _torque(where: str, torque: Any, means: tuple[float, float] | None = None) -
     return found if found.given else None
 
 
-def _error(error: Any) -> list[ErrorLine] | None:
+def _error(error: object) -> list[ErrorLine] | None:
     if error is None or isinstance(error, NoError):
         return None
     if not isinstance(error, KinematicError):

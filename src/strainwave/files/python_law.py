@@ -66,7 +66,7 @@ def _law(entry: dict[str, Any], place: Place, folder: Path) -> Any:
         return source_place.wrong("" if source is None else str(error))
 
 
-def _class(given: Any, folder: Path) -> Any:
+def _class(given: object, folder: Path) -> Any:
     """The class that "mylaws.py:MyLaw" names (ValueError)."""
     match = NAMED.fullmatch(given.strip()) if isinstance(given, str) else None
     if match is None:
@@ -84,7 +84,7 @@ def _class(given: Any, folder: Path) -> Any:
     return vars(module)[cls]
 
 
-def _is_law(thing: Any) -> bool:
+def _is_law(thing: object) -> bool:
     return (
         isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields") and hasattr(thing, "torque")
     )
@@ -144,7 +144,7 @@ def _line(error: BaseException, path: Path) -> str:
     return "" if line is None else f" in line {line}"
 
 
-def _fields(cls: Any) -> None:
+def _fields(cls: type[Any]) -> None:
     """Refuse a class whose fields a project file cannot give (ValueError)."""
     try:
         hints = get_type_hints(cls, include_extras=True)

@@ -151,7 +151,7 @@ def _extent(item: Schema) -> str:
     return f"{item['maxLength']} letters" if "maxLength" in item else str(item.get("x-range", ""))
 
 
-def _plain(text: Any) -> str:
+def _plain(text: object) -> str:
     return str(text).replace("|", "\\|").replace("*", "\\*").replace("_", "\\_").replace("<", "\\<")
 
 

@@ -98,7 +98,7 @@ def shown(value: Any) -> str:
     return repr(value if len(value) <= 40 else value[:37] + "...") if isinstance(value, str) else kind_of(value)
 
 
-def as_path(path: Any) -> Path:
+def as_path(path: object) -> Path:
     """Return a path given as text or as `Path`, or say that it is none (TypeError)."""
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"the file is {path!r}; give its name as text")
@@ -320,5 +320,5 @@ def _mapping(events: Iterator[Any], keys: Keys, tree: Located) -> dict[str, Any]
     return items
 
 
-def _is_decimal_comma(before: Any, after: str) -> bool:
+def _is_decimal_comma(before: object, after: str) -> bool:
     return isinstance(before, str) and bool(re.search(r"[0-9]$", before) and re.match(r"[0-9]", after))

@@ -169,7 +169,7 @@ class Drive(NamedTuple):
         need("Drive.law", self.law, "torque")
 
 
-def _symbolic(thing: Any) -> bool:
+def _symbolic(thing: object) -> bool:
     return any(_symbolic(item) for item in thing) if isinstance(thing, tuple) else hasattr(thing, "free_symbols")
 
 

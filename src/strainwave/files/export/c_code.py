@@ -51,7 +51,7 @@ class CCode:
         return path
 
 
-def c_name(path: Any, ending: str) -> tuple[Path, str]:
+def c_name(path: object, ending: str) -> tuple[Path, str]:
     """Path of a file with this ending, and its stem as a name in C.
 
     Raises

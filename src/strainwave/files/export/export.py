@@ -300,7 +300,7 @@ class Exported:
 
 def export(
     source: Any,
-    path: Any,
+    path: object,
     *,
     to: Target,
     step: float | None = None,

@@ -156,7 +156,7 @@ class Traced(NDArrayOperatorsMixin):
             _refuse(f"calls numpy.{ufunc.__name__}, which C code does not have", *arguments)
         return self._recorded(ufunc.__name__, *arguments)
 
-    def __array_function__(self, function: Any, _types: Any, arguments: Any, options: Any) -> Any:
+    def __array_function__(self, function: Any, _types: object, arguments: Any, options: Any) -> Any:
         """Record the choice of `numpy.where`."""
         if function is not np.where or len(arguments) != 3 or options:
             _refuse(f"calls numpy.{function.__name__}, which C code does not have", *arguments)

@@ -84,7 +84,7 @@ LOOPS = Typed(loop_types)
 class Bandwidth(Quantity):
     """A bandwidth in rad/s: of a loop, unlike a shaft, it may be in Hz."""
 
-    def read(self, value: Any, place: Place) -> float:
+    def read(self, value: object, place: Place) -> float:
         if isinstance(value, str) and "rad" in value:
             return number(value, "rad/s", "positive")
         if isinstance(value, str) and re.search("rpm|rev|turn|deg", value):
@@ -99,7 +99,7 @@ class Bandwidth(Quantity):
 class LoopKind(Word):
     """Kind of a loop, with or without the word "loop"."""
 
-    def read(self, value: Any, place: Place) -> str:
+    def read(self, value: object, place: Place) -> str:
         word = value.removesuffix("_loop") if isinstance(value, str) else ""
         if word not in KINDS:
             raise ValueError(f"{shown(value)} is not known{near(value, list(KINDS))}")
@@ -138,7 +138,7 @@ class Loop(Kind):
 
     ways = (Fields(LoopSpec),)
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         if isinstance(value, dict) and {"bandwidth", "damping"} & set(value):
             gains = {key: item for key, item in value.items() if key in ("K_p", "K_i", "K_d")}
             for gain in gains:
@@ -186,7 +186,7 @@ class Loop(Kind):
 class Ripples(Items):
     """Lines of what varies with the base angle."""
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         before, ripples = len(place.found), Items.read(self, value, place)
         return None if len(place.found) > before else checked(Variation(ripples))
 

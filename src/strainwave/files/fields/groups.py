@@ -114,7 +114,7 @@ class Radians(float):
 class Deviation(Kind):
     """A standard deviation: relative to the number itself, or the angle of a phase."""
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         try:
             share = number(value, "", "positive")
         except ValueError:
@@ -141,7 +141,7 @@ class Deviation(Kind):
 class Scatter(Kind):
     """Standard deviations by names."""
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         if not isinstance(value, dict):
             raise NotA("a group of fields")
         if not 1 <= len(value) <= 32:
@@ -159,7 +159,7 @@ class Scatter(Kind):
 class Correlation(Kind):
     """A correlation matrix: equal on both sides of its diagonal of ones, and no variance below zero."""
 
-    def read(self, rows: Any, place: Place) -> tuple[tuple[float, ...], ...]:
+    def read(self, rows: object, place: Place) -> tuple[tuple[float, ...], ...]:
         if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
             raise ValueError("is no list of rows; write for example [[1, -0.5], [-0.5, 1]]")
         table = tuple(tuple(number(value, "") for value in row) for row in rows)

@@ -73,7 +73,7 @@ class Kind:
     unit: str = ""
     sign: str = "any"
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         """The value in SI; what is wrong is raised (ValueError), or added to the place."""
         raise NotImplementedError
 
@@ -119,7 +119,7 @@ class Row(NamedTuple):
         return schema
 
 
-def number(value: Any, unit: str, sign: str = "any") -> float:
+def number(value: object, unit: str, sign: str = "any") -> float:
     """Read a number with its unit ("any", "positive" or "not negative"), or say what is wrong (ValueError)."""
     if not isinstance(value, str):
         raise ValueError(f"is {kind_of(value)}, not a number with its unit; write {example(unit)}")
@@ -134,7 +134,7 @@ def number(value: Any, unit: str, sign: str = "any") -> float:
     return result
 
 
-def near(value: Any, known: list[str]) -> str:
+def near(value: object, known: list[str]) -> str:
     """End of a sentence about a word that is not known: the nearest, or else all that are."""
     found = difflib.get_close_matches(str(value).lower().replace("-", "_").replace(" ", "_"), known, n=1)
     return f"; did you mean {found[0]!r}?" if found else f"; write one of {', '.join(known)}"
@@ -186,7 +186,7 @@ class Whole(Kind):
     remedy: str = "write for example 2"
     beyond: str = ""
 
-    def read(self, value: Any, place: Place) -> int:
+    def read(self, value: object, place: Place) -> int:
         if not isinstance(value, str) or not re.fullmatch(r"[+-]?[0-9]{1,9}", value.strip()):
             raise ValueError(f"{shown(value)} is not a whole number; {self.remedy}")
         low, high = [int(value) if end is None else end for end in (self.low, self.high)]
@@ -210,7 +210,7 @@ class Word(Kind):
 
     words: tuple[str, ...]
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         if value not in self.words:
             raise ValueError(f"{shown(value)} is not known{near(value, list(self.words))}")
         return value
@@ -228,7 +228,7 @@ class Text(Kind):
     what: str = "a text"
     sample: str = "a text"
 
-    def read(self, value: Any, place: Place) -> str:
+    def read(self, value: object, place: Place) -> str:
         if not isinstance(value, str):
             raise NotA(self.what)
         return self.passed(value)
@@ -251,7 +251,7 @@ class Items(Kind):
     least: int | None = None
     most: int | None = None
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         if not isinstance(value, list):
             raise NotA("a list")
         for limit, outside, which in ((self.least, -1, "least"), (self.most, 1, "most")):
@@ -280,7 +280,7 @@ class Either(Kind):
     def __post_init__(self) -> None:
         object.__setattr__(self, "unit", self.plain.unit)
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         if self.word and value == self.word:
             return value
         return (self.group if isinstance(value, dict) else self.plain).read(value, place)
@@ -300,7 +300,7 @@ class Either(Kind):
         return self.group.part(value, key)
 
 
-def read(kind: Kind, value: Any, place: Place) -> Any:
+def read(kind: Kind, value: object, place: Place) -> Any:
     """Read a value at its place; None where it is wrong, which the place then has, or where it was told before."""
     before = len(place.found)
     try:

@@ -68,7 +68,7 @@ class Group:
 
 
 @cache
-def rows_of(cls: Any) -> dict[str, Row]:
+def rows_of(cls: type[Any]) -> dict[str, Row]:
     """Rows of a class by the names that a file has: its own, or those of a model's annotations."""
     if not issubclass(cls, Group):
         return _rows_of_model(cls)
@@ -76,7 +76,7 @@ def rows_of(cls: Any) -> dict[str, Row]:
     return {key.rstrip("_"): row for key, row in found.items() if isinstance(row, Row)}
 
 
-def _rows_of_model(cls: Any) -> dict[str, Row]:
+def _rows_of_model(cls: type[Any]) -> dict[str, Row]:
     """Rows of a class of the model; a table is given by its points."""
     table = cls is measured.Tabulated
     hints, defaults = {"points": None} if table else get_type_hints(cls, include_extras=True), cls._field_defaults
@@ -91,7 +91,7 @@ def _rows_of_model(cls: Any) -> dict[str, Row]:
     }
 
 
-def _kind_of(hint: Any, cls: type, key: str) -> Kind:
+def _kind_of(hint: object, cls: type, key: str) -> Kind:
     """What a field of a model's class holds, by its annotation."""
     if hint is Any:
         return LAW
@@ -118,7 +118,7 @@ class Fields(Kind):
     cls: Any
     ref: str = ""
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         return read_group(value, self.cls, place)
 
     def schema(self) -> Schema:
@@ -152,13 +152,13 @@ class Typed(Kind):
     ref: str = "law"
     wrong: Callable[[Any], Iterable[Wrong]] | None = None  # with what was read
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         model = value if is_model(value) else self._typed(value, place)  # a law of the user's own was read before
         if model is not None and self.wrong is not None:
             place.found.extend(wrong._replace(keys=(*place.keys, *wrong.keys)) for wrong in self.wrong(model))
         return model
 
-    def _typed(self, value: Any, place: Place) -> Any:
+    def _typed(self, value: object, place: Place) -> Any:
         if not isinstance(value, dict):
             raise NotA("a group of fields")
         types, type_place = self.known(), place.at("type")
@@ -170,7 +170,7 @@ class Typed(Kind):
             return type_place.wrong("" if word is None else f"{shown(word)} is not known{near(word, list(types))}")
         return read_group({key: item for key, item in value.items() if key != "type"}, cls, place, ("type",))
 
-    def of(self, word: Any) -> type | None:
+    def of(self, word: object) -> type | None:
         """The class of a type, in any spelling of its name."""
         plain = re.sub("[-_]", "", word).lower() if isinstance(word, str) else ""
         return next((cls for key, cls in self.known().items() if key.replace("_", "") == plain), None)
@@ -205,7 +205,7 @@ LAW = Typed()
 class Coefficients(Kind):
     """Coefficients of a polynomial, whose unit follows from their place."""
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         if not isinstance(value, list) or not 2 <= len(value) <= 16:
             what = f"has {len(value)} items" if isinstance(value, list) else f"is {kind_of(value)}"
             raise ValueError(f"{what}; write {self.example()}")
@@ -229,12 +229,12 @@ class Coefficients(Kind):
 class Points(Kind):
     """Pairs of a torsion and a torque."""
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         if not isinstance(value, list):
             raise ValueError(f"is {kind_of(value)}; write {self.example()}")
         return tuple(self._pair(pair, place.at(i)) for i, pair in enumerate(value))
 
-    def _pair(self, pair: Any, at: Place) -> Any:
+    def _pair(self, pair: object, at: Place) -> Any:
         if not isinstance(pair, list) or len(pair) != 2:
             return at.wrong("is no pair of a torsion and a torque; write [0.54 mrad, 54 N*m]")
         return tuple(read(Quantity(unit), pair[j], at.at(j)) for j, unit in enumerate(("rad", "N*m")))
@@ -276,7 +276,7 @@ def texts_of(value: Any) -> dict[str, str]:
     return texts
 
 
-def read_group(value: Any, cls: Any, place: Place, former: tuple[str, ...] = ()) -> Any:
+def read_group(value: object, cls: type[Any], place: Place, former: tuple[str, ...] = ()) -> Any:
     """Read the fields of a class; None where something is wrong. Fields of `former` were read before."""
     before = len(place.found)
     values = _given(value, cls, place, former)
@@ -348,7 +348,7 @@ def read_file(content: Any, cls: Any, located: Located) -> tuple[Any, list[Probl
     return cls(**defaults | values), [*problems, *problems_of(faults, located)]
 
 
-def row_at(cls: Any, content: Any, keys: Iterable[str]) -> Row | None:
+def row_at(cls: type[Any], content: Any, keys: Iterable[str]) -> Row | None:
     """The row of a field by its path in the content of a file; None where the path leads to no field."""
     row: Row | None = Row(Fields(cls))
     for key in keys:
@@ -357,7 +357,7 @@ def row_at(cls: Any, content: Any, keys: Iterable[str]) -> Row | None:
     return row
 
 
-def inside(content: Any, key: str) -> Any:
+def inside(content: object, key: str) -> Any:
     """What a file has in a group or a list; None where there is nothing."""
     if isinstance(content, list):
         return content[int(key)] if key.isdecimal() and int(key) < len(content) else None

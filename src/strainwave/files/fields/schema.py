@@ -83,7 +83,7 @@ class GearKind(Kind):
     def _way(self, value: Any) -> Fields:
         return self.ways["file" in value or "name" in value]
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: object, place: Place) -> Any:
         if isinstance(value, str):
             gear = catalogue.gear(value)
             gear.check_law()

@@ -219,7 +219,7 @@ class OrderContent:
         return self.keep(sorted(sizes, key=lambda order: (-sizes[order], order))[:count])
 
 
-def checked_lines(name: str, lines: Any) -> tuple[Line, ...]:
+def checked_lines(name: str, lines: object) -> tuple[Line, ...]:
     """Lines with whole orders, each once, finite amplitudes that are not negative, and finite phases (ValueError)."""
     if not isinstance(lines, Sequence) or isinstance(lines, Line | str):
         raise TypeError(f"{name} of an order table are {shown(lines)}; write (Line(order, amplitude, phase), ...)")
@@ -238,7 +238,7 @@ def checked_lines(name: str, lines: Any) -> tuple[Line, ...]:
     return tuple(result)
 
 
-def _checked_speeds(speeds: Any) -> tuple[float, float]:
+def _checked_speeds(speeds: object) -> tuple[float, float]:
     if not isinstance(speeds, Sequence) or len(speeds) != 2:
         raise ValueError(f"speeds of an order table are {shown(speeds)}; give the lowest and the highest, rad/s")
     low, high = [number("a speed of an order table", speed) for speed in speeds]

@@ -273,7 +273,7 @@ def _format(form: str | OrderFormat, options: dict[str, Any]) -> OrderFormat:
     return with_options(named(form), options)
 
 
-def _whole(order: Any) -> Any:
+def _whole(order: object) -> Any:
     """An order that a fit gives as a float."""
     return int(order) if isinstance(order, float) and order.is_integer() else order
 

@@ -118,7 +118,7 @@ class LoadIntegral(NamedTuple):
             )
 
 
-def is_controller(name: str, thing: Any) -> None:
+def is_controller(name: str, thing: object) -> None:
     """Refuse what has not the methods of a controller (TypeError)."""
     for method in ("start", "update"):
         need(name, thing, method)

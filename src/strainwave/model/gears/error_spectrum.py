@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import reduce
 from math import gcd, pi
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ...base.quantities import LARGEST, checked, shown
 from ...base.results import Floats
@@ -22,7 +22,7 @@ OVERSAMPLING = 16  # points per turn of the highest line
 NEWTON = 4  # steps from 16 points a period: the error falls below rounding in three
 
 
-def extremes(orders: Any, cosines: Any, sines: Any) -> tuple[float, float]:
+def extremes(orders: ArrayLike, cosines: ArrayLike, sines: ArrayLike) -> tuple[float, float]:
     """Smallest and largest value over a turn of the sum of cosines_k cos(orders_k t) + sines_k sin(orders_k t).
 
     Parameters
@@ -51,7 +51,7 @@ def extremes(orders: Any, cosines: Any, sines: Any) -> tuple[float, float]:
     return -_largest(k, -a, -b, -values), _largest(k, a, b, values)
 
 
-def _largest(k: Any, a: Floats, b: Floats, values: Floats) -> float:
+def _largest(k: NDArray[np.int_], a: Floats, b: Floats, values: Floats) -> float:
     best = float(np.max(values))
     # a maximum between the points exceeds the largest of them by at most 1/cos(pi/16) (Ehlich & Zeller 1964)
     near = best - 0.02 * float(np.max(np.abs(values)))

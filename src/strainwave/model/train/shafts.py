@@ -183,7 +183,7 @@ class Elastic(NamedTuple):
         check_load("Elastic.load", self.load)
 
 
-def check_load(where: str, load: Any) -> None:
+def check_load(where: str, load: object) -> None:
     """Refuse what has not the methods of a load (TypeError): `where` names its field."""
     if lacking(load, "with_end"):
         raise TypeError(f"{where} is {shown(load)}; it must be a Load or an Elastic")

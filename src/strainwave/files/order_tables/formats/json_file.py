@@ -63,7 +63,7 @@ def _refused(constant: str) -> None:
     raise ValueError(f"{constant} is no finite number")
 
 
-def _lines(data: Any, name: str) -> tuple[Line, ...]:
+def _lines(data: object, name: str) -> tuple[Line, ...]:
     if not isinstance(data, list):
         raise Unfit(1, name, f"are {shown(data)}; write a list of {{'order', 'amplitude', 'phase'}}")
     for line in data:
