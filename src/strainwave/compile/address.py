@@ -37,17 +37,17 @@ class ByAddress:
         for recent in _recent:
             if self.again and recent[0] is self.thing and recent[1] == self.again:
                 return recent[2], recent[3]
-        kept: list[Any] = []
+        owners: list[Any] = []
 
         def words(thing: Any) -> int:
             memory = thing if isinstance(thing, np.ndarray) else words_of(thing)
-            kept.append((thing, memory))
+            owners.append((thing, memory))
             return int(memory.__array_interface__["data"][0])
 
-        made = self.addressed(words), kept
+        result = self.addressed(words), owners
         if self.again:
-            _recent = ((self.thing, self.again, *made), *_recent[: RECENT - 1])
-        return made
+            _recent = ((self.thing, self.again, *result), *_recent[: RECENT - 1])
+        return result
 
 
 def at(place: Any) -> Any:
@@ -104,11 +104,11 @@ def words_of(thing: Any) -> Any:
     TypeError
         If it holds what is no number, array or model.
     """
-    found: list[Any] = []
-    _collect(thing, found)
-    words = np.zeros(len(found) + 1, np.int64)
+    items: list[Any] = []
+    _collect(thing, items)
+    words = np.zeros(len(items) + 1, np.int64)
     floats = words.view(np.float64)
-    for i, item in enumerate(found):
+    for i, item in enumerate(items):
         if isinstance(item, float | np.floating):
             floats[i] = item
             continue
@@ -124,24 +124,24 @@ def words_of(thing: Any) -> Any:
 
 def word_of_leaf(thing: Any, leaf: int) -> int:
     """Place of a leaf of a model among its words."""
-    found: list[Any] = []
-    _collect(thing, found)
-    return [i for i, item in enumerate(found) if isinstance(item, float | np.floating)][leaf]
+    items: list[Any] = []
+    _collect(thing, items)
+    return [i for i, item in enumerate(items) if isinstance(item, float | np.floating)][leaf]
 
 
-def _collect(thing: Any, found: list[Any]) -> None:
+def _collect(thing: Any, items: list[Any]) -> None:
     if isinstance(thing, tuple):
         for item in thing:
-            _collect(item, found)
+            _collect(item, items)
     elif isinstance(thing, np.ndarray):
         if not thing.flags.c_contiguous:
             raise TypeError(
                 f"a model holds an array of shape {thing.shape} whose numbers do not follow each other in memory, "
                 "which compiled code does not take; give np.ascontiguousarray of it, or set STRAINWAVE_JIT=0"
             )
-        found += [thing.__array_interface__["data"][0], *thing.shape]
+        items += [thing.__array_interface__["data"][0], *thing.shape]
     elif thing is not None:
-        found.append(thing)
+        items.append(thing)
 
 
 def signature(types: Any, thing: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -206,26 +206,26 @@ def _calls(types: Any, extending: Any) -> dict[Any, Any]:
 
     def caller(result: Any) -> Any:
         def typed(context: Any, address: Any, words: Any, arguments: Any) -> Any:
-            def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-                return _call(types, context, builder, result, arguments, *given)
+            def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+                return _call(types, context, builder, result, arguments, *values)
 
             return result(types.intp, types.intp, arguments), build
 
         return extending.intrinsic(typed)
 
     def typed_answer(context: Any, address: Any, words: Any, phase: Any, y: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             cgutils = import_module("numba.core.cgutils")
             real, place = context.get_value_type(types.float64), context.get_value_type(types.voidptr)
-            before, after = (cgutils.alloca_once(builder, real, size=len(y)) for _ in range(2))
+            before, after = [cgutils.alloca_once(builder, real, size=len(y)) for _ in range(2)]
             entries = [builder.gep(after, [context.get_constant(types.intp, i)]) for i in range(len(y))]
             for i in range(len(y)):
-                there = builder.gep(before, [context.get_constant(types.intp, i)])
-                builder.store(builder.extract_value(given[3], i), there)
+                slot = builder.gep(before, [context.get_constant(types.intp, i)])
+                builder.store(builder.extract_value(values[3], i), slot)
             kinds = types.Tuple((types.float64, types.voidptr, types.voidptr))
             pointers = [builder.bitcast(x, place) for x in (before, after)]
-            arguments = context.make_tuple(builder, kinds, [given[2], *pointers])
-            _call(types, context, builder, types.none, kinds, given[0], given[1], arguments)
+            arguments = context.make_tuple(builder, kinds, [values[2], *pointers])
+            _call(types, context, builder, types.none, kinds, values[0], values[1], arguments)
             return context.make_tuple(builder, y, [builder.load(entry) for entry in entries])
 
         return y(types.intp, types.intp, types.float64, y), build

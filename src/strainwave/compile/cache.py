@@ -185,14 +185,14 @@ def cache_writable() -> bool:
 
 def _remove_unused(folder: Path) -> None:
     """Remove the code of other sources that no process has used for long, and nothing else."""
-    for other in folder.parent.iterdir():
-        mark = other / "used"
+    for sibling in folder.parent.iterdir():
+        mark = sibling / "used"
         with suppress(OSError):
-            ours = other != folder and re.fullmatch("[0-9a-f]{16}", other.name)
+            ours = sibling != folder and re.fullmatch("[0-9a-f]{16}", sibling.name)
             if ours and time.time() - mark.stat().st_mtime > UNUSED_DAYS * DAY:
-                for path in [*other.glob("*.code"), *other.glob("*.part"), mark]:
+                for path in [*sibling.glob("*.code"), *sibling.glob("*.part"), mark]:
                     path.unlink()
-                other.rmdir()
+                sibling.rmdir()
 
 
 class Compilation(NamedTuple):

@@ -105,13 +105,13 @@ def kernel(
     march = _own(call(_own(march, lanes)), lanes)
 
     def thread(
-        system: Any, y0: Any, kind: Any, measures: Any, sums: Any, how: Any, settle: int, periods: int, inputs: Any,
+        system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rule: Any, settle: int, periods: int, inputs: Any,
         outputs: Any, last: Any, points: Any,
     ) -> None:  # fmt: skip
         i, threads = cuda.grid(1), cuda.gridsize(1)
         block, last, points = cuda.local.array((rows, lanes), "f8"), last[:, :, i::threads], points[:, :, i::threads]
         begin(system, y0, sums, inputs[:, i::threads], block)
-        march(system, y0, kind, measures, sums, block, how, settle, periods, last, points)
+        march(system, y0, kind, measures, sums, block, rule, settle, periods, last, points)
         finish(system, y0, sums, block, outputs[:, i::threads])
 
     # Without optimisation at link time, so that what runs is the PTX that the tests read.

@@ -27,13 +27,13 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., None]:
     Python the function is given whole arrays, in compiled code their entries one by one.
     """
 
-    def two(a: Any, out: Any) -> None:
-        for i in range(out.shape[0]):
-            out[i] = function(_entry(a, i), out[i])
+    def two(a: Any, values: Any) -> None:
+        for i in range(values.shape[0]):
+            values[i] = function(_entry(a, i), values[i])
 
-    def three(a: Any, b: Any, out: Any) -> None:
-        for i in range(out.shape[0]):
-            out[i] = function(_entry(a, i), _entry(b, i), out[i])
+    def three(a: Any, b: Any, values: Any) -> None:
+        for i in range(values.shape[0]):
+            values[i] = function(_entry(a, i), _entry(b, i), values[i])
 
     def whole(*args: Any) -> None:
         args[-1][:] = function(*args)

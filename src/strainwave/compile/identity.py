@@ -88,21 +88,21 @@ def codes(code: CodeType) -> Iterator[CodeType]:
 
 def reads(function: FunctionType) -> Iterator[tuple[str, Any]]:
     """Name and value of each global variable that a function reads; of a module, of the item that it takes from it."""
-    known = function.__globals__
-    seen = set()
+    scope = function.__globals__
+    names = set()
     for code in codes(function.__code__):
         steps = [step for step in dis.get_instructions(code) if step.opname not in PASSED]
         for i, step in enumerate(steps):
             if step.opname in READS:
-                value = known.get(step.argval, getattr(builtins, step.argval, Missing()))
-                found = [_item(step.argval, value, steps[i + 1 :])]
+                value = scope.get(step.argval, getattr(builtins, step.argval, Missing()))
+                items = [_item(step.argval, value, steps[i + 1 :])]
             elif step.opname == "IMPORT_NAME":
-                found = list(_imported(step.argval, steps[i - 2].argval, steps[i - 1].argval, known))
+                items = list(_imported(step.argval, steps[i - 2].argval, steps[i - 1].argval, scope))
             else:
                 continue
-            for name, value in found:
-                if name not in seen:
-                    seen.add(name)
+            for name, value in items:
+                if name not in names:
+                    names.add(name)
                     yield name, value
 
 
@@ -115,14 +115,14 @@ def _item(name: str, value: Any, following: list[dis.Instruction]) -> tuple[str,
     return name, value
 
 
-def _imported(name: str, level: int, items: tuple[str, ...] | None, known: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+def _imported(name: str, level: int, items: tuple[str, ...] | None, scope: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     """Names and values of what a function imports as it runs."""
     if not level and is_installed(name):
         yield name, Package(name)
         return
     module: Any = Missing()
     with suppress(ImportError):
-        module = importlib.import_module("." * level + name, known.get("__package__"))
+        module = importlib.import_module("." * level + name, scope.get("__package__"))
         for item in items or ():
             if not hasattr(module, item):
                 importlib.import_module(f"{module.__name__}.{item}")

@@ -84,15 +84,15 @@ def compilers() -> tuple[Any, Any]:
             collecting = gc.isenabled()
             gc.disable()  # nearly all that is made is kept: looking for garbage takes a tenth of the time
             try:
-                made = super().compile_extra(function)
+                compiled = super().compile_extra(function)
             finally:
                 if collecting:
                     gc.enable()
-            if made.library is None:  # types alone
-                return made
-            codegen = made.library.codegen
+            if compiled.library is None:  # types alone
+                return compiled
+            codegen = compiled.library.codegen
             for name in [name for name in _waiting if codegen._engine.is_symbol_defined(name)]:
                 codegen.set_env(name, _waiting.pop(name))
-            return made
+            return compiled
 
     return Kernels, Parts

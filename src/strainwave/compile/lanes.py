@@ -48,7 +48,7 @@ def strided_address(types: Any, context: Any, builder: Any, kind: Any, rows: Any
     """Address in any array of rows and lanes."""
     array = context.make_array(kind)(context, builder, rows)
     size = context.get_constant(types.intp, 8)
-    row_stride, stride = (builder.sdiv(builder.extract_value(array.strides, axis), size) for axis in (0, 1))
+    row_stride, stride = [builder.sdiv(builder.extract_value(array.strides, axis), size) for axis in (0, 1)]
     return builder.gep(array.data, [builder.add(builder.mul(row, row_stride), builder.mul(place, stride))])
 
 

@@ -225,7 +225,7 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return types.float64(types.float64, types.float64, types.float64), build
 
-    to_bits, to_float, fused = (extending.intrinsic(f) for f in (typed_bits, typed_float, typed_fma))
+    to_bits, to_float, fused = map(extending.intrinsic, (typed_bits, typed_float, typed_fma))
     faces = (cos, sin, exp, log, tanh, sqrt, sign, power)
     inner = (_signed_sine, _exp, _expm1, _exp_rest, _power_of_two, _split, _atanh_rest, _log, _whole)
     return {

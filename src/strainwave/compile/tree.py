@@ -8,7 +8,7 @@ Tuples of numbers of any length: states, rates of states, and what is made of th
 number: a loop or a recursion over a tuple, which comes to the same, would take the compiler many times as long.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import count as counting
 from numbers import Integral
 from typing import Any
@@ -21,7 +21,7 @@ def is_model(thing: Any) -> bool:
     return isinstance(thing, tuple) and hasattr(thing, "_fields")
 
 
-def made(template: Any, items: Any) -> Any:
+def made(template: Any, items: Iterable[Any]) -> Any:
     """Model or tuple of the kind of another one, from its items."""
     kind: Any = type(template)
     return kind(*items) if hasattr(template, "_fields") else tuple(items)
@@ -51,15 +51,15 @@ def mapped(function: Callable[..., Any], *things: Any) -> Any:
 
 def classes(things: tuple[Any, ...]) -> tuple[type, ...]:
     """Classes of the models among things, at any depth, in the order in which they are met."""
-    found: dict[type, None] = {}
+    kinds: dict[type, None] = {}
     waiting = [things]
     while waiting:
         for item in waiting.pop():
             if isinstance(item, tuple):
                 waiting.append(item)
                 if type(item) is not tuple:
-                    found[type(item)] = None
-    return tuple(found)
+                    kinds[type(item)] = None
+    return tuple(kinds)
 
 
 def numbers(model: Any, prefix: str = "") -> Iterator[tuple[str, Any, str, Any]]:
@@ -112,16 +112,16 @@ def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
 
 def part(model: Any, path: str) -> Any:
     """The number or the model at a path; a path that does not exist is a ValueError."""
-    found = model
+    node = model
     for key in path.split("."):
-        names = _names(found)
+        names = _names(node)
         if key not in names:
             raise ValueError(
                 f"{type(model).__name__} is no model with a part {shown(path)}; its numbers are "
                 f"{', '.join(name for name, *_ in numbers(model))}"
             )
-        found = found[names.index(key)]
-    return found
+        node = node[names.index(key)]
+    return node
 
 
 def _names(thing: Any) -> list[str]:
@@ -136,7 +136,7 @@ def replaced(model: Any, path: str, value: Any) -> Any:
 
 
 def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
-    key, rest = keys[0], keys[1:]
+    key, inner_keys = keys[0], keys[1:]
     names = _names(model)
     if key not in names:
         raise ValueError(
@@ -145,9 +145,9 @@ def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
         )
     index = names.index(key)
     old = model[index]
-    if rest and not isinstance(old, tuple):
-        raise ValueError(f"{key!r} in {shown(path)} is a number and has no parameter {shown('.'.join(rest))}")
-    new = _replaced(old, rest, value, path) if rest else value
+    if inner_keys and not isinstance(old, tuple):
+        raise ValueError(f"{key!r} in {shown(path)} is a number and has no parameter {shown('.'.join(inner_keys))}")
+    new = _replaced(old, inner_keys, value, path) if inner_keys else value
     return made(model, (*model[:index], new, *model[index + 1 :]))
 
 
