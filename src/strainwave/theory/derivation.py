@@ -110,10 +110,9 @@ class Derivation:
         names = {symbol: tex for symbol, tex in _TEX.items() if tex}
         rows = []
         for title, left, right in self._rows():
-            left, right = (
-                sp.latex(_short(side, self.symbols), symbol_names=_named(self.symbols, names)) for side in (left, right)
-            )
-            rows.append(rf"&\text{{{title}:}} && {left} = {right}")
+            sides = [_short(side, self.symbols) for side in (left, right)]
+            texts = [sp.latex(side, symbol_names=_named(self.symbols, names)) for side in sides]
+            rows.append(rf"&\text{{{title}:}} && {' = '.join(texts)}")
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def __str__(self) -> str:
@@ -233,7 +232,7 @@ def derive() -> Derivation:
 
     # the same with kinematic error: stated in the form of a textbook, and checked against x'' itself
     slope, shape = sp.diff(s.e(s.theta_m), s.theta_m), s.K * s.f(s.x - s.e(s.theta_m))
-    exact, steady = (s.B * (s.v - slope * rate) + shape for rate in (s.theta_m_rate, s.omega))
+    exact, steady = [s.B * (s.v - slope * rate) + shape for rate in (s.theta_m_rate, s.omega)]
     reaction = s.J * slope / (s.N * s.J_m) * exact
     hold = {s.theta_m_acceleration: 0, s.theta_m_rate: s.omega}
     result = Derivation(

@@ -107,7 +107,7 @@ def landscape(law: Any, tau_0: float, span: float | None) -> Landscape:
 
 
 def _signs(
-    g: Callable[[float], float], rests: Any, low: float = -math.inf, high: float = math.inf
+    g: Callable[[float], float], rests: list[tuple[float, float]], low: float = -math.inf, high: float = math.inf
 ) -> tuple[float, ...]:
     """Sign of g between neighbouring rests; 0 where nothing lies beyond an infinite rest."""
     if not rests:
@@ -137,23 +137,23 @@ def _piecewise(
     `slopes` are those before the first node and after the last.
     """
     values = [g(x) for x in nodes]
-    found = [(x, x) for x, value in zip(nodes, values, strict=True) if value == 0.0]
+    intervals = [(x, x) for x, value in zip(nodes, values, strict=True) if value == 0.0]
     for (a, ga), (b, gb) in pairwise(zip(nodes, values, strict=True)):
         if ga == 0.0 == gb:
-            found.append((a, b))
+            intervals.append((a, b))
         elif ga * gb < 0.0:
             x = bracketed_root(g, a, b, xtol=1e-300) if curved else a - ga * (b - a) / (gb - ga)
-            found.append((x, x))
+            intervals.append((x, x))
     for node, value, slope, outward in (
         (nodes[0], values[0], slopes[0], -1.0),
         (nodes[-1], values[-1], slopes[1], 1.0),
     ):
         if value == 0.0 == slope:
-            found.append((node, math.inf) if outward > 0.0 else (-math.inf, node))
+            intervals.append((node, math.inf) if outward > 0.0 else (-math.inf, node))
         elif value * slope * outward < 0.0:
-            found.append((node - value / slope,) * 2)
+            intervals.append((node - value / slope,) * 2)
     rests: list[tuple[float, float]] = []
-    for low, high in sorted((low + 0.0, high + 0.0) for low, high in found):  # no -0.0
+    for low, high in sorted((low + 0.0, high + 0.0) for low, high in intervals):  # no -0.0
         if rests and low <= rests[-1][1]:
             rests[-1] = (rests[-1][0], max(high, rests[-1][1]))
         else:
@@ -180,7 +180,7 @@ def _polynomial(g: Callable[[float], float], coefficients: tuple[float, ...]) ->
     return Landscape(tuple(rests), _signs(g, rests))
 
 
-def _polished(g: Callable[[float], float], slope: Any, group: list[float]) -> float:
+def _polished(g: Callable[[float], float], slope: Callable[[float], float], group: list[float]) -> float:
     """Mean of a group of roots; a single one after Newton steps: `np.roots` errs by a fraction of the largest root."""
     x = sum(group) / len(group)
     for _ in range(3 if len(group) == 1 else 0):

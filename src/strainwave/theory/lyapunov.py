@@ -72,19 +72,19 @@ def lyapunov(
         near = number("near (a torsion in rad)", near)
     tau_0 = mean_torque(system.excitation)
     system = system._replace(excitation=Harmonic(0.0, mean=tau_0), error=NoError())
-    kept = reserve(system, tau_0) if isinstance(system, VaryingOscillator) else Reserve(system.B, system.B, 0.0)
-    obstacle = kept.obstacle or _obstacle(system, kept.low, span)
+    damping = reserve(system, tau_0) if isinstance(system, VaryingOscillator) else Reserve(system.B, system.B, 0.0)
+    obstacle = damping.obstacle or _obstacle(system, damping.low, span)
     if obstacle:
         return StabilityProof.refused(system, tau_0, obstacle)
-    found = landscape(system.law, tau_0, span)
-    wells = found.wells()
+    balance = landscape(system.law, tau_0, span)
+    wells = balance.wells()
     if near is not None:
-        wells = tuple(i for i in wells if found.borders(i)[0] < near < found.borders(i)[1])
+        wells = tuple(i for i in wells if balance.borders(i)[0] < near < balance.borders(i)[1])
     if len(wells) != 1:
         return StabilityProof.refused(
-            system, tau_0, _no_single_well(system, tau_0, found, near), _all_points(found)
+            system, tau_0, _no_single_well(system, tau_0, balance, near), _all_points(balance)
         )  # fmt: skip
-    return _proof(system, tau_0, found, wells[0], kept)
+    return _proof(system, tau_0, balance, wells[0], damping)
 
 
 def mean_torque(excitation: Any) -> float:
@@ -114,7 +114,7 @@ def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: floa
         return Obstacle(fact, "give the largest torsion in rad: lyapunov(system, span=0.01)")
     # U must be the integral of T, or V' is not -B v^2: Simpson's rule on each of 400 pieces
     grid = np.linspace(-span, span, 801)
-    torque, energy = (np.array([float(method(float(x))) for x in grid]) for method in (law.torque, law.energy))
+    torque, energy = [np.array([float(method(float(x))) for x in grid]) for method in (law.torque, law.energy)]
     work = (torque[:-2:2] + 4.0 * torque[1::2] + torque[2::2]) * (grid[1] - grid[0]) / 3.0
     wrong = np.abs(np.diff(energy[::2]) - work) > 0.01 * np.max(np.abs(work))
     if np.any(wrong):
@@ -125,38 +125,38 @@ def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: floa
 
 
 def _no_single_well(
-    system: Oscillator | VaryingOscillator, tau_0: float, found: Landscape, near: float | None
+    system: Oscillator | VaryingOscillator, tau_0: float, balance: Landscape, torsion: float | None
 ) -> Obstacle:
     torque = f" under the mean torque {tau_0:.6g} N*m" if tau_0 else ""
-    rests = Sentence(", ").join(place(rest) for rest in found.rests)
-    if not found.rests:
-        where = Sentence(" on |x| <= {}", Angle(found.high)) if math.isfinite(found.high) else ""
-        fact = Sentence("there is no equilibrium{}{}", torque, where)
+    rests = Sentence(", ").join(place(rest) for rest in balance.rests)
+    if not balance.rests:
+        span = Sentence(" on |x| <= {}", Angle(balance.high)) if math.isfinite(balance.high) else ""
+        fact = Sentence("there is no equilibrium{}{}", torque, span)
         return Obstacle(fact, "T(x) never balances the mean torque: lower it or stiffen the law")
-    if any(math.isinf(low) and math.isinf(high) for low, high in found.rests):
+    if any(math.isinf(low) and math.isinf(high) for low, high in balance.rests):
         return Obstacle("the law has no restoring torque", "every x is an equilibrium: give it a positive stiffness")
-    stable = [place(found.rests[i]) for i in found.wells()]
+    stable = [place(balance.rests[i]) for i in balance.wells()]
     wells = Sentence(", ").join(stable)
-    if near is not None and stable:
-        fact = Sentence("near = {} lies in no well", Angle(near))
+    if torsion is not None and stable:
+        fact = Sentence("near = {} lies in no well", Angle(torsion))
         return Obstacle(fact, Sentence("the stable equilibria{} are at {}", torque, wells))
     if stable:
-        said = "there are {} wells, at {} (all equilibria{}: {}), and a motion may end in any of them"
-        return Obstacle(Sentence(said, len(stable), wells, torque, rests), "choose one, with near= a torsion in it")
+        text = "there are {} wells, at {} (all equilibria{}: {}), and a motion may end in any of them"
+        return Obstacle(Sentence(text, len(stable), wells, torque, rests), "choose one, with near= a torsion in it")
     back = "it takes a torque that pushes back from both sides"
-    if len(found.rests) == 1 and found.rests[0][0] == found.rests[0][1] and not lacking(system.law, "stiffness"):
-        size = f"{float(system.law.stiffness(found.rests[0][0])):.6g} N*m/rad"
-        said = "the stiffness at the equilibrium {}{} is {}, so V has no minimum there"
-        return Obstacle(Sentence(said, rests, torque, size), back)
+    if len(balance.rests) == 1 and balance.rests[0][0] == balance.rests[0][1] and not lacking(system.law, "stiffness"):
+        size = f"{float(system.law.stiffness(balance.rests[0][0])):.6g} N*m/rad"
+        text = "the stiffness at the equilibrium {}{} is {}, so V has no minimum there"
+        return Obstacle(Sentence(text, rests, torque, size), back)
     return Obstacle(Sentence("V has no minimum at any equilibrium{} ({})", torque, rests), back)
 
 
 def _proof(
-    system: Oscillator | VaryingOscillator, tau_0: float, found: Landscape, well: int, kept: Reserve
+    system: Oscillator | VaryingOscillator, tau_0: float, balance: Landscape, well: int, damping: Reserve
 ) -> StabilityProof:
-    rest = found.rests[well]
-    x_low, x_high = found.borders(well)
-    x_e = 0.5 * (rest[0] + rest[1])
+    ends = balance.rests[well]
+    x_low, x_high = balance.borders(well)
+    x_e = 0.5 * (ends[0] + ends[1])
 
     def climb(x: float) -> float:
         if math.isinf(x):
@@ -165,48 +165,48 @@ def _proof(
 
     region = Region(x_low, x_high, min(climb(x_low), climb(x_high)))
     everywhere = math.isinf(x_low) and math.isinf(x_high)
-    point = rest[0] == rest[1]
+    point = ends[0] == ends[1]
     scope: Scope = "local" if not everywhere else ("global" if point else "set")
-    asymptotic = kept.left > 0.0
+    asymptotic = damping.left > 0.0
     varying = isinstance(system, VaryingOscillator)
     return StabilityProof(
         system=system,
         tau_0=tau_0,
-        equilibria=_all_points(found),
-        rest=rest,
+        equilibria=_all_points(balance),
+        rest=ends,
         holds=True,
         scope=scope,
         asymptotic=asymptotic,
         region=region,
-        claim=_claim(rest, everywhere, asymptotic, varying),
-        reason=_reason(found, region, everywhere, point, asymptotic, varying),
-        conditions=kept.conditions() if varying else (),
+        claim=_claim(ends, everywhere, asymptotic, varying),
+        reason=_reason(balance, region, everywhere, point, asymptotic, varying),
+        conditions=damping.conditions() if varying else (),
     )
 
 
-def _claim(rest: tuple[float, float], everywhere: bool, asymptotic: bool, varying: bool) -> str:
-    who = "every motion" if everywhere else "every motion that starts in the region stays in it and"
-    goal = Sentence("{} {}", "at" if rest[0] == rest[1] else "inside", place(rest))
+def _claim(ends: tuple[float, float], everywhere: bool, asymptotic: bool, varying: bool) -> str:
+    subject = "every motion" if everywhere else "every motion that starts in the region stays in it and"
+    goal = Sentence("{} {}", "at" if ends[0] == ends[1] else "inside", place(ends))
     if not asymptotic:
         verb = "never gains energy V" if varying else "keeps its energy V"
-        return Sentence("{} {}: rest {} is stable, but not asymptotically", who, verb, goal)
+        return Sentence("{} {}: rest {} is stable, but not asymptotically", subject, verb, goal)
     kind = "globally asymptotically stable" if everywhere else "asymptotically stable"
-    return Sentence("{} decays to rest {}{}", who, goal, f" ({kind})" if rest[0] == rest[1] else "")
+    return Sentence("{} decays to rest {}{}", subject, goal, f" ({kind})" if ends[0] == ends[1] else "")
 
 
-def _reason(found: Landscape, region: Region, everywhere: bool, point: bool, asymptotic: bool, varying: bool) -> str:
-    what = "the equilibrium" if point else "the set of rests inside the gap"
+def _reason(balance: Landscape, region: Region, everywhere: bool, point: bool, asymptotic: bool, varying: bool) -> str:
+    goal = "the equilibrium" if point else "the set of rests inside the gap"
     if everywhere:
         shape = Sentence("and radially unbounded")
-    elif math.isfinite(found.low):
-        shape = Sentence("and its level curves below energy_limit are closed inside |x| <= {}", Angle(found.high))
+    elif math.isfinite(balance.low):
+        shape = Sentence("and its level curves below energy_limit are closed inside |x| <= {}", Angle(balance.high))
     else:
         saddles = Angle(*(x for x in (region.x_low, region.x_high) if math.isfinite(x)))
         shape = Sentence(
             "below the level of the lower saddle (next rests: x = {}), not radially unbounded", saddles
         )  # fmt: skip
     decay = (
-        f"V' = -B v^2 <= 0, and the largest invariant set in v = 0 is {what} (LaSalle)"
+        f"V' = -B v^2 <= 0, and the largest invariant set in v = 0 is {goal} (LaSalle)"
         if asymptotic
         else "V' = 0 as B = 0"
     )
@@ -215,10 +215,10 @@ def _reason(found: Landscape, region: Region, everywhere: bool, point: bool, asy
         if asymptotic:
             decay = (
                 f"V' <= -beta v^2 with beta > 0; b <= b2 bounds the acceleration, so v tends to 0, and with it what is "
-                f"left of the torque: x tends to {what} (Barbalat)"
+                f"left of the torque: x tends to {goal} (Barbalat)"
             )
-    checked = f"; checked on {SAMPLES + 1} samples, not proved" if math.isfinite(found.low) else ""
-    return Sentence("V is positive definite with respect to {} {}, {}{}", what, shape, decay, checked)
+    checked = f"; checked on {SAMPLES + 1} samples, not proved" if math.isfinite(balance.low) else ""
+    return Sentence("V is positive definite with respect to {} {}, {}{}", goal, shape, decay, checked)
 
 
 def _all_points(found: Landscape) -> tuple[float, ...]:

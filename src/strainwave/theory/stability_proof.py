@@ -129,7 +129,7 @@ class StabilityProof:
 
     def __str__(self) -> str:
         torque = f", mean torque {self.tau_0:.6g} N*m" if self.tau_0 else ""
-        where = f", relative to its value at {place(self.rest)}" if self.rest else ""
+        origin = f", relative to its value at {place(self.rest)}" if self.rest else ""
         equation, square, loss = "J x'' + B x' + T(x)", "J v^2/2", "-B v^2"
         if isinstance(self.system, VaryingOscillator):
             equation, square = "J x'' + b(t) x' + kappa(t) T(x)", "J v^2/(2 kappa)"
@@ -140,7 +140,7 @@ class StabilityProof:
             "\n".join(
                 [
                     f"Stability of {equation} = tau_0 with {self.system.law}{torque}",
-                    f"  V  = {square} + U(x) - tau_0 x{where}",
+                    f"  V  = {square} + U(x) - tau_0 x{origin}",
                     f"  V' = {loss}",
                     *(f"  condition: {condition}" for condition in self.conditions),
                     f"  claim ({self.scope}): {self.claim}",
@@ -152,13 +152,13 @@ class StabilityProof:
         )
 
 
-def place(rest: tuple[float, float] | None) -> str:
+def place(ends: tuple[float, float] | None) -> str:
     """Write a rest [rad], of which a set is given by its ends."""
-    if rest is None:
+    if ends is None:
         return "none"
-    if rest[0] == rest[1]:
-        return Sentence("x = {}", Angle(rest[0]))
-    return Sentence("{}", Angle(*rest, between=" <= x <= "))
+    if ends[0] == ends[1]:
+        return Sentence("x = {}", Angle(ends[0]))
+    return Sentence("{}", Angle(*ends, between=" <= x <= "))
 
 
 @dataclass(frozen=True)
@@ -183,13 +183,13 @@ class Reserve:
         return bounds, f"b > -J kappa'/(2 kappa), at most {self.asked:.6g} N*m*s/rad, where the stiffness falls"
 
 
-def reserve(system: Any, tau_0: float) -> Reserve:
+def reserve(system: VaryingOscillator, tau_0: float) -> Reserve:
     """Damping of a `VaryingOscillator` under the mean torque tau_0 [N*m], against what the argument needs."""
     if lacking(system.damping, "bounds"):
         name = type(system.damping).__name__
         fact = f"{name} has no method bounds(), which gives b1 <= b <= b2"
         return Reserve(0.0, 0.0, 0.0, Obstacle(fact, "define it"))
-    low, high = (float(b) for b in system.damping.bounds())
+    low, high = map(float, system.damping.bounds())
     if not isinstance(system.variation, Variation | NoVariation):
         name = type(system.variation).__name__
         fact = f"the extremes of {name} are not known"
@@ -204,7 +204,7 @@ def reserve(system: Any, tau_0: float) -> Reserve:
     return Reserve(low, high, asked, _obstacle(low, high, asked))
 
 
-def _obstacle(low: float, high: float, asked: float) -> Obstacle | None:
+def _obstacle(low: float, high: float, needed: float) -> Obstacle | None:
     if not math.isfinite(high):
         return Obstacle(
             "the damping has no upper bound, and a lower bound alone is not enough",
@@ -214,9 +214,9 @@ def _obstacle(low: float, high: float, asked: float) -> Obstacle | None:
     if low < 0.0:
         fact = f"the damping falls to {low:.6g} N*m*s/rad, where motions gain energy"
         return Obstacle(fact, "give a damping b1 >= 0")
-    if low < asked:
+    if low < needed:
         return Obstacle(
-            f"the stiffness falls so fast that the argument needs a damping of {asked:.6g} N*m*s/rad and the smallest "
+            f"the stiffness falls so fast that the argument needs a damping of {needed:.6g} N*m*s/rad and the smallest "
             f"damping is {low:.6g}",
             "the condition is sufficient, not necessary: give more damping or less variation, or use "
             "parametric_resonances to see whether small motions grow",
@@ -224,7 +224,7 @@ def _obstacle(low: float, high: float, asked: float) -> Obstacle | None:
     return None
 
 
-def _steepest_fall(system: Any) -> float:
+def _steepest_fall(system: VaryingOscillator) -> float:
     """Upper bound of -kappa'/kappa [1/s] over a turn: sampled, plus what may hide between the samples."""
     if isinstance(system.variation, NoVariation):
         return 0.0

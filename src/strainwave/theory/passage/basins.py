@@ -91,7 +91,7 @@ def march(rates: Rates, z0: Complexes, end: Floats, samples: int, size: float) -
     """
     z0 = np.asarray(z0, complex)
     n, spacing = len(z0), end / (samples - 1)
-    found = March(spacing[:, None] * np.arange(samples), np.repeat(z0[:, None], samples, 1), np.zeros(n), z0.copy())
+    motions = March(spacing[:, None] * np.arange(samples), np.repeat(z0[:, None], samples, 1), np.zeros(n), z0.copy())
     lanes, t, filled, z = np.arange(n), np.zeros(n), np.ones(n, int), z0.copy()
     rate = rates(t, z, lanes)
     h = np.minimum(end, 0.01 * (np.abs(z0) + ABSOLUTE * size) / np.maximum(np.abs(rate), 1e-300))
@@ -105,8 +105,8 @@ def march(rates: Rates, z0: Complexes, end: Floats, samples: int, size: float) -
         end_rate = rates(t + h, ahead, lanes)
         arrived = good & (t + h >= end[lanes] * (1.0 - 1e-12))
         piece = _Piece(t, h, z, rate, ahead, end_rate)
-        _store(found, spacing, lanes, filled, good, arrived, piece)
-        _keep_largest(found, lanes, good, piece)
+        _store(motions, spacing, lanes, filled, good, arrived, piece)
+        _keep_largest(motions, lanes, good, piece)
         t, z, rate = np.where(good, t + h, t), ahead, np.where(good, end_rate, rate)
         factor = np.where(np.isfinite(miss), 0.9 * np.maximum(miss, 1e-10) ** -0.25, 0.1)
         h = h * np.clip(factor, 0.2, 5.0)
@@ -115,7 +115,7 @@ def march(rates: Rates, z0: Complexes, end: Floats, samples: int, size: float) -
             lanes, filled, t, h = lanes[left], filled[left], t[left], h[left]
             z, rate = z[left], rate[left]
         if not len(lanes):
-            return found
+            return motions
     raise SolveError(
         f"the slow flow took {MOST_STEPS} steps to t = {float(np.min(t)):.6g} of {float(np.max(end)):.6g} s; take a "
         "higher rate or a narrower band"
@@ -131,15 +131,15 @@ def _step(
     around = rates(np.concatenate([t, t, t, t, t + dt, t - dt]), z7, np.tile(lanes, 6)).reshape(6, n)
     by_re, by_im = (around[0] - around[1]) / (2.0 * d), (around[2] - around[3]) / (2.0 * d)
     by_t = (around[4] - around[5]) / (2.0 * dt)
-    own, mirrored = 1.0 / (GAMMA * h) - 0.5 * (by_re - 1j * by_im), 0.5 * (by_re + 1j * by_im)
-    over = np.abs(own) ** 2 - np.abs(mirrored) ** 2
+    factor, mirrored = 1.0 / (GAMMA * h) - 0.5 * (by_re - 1j * by_im), 0.5 * (by_re + 1j * by_im)
+    denominator = np.abs(factor) ** 2 - np.abs(mirrored) ** 2
     stages: list[Complexes] = []
     place = z
     for i in range(6):
         place = z + sum(a * u for a, u in zip(A[i], stages, strict=True))
-        here = rate if i == 0 else rates(t + ALPHA[i] * h, place, lanes)
-        right = here + sum(c * u for c, u in zip(C[i], stages, strict=True)) / h + IN_TIME[i] * h * by_t
-        stages.append((own.conj() * right + mirrored * right.conj()) / over)
+        slope = rate if i == 0 else rates(t + ALPHA[i] * h, place, lanes)
+        right = slope + sum(c * u for c, u in zip(C[i], stages, strict=True)) / h + IN_TIME[i] * h * by_t
+        stages.append((factor.conj() * right + mirrored * right.conj()) / denominator)
     return place + stages[-1], stages[-1]
 
 
@@ -162,9 +162,9 @@ class _Piece:
         return np.asarray(r * z0 + s * z1 + s * r * bend)
 
 
-def _store(found: March, spacing: Floats, lanes: Any, filled: Any, good: Any, arrived: Any, piece: _Piece) -> None:
+def _store(motions: March, spacing: Floats, lanes: Any, filled: Any, good: Any, arrived: Any, piece: _Piece) -> None:
     """Fill in the samples inside the accepted steps; `filled` counts them."""
-    last = found.z.shape[1]
+    last = motions.z.shape[1]
     until = np.floor((piece.t + piece.h) / spacing[lanes]).astype(int) + 1
     until = np.where(arrived, last, np.minimum(until, last - 1))
     count = np.where(good, np.maximum(until - filled, 0), 0)
@@ -172,17 +172,17 @@ def _store(found: March, spacing: Floats, lanes: Any, filled: Any, good: Any, ar
     if len(rows):
         index = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count) + filled[rows]
         share = np.minimum((spacing[lanes[rows]] * index - piece.t[rows]) / piece.h[rows], 1.0)
-        found.z[lanes[rows], index] = piece.inside(rows, share)
+        motions.z[lanes[rows], index] = piece.inside(rows, share)
         filled += count
 
 
-def _keep_largest(found: March, lanes: Any, good: Any, piece: _Piece) -> None:
+def _keep_largest(motions: March, lanes: Any, good: Any, piece: _Piece) -> None:
     rows = np.flatnonzero(good)
     for share in INSIDE:
         z = piece.inside(rows, share)
-        more = np.abs(z) > np.abs(found.largest[lanes[rows]])
-        found.largest[lanes[rows[more]]] = z[more]
-        found.at_largest[lanes[rows[more]]] = (piece.t + share * piece.h)[rows[more]]
+        larger = np.abs(z) > np.abs(motions.largest[lanes[rows]])
+        motions.largest[lanes[rows[larger]]] = z[larger]
+        motions.at_largest[lanes[rows[larger]]] = (piece.t + share * piece.h)[rows[larger]]
 
 
 def stable_states(flow: Flow) -> list[complex]:

@@ -82,35 +82,35 @@ class After:
     settling: float | None
 
 
-def settled(way: Way, rates: Floats, found: March, jumps: list[tuple[DelayedJump, ...]]) -> list[After]:
+def settled(sweep: Way, rates: Floats, motions: March, jumps: list[tuple[DelayedJump, ...]]) -> list[After]:
     """Hold the last speed until the motion settles, and find when it did."""
-    end = found.z[:, -1]
-    held = way.quick.at(way.last)
+    end = motions.z[:, -1]
+    held = sweep.quick.at(sweep.last)
     states, label = destinations(held, end)
     steady = np.array([states[i] if i >= 0 else complex(np.nan) for i in label])
-    off = np.abs(end - steady) / np.maximum(SETTLED * np.abs(steady), 1e-6 * way.size)
-    time = LONGER * 2.0 * np.log(np.maximum(np.nan_to_num(off, nan=1.0), 1.0) * 2.0) / way.flow.setting.mu
-    hold = march(lambda _t, z, _lanes: np.asarray(held.rates(z)), end, time, HELD, way.size)
+    distance = np.abs(end - steady) / np.maximum(SETTLED * np.abs(steady), 1e-6 * sweep.size)
+    time = LONGER * 2.0 * np.log(np.maximum(np.nan_to_num(distance, nan=1.0), 1.0) * 2.0) / sweep.flow.setting.mu
+    hold = march(lambda _t, z, _lanes: np.asarray(held.rates(z)), end, time, HELD, sweep.size)
     tracks: dict[int, tuple[Floats, Complexes]] = {}
     answers = []
     for i, place in enumerate(label.tolist()):
-        t, z = found.t[i], found.z[i]
+        t, z = motions.t[i], motions.z[i]
         if place < 0:
             answers.append(After(hold.t[i, 1:], hold.z[i, 1:], None))
             continue
         if place not in tracks:
-            tracks[place] = _track(way, states[place])
-        speeds, known = tracks[place]
-        omega = way.first + way.ahead * rates[i] * t
-        follow = np.interp(way.ahead * omega, way.ahead * speeds, known.real, left=np.nan)
-        follow = follow + 1j * np.interp(way.ahead * omega, way.ahead * speeds, known.imag, left=np.nan)
+            tracks[place] = _track(sweep, states[place])
+        speeds, track = tracks[place]
+        omega = sweep.first + sweep.ahead * rates[i] * t
+        follow = np.interp(sweep.ahead * omega, sweep.ahead * speeds, track.real, left=np.nan)
+        follow = follow + 1j * np.interp(sweep.ahead * omega, sweep.ahead * speeds, track.imag, left=np.nan)
         target = np.append(follow, np.full(HELD - 1, states[place]))
         whole_t, whole_z = np.append(t, t[-1] + hold.t[i, 1:]), np.append(z, hold.z[i, 1:])
-        event = float(found.at_largest[i])
+        event = float(motions.at_largest[i])
         if jumps[i]:
-            event = abs(jumps[i][-1].omega - way.first) / float(rates[i])
-        near = np.abs(whole_z - target) <= np.maximum(SETTLED * np.abs(target), 1e-6 * way.size)
-        away = np.flatnonzero(~near)
+            event = abs(jumps[i][-1].omega - sweep.first) / float(rates[i])
+        close = np.abs(whole_z - target) <= np.maximum(SETTLED * np.abs(target), 1e-6 * sweep.size)
+        away = np.flatnonzero(~close)
         last = int(away[-1]) + 1 if len(away) else 0
         settling = None if last >= len(whole_t) else max(0.0, float(whole_t[last]) - event)
         answers.append(After(hold.t[i, 1:], hold.z[i, 1:], settling))
@@ -244,105 +244,102 @@ def _refuse_rates(flow: SlowFlow, rates: Floats) -> None:
         )
 
 
-def _passages(flow: SlowFlow, way: Way, rates: Floats) -> list[Passage]:
+def _passages(flow: SlowFlow, sweep: Way, rates: Floats) -> list[Passage]:
     n = len(rates)
-    both = np.concatenate([rates, (1.0 - BESIDE) * rates, (1.0 + BESIDE) * rates]) if way.folds else rates
-    everything = way.ride(both)
-    found = everything.of(np.arange(n))
-    near = np.abs(np.abs(everything.largest.reshape(-1, n)) / np.maximum(np.abs(found.largest), 1e-300) - 1.0)
-    firm = np.max(near, axis=0) <= APART
-    jumps = way.jumps(rates, found)
-    after = settled(way, rates, found, jumps)
-    known: dict[int, float] = {}
+    tried = np.concatenate([rates, (1.0 - BESIDE) * rates, (1.0 + BESIDE) * rates]) if sweep.folds else rates
+    everything = sweep.ride(tried)
+    motions = everything.of(np.arange(n))
+    spread = np.abs(np.abs(everything.largest.reshape(-1, n)) / np.maximum(np.abs(motions.largest), 1e-300) - 1.0)
+    firm = np.max(spread, axis=0) <= APART
+    jumps = sweep.jumps(rates, motions)
+    after = settled(sweep, rates, motions, jumps)
+    errors: dict[int, float] = {}
     passages = []
     for i, rate in enumerate(rates.tolist()):
-        z = np.append(found.z[i], found.largest[i])
-        t = np.append(found.t[i], found.at_largest[i])
-        omega = way.first + way.ahead * rate * t
-        x = envelope(way.flow, omega, z)
-        error = _error(flow, way, (abs(z[-1]), float(omega[-1]), rate), jumps[i], known)
+        z = np.append(motions.z[i], motions.largest[i])
+        t = np.append(motions.t[i], motions.at_largest[i])
+        omega = sweep.first + sweep.ahead * rate * t
+        x = envelope(sweep.flow, omega, z)
+        error = _error(flow, sweep, (abs(z[-1]), float(omega[-1]), rate), jumps[i], errors)
         hold = after[i]
         valid = bool(error <= TRUSTED and firm[i] and abs(z[-1]) > 0.0)
         numbers_ = float(abs(z[-1])), float(omega[-1]), float(np.max(x))
         passages.append(
             Passage(
-                way.first, way.last, rate, flow.order, way.linear, *numbers_, jumps[i], hold.settling,
-                np.append(t[:-1], t[-2] + hold.t), np.append(omega[:-1], np.full(len(hold.t), way.last)),
+                sweep.first, sweep.last, rate, flow.order, sweep.linear, *numbers_, jumps[i], hold.settling,
+                np.append(t[:-1], t[-2] + hold.t), np.append(omega[:-1], np.full(len(hold.t), sweep.last)),
                 np.abs(np.append(z[:-1], hold.z)),
-                np.append(x[:-1], envelope(way.flow, np.full(len(hold.t), way.last), hold.z)),
-                error, valid, _sentence(flow, way, rate, numbers_, jumps[i], error, bool(firm[i])),
+                np.append(x[:-1], envelope(sweep.flow, np.full(len(hold.t), sweep.last), hold.z)),
+                error, valid, _sentence(flow, sweep, rate, numbers_, jumps[i], error, bool(firm[i])),
             )
         )  # fmt: skip
     return passages
 
 
 def _error(
-    flow: SlowFlow, way: Way, place: tuple[float, float, float], jumps: tuple[DelayedJump, ...], known: dict[int, float]
-) -> float:
+    flow: SlowFlow, sweep: Way, place: tuple[float, float, float], jumps: tuple[DelayedJump, ...],
+    errors: dict[int, float],
+) -> float:  # fmt: skip
     """Estimated relative error of the largest amplitude: that of steady states like it, and that of the rate.
 
     The steady states are the one of the same amplitude, or the highest, and those at the folds where it jumped.
     """
-    amplitude, at, rate = place
+    amplitude, speed, rate = place
     ratio = float(flow.resonance.ratio or 1)
     # what is left out is of higher order in Omega'/Omega^2: at a low speed it is more
-    hurry = rate * ratio / min(flow.omega_0, ratio * at) ** 2
+    hurry = rate * ratio / min(flow.omega_0, ratio * speed) ** 2
     late = HURRY[flow.order] * hurry ** (0.5 * flow.order)
-    if way.linear:
+    if sweep.linear:
         return 0.0
-    if not way.response.branches:
+    if not sweep.response.branches:
         return float(late)
-    branch = way.response.branches[0]
+    branch = sweep.response.branches[0]
     top = int(np.argmax(branch.amplitude))
-    at = top if amplitude >= branch.amplitude[top] else int(np.argmin(np.abs(branch.amplitude - amplitude)))
-    states = [(at, float(branch.omega[at]), branch.amplitude[at] * np.exp(-1j * branch.phase[at]))]
-    taken = {jump.fold for jump in jumps}
-    states += [(-1 - i, fold.omega, fold.z) for i, fold in enumerate(way.folds) if fold.omega in taken]
+    i = top if amplitude >= branch.amplitude[top] else int(np.argmin(np.abs(branch.amplitude - amplitude)))
+    states = [(i, float(branch.omega[i]), branch.amplitude[i] * np.exp(-1j * branch.phase[i]))]
+    jumped = {jump.fold for jump in jumps}
+    states += [(-1 - i, fold.omega, fold.z) for i, fold in enumerate(sweep.folds) if fold.omega in jumped]
     for key, omega, z in states:
-        if key not in known:
-            found = certify(way.flow.at(omega), complex(z), flow.order)
-            known[key] = max(found.amplitude, abs(found.speed))
-    return float(late) + max(known[key] for key, _, _ in states)
+        if key not in errors:
+            certificate = certify(sweep.flow.at(omega), complex(z), flow.order)
+            errors[key] = max(certificate.amplitude, abs(certificate.speed))
+    return float(late) + max(errors[key] for key, _, _ in states)
 
 
 def _sentence(
-    flow: SlowFlow,
-    way: Way,
-    rate: float,
-    found: tuple[float, float, float],
-    jumps: tuple[DelayedJump, ...],
-    error: float,
-    firm: bool,
-) -> str:
-    name = "run-up" if way.ahead > 0.0 else "run-down"
-    told = "; ".join(
+    flow: SlowFlow, sweep: Way, rate: float, largest: tuple[float, float, float], jumps: tuple[DelayedJump, ...],
+    error: float, firm: bool,
+) -> str:  # fmt: skip
+    name = "run-up" if sweep.ahead > 0.0 else "run-down"
+    text = "; ".join(
         f"it jumps at {j.omega:.6g} rad/s, {j.delay:.3g} rad/s after the fold (estimate {j.estimate:.3g})"
         for j in jumps
     )
     if math.isinf(error) or error > TRUSTED:
         better = "take second order, or integrate" if flow.order == 1 else "integrate"
         verdict = f"not valid: the estimated error is {100.0 * error:.2g} % (limit {100.0 * TRUSTED:.0f} %); {better}"
-    elif found[0] == 0.0:
+    elif largest[0] == 0.0:
         verdict = "not valid: the passage starts at a = 0, which the slow flow never leaves undisturbed; integrate"
     elif not firm:
         verdict = f"not valid: at a rate {100.0 * BESIDE:.0f} % off the largest amplitude is another; integrate"
     else:
         verdict = f"valid: the estimated error is {100.0 * error:.2g} %"
     return (
-        f"{name} from {way.first:.6g} to {way.last:.6g} rad/s at {rate:.6g} rad/s^2: largest amplitude {found[0]:.6g} "
-        f"rad at {found[1]:.6g} rad/s, largest |x| {found[2]:.6g} rad; {told or 'no jump'}; {verdict}"
+        f"{name} from {sweep.first:.6g} to {sweep.last:.6g} rad/s at {rate:.6g} rad/s^2: largest amplitude "
+        f"{largest[0]:.6g} rad at {largest[1]:.6g} rad/s, largest |x| {largest[2]:.6g} rad; {text or 'no jump'}; "
+        f"{verdict}"
     )
 
 
-def _rate_without_jump(way: Way) -> float | None:
+def _rate_without_jump(sweep: Way) -> float | None:
     """Rate [rad/s^2] above which the drive passes without jumping, to 1 %; None where there is no such rate."""
-    if not way.folds:
+    if not sweep.folds:
         return None
-    s = way.flow.setting
+    s = sweep.flow.setting
     fastest = FASTEST * s.omega_0**2 / (s.fast / s.omega)
     rates = s.mu**2 * FACTOR ** np.arange(SLOWEST, 1.0 + math.log(fastest / s.mu**2) / math.log(FACTOR))
     for parts in PARTS:
-        stays = np.flatnonzero(~way.jumped(rates))
+        stays = np.flatnonzero(~sweep.jumped(rates))
         if not len(stays) or stays[0] == 0:
             return None
         low, high = rates[stays[0] - 1], rates[stays[0]]

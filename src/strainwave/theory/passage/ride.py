@@ -58,18 +58,18 @@ class Fold:
 def folds_ahead(flow: Flow, response: SlowResponse, first: float, last: float) -> list[Fold]:
     """Folds whose states vanish in the direction from `first` to `last` [rad/s], in the order of the way."""
     ahead = 1.0 if last > first else -1.0
-    found = []
+    folds = []
     for branch in response.branches:
         for omega in response.folds:
-            at = np.flatnonzero(branch.omega == omega)
-            inside = at[(at > 0) & (at < len(branch.omega) - 1)]
+            places = np.flatnonzero(branch.omega == omega)
+            inside = places[(places > 0) & (places < len(branch.omega) - 1)]
             if not len(inside) or ahead * (branch.omega[inside[0] - 1] - omega) > 0.0:
                 continue
             z = complex(branch.amplitude[inside[0]] * np.exp(-1j * branch.phase[inside[0]]))
             marks = [w for w in (*response.folds, first, last) if w != omega]
-            off = ahead * BESIDE * min(abs(w - omega) for w in marks)
-            found.append(Fold(omega, z, omega - off, omega + off, _lag(flow, omega, z)))
-    return sorted(found, key=lambda fold: ahead * fold.omega)
+            distance = ahead * BESIDE * min(abs(w - omega) for w in marks)
+            folds.append(Fold(omega, z, omega - distance, omega + distance, _lag(flow, omega, z)))
+    return sorted(folds, key=lambda fold: ahead * fold.omega)
 
 
 def _lag(flow: Flow, omega: float, z: complex) -> float:
@@ -108,7 +108,7 @@ def linear_passage(s: Setting, rate: float, t: Floats) -> Complexes:
     ratio = s.fast / s.omega
     root = cmath.sqrt(0.25 * s.mu**2 - s.omega_0**2)
     roots = -0.5 * s.mu + root, -0.5 * s.mu - root
-    first, second = (_convolved(lam, s.fast, ratio * rate, t) for lam in roots)
+    first, second = [_convolved(lam, s.fast, ratio * rate, t) for lam in roots]
     x = (first - second) / (2.0 * root)
     slope = (roots[0] * first - roots[1] * second) / (2.0 * root)
     on_torque = np.sum(s.torque_lines[s.on_fast]) / s.system.J
@@ -170,13 +170,13 @@ class Way:
     @cached_property
     def _besides(self) -> tuple[tuple[list[complex], int, float], ...]:
         """For each fold: stable states before it, which of them vanishes, and the amplitude after the jump."""
-        found = []
+        states = []
         for fold in self.folds:
             before, _ = destinations(self.quick.at(fold.before), np.zeros(0, complex))
             vanishing = int(np.argmin([_apart(z, fold.z, self.flow.setting.copies) for z in before]))
             after, label = destinations(self.quick.at(fold.after), np.array([fold.z]))
-            found.append((before, vanishing, abs(after[int(label[0])])))
-        return tuple(found)
+            states.append((before, vanishing, abs(after[int(label[0])])))
+        return tuple(states)
 
     def ride(self, rates: Floats) -> March:
         """Histories at many rates [rad/s^2, positive]: every lane from the first speed to the last."""
@@ -196,26 +196,26 @@ class Way:
         top, lane = np.argmax(np.abs(z), axis=1), np.arange(len(t))
         return March(t[:, ::FINER], z[:, ::FINER], t[lane, top], z[lane, top])
 
-    def jumps(self, rates: Floats, found: March) -> list[tuple[DelayedJump, ...]]:
+    def jumps(self, rates: Floats, motions: March) -> list[tuple[DelayedJump, ...]]:
         """Jumps of every lane: it is on the vanishing motion just before the fold, and half way to the next after."""
         jumps: list[list[DelayedJump]] = [[] for _ in rates]
-        speeds = self.first + self.ahead * rates[:, None] * found.t
+        speeds = self.first + self.ahead * rates[:, None] * motions.t
         for fold, (_, vanishing, remaining) in zip(self.folds, self._besides, strict=True):
             share = (fold.before - self.first) / (self.last - self.first) * (SAMPLES - 1)
-            z = found.z[:, round(share)]
+            z = motions.z[:, round(share)]
             _, label = destinations(self.quick.at(fold.before), z)
             half = 0.5 * (abs(fold.z) + remaining)
             side = math.copysign(1.0, remaining - abs(fold.z))
             for i in np.flatnonzero(label == vanishing).tolist():
-                excess = side * (np.abs(found.z[i]) - half)
-                at = np.flatnonzero((excess > 0.0) & (self.ahead * (speeds[i] - fold.omega) >= 0.0))
-                if len(at):
-                    now, then = at[0], max(at[0] - 1, 0)
-                    share = min(1.0, excess[now] / max(excess[now] - excess[then], 1e-300))
-                    omega = float(speeds[i, now] - share * (speeds[i, now] - speeds[i, then]))
+                excess = side * (np.abs(motions.z[i]) - half)
+                reached = np.flatnonzero((excess > 0.0) & (self.ahead * (speeds[i] - fold.omega) >= 0.0))
+                if len(reached):
+                    k, before = reached[0], max(reached[0] - 1, 0)
+                    share = min(1.0, excess[k] / max(excess[k] - excess[before], 1e-300))
+                    omega = float(speeds[i, k] - share * (speeds[i, k] - speeds[i, before]))
                     delay = self.ahead * (omega - fold.omega)
                     jumps[i].append(DelayedJump(omega, fold.omega, delay, fold.delay(float(rates[i]))))
-        return [tuple(some) for some in jumps]
+        return [tuple(lane) for lane in jumps]
 
     def jumped(self, rates: Floats) -> NDArray[np.bool_]:
         """Whether the drive jumps at each of many rates [rad/s^2]."""

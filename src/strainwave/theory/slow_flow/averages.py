@@ -52,7 +52,7 @@ def pieces_of(law: Any) -> Pieces | None:
 
 
 @kernel
-def torsion_at(mean: Any, re: Any, im: Any, f: float, lines: Any, psi: Any) -> Any:
+def torsion_at(mean: Any, re: Any, im: Any, f: float, lines: Floats, psi: Any) -> Any:
     """u, u' and u'' at psi; `lines` has rows (harmonic, cosine, sine coefficient)."""
     c, s = cos(f * psi), sin(f * psi)
     value, slope, bend = mean + re * c - im * s, -f * (re * s + im * c), f * f * (im * s - re * c)
@@ -73,7 +73,7 @@ def wave(m: float, psi: Any, end: Any) -> Any:
 
 
 @kernel
-def ramp(height: Any, re: Any, im: Any, f: float, lines: Any, psi: Any, end: Any) -> Any:
+def ramp(height: Any, re: Any, im: Any, f: float, lines: Floats, psi: Any, end: Any) -> Any:
     """Integral of (u - b) exp(-i f psi) from psi to end, with height = mean - b."""
     z = re + 1j * im
     total = height * wave(-f, psi, end) + 0.5 * (z * (end - psi) + (re - 1j * im) * wave(-2.0 * f, psi, end))
@@ -85,40 +85,40 @@ def ramp(height: Any, re: Any, im: Any, f: float, lines: Any, psi: Any, end: Any
 
 
 def _averages_loops(
-    breaks: Any, slopes: Any, mean: Any, re: Any, im: Any, f: float, lines: Any, table: Any,
-    force: Any, stiffness: Any, twice: Any,
+    breaks: Floats, slopes: Floats, mean: Floats, re: Floats, im: Floats, f: float, lines: Floats, table: Floats,
+    force: Any, stiffness: Floats, twice: Any,
 ) -> None:  # fmt: skip
     n = table.shape[1]
     spacing = FULL / n
-    u, at, psi = np.empty(n), np.empty(n), np.empty(n + 1)
+    u, torsions, psi = np.empty(n), np.empty(n), np.empty(n + 1)
     for i in range(len(re)):
         z = re[i] + 1j * im[i]
         for k in range(n):
             u[k] = mean[i] + re[i] * table[0, k] - im[i] * table[1, k] + table[2, k]
         for k in range(n):
             before, after = u[k] - u[k - 1], u[k + 1 if k + 1 < n else 0] - u[k]
-            psi[k], at[k] = spacing * k, u[k]
-            near = False
+            psi[k], torsions[k] = spacing * k, u[k]
+            close = False
             for b in breaks:
-                near = near or abs(u[k] - b) <= max(abs(before), abs(after))
-            if near and before * after <= 0.0:
+                close = close or abs(u[k] - b) <= max(abs(before), abs(after))
+            if close and before * after <= 0.0:
                 for _ in range(4):
                     _, slope, bend = torsion_at(mean[i], re[i], im[i], f, lines, psi[k])
                     step = slope / bend if bend != 0.0 else 0.0
                     psi[k] = min(spacing * (k + 0.5), max(spacing * (k - 0.5), psi[k] - step))
-                at[k] = torsion_at(mean[i], re[i], im[i], f, lines, psi[k])[0]
+                torsions[k] = torsion_at(mean[i], re[i], im[i], f, lines, psi[k])[0]
         psi[n] = psi[0] + FULL
         piece = 0
         for b in breaks:
-            piece += 1 if b <= at[0] else 0
+            piece += 1 if b <= torsions[0] else 0
         force[i], stiffness[i], twice[i] = 0.5 * slopes[piece] * z, slopes[piece], 0.0
         for k in range(n):
-            after = at[k + 1 if k + 1 < n else 0]
+            after = torsions[k + 1 if k + 1 < n else 0]
             while (piece < len(breaks) and breaks[piece] <= after) or (piece > 0 and breaks[piece - 1] > after):
                 up = piece < len(breaks) and breaks[piece] <= after
                 b = breaks[piece] if up else breaks[piece - 1]
-                low, high, rise = psi[k], psi[k + 1], after - at[k]
-                place = low + (high - low) * (b - at[k]) / rise
+                low, high, rise = psi[k], psi[k + 1], after - torsions[k]
+                place = low + (high - low) * (b - torsions[k]) / rise
                 for _ in range(30):
                     value, slope, _ = torsion_at(mean[i], re[i], im[i], f, lines, place)
                     if (value - b) * rise < 0.0:
@@ -141,8 +141,8 @@ def _averages_loops(
 
 @kernel_as(_averages_loops)
 def averages(
-    breaks: Any, slopes: Any, mean: Any, re: Any, im: Any, f: float, lines: Any, table: Any,
-    force: Any, stiffness: Any, twice: Any,
+    breaks: Floats, slopes: Floats, mean: Floats, re: Floats, im: Floats, f: float, lines: Floats, table: Floats,
+    force: Any, stiffness: Floats, twice: Any,
 ) -> None:  # fmt: skip
     """Write the averages of N exp(-i f psi), N' and N' exp(-2 i f psi) for every u: N(0) and jumps as in `Pieces`.
 
@@ -251,16 +251,16 @@ def harmonics(
     (motions, m) complex array
         Means [N*m or N*m/rad].
     """
-    (cosine, sine), (even, odd) = waves, conjugates
-    found = np.empty((len(c), even.shape[1]), complex)
+    (cosine, sine), (real_part, imaginary_part) = waves, conjugates
+    means = np.empty((len(c), real_part.shape[1]), complex)
     torsion, value = origin
-    block = max(1, BLOCK // len(even))
-    for some in (slice(i, i + block) for i in range(0, len(c), block)):
-        u = c.real[some] @ cosine + c.imag[some] @ sine
-        given = values_along(values, law, torsion + u) - value
-        found.real[some], found.imag[some] = given @ even, given @ odd
-    found /= len(even)
-    return found
+    block = max(1, BLOCK // len(real_part))
+    for rows in (slice(i, i + block) for i in range(0, len(c), block)):
+        u = c.real[rows] @ cosine + c.imag[rows] @ sine
+        outputs = values_along(values, law, torsion + u) - value
+        means.real[rows], means.imag[rows] = outputs @ real_part, outputs @ imaginary_part
+    means /= len(real_part)
+    return means
 
 
 def values_along(values: Callable[..., None], law: Any, u: Floats) -> Floats:

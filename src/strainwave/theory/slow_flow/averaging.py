@@ -194,7 +194,7 @@ class AveragedFlow:
         s = self.setting
         scale = 1j / (s.omega_0 * s.system.J)
         parts = self.means.linear(s, np.ravel(np.asarray(z, complex)))
-        force, to_re, to_im = (scale * part.reshape(np.shape(z)) for part in parts)
+        force, to_re, to_im = [scale * part.reshape(np.shape(z)) for part in parts]
         return self.linear * z + force - self.push, real_matrix(self.linear + to_re, 1j * self.linear + to_im)
 
     def stability(self, z: Any) -> Floats:
@@ -286,17 +286,17 @@ def _change(s: Setting, probes: Complexes, coarse: Complexes, fine: Complexes) -
 
 def _exact_flow(s: Setting, pieces: Pieces) -> AveragedFlow:
     """The flow by exact means; without resonance exact in the fast angle, by the trapezoid rule in the other one."""
-    beyond = Pieces(pieces.breaks, pieces.slopes - float(s.system.law.stiffness(s.u0)))
+    excess = Pieces(pieces.breaks, pieces.slopes - float(s.system.law.stiffness(s.u0)))
     none = np.empty((0, 3))
     ratio = s.resonance.ratio
     if ratio is not None:
         base = math.gcd(ratio.numerator, *(ratio.denominator * k for k in s.orders))
         harmonics = tuple(ratio.denominator * k // base for k in s.orders)
-        blank = Exact(beyond, ratio.numerator // base, harmonics, none, none, np.array([s.u0]))
+        blank = Exact(excess, ratio.numerator // base, harmonics, none, none, np.array([s.u0]))
         return AveragedFlow(s, blank.at(s))
     m = 1 if not s.orders else ALONG * max(s.orders) // math.gcd(*s.orders)
     table = grid_table(1, (), none)
-    fine, coarse = (AveragedFlow(s, Exact(beyond, 1, (), none, table, _along(s, k))) for k in (m, -(-m // 2)))
+    fine, coarse = [AveragedFlow(s, Exact(excess, 1, (), none, table, _along(s, k))) for k in (m, -(-m // 2))]
     probes = probes_of(s)
     error, noise = _change(s, probes, coarse.mean_force(probes), fine.mean_force(probes))
     return replace(fine, error=error if error > max(TARGET, noise) else 0.0)
@@ -310,16 +310,16 @@ def _along(s: Setting, points: int) -> Floats:
 
 def sampled(s: Setting, level: int) -> AveragedFlow:
     """The flow on a grid of 16 points per turn of the fastest angle, times 2^level."""
-    ratio, each = s.resonance.ratio, FEWEST << level
+    ratio, points = s.resonance.ratio, FEWEST << level
     if ratio is None:
         base = math.gcd(*s.orders) if s.orders else 1
-        n = (each, 1 if not s.orders else each * max(s.orders) // base)
+        n = (points, 1 if not s.orders else points * max(s.orders) // base)
         eta, theta = np.meshgrid(*(2.0 * np.pi * np.arange(m) / m for m in n), indexing="ij")
         fast, theta = eta.ravel(), theta.ravel() / base
     else:
         p, q = ratio.numerator, ratio.denominator
         base = math.gcd(p, *(q * k for k in s.orders))
-        n_points = each * max(p, *(q * k for k in s.orders), 1) // base
+        n_points = points * max(p, *(q * k for k in s.orders), 1) // base
         # theta runs over 2 pi q/base: the common period of the fast angle and all lines
         theta = (2.0 * np.pi * q / base) * np.arange(n_points) / n_points
         fast = float(ratio) * theta

@@ -90,7 +90,7 @@ class Balance:
                 c[..., round(multiple)] += small  # without resonance the free part, of other speeds, is absent
         return c
 
-    def torque(self, c: Complexes, omega: Any) -> Complexes:
+    def torque(self, c: Complexes, omega: Floats) -> Complexes:
         """Harmonics [N*m] (states, H+1) of the law's torque along motions."""
         if self.loops is not None:
             return self.loops.coefficients(self.loops.torque(c, omega * self.base))
@@ -98,7 +98,7 @@ class Balance:
         torque[..., 0] *= 0.5
         return torque
 
-    def torque_slopes(self, c: Complexes, omega: Any) -> tuple[Floats, Any]:
+    def torque_slopes(self, c: Complexes, omega: Floats) -> tuple[Floats, Any]:
         """Derivatives of `torque`, as real and imaginary parts, to those of c and to omega.
 
         Those of closed loops are taken by differences.
@@ -116,7 +116,7 @@ class Balance:
         faster, slower = self.torque(c, omega + step), self.torque(c, omega - step)
         return matrix, (faster - slower) / (2.0 * step[:, None])
 
-    def residual(self, c: Complexes, omega: Any) -> Complexes:
+    def residual(self, c: Complexes, omega: Floats) -> Complexes:
         """Residual [N*m] (states, H+1) of every harmonic.
 
         One state or many: c is (states, H+1), omega (states,).
@@ -136,7 +136,7 @@ class Balance:
         """
         return np.linalg.slogdet(self.slopes(c, omega)[0])[0] > 0.0
 
-    def slopes(self, c: Complexes, omega: Any) -> tuple[Floats, Any]:
+    def slopes(self, c: Complexes, omega: Floats) -> tuple[Floats, Any]:
         """Derivatives of the residual to the real unknowns, and of its torque to omega."""
         matrix, by_omega = self.torque_slopes(c, omega)
         return self._with_inertia(matrix, np.multiply.outer(omega, np.arange(self.harmonics + 1) * self.base)), by_omega
@@ -213,7 +213,7 @@ class Corrected:
 
 def corrected(balance: Balance, c: Complexes, omega: Floats, turn: Complexes | None) -> Corrected:
     """Newton's method to convergence from approximate motions, many at once."""
-    first_c, first_omega, near = c, omega, NEAR if balance.loops is None else ON_LOOPS
+    first_c, first_omega, tolerance = c, omega, NEAR if balance.loops is None else ON_LOOPS
     end_c, end_omega = c.copy(), np.array(omega, float)
     converged, going = np.zeros(len(c), bool), np.arange(len(c))
     c, omega = c.copy(), np.array(omega, float)
@@ -229,9 +229,9 @@ def corrected(balance: Balance, c: Complexes, omega: Floats, turn: Complexes | N
             change = np.max(np.abs(new - c), axis=1) + size * np.abs(speed / omega - 1.0)
         if round_ == 0:
             first_c, first_omega = np.where(sound[:, None], new, c), np.where(sound, speed, omega)
-        done = sound & (change <= near * np.max(np.abs(c), axis=1))
-        end_c[going[done]], end_omega[going[done]], converged[going[done]] = new[done], speed[done], True
-        keep = sound & ~done
+        ready = sound & (change <= tolerance * np.max(np.abs(c), axis=1))
+        end_c[going[ready]], end_omega[going[ready]], converged[going[ready]] = new[ready], speed[ready], True
+        keep = sound & ~ready
         going, c, omega = going[keep], new[keep], speed[keep]
         if not len(going):
             break
@@ -271,14 +271,14 @@ def certify(flow: Flow, z: complex, order: int) -> Certificate:
     along = here if turn is None else corrected(balance, c0, speed, turn)
     at_speed = errors(balance, c0, here.c, z != 0.0)
     at_phase = errors(balance, c0, along.c, z != 0.0)
-    found, converged = bool(here.converged[0]), bool(along.converged[0])
+    solved, converged = bool(here.converged[0]), bool(along.converged[0])
     amplitude = float(at_phase.amplitude[0]) if converged else max(float(at_phase.amplitude[0]), 1.0)
     shift = float(s.omega / along.omega[0] - 1.0)
-    largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if found else 0.0)
+    largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if solved else 0.0)
     small = Smallness(_nonlinearity(balance, c0[0]), s.mu / s.omega_0, abs(s.fast - s.omega_0) / s.omega_0)
     numbers = Estimate(
-        amplitude, float(at_speed.phase[0]) if found else None, shift, float(at_phase.waveform[0]),
-        float(at_speed.amplitude[0]) if found else None,
+        amplitude, float(at_speed.phase[0]) if solved else None, shift, float(at_phase.waveform[0]),
+        float(at_speed.amplitude[0]) if solved else None,
     )  # fmt: skip
     pumped = z == 0.0 and _pumped(s)
     valid = converged and largest <= ACCEPTED and not pumped
@@ -355,8 +355,8 @@ def errors(balance: Balance, motion: Complexes, true: Complexes, has_fast: bool)
 def _sentence(flow: Flow, z: complex, facts: tuple[int, bool, bool, bool], error: Estimate, small: Smallness) -> str:
     s, (order, valid, converged, followed) = flow.setting, facts
     verdict = "valid" if valid else "not valid"
-    what = f"steady amplitude {abs(z):.6g} rad" if z != 0.0 else "forced motion"
-    what += "" if is_stable(flow, z) else " (not asymptotically stable)"
+    motion = f"steady amplitude {abs(z):.6g} rad" if z != 0.0 else "forced motion"
+    motion += "" if is_stable(flow, z) else " (not asymptotically stable)"
     if not converged:
         estimate = "a harmonic correction of it does not converge, so nothing is known of its error"
     elif followed:
@@ -375,8 +375,8 @@ def _sentence(flow: Flow, z: complex, facts: tuple[int, bool, bool, bool], error
     remedy = remedy if order == 1 else remedy.replace("second order, ", "")
     return (
         f"{ORDINAL[order]}-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s) is {verdict} for the "
-        f"{what}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear torque {small.nonlinearity:.2g}, "
-        f"mu/omega_0 {small.damping:.2g}, detuning {small.detuning:.2g}{remedy}"
+        f"{motion}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear torque "
+        f"{small.nonlinearity:.2g}, mu/omega_0 {small.damping:.2g}, detuning {small.detuning:.2g}{remedy}"
     )
 
 

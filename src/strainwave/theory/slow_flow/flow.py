@@ -101,10 +101,10 @@ class SlowFlow:
         SolveError
             If there is none, as without damping at a linear resonance.
         """
-        found = [SteadyState(abs(z), -math.atan2(z.imag, z.real) + 0.0, is_stable(self._flow, z)) for z in self._points]
+        roots = [SteadyState(abs(z), -math.atan2(z.imag, z.real) + 0.0, is_stable(self._flow, z)) for z in self._points]
         if is_trivial(self._flow):
-            found.append(SteadyState(0.0, 0.0, is_stable(self._flow, 0j)))
-        if not found:
+            roots.append(SteadyState(0.0, 0.0, is_stable(self._flow, 0j)))
+        if not roots:
             cause = (
                 "without damping the amplitude grows without bound; give B"
                 if self.mu <= 0.0
@@ -118,7 +118,7 @@ class SlowFlow:
                     cause,
                 )
             )
-        return found
+        return roots
 
     def states_at(self, omega: ArrayLike) -> StatesAtSpeeds:
         """Every fixed point of the slow flow at many speeds at once: what `steady_states` lists, for each of them.
@@ -366,13 +366,13 @@ def _absent(flow: Flow, order: int) -> str:
     )
     if not s.orders:
         return f"{fact}: the excitation has no line; use NONRESONANT for the free vibration"
-    known = []
+    available = []
     for p, q in {(k * m, n): None for k in s.orders[:3] for m, n in ((1, 1), (2, 1), (3, 1), (1, 2), (1, 3))}:
         candidate = Resonance(p, q).checked()
         at_exact = s.system._replace(omega=s.omega_0 * q / p)
-        if candidate not in known and _flow(at_exact, candidate, order).phase_matters():
-            known.append(candidate)
-    names = ", ".join(f"Resonance({r.p}, {r.q})" for r in known) or "none with p, q up to 3"
+        if candidate not in available and _flow(at_exact, candidate, order).phase_matters():
+            available.append(candidate)
+    names = ", ".join(f"Resonance({r.p}, {r.q})" for r in available) or "none with p, q up to 3"
     return (
         f"{fact}: with lines of order {', '.join(map(str, s.orders))} the averaging integral does not depend on the "
         f"phase; {ORDINAL[order]} order knows {names}; use one of them or NONRESONANT, or integrate"

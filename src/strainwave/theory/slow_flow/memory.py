@@ -57,7 +57,7 @@ def _stepped(law: Any, x: float, v: float, z: Any, h: float) -> Any:
     return after
 
 
-def _closed_loops(law: Any, u: Any, v: Any, h: Any, zeros: Any, torque: Any, gap: Any) -> None:
+def _closed_loops(law: Any, u: Floats, v: Floats, h: Floats, zeros: Floats, torque: Floats, gap: Floats) -> None:
     n, m = u.shape[1], len(zeros)
     start, start_before, end_before = np.empty(m), np.empty(m), np.empty(m)
     size, middle = np.empty(m), np.empty(m)
@@ -87,7 +87,7 @@ def _closed_loops(law: Any, u: Any, v: Any, h: Any, zeros: Any, torque: Any, gap
 
 
 @kernel_as(_closed_loops)
-def closed(law: Any, u: Any, v: Any, h: Any, zeros: Any, torque: Any, gap: Any) -> None:
+def closed(law: Any, u: Floats, v: Floats, h: Floats, zeros: Floats, torque: Floats, gap: Floats) -> None:
     """Write the torque on the closed loop of every motion, and the relative gap left in its internal states.
 
     `u` [rad] and `v` [rad/s] are (motions, samples), `h` [s] (motions,) the time between samples, `zeros` as many zeros
@@ -177,29 +177,29 @@ class Loops:
         The mean torsion in `c` is where the search starts.
         """
         c, speed = c.copy(), np.broadcast_to(np.asarray(speed, float), len(c))
-        found, size = np.empty_like(c), np.zeros(len(c))
+        harmonics, size = np.empty_like(c), np.zeros(len(c))
         guess = np.maximum(spring_stiffness(self.law, c[:, 0].real), 0.0) + 0.0 * size
         guess = np.where(guess > 0.0, guess, self.law.stiffness(c[:, 0].real))
         open_, before, slope = np.arange(len(c)), np.zeros(len(c)), guess.copy()
         step = np.zeros(len(c))
         for trial in range(MEANS):
             torque = self.torque(c[open_], speed[open_])
-            found[open_], size[open_] = self.coefficients(torque), np.max(np.abs(torque - mean), axis=1)
-            off = found[open_, 0].real - mean
+            harmonics[open_], size[open_] = self.coefficients(torque), np.max(np.abs(torque - mean), axis=1)
+            excess = harmonics[open_, 0].real - mean
             if trial:
                 with np.errstate(all="ignore"):
-                    secant = (off - before[open_]) / step[open_]
+                    secant = (excess - before[open_]) / step[open_]
                 ok = np.isfinite(secant)
                 slope[open_] = np.where(ok, np.clip(secant, 0.02 * guess[open_], 50.0 * guess[open_]), slope[open_])
-            before[open_] = off
-            left = np.abs(off) > BALANCED * size[open_]
+            before[open_] = excess
+            left = np.abs(excess) > BALANCED * size[open_]
             open_ = open_[left]
             if not len(open_):
-                return c, found
+                return c, harmonics
             step[open_] = -before[open_] / slope[open_]
             c[open_, 0] += step[open_]
-        found[np.abs(before) > ADRIFT * size] = np.nan  # a very small motion hardly moves what the law remembers
-        return c, found
+        harmonics[np.abs(before) > ADRIFT * size] = np.nan  # a very small motion hardly moves what the law remembers
+        return c, harmonics
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,20 +316,20 @@ def loop_averages(s: Setting, order: int, probes: Complexes) -> tuple[LoopAverag
     fast, places = p // base, tuple(q * k // base for k in s.orders)
     top = max(fast, *places) if places else fast
 
-    def with_points(each: int) -> LoopAverages:
-        return LoopAverages(Loops(s.system.law, waves(REACH[order] * top, each * top)), fast, places)
+    def with_points(points: int) -> LoopAverages:
+        return LoopAverages(Loops(s.system.law, waves(REACH[order] * top, points * top)), fast, places)
 
     ask: Callable[[LoopAverages], Any] = (
         (lambda a: a.force(s, probes)) if order == 1 else (lambda a: a.values(s, probes)[1])
     )
-    each = FEWEST
-    coarse = ask(with_points(each))
+    points = FEWEST
+    coarse = ask(with_points(points))
     while True:
-        each *= 2
-        averages = with_points(each)
+        points *= 2
+        averages = with_points(points)
         fine = ask(averages)
         size = np.nanmax(np.abs(fine), initial=0.0)
         change = float(np.nanmax(np.abs(fine - coarse), initial=0.0) / size) if size > 0.0 else 0.0
-        if change <= TARGET or each >= MOST:
+        if change <= TARGET or points >= MOST:
             return averages, change
         coarse = fine

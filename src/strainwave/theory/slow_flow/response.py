@@ -181,19 +181,19 @@ def _walk(curve: Curve, start: Floats, along: Floats, lo: float, hi: float) -> A
     step, first = 0.2 * LARGEST_STEP, along
     may_vanish = is_trivial(curve.flow.at(curve.split(start)[1]))
     while len(points) < MOST_POINTS and step > 1e-9:
-        here = points[-1]
-        guess = _ahead(here, step * along)
+        last = points[-1]
+        guess = _ahead(last, step * along)
         point = curve.correct(guess, along, HASTY)
         tangent = None if point is None else curve.tangent(point, along)
         turned = math.inf if tangent is None else math.acos(min(1.0, float(tangent @ along)))
-        if point is None or tangent is None or turned > 2.5 * TURN or _leaps(here, guess, point):
+        if point is None or tangent is None or turned > 2.5 * TURN or _leaps(last, guess, point):
             step *= 0.4
             continue
-        closed = _meets(curve, start, first, here, point)
+        closed = _meets(curve, start, first, last, point)
         if closed:  # a fold between the start and this point has been met before
             point, tangent = start, first
         turns = along[2] * tangent[2] < 0.0 and not (may_vanish and _size(point) < FLAT)
-        fold = special(curve, here, point, _fold) if turns else None
+        fold = special(curve, last, point, _fold) if turns else None
         for end in [point] if fold is None else [fold, point]:
             if not lo <= end[2] <= hi:
                 edge = _clipped(curve, points[-1], end, lo if end[2] < lo else hi)
@@ -322,16 +322,16 @@ def _assembled(curve: Curve, arcs: list[Arc], trivial: tuple[tuple[float, bool],
         folds += [(omega, abs(z)) for z, omega in map(curve.split, arc.folds)]
         ahead = np.diff(arc.points, axis=0)
         tangents = [curve.tangent(p, d) for p, d in zip(arc.points, np.vstack([ahead, ahead[-1:]]), strict=True)]
-        kept = [arc.points[0]]
+        points = [arc.points[0]]
         for i, (a, b) in enumerate(itertools.pairwise(arc.points)):
             if _top(a, tangents[i]) * _top(b, tangents[i + 1]) < 0.0:
                 point = special(curve, a, b, _top)
                 if point is not None:
                     z, omega = curve.split(point)
                     tops.append((omega, abs(z)))
-                    kept.append(point)
-            kept.append(b)
-        branches.append(_branch(curve, np.array(kept), arc.closed))
+                    points.append(point)
+            points.append(b)
+        branches.append(_branch(curve, np.array(points), arc.closed))
     branches.sort(key=lambda branch: float(np.max(branch.amplitude)), reverse=True)
     crests = tuple(tops)
     for branch in branches:

@@ -100,12 +100,13 @@ class Samples:
 
     def values(self, s: Setting, z: Any) -> tuple[Small, Any]:
         """Small harmonics, and 2 <n conj(E)> [rad/s^2]."""
-        shape, each, pull = np.shape(z), np.ravel(np.asarray(z, complex)), s.omega_0**2
+        shape, states, pull = np.shape(z), np.ravel(np.asarray(z, complex)), s.omega_0**2
         omega, fast, hard = np.asarray(s.omega), np.asarray(s.fast), s.hard
         if omega.ndim:  # the last axis of z is that of the speeds
-            omega, fast = (np.ravel(np.broadcast_to(w, shape)) for w in (omega, fast))
-        hard = np.broadcast_to(hard, (*shape, hard.shape[-1])).reshape(len(each), hard.shape[-1])
-        first = np.concatenate([each[:, None], hard], axis=1)
+            omega = np.broadcast_to(omega, shape).ravel()
+            fast = np.broadcast_to(fast, shape).ravel()
+        hard = np.broadcast_to(hard, (*shape, hard.shape[-1])).reshape(len(states), hard.shape[-1])
+        first = np.concatenate([states[:, None], hard], axis=1)
         forced, whole, to_small, to_fast = _matrices(self)
         n = self._torque(s, first, forced, to_small)
         n[:, np.all(self.numbers == 0, axis=1)] *= 0.5
@@ -114,7 +115,7 @@ class Samples:
             if place >= 0:
                 n[:, place] += (1j * s.mu * speed[..., place] - pull) * hard[..., line]
         small = -n / (pull - speed**2 + 1j * s.mu * speed)
-        back = self._torque(s, np.concatenate([first, small], axis=1), whole, to_fast)[:, 0] - pull * each
+        back = self._torque(s, np.concatenate([first, small], axis=1), whole, to_fast)[:, 0] - pull * states
         speeds = (w.reshape(shape) if omega.ndim else w for w in speed.T)
         amplitudes = (a.reshape(shape) for a in small.T)
         return list(zip(speeds, amplitudes, strict=True)), back.reshape(shape)
@@ -214,7 +215,7 @@ class SecondOrderFlow:
         there = self.at(self.setting.omega + np.array([0.0, 0.0, 0.0, 0.0, 0.0, d, -d]))
         places = z + np.array([0.0, step, -step, 1j * step, -1j * step, 0.0, 0.0])
         rate, *ends = (there.unforced(places) - there.push).tolist()
-        by_re, by_im, by_omega = (up - down for up, down in zip(ends[::2], ends[1::2], strict=True))
+        by_re, by_im, by_omega = np.subtract(ends[::2], ends[1::2]).tolist()
         return rate, real_matrix(by_re / (2.0 * step), by_im / (2.0 * step)), by_omega / (2.0 * d)
 
     def sound(self, z: Any) -> Any:
@@ -301,10 +302,10 @@ def _samples(s: Setting, points_each: int) -> Samples:
         reach = FREE_REACH * top // base
         pairs = [(m, n * base) for m in range(FREE_REACH + 1) for n in range(-reach, reach + 1)]
         numbers = [pair for pair in pairs if pair >= (0, 0) and pair != (1, 0)]
-        each = FREE_POINTS * (1 if points_each == SMOOTH else 4)
+        count = FREE_POINTS * (1 if points_each == SMOOTH else 4)
         eta, theta = np.meshgrid(
-            2.0 * np.pi * np.arange(each) / each,
-            2.0 * np.pi / base * np.arange(max(1, each * top // base)) / max(1, each * top // base),
+            2.0 * np.pi * np.arange(count) / count,
+            2.0 * np.pi / base * np.arange(max(1, count * top // base)) / max(1, count * top // base),
             indexing="ij",
         )
         angles, fast = (eta.ravel(), theta.ravel()), 1
@@ -313,8 +314,8 @@ def _samples(s: Setting, points_each: int) -> Samples:
     else:
         p, q = ratio.numerator, ratio.denominator
         base = math.gcd(p, *(q * k for k in s.orders))
-        fast, at = p // base, [q * k // base for k in s.orders]
-        top = REACH * max(fast, *at) if at else REACH * fast
+        fast, line_orders = p // base, [q * k // base for k in s.orders]
+        top = REACH * max(fast, *line_orders) if line_orders else REACH * fast
         numbers = [(m, 0) for m in range(top + 1) if m != fast]
         points = points_each * (top + 1)
         if points * top > MOST_SAMPLES:
@@ -323,8 +324,8 @@ def _samples(s: Setting, points_each: int) -> Samples:
                 f"{top // REACH} harmonics of their common period, which is too many; take order=1 or harmonic balance"
             )
         angles = (2.0 * np.pi * np.arange(points) / points, np.zeros(points))
-        places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in at)
-        orders = [(k, 0) for k in at]
+        places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in line_orders)
+        orders = [(k, 0) for k in line_orders]
 
     def rotation(pairs: list[tuple[int, int]]) -> Complexes:
         return np.exp(1j * (np.array(pairs, float).reshape(-1, 2) @ np.array(angles)))

@@ -140,14 +140,14 @@ class Setting:
         factor = np.expand_dims(factor, -1)
         return replace(self, torque_lines=factor * self.torque_lines, error_lines=factor * self.error_lines)
 
-    def of(self, which: Any) -> "Setting":
+    def of(self, places: Any) -> "Setting":
         """Return the problems at some of many speeds; the same where there is one."""
         if np.ndim(self.omega) == 0:
             return self
-        many = ["omega", "hard", "soft", *(["fast"] if self.resonance.ratio else [])]
-        many += ["torque_lines", "error_lines"] if self.torque_lines.ndim > 1 else []
-        system = self.system._replace(omega=self.omega[which])  # type: ignore[index]
-        return replace(self, system=system, **{name: getattr(self, name)[which] for name in many})
+        names = ["omega", "hard", "soft", *(["fast"] if self.resonance.ratio else [])]
+        names += ["torque_lines", "error_lines"] if self.torque_lines.ndim > 1 else []
+        system = self.system._replace(omega=self.omega[places])  # type: ignore[index]
+        return replace(self, system=system, **{name: getattr(self, name)[places] for name in names})
 
     def sits_on(self, omega: float) -> int | None:
         """Order of a hard line on omega_0 at a speed [rad/s], where its forced amplitude is infinite at first order."""
@@ -189,14 +189,14 @@ class Setting:
         """Amplitudes [rad] that matter: forced, at resonance, off resonance, at the law's breakpoints."""
         f, detuning = np.abs(self.soft), np.abs(self.fast - self.omega_0)
         with np.errstate(all="ignore"):
-            found = [
+            sizes = [
                 f / self.omega_0**2,
                 np.sum(np.abs(self.hard), axis=-1),
                 f / (self.mu * self.omega_0),
                 np.where(detuning > 1e-9 * self.omega_0, f / (2.0 * self.omega_0 * detuning), 0.0),
                 np.array([abs(b - self.u0) for b in breakpoints_of(self.system.law)]),
             ]
-            flat = np.concatenate([np.ravel(some) for some in found])
+            flat = np.concatenate([np.ravel(part) for part in sizes])
         return [float(s) for s in flat[(flat > 0.0) & (flat < math.inf)]] or [1.0]
 
 
@@ -210,20 +210,20 @@ def real_matrix(by_re: Any, by_im: Any) -> Floats:
 
 def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Complexes]:
     """Mean torque [N*m], orders and complex amplitudes of torque and kinematic error, from samples of one turn."""
-    known = all(not part or not lacking(part, "orders") for part in (system.excitation, system.error))
-    highest = max((1, *(abs(k) for k in system.orders()))) if known else 500
+    declared = all(not part or not lacking(part, "orders") for part in (system.excitation, system.error))
+    highest = max((1, *(abs(k) for k in system.orders()))) if declared else 500
     n = 1 << math.ceil(math.log2(8 * highest + 64))
     theta = 2.0 * np.pi * np.arange(n) / n
     torque = np.fft.rfft(np.broadcast_to(system.excitation.torque(theta), n)) / n
     error = np.fft.rfft(np.broadcast_to(system.error.value(theta), n)) / n
     mean, torque, error = float(torque[0].real), 2.0 * torque[1:-1], 2.0 * error[1:-1]
-    largest = max(abs(mean), float(np.max(np.abs(torque))))
+    torques, errors = np.abs(torque), np.abs(error)
+    largest = max(abs(mean), float(np.max(torques)))
     mean = mean if abs(mean) > SMALLEST_LINE * largest else 0.0
-    errors = np.abs(error)
-    at = np.flatnonzero((np.abs(torque) > SMALLEST_LINE * largest) | (errors > SMALLEST_LINE * float(np.max(errors))))
-    if known:  # sampling a high order leaves a trace of rounding at every other one
-        at = at[np.isin(at + 1, system.orders())]
-    return mean, tuple(int(k) + 1 for k in at), torque[at], error[at]
+    index = np.flatnonzero((torques > SMALLEST_LINE * largest) | (errors > SMALLEST_LINE * float(np.max(errors))))
+    if declared:  # sampling a high order leaves a trace of rounding at every other one
+        index = index[np.isin(index + 1, system.orders())]
+    return mean, tuple(int(k) + 1 for k in index), torque[index], error[index]
 
 
 def setting(system: Any, resonance: Resonance) -> Setting:

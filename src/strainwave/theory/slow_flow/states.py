@@ -88,18 +88,18 @@ class Table:
 def states(flow: Flow, omega: Floats, factor: Any = 1.0) -> States:
     """All steady states at speeds (n,) [rad/s] under the lines times factors (n,); a = 0 where it is one."""
     factor = np.broadcast_to(np.asarray(factor, float), omega.shape)
-    how = None if remembers(flow.setting.system.law) else _search(flow, omega, factor)
-    which, z, stable = list[Any](), list[Complexes](), list[Any]()
+    scan = None if remembers(flow.setting.system.law) else _search(flow, omega, factor)
+    indices, z, stable = list[Any](), list[Complexes](), list[Any]()
     for i in range(0, len(omega), TOGETHER):
-        some = omega[i : i + TOGETHER], factor[i : i + TOGETHER]
-        found = _one_by_one(flow, *some) if how is None else _together(at(flow, *some), how)
-        for at_some, states_there, attract in (found, _at_rest(flow, *some)):
-            which, z, stable = [*which, at_some + i], [*z, states_there], [*stable, attract]
-    places = np.concatenate(which)
+        part = omega[i : i + TOGETHER], factor[i : i + TOGETHER]
+        moving = _one_by_one(flow, *part) if scan is None else _together(at(flow, *part), scan)
+        for at_some, states_there, attract in (moving, _at_rest(flow, *part)):
+            indices, z, stable = [*indices, at_some + i], [*z, states_there], [*stable, attract]
+    places = np.concatenate(indices)
     order = np.lexsort((-np.abs(np.concatenate(z)), places))
-    every, attract = np.concatenate(z)[order], np.concatenate(stable)[order]
+    roots, attract = np.concatenate(z)[order], np.concatenate(stable)[order]
     count = len(omega)
-    return States(_padded(places[order], count, every, np.nan), _padded(places[order], count, attract, False))
+    return States(_padded(places[order], count, roots, np.nan), _padded(places[order], count, attract, False))
 
 
 def at(flow: Any, omega: Any, factor: Any) -> Any:
@@ -179,38 +179,38 @@ def _search(flow: Flow, omega: Floats, factor: Floats) -> Callable[[Any], Found]
     return None
 
 
-def _together(many: Flow, search: Callable[[Any], Found]) -> tuple[Any, Complexes, Any]:
+def _together(flow: Flow, search: Callable[[Any], Found]) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow at its speeds: their places, the states, whether they attract."""
-    which, z = search(many)
-    here = replace(many, setting=many.setting.of(which))
-    if isinstance(here, SecondOrderFlow) and here.rough is not here.force:  # few samples first, all of them at the end
-        near = polished(here.coarse, z)
-        met = np.isfinite(near)
-        kept = met | (not remembers(many.setting.system.law))  # few samples of a kink may keep a state from being met
-        which, z = _distinct(many, which[kept], np.where(met, near, z)[kept])
-        here = replace(many, setting=many.setting.of(which))
-    z = polished(here, z)
+    places, z = search(flow)
+    local = replace(flow, setting=flow.setting.of(places))
+    if isinstance(local, SecondOrderFlow) and local.rough is not local.force:  # few samples first, all at the end
+        coarse = polished(local.coarse, z)
+        met = np.isfinite(coarse)
+        good = met | (not remembers(flow.setting.system.law))  # few samples of a kink may keep a state from being met
+        places, z = _distinct(flow, places[good], np.where(met, coarse, z)[good])
+        local = replace(flow, setting=flow.setting.of(places))
+    z = polished(local, z)
     with np.errstate(all="ignore"):
-        kept = np.isfinite(z) & here.sound(z)
-    which, z = _distinct(many, which[kept], z[kept])
-    return which, z, attracts(replace(many, setting=many.setting.of(which)).stability(z))
+        good = np.isfinite(z) & local.sound(z)
+    places, z = _distinct(flow, places[good], z[good])
+    return places, z, attracts(replace(flow, setting=flow.setting.of(places)).stability(z))
 
 
-def _distinct(many: Flow, which: Any, z: Complexes) -> Found:
+def _distinct(flow: Flow, places: Any, z: Complexes) -> Found:
     """Places and states without those that are among the others; of copies by whole periods one."""
-    s = many.setting
+    s = flow.setting
     turns = np.exp(2j * np.pi * np.arange(s.copies) / s.copies)[:, None]
-    each = z * turns
-    key = np.round(np.abs(np.angle(each)), 9) - 1e-10 * np.sign(each.imag)
-    z = each[np.argmin(key, axis=0), np.arange(len(z))]
-    order = np.argsort(which, kind="stable")
-    rows = _padded(which[order], np.size(s.omega), z[order], np.nan)
+    copies = z * turns
+    key = np.round(np.abs(np.angle(copies)), 9) - 1e-10 * np.sign(copies.imag)
+    z = copies[np.argmin(key, axis=0), np.arange(len(z))]
+    order = np.argsort(places, kind="stable")
+    rows = _padded(places[order], np.size(s.omega), z[order], np.nan)
     for i, row in enumerate(rows):
-        for other in rows[:i]:
+        for former in rows[:i]:
             with np.errstate(all="ignore"):
-                row[np.any(np.abs(row * turns - other) < SAME * np.abs(other), axis=0)] = np.nan
-    _, which = np.nonzero(np.isfinite(rows))
-    return which, rows[np.isfinite(rows)]
+                row[np.any(np.abs(row * turns - former) < SAME * np.abs(former), axis=0)] = np.nan
+    _, places = np.nonzero(np.isfinite(rows))
+    return places, rows[np.isfinite(rows)]
 
 
 def _one_by_one(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
@@ -246,14 +246,14 @@ def _is_polynomial(flow: Flow) -> bool:
     return isinstance(flow.force, Forms) and flow.force.primary(flow.setting) is not None
 
 
-def _by_polynomial(many: Any) -> Found:
-    s = many.setting
-    if isinstance(many, CubicFlow):
-        z = many.fixed_points()
+def _by_polynomial(flow: Any) -> Found:
+    s = flow.setting
+    if isinstance(flow, CubicFlow):
+        z = flow.fixed_points()
     else:
         # (linear + by_one |z|^2 + by_two |z|^4) z = soft: its square is a polynomial of |z|^2 of degree 5
         linear = s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast
-        by_one, by_two = many.force.primary(s)
+        by_one, by_two = flow.force.primary(s)
 
         def product(a: Any, b: Any) -> Any:
             return (a * np.conj(b)).real
@@ -267,8 +267,8 @@ def _by_polynomial(many: Any) -> Found:
             direction = s.soft / (linear + (by_one + by_two * square) * square)
             z = np.sqrt(square) * direction / np.abs(direction)
     z = z.reshape(len(z), np.size(s.omega))
-    _, which = np.nonzero(np.isfinite(z))
-    return which, z[np.isfinite(z)]
+    _, places = np.nonzero(np.isfinite(z))
+    return places, z[np.isfinite(z)]
 
 
 def _table(flow: Any, omega: Floats, factor: Floats) -> Table:
@@ -307,18 +307,18 @@ def _by_table(many: Any, table: Table) -> Found:
     return at_speed[j][good], z[good]
 
 
-def _by_grid(many: SecondOrderFlow) -> Found:
+def _by_grid(flow: SecondOrderFlow) -> Found:
     """Starts in the cells of a polar grid in which both rates may vanish, for a few speeds at once."""
-    rough, found, z = many.coarse, [np.zeros(0, int)], [np.zeros(0, complex)]
-    order = np.argsort(np.abs(many.setting.hard).sum(axis=-1), kind="stable")  # alike in the amplitudes that matter
-    for some in np.array_split(order, -(-len(order) // AT_ONCE)):
-        each = (replace(rough, setting=rough.setting.of(int(i))) for i in some)
-        ends = [a[[0, -1]] for a in (amplitudes(one, ROWS_PER_DECADE) for one in each)]
+    rough, places, z = flow.coarse, [np.zeros(0, int)], [np.zeros(0, complex)]
+    order = np.argsort(np.abs(flow.setting.hard).sum(axis=-1), kind="stable")  # alike in the amplitudes that matter
+    for chunk in np.array_split(order, -(-len(order) // AT_ONCE)):
+        local_flows = (replace(rough, setting=rough.setting.of(int(i))) for i in chunk)
+        ends = [a[[0, -1]] for a in (amplitudes(local, ROWS_PER_DECADE) for local in local_flows)]
         low, high = np.min(ends), np.max(ends)
         a = np.geomspace(low, high, math.ceil(ROWS_PER_DECADE * math.log10(high / low)))
-        which, starts = scanned(replace(rough, setting=rough.setting.of(some)), a)
-        found, z = [*found, some[which]], [*z, starts]
-    return np.concatenate(found), np.concatenate(z)
+        rows, starts = scanned(replace(rough, setting=rough.setting.of(chunk)), a)
+        places, z = [*places, chunk[rows]], [*z, starts]
+    return np.concatenate(places), np.concatenate(z)
 
 
 def _by_scan(flow: Any) -> Found:
@@ -348,6 +348,7 @@ def _near_zero(value: Floats) -> tuple[Any, Any]:
 
 def _between(pull: Complexes, row: Any, column: Any, share: Floats) -> Complexes:
     """Cubic through four rows (Catmull & Rom), at shares of the way from a row to the next."""
-    before, here, there, after = (pull[np.clip(row + k, 0, len(pull) - 1), column] for k in (-1, 0, 1, 2))
+    rows = np.clip(row + np.array([[-1], [0], [1], [2]]), 0, len(pull) - 1)
+    before, here, there, after = pull[rows, column]
     bend, turn = 2.0 * before - 5.0 * here + 4.0 * there - after, 3.0 * (here - there) + after - before
     return np.asarray(here + 0.5 * share * (there - before + share * (bend + share * turn)))

@@ -204,29 +204,29 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     # a tolerance below the error of the averages would only follow their kinks
     rtol = max(RTOL, 10.0 * flow.error)
     atol = 0.01 * rtol * max(abs(z0), max(flow.setting.scales()) * 1e-3)
-    system, now, w, end = _Slow(flow), float(t[0]), workspace((z0.real, z0.imag)), float(t[-1])
+    system, time, w, end = _Slow(flow), float(t[0]), workspace((z0.real, z0.imag)), float(t[-1])
     w[K] = system.rhs(0.0, w[Y])
-    h = min(first_step(5, system, 1.0, now, w, rtol, atol), end - now)
+    h = min(first_step(5, system, 1.0, time, w, rtol, atol), end - time)
     z, filled = np.full(len(t), z0, complex), 1
     for _ in range(MOST_STEPS):
-        e = math.sqrt(abs(attempt((DormandPrince(), system), now, h, h, rtol, atol, w)))
-        if not now + h > now:
+        e = math.sqrt(abs(attempt((DormandPrince(), system), time, h, h, rtol, atol, w)))
+        if not time + h > time:
             break
         if e <= 1.0:
-            after = end if end - (now + h) < 1e-9 * h else now + h
+            after = end if end - (time + h) < 1e-9 * h else time + h
             inside = int(np.searchsorted(t, after, side="right"))
-            shares: Any = (t[filled:inside] - now) / h
+            shares: Any = (t[filled:inside] - time) / h
             x = weighted(dense_weights(shares, h), *w[[Y, K, Y1, K1, DENSE], :, None])
             z[filled:inside], filled = x[0] + 1j * x[1], inside
-            now, w = after, turned(w)
-            if now >= end:
+            time, w = after, turned(w)
+            if time >= end:
                 # z' is a first-order part of x'
                 return z, _batched(flow, z)
         factor = 0.9 * max(e, 1e-10) ** -0.2 if math.isfinite(e) else 0.1
-        h = min(h * min(5.0, max(0.2, factor)), end - now)
+        h = min(h * min(5.0, max(0.2, factor)), end - time)
     raise SolveError(
         Sentence(
-            f"the slow flow from a = {{}} could not be followed to t = {t[-1]:.6g} s, only to {now:.6g} s; start "
+            f"the slow flow from a = {{}} could not be followed to t = {t[-1]:.6g} s, only to {time:.6g} s; start "
             "closer to equilibrium, or check the signs of damping and stiffness",
             Angle(abs(z0)),
         )
@@ -248,16 +248,16 @@ def times(flow: Flow, t: Any) -> Floats:
     ValueError
         If the times are not finite or do not increase.
     """
-    asked = numbers("t [s]", t)
-    if not np.all(np.diff(asked) > 0.0):
+    grid = numbers("t [s]", t)
+    if not np.all(np.diff(grid) > 0.0):
         raise ValueError(f"t is {shown(t)}; it must be an end time or increasing times [s]")
-    if asked.size > 1:
-        return asked
-    if asked[0] <= 0.0:
-        raise ValueError(f"the end time is {asked[0]:.6g} s; it must be positive")
+    if grid.size > 1:
+        return grid
+    if grid[0] <= 0.0:
+        raise ValueError(f"the end time is {grid[0]:.6g} s; it must be positive")
     s = flow.setting
     fastest = max(s.fast, s.omega * max(s.orders, default=1))
-    samples = 2.0 + SAMPLES * float(asked[0]) * fastest / (2.0 * np.pi)
+    samples = 2.0 + SAMPLES * float(grid[0]) * fastest / (2.0 * np.pi)
     if samples > MOST_SAMPLES:
-        raise ValueError(f"to t = {asked[0]:.6g} s there are {samples:.3g} samples; name the times, or an earlier end")
-    return np.linspace(0.0, float(asked[0]), math.ceil(samples))
+        raise ValueError(f"to t = {grid[0]:.6g} s there are {samples:.3g} samples; name the times, or an earlier end")
+    return np.linspace(0.0, float(grid[0]), math.ceil(samples))

@@ -261,18 +261,19 @@ def _reach(flow: Flow, order: int, speeds: tuple[float, float]) -> float:
     return float(max(valid))
 
 
-def _steps(flow: Flow, made: Predictor) -> int:
+def _steps(flow: Flow, predictor: Predictor) -> int:
     """Steps in which the slow state turns little."""
     fastest = 0.0
-    for omega in np.linspace(*made.speeds, 3):
-        here = flow.at(float(omega))
-        largest = min(made.reach, 10.0 * max(here.setting.scales()))
+    for omega in np.linspace(*predictor.speeds, 3):
+        local = flow.at(float(omega))
+        largest = min(predictor.reach, 10.0 * max(local.setting.scales()))
         for a in (1e-6 * largest, largest):
-            fastest = max(fastest, float(np.linalg.norm(here.jacobian(complex(a)), 2)))
-    steps = math.ceil(fastest * made.sample / TURN)
+            fastest = max(fastest, float(np.linalg.norm(local.jacobian(complex(a)), 2)))
+    steps = math.ceil(fastest * predictor.sample / TURN)
     if steps > MOST_STEPS:
         raise ValueError(
-            f"a sample of {made.sample:.6g} s is too long: the slow state turns by {fastest * made.sample:.3g} rad in "
-            f"it; give at most {MOST_STEPS * TURN / fastest:.3g} s, or a narrower range of speeds"
+            f"a sample of {predictor.sample:.6g} s is too long: the slow state turns by "
+            f"{fastest * predictor.sample:.3g} rad in it; give at most {MOST_STEPS * TURN / fastest:.3g} s, or a "
+            "narrower range of speeds"
         )
     return max(1, steps)

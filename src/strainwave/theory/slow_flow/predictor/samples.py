@@ -237,15 +237,16 @@ def slot(force: Any, drive: Any, omega: Any, amplitude: Any, n: Any, i: Any) -> 
 @kernel
 def small_harmonics(force: Any, drive: Any, omega: Any, amplitude: Any, z: Any) -> Any:
     """Amplitudes [rad] of the small harmonics that the law's torque along the first-order motion drives."""
-    rest, pull = force.law.torque(drive.u0), drive.omega_0 * drive.omega_0
+    mean_torque, pull = force.law.torque(drive.u0), drive.omega_0 * drive.omega_0
     b, step = 1.0 + 0j, complex(force.cosine, force.sine)
-    at, steps, n = powers(b, force.numbers), powers(step, force.numbers), (0j, 0j, 0j, 0j, 0j, 0j)
+    turns, steps = powers(b, force.numbers), powers(step, force.numbers)
+    n = (0j, 0j, 0j, 0j, 0j, 0j)
     for _ in range(force.points):
         _, w = first_motion(drive, omega, amplitude, force.fast, z, b)
-        beyond = (force.law.torque(drive.u0 + w) - rest) / force.J - pull * w
-        n = added(n, beyond, at)
+        excess = (force.law.torque(drive.u0 + w) - mean_torque) / force.J - pull * w
+        n = added(n, excess, turns)
         b *= step
-        at = product(at, steps)
+        turns = product(turns, steps)
     scale = 2.0 / force.points
     return (
         slot(force, drive, omega, amplitude, scale * n[0].conjugate(), 0),
@@ -276,20 +277,20 @@ class SecondOrderSamples(NamedTuple):
     def rate(self, drive: Any, omega: Any, amplitude: Any, z: Any) -> Any:
         """Rate z' [rad/s], and the small harmonics [rad]; z'' is that at constant ones, which is of second order."""
         small = small_harmonics(self, drive, omega, amplitude, z)
-        rest, pull, per_J = self.law.torque(drive.u0), drive.omega_0 * drive.omega_0, 1.0 / self.J
+        mean_torque, pull, per_J = self.law.torque(drive.u0), drive.omega_0 * drive.omega_0, 1.0 / self.J
         b, step = 1.0 + 0j, complex(self.cosine, self.sine)
-        at, steps = powers(b, self.numbers), powers(step, self.numbers)
+        turns, steps = powers(b, self.numbers), powers(step, self.numbers)
         back, mean, twice = 0j, 0.0, 0j
         for _ in range(self.points):
             turn, w = first_motion(drive, omega, amplitude, self.fast, z, b)
-            w += real_sum(small, at)
-            n = (self.law.torque(drive.u0 + w) - rest) * per_J - pull * w
+            w += real_sum(small, turns)
+            n = (self.law.torque(drive.u0 + w) - mean_torque) * per_J - pull * w
             slope = self.law.stiffness(drive.u0 + w) * per_J - pull
             back += complex(n * turn.real, -n * turn.imag)
             mean += slope
             twice += slope * (turn * turn).conjugate()
             b *= step
-            at = product(at, steps)
+            turns = product(turns, steps)
         fast, scale = fast_speed(drive, omega), 1.0 / self.points
         carrier, linear = complex(drive.mu, 2.0 * fast), complex(pull - fast * fast, drive.mu * fast)
         balance = soft(drive, omega, amplitude) - linear * z - 2.0 * scale * back
