@@ -59,7 +59,7 @@ def linearised(problem: Balance, z: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 @kernel
-def _linearise(problem: Any, z: Any, r: Any, matrix: Any, column: Any) -> None:
+def _linearise(problem: Any, z: Floats, r: Floats, matrix: Floats, column: Floats) -> None:
     problem.residual(z, r)
     problem.linearise(z, matrix, column)
 
@@ -122,25 +122,25 @@ class FirstOrder(NamedTuple):
     def harmonics(self) -> int:
         return len(self.synthesis) // 2
 
-    def harmonic(self, z: Any, k: int) -> Any:
+    def harmonic(self, z: Floats, k: int) -> Any:
         """Cosine and sine coefficients of harmonic k of the first state, in units of its size."""
         return z[k], z[self.harmonics() + k]
 
-    def run(self, kernel: Any, *arguments: Any) -> Any:
+    def run(self, kernel: Callable[..., Any], *arguments: Any) -> Any:
         return self.run_as(self.addressed, "equations", kernel, *arguments)
 
-    def run_as(self, addressed: Any, again: str, kernel: Any, *arguments: Any) -> Any:
+    def run_as(self, addressed: Any, again: str, kernel: Callable[..., Any], *arguments: Any) -> Any:
         """Run a kernel with the problem as NumPy or as what `addressed` makes of it, kept under the name `again`."""
         if lacking(self.system, "_fields") or (self.kinked and lacking(self.system, "kinks")):
             return kernel(self, *arguments)  # no model: compiled code does not know its class
         return run(kernel, ByAddress(self, addressed, again), *arguments, after=AT_ONCE)
 
-    def native(self, words: Any) -> FirstOrderAt:
+    def native(self, words: Callable[[Any], int]) -> FirstOrderAt:
         """The problem for machine code."""
         kinks = len(distances(self.system, np.zeros(1), np.zeros((len(self.sizes), 1)))) if self.kinked else 0
         return native(self, kinks, words)
 
-    def addressed(self, words: Any) -> EquationsAt:
+    def addressed(self, words: Callable[[Any], int]) -> EquationsAt:
         """The equations for machine code."""
         return equations_of(self.native(words), words)
 
@@ -200,15 +200,15 @@ class FirstOrder(NamedTuple):
             return self.angles, self.synthesis, self.analysis if wide == 1 else self.analysis_double
         return panels(system, y, self.turns, wide)
 
-    def along(self, of: Any, value: float, angles: Floats, y: Floats) -> Floats:
-        """What `of` gives of the system in the states y (states, samples) at base angles [rad] and a parameter.
+    def along(self, function: Any, value: float, angles: Floats, y: Floats) -> Floats:
+        """Values of a function of the system in the states y (states, samples) at base angles [rad] and a parameter.
 
         With STRENGTH what varies with the angle at a fixed state is multiplied, and its mean over a turn is not.
         """
         system = with_leaf(self.system, self.leaf, value)
         if self.leaf != STRENGTH:
-            return np.asarray(of(system, angles, y))
-        return of_strength(of, system, angles, y, self.angles_of_mean(), float(np.exp(value)))
+            return np.asarray(function(system, angles, y))
+        return of_strength(function, system, angles, y, self.angles_of_mean(), float(np.exp(value)))
 
     def slopes(self, system: Any, angles: Floats, y: Floats) -> Floats:
         """Derivatives (states, states, samples) of the rates by the states."""
@@ -225,7 +225,7 @@ class FirstOrder(NamedTuple):
         enough = next(n for n in itertools.count(5) if all(order % n for order in orders))
         return 2.0 * np.pi * self.turns * np.arange(enough) / enough
 
-    def residual(self, z: Any, r: Any) -> None:
+    def residual(self, z: Floats, r: Floats) -> None:
         """Residual of every coefficient, in units of the state's size a second."""
         y = self.series(z[None])[0]
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y)
@@ -234,13 +234,13 @@ class FirstOrder(NamedTuple):
         balance = base_speed(self, float(z[-1])) / self.turns * derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
-    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
+    def linearise(self, z: Floats, jacobian: Floats, slope: Floats) -> None:
         """Derivatives of the residual by the coefficients and by the parameter."""
         n, states, value = len(self.synthesis), len(self.sizes), float(z[-1])
         h, y = n // 2, self.series(z[None])[0]
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, value), y, 2)
-        there = y @ synthesis
-        matrices = self.along(self.slopes, value, angles, there)
+        motion = y @ synthesis
+        matrices = self.along(self.slopes, value, angles, motion)
         blocks = np.empty((states, states, n, n))
         multiply_rows(*extended(matrices @ analysis, h), h, 1, blocks)
         blocks *= (-self.sizes / self.sizes[:, None])[:, :, None, None]
@@ -250,16 +250,16 @@ class FirstOrder(NamedTuple):
             blocks[i, i, k, h + k] += kw
             blocks[i, i, h + k, k] -= kw
         jacobian[: self.size(), : self.size()] = blocks.transpose(0, 2, 1, 3).reshape(self.size(), self.size())
-        self.parameter_slope(value, y, angles, there, analysis[:, [*range(h + 1), *range(n, n + h)]], slope)
+        self.parameter_slope(value, y, angles, motion, analysis[:, [*range(h + 1), *range(n, n + h)]], slope)
 
     def parameter_slope(
-        self, value: float, y: Floats, angles: Floats, there: Floats, analysis: Floats, slope: Any
+        self, value: float, y: Floats, angles: Floats, motion: Floats, analysis: Floats, slope: Floats
     ) -> None:  # fmt: skip
         """Derivative with respect to the parameter by a central difference, at the same samples."""
         d = 1e-6 * max(abs(value), 1e-3)
-        after, before = (self.along(rates_at, value + by, angles, there) for by in (d, -d))
+        rise = self.along(rates_at, value + d, angles, motion) - self.along(rates_at, value - d, angles, motion)
         faster = (base_speed(self, value + d) - base_speed(self, value - d)) / self.turns
-        slope[:] = ((faster * derivative(y) - (after - before) @ analysis) / (2.0 * d * self.sizes[:, None])).ravel()
+        slope[:] = ((faster * derivative(y) - rise @ analysis) / (2.0 * d * self.sizes[:, None])).ravel()
 
     def linear_response(self, value: float) -> Floats:
         """Guess (coefficients, parameter): the response of the system linearised where its mean rate vanishes."""
@@ -310,7 +310,8 @@ class FirstOrder(NamedTuple):
     def several_at(self, points: Floats) -> NDArray[np.bool_]:
         may = np.empty(len(points), bool)
         for i, point in enumerate(points):
-            a, b = (linearised(self, np.append(by * point[:-1], point[-1]))[1] for by in (1.0, 3.0))
+            a = linearised(self, point)[1]
+            b = linearised(self, np.append(3.0 * point[:-1], point[-1]))[1]
             may[i] = np.max(np.abs(a - b)) > 1e-6 * np.max(np.abs(a))
         return may
 

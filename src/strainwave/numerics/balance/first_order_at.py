@@ -53,7 +53,7 @@ class FirstOrderAt(NamedTuple):
         """Number of coefficients."""
         return len(self.sizes) * (2 * self.harmonics + 1)
 
-    def take(self, z: Any) -> Any:
+    def take(self, z: Floats) -> Any:
         """Set the parameter, the last entry of z, and return the series, the strength and the speed of harmonic 1."""
         n, rows = len(self.sizes), 2 * self.harmonics + 1
         value = z[n * rows]
@@ -68,11 +68,11 @@ class FirstOrderAt(NamedTuple):
             strength = math.exp(value)
         return series, strength, speed / self.turns
 
-    def rates(self, psi: float, y: Any, strength: float, w: Any) -> None:
+    def rates(self, psi: float, y: Floats, strength: float, w: Floats) -> None:
         """Write the rates in several states y (n, states) to w[0]; w (3, n, states) is a buffer."""
         strengthened(self.system, self.turns * psi, y, self.turn, strength, w)
 
-    def slopes(self, psi: float, y: Any, w: Any, strength: float, out: Any) -> None:
+    def slopes(self, psi: float, y: Floats, w: Floats, strength: float, derivatives: Floats) -> None:
         """Write the derivatives (states, states) of the rates in the state y by differences; w (4, 2n, n): buffer."""
         n = len(self.sizes)
         for i in range(2 * n):
@@ -84,9 +84,9 @@ class FirstOrderAt(NamedTuple):
         self.rates(psi, w[3], strength, w)
         for j in range(n):
             for i in range(n):
-                out[i, j] = (w[0, j, i] - w[0, n + j, i]) / (2.0 * self.steps[j])
+                derivatives[i, j] = (w[0, j, i] - w[0, n + j, i]) / (2.0 * self.steps[j])
 
-    def sample(self, series: Any) -> None:
+    def sample(self, series: Floats) -> None:
         """Find the samples of a motion, and what it is there."""
         if self.kinks == 0:
             self.count[0] = len(self.psi)
@@ -106,7 +106,7 @@ class FirstOrderAt(NamedTuple):
         for i in range(self.count[0]):
             state_at(series, self.psi[i], self.states[i])
 
-    def equations(self, z: Any, r: Any) -> None:
+    def equations(self, z: Floats, r: Floats) -> None:
         """Residual of every coefficient, in units of the state's size a second."""
         self = at(self)
         n, h = len(self.sizes), self.harmonics
@@ -127,14 +127,14 @@ class FirstOrderAt(NamedTuple):
                 own[k] = 2.0 * own[k] / self.sizes[j] + speed * k * z[j * rows + h + k]
                 own[h + k] = 2.0 * own[h + k] / self.sizes[j] - speed * k * z[j * rows + k]
 
-    def stiffness(self, z: Any, jacobian: Any) -> None:
+    def stiffness(self, z: Floats, jacobian: Floats) -> None:
         """Derivatives of the residual by the coefficients; follows `equations` at the same z."""
         self = at(self)
         n, h = len(self.sizes), self.harmonics
         rows, wide = 2 * h + 1, 4 * h + 1
         _, strength, speed = self.take(z)
         w, slopes, waves = np.empty((4, 2 * n, n)), np.empty((n, n)), np.empty(wide)
-        products, even, odd = np.zeros((n * n, wide)), np.empty(wide), np.empty(wide)
+        products, cosines, sines = np.zeros((n * n, wide)), np.empty(wide), np.empty(wide)
         for i in range(self.count[0]):
             self.slopes(self.psi[i], self.states[i], w, strength, slopes)
             write_waves(self.psi[i], waves)
@@ -147,15 +147,15 @@ class FirstOrderAt(NamedTuple):
             products[j, 0] *= unit
             for k in range(1, wide):
                 products[j, k] *= 2.0 * unit
-            extend_series(products[j], h, even, odd)
+            extend_series(products[j], h, cosines, sines)
             block = jacobian[row * rows : (row + 1) * rows, column * rows : (column + 1) * rows]
-            multiply_rows(even, odd, h, 1, block)
+            multiply_rows(cosines, sines, h, 1, block)
             if row == column:
                 for k in range(1, h + 1):
                     block[k, h + k] += speed * k
                     block[h + k, k] -= speed * k
 
-    def by_parameter(self, z: Any, slope: Any) -> None:
+    def by_parameter(self, z: Floats, slope: Floats) -> None:
         """Derivative of the residual by the parameter: a central difference at the samples of `equations`."""
         self = at(self)
         n, h = len(self.sizes), self.harmonics
@@ -187,7 +187,7 @@ class FirstOrderAt(NamedTuple):
 
 
 @routine
-def write_waves(psi: float, waves: Any) -> None:
+def write_waves(psi: float, waves: Floats) -> None:
     """Write 1, cosines and sines of the multiples of an angle [rad]."""
     h, cosine, sine, c, s = len(waves) // 2, math.cos(psi), math.sin(psi), 1.0, 0.0
     waves[0] = 1.0
@@ -197,7 +197,7 @@ def write_waves(psi: float, waves: Any) -> None:
 
 
 @routine
-def state_at(series: Any, psi: float, state: Any) -> None:
+def state_at(series: Floats, psi: float, state: Floats) -> None:
     """Write the state of a motion at a place [rad]."""
     h, cosine, sine, c, s = len(series) // 2, math.cos(psi), math.sin(psi), 1.0, 0.0
     copy(series[0], state)
@@ -208,7 +208,7 @@ def state_at(series: Any, psi: float, state: Any) -> None:
 
 
 @routine
-def crossings_of(problem: Any, series: Any, found: Any) -> int:
+def crossings_of(problem: Any, series: Floats, crossings: Floats) -> int:
     """Write the places [rad] where distances from corners change sign along a motion, in order; returns how many."""
     count, states, places = 0, len(problem.sizes), LOOKED * (problem.harmonics + 1)
     state, d, bracket = np.empty(states), np.empty((3, problem.kinks)), np.empty(5)
@@ -226,17 +226,17 @@ def crossings_of(problem: Any, series: Any, found: Any) -> int:
                     corner_distances(problem.system, problem.turns * psi, state, d[2])
                     narrow(bracket, psi, d[2, k])
                 place, j = bracket[A] % (2.0 * math.pi), count
-                while j > 0 and found[j - 1] > place:
-                    found[j] = found[j - 1]
+                while j > 0 and crossings[j - 1] > place:
+                    crossings[j] = crossings[j - 1]
                     j -= 1
-                found[j] = place
+                crossings[j] = place
                 count += 1
         copy(d[0], d[1])
     return count
 
 
 @routine
-def pieces_of(problem: Any, series: Any, longest: float, first: Any, width: Any) -> int:
+def pieces_of(problem: Any, series: Floats, longest: float, first: Floats, width: Floats) -> int:
     """Write starts and lengths [rad] of pieces of a period, none above `longest`, cut at kinks; returns how many."""
     cuts = np.empty(problem.kinks * LOOKED * (problem.harmonics + 1) + 1)
     ends, count = int(crossings_of(problem, series, cuts)), 0
@@ -259,24 +259,24 @@ def native(problem: Any, kinks: int, words: Callable[[Any], int]) -> FirstOrderA
     if problem.leaf != STRENGTH:
         place = word_of_leaf(system, problem.leaf)
         parameter = memory.view(np.float64)[place : place + 1]
-    known = several_at(system, words(memory), n, kinks)
+    system_at = several_at(system, words(memory), n, kinks)
     gauss, panel = np.array([PLACES, WEIGHTS]), 2.0 * math.pi * h / PHASE
     room = len(problem.angles)
     if kinks:
         room = gauss.shape[1] * (kinks * LOOKED * (h + 1) + math.ceil(panel) + 2)
     virtual = problem.leaf == STRENGTH
     return FirstOrderAt(
-        known, parameter, problem.leaf == problem.omega_leaf, virtual, float(omega_of(system)), float(problem.turns), h,
-        kinks, np.ascontiguousarray(problem.sizes), problem.steps(),
+        system_at, parameter, problem.leaf == problem.omega_leaf, virtual, float(omega_of(system)),
+        float(problem.turns), h, kinks, np.ascontiguousarray(problem.sizes), problem.steps(),
         problem.angles_of_mean() if virtual else np.empty(0), gauss,
         np.empty(room), np.empty(room), np.empty((room, n)), np.zeros(1, np.int64),
     )  # fmt: skip
 
 
-def equations_of(known: FirstOrderAt, words: Callable[[Any], int]) -> EquationsAt:
+def equations_of(problem: FirstOrderAt, words: Callable[[Any], int]) -> EquationsAt:
     """The equations of the problem for continuation: no preparation, and their derivative by the parameter."""
     vectors, kind = (VECTOR, VECTOR), FirstOrderAt
     functions = (kind.equations, vectors), (kind.stiffness, (VECTOR, MATRIX)), (kind.by_parameter, vectors)
-    places = entries(known, *functions)
-    mean = np.zeros(2 * known.harmonics + 1)
-    return EquationsAt(words(known), 0, places[0], places[1], places[2], mean, np.empty(0))
+    places = entries(problem, *functions)
+    mean = np.zeros(2 * problem.harmonics + 1)
+    return EquationsAt(words(problem), 0, places[0], places[1], places[2], mean, np.empty(0))

@@ -81,26 +81,26 @@ def all_orders(series: Floats, stride: int) -> Floats:
     return out
 
 
-def spread(series: Floats, every: int) -> Floats:
-    """Series (..., 2h+1) in blocks with harmonics `every`, 2 `every`, ..., as one with all (..., 2 every h + 1)."""
-    if every == 1:
+def spread(series: Floats, step: int) -> Floats:
+    """Series (..., 2h+1) in blocks with harmonics `step`, 2 `step`, ..., as one with all (..., 2 step h + 1)."""
+    if step == 1:
         return series
     h = series.shape[-1] // 2
-    out = np.zeros((*series.shape[:-1], 2 * every * h + 1))
-    out[..., 0] = series[..., 0]
-    out[..., every : every * h + 1 : every] = series[..., 1 : h + 1]
-    out[..., every * h + every :: every] = series[..., h + 1 :]
-    return out
+    full = np.zeros((*series.shape[:-1], 2 * step * h + 1))
+    full[..., 0] = series[..., 0]
+    full[..., step : step * h + 1 : step] = series[..., 1 : h + 1]
+    full[..., step * h + step :: step] = series[..., h + 1 :]
+    return full
 
 
-def gathered(series: Floats, every: int, h: int) -> Floats:
-    """The first h of the harmonics `every`, 2 `every`, ... of series (..., 2H+1) in blocks, cut or filled up."""
+def gathered(series: Floats, step: int, h: int) -> Floats:
+    """The first h of the harmonics `step`, 2 `step`, ... of series (..., 2H+1) in blocks, cut or filled up."""
     top = series.shape[-1] // 2
-    out, n = np.zeros((*series.shape[:-1], 2 * h + 1)), min(h, top // every)
-    out[..., 0] = series[..., 0]
-    out[..., 1 : n + 1] = series[..., every : every * n + 1 : every]
-    out[..., h + 1 : h + n + 1] = series[..., top + every : top + every * n + 1 : every]
-    return out
+    result, n = np.zeros((*series.shape[:-1], 2 * h + 1)), min(h, top // step)
+    result[..., 0] = series[..., 0]
+    result[..., 1 : n + 1] = series[..., step : step * n + 1 : step]
+    result[..., h + 1 : h + n + 1] = series[..., top + step : top + step * n + 1 : step]
+    return result
 
 
 def derivative(series: Floats) -> Floats:
@@ -121,27 +121,27 @@ def with_velocity(x: Floats, w: float) -> Floats:
     return out
 
 
-def _multiply_rows_loops(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
+def _multiply_rows_loops(gc: Floats, gs: Floats, h: int, stride: int, matrix: Floats) -> None:
     # gc[2H + j], gs[2H + j]: cosine and sine coefficients of the factor, extended evenly and oddly to negative j.
     o = 2 * h
-    out[0, 0] = 0.5 * gc[o]
+    matrix[0, 0] = 0.5 * gc[o]
     with_mean = 1.0 if stride == 1 else 0.0
     for m in range(1, h + 1):
-        out[0, m] = 0.5 * with_mean * gc[o + m]
-        out[0, h + m] = 0.5 * with_mean * gs[o + m]
-        out[m, 0] = with_mean * gc[o + m]
-        out[h + m, 0] = with_mean * gs[o + m]
+        matrix[0, m] = 0.5 * with_mean * gc[o + m]
+        matrix[0, h + m] = 0.5 * with_mean * gs[o + m]
+        matrix[m, 0] = with_mean * gc[o + m]
+        matrix[h + m, 0] = with_mean * gs[o + m]
     for k in range(1, h + 1):
         t = o + k + 1 - stride
         for m in range(1, h + 1):
-            out[k, m] = 0.5 * (gc[o + m - k] + gc[t + m])
-            out[k, h + m] = 0.5 * (gs[t + m] + gs[o + m - k])
-            out[h + k, m] = 0.5 * (gs[t + m] - gs[o + m - k])
-            out[h + k, h + m] = 0.5 * (gc[o + m - k] - gc[t + m])
+            matrix[k, m] = 0.5 * (gc[o + m - k] + gc[t + m])
+            matrix[k, h + m] = 0.5 * (gs[t + m] + gs[o + m - k])
+            matrix[h + k, m] = 0.5 * (gs[t + m] - gs[o + m - k])
+            matrix[h + k, h + m] = 0.5 * (gc[o + m - k] - gc[t + m])
 
 
 @kernel_as(_multiply_rows_loops)
-def multiply_rows(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
+def multiply_rows(gc: Floats, gs: Floats, h: int, stride: int, matrix: Floats) -> None:
     """Matrix that multiplies a series by the factor with extended coefficients gc, gs: Toeplitz plus Hankel blocks.
 
     With stride 2 the series has odd harmonics, the factor even ones, counted 0, 1, ... As Python also for many factors
@@ -152,16 +152,17 @@ def multiply_rows(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
     difference, total = o + k[None, :] - k[:, None], o + k[None, :] + k[:, None] + 1 - stride
     n = 2 * h + 1
     mean = 1.0 if stride == 1 else 0.0
-    out[..., 0, 0] = 0.5 * gc[..., o]
-    out[..., 0, 1 : h + 1], out[..., 0, h + 1 : n] = 0.5 * mean * gc[..., o + k], 0.5 * mean * gs[..., o + k]
-    out[..., 1 : h + 1, 0], out[..., h + 1 : n, 0] = mean * gc[..., o + k], mean * gs[..., o + k]
-    out[..., 1 : h + 1, 1 : h + 1] = 0.5 * (gc[..., difference] + gc[..., total])
-    out[..., 1 : h + 1, h + 1 : n] = 0.5 * (gs[..., total] + gs[..., difference])
-    out[..., h + 1 : n, 1 : h + 1] = 0.5 * (gs[..., total] - gs[..., difference])
-    out[..., h + 1 : n, h + 1 : n] = 0.5 * (gc[..., difference] - gc[..., total])
+    matrix[..., 0, 0] = 0.5 * gc[..., o]
+    matrix[..., 0, 1 : h + 1], matrix[..., 0, h + 1 : n] = 0.5 * mean * gc[..., o + k], 0.5 * mean * gs[..., o + k]
+    matrix[..., 1 : h + 1, 0] = mean * gc[..., o + k]
+    matrix[..., h + 1 : n, 0] = mean * gs[..., o + k]
+    matrix[..., 1 : h + 1, 1 : h + 1] = 0.5 * (gc[..., difference] + gc[..., total])
+    matrix[..., 1 : h + 1, h + 1 : n] = 0.5 * (gs[..., total] + gs[..., difference])
+    matrix[..., h + 1 : n, 1 : h + 1] = 0.5 * (gs[..., total] - gs[..., difference])
+    matrix[..., h + 1 : n, h + 1 : n] = 0.5 * (gc[..., difference] - gc[..., total])
 
 
-def _extend_loops(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
+def _extend_loops(even: Floats, odd: Floats, o: int, gc: Floats, gs: Floats) -> None:
     for j in range(o + 1):
         gc[o + j] = even[j]
         gc[o - j] = even[j]
@@ -170,7 +171,7 @@ def _extend_loops(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
 
 
 @kernel_as(_extend_loops)
-def extend(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
+def extend(even: Floats, odd: Floats, o: int, gc: Floats, gs: Floats) -> None:
     """Extend coefficients 0..o evenly and oddly to negative indices."""
     gc[o:], gc[:o] = even[: o + 1], even[o:0:-1]
     gs[o:], gs[:o] = odd[: o + 1], -odd[o:0:-1]
@@ -187,7 +188,7 @@ def extended(g: Floats, h: int) -> tuple[Floats, Floats]:
 
 
 @routine
-def extend_series(g: Any, h: int, gc: Any, gs: Any) -> None:
+def extend_series(g: Floats, h: int, gc: Floats, gs: Floats) -> None:
     """Extend the coefficients g (blocks, 2H harmonics) to negative indices; the mean counts twice."""
     o = 2 * h
     extend(g, g[o:], o, gc, gs)
@@ -266,30 +267,30 @@ def crossings(system: Any, turns: float, y: Floats) -> Floats:
     grid = 2.0 * np.pi * np.arange(places + 1) / places
     values = distances(system, turns * grid[:-1], y @ synthesis(h, places))
     values = np.concatenate([values, values[:, :1]], axis=1)
-    kink, at = np.nonzero((values[:, 1:] < 0.0) != (values[:, :-1] < 0.0))
-    which = np.arange(len(at))
+    kink, i = np.nonzero((values[:, 1:] < 0.0) != (values[:, :-1] < 0.0))
+    rows = np.arange(len(i))
 
-    def of(psi: Floats) -> Floats:
-        return np.asarray(distances(system, turns * psi, y @ Samples(psi, psi).basis(h))[kink, which])
+    def f(psi: Floats) -> Floats:
+        return np.asarray(distances(system, turns * psi, y @ Samples(psi, psi).basis(h))[kink, rows])
 
-    return np.sort(false_position(of, grid[at], grid[at + 1], values[kink, at], values[kink, at + 1]))
+    return np.sort(false_position(f, grid[i], grid[i + 1], values[kink, i], values[kink, i + 1]))
 
 
-def false_position(of: Callable[[Floats], Floats], low: Floats, high: Floats, below: Any, above: Any) -> Floats:
+def false_position(function: Callable[[Floats], Floats], low: Floats, high: Floats, first: Any, last: Any) -> Floats:
     """Places (n,) [rad] in [0, 2 pi) between `low` and `high` where functions change sign (Illinois).
 
-    `of` gives all of them at such places; `below` and `above` are their values at the ends.
+    `function` gives all of them at such places; `first` and `last` are their values at the ends.
     """
     side, psi = np.zeros(len(low)), low
     for _ in range(TRIES):
-        before, psi = psi, (low * above - high * below) / (above - below)
-        here = of(psi)
-        same = here * below > 0.0
-        above = np.where(same & (side > 0.0), 0.5 * above, above)
-        below = np.where(~same & (side < 0.0), 0.5 * below, below)
-        low, below = np.where(same, psi, low), np.where(same, here, below)
-        high, above = np.where(same, high, psi), np.where(same, above, here)
+        before, psi = psi, (low * last - high * first) / (last - first)
+        value = function(psi)
+        same = value * first > 0.0
+        last = np.where(same & (side > 0.0), 0.5 * last, last)
+        first = np.where(~same & (side < 0.0), 0.5 * first, first)
+        low, first = np.where(same, psi, low), np.where(same, value, first)
+        high, last = np.where(same, high, psi), np.where(same, last, value)
         side = np.where(same, 1.0, -1.0)
-        if np.all(np.abs(psi - before) < CLOSE) or not np.all(above != below):
+        if np.all(np.abs(psi - before) < CLOSE) or not np.all(last != first):
             break
     return np.asarray(psi % (2.0 * np.pi))

@@ -96,13 +96,13 @@ def starting_harmonics(system: Any, harmonics: int | None, period: int, points: 
     positive_count("points", points)
     highest = highest_order(system)
     if harmonics is None:
-        wanted = period * max(FEWEST, highest + 2 if highest > 1 else 1)
-        if wanted > LARGEST:
+        count = period * max(FEWEST, highest + 2 if highest > 1 else 1)
+        if count > LARGEST:
             raise ValueError(
-                f"a line of order {highest} over {period} turns takes {wanted} harmonics; at most {LARGEST} are "
+                f"a line of order {highest} over {period} turns takes {count} harmonics; at most {LARGEST} are "
                 "possible: leave the line out, or integrate"
             )
-        return wanted
+        return count
     if positive_count("harmonics", harmonics, LARGEST) < highest * period:
         raise ValueError(
             f"harmonics is {harmonics}, but a line of order {highest} is harmonic {highest * period} of the orbit; "

@@ -58,12 +58,12 @@ def weighted_square(v: Any, weights: Any) -> Any:
 
 
 @kernel
-def weighted_norm(v: Any, weights: Any) -> float:
+def weighted_norm(v: Floats, weights: Floats) -> float:
     """Euclidean norm of v times weights, entry by entry."""
     return float(weighted_square(v, weights) ** 0.5)
 
 
-def _extremes_loops(v: Any) -> Any:
+def _extremes_loops(v: Floats) -> Any:
     low, high = 0, 0
     for i in range(1, len(v)):
         if v[i] < v[low]:
@@ -74,14 +74,14 @@ def _extremes_loops(v: Any) -> Any:
 
 
 @kernel_as(_extremes_loops)
-def extremes(v: Any) -> Any:
+def extremes(v: Floats) -> Any:
     """Places of the smallest and the largest entry."""
     return np.argmin(v), np.argmax(v)
 
 
-def _row_times_loops(row: Any, table: Any, out: Any) -> None:
+def _row_times_loops(row: Floats, table: Floats, product: Floats) -> None:
     # Eight columns at a time in registers: the compiler's own vector loop suits long rows and leaves short ones scalar.
-    n, columns = out.shape[0], table.shape[1]
+    n, columns = product.shape[0], table.shape[1]
     whole = columns - columns % 8
     for j in range(0, min(whole, n), 8):
         c0, c1, c2, c3, c4, c5, c6, c7 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -96,23 +96,23 @@ def _row_times_loops(row: Any, table: Any, out: Any) -> None:
             c6 += f * table[i, j + 6]
             c7 += f * table[i, j + 7]
         if j + 8 <= n:
-            out[j], out[j + 1], out[j + 2], out[j + 3] = c0, c1, c2, c3
-            out[j + 4], out[j + 5], out[j + 6], out[j + 7] = c4, c5, c6, c7
+            product[j], product[j + 1], product[j + 2], product[j + 3] = c0, c1, c2, c3
+            product[j + 4], product[j + 5], product[j + 6], product[j + 7] = c4, c5, c6, c7
         else:
             block = (c0, c1, c2, c3, c4, c5, c6, c7)
             for k in range(n - j):
-                out[j + k] = block[k]
+                product[j + k] = block[k]
     for j in range(whole, n):
         total = 0.0
         for i in range(table.shape[0]):
             total += row[i] * table[i, j]
-        out[j] = total
+        product[j] = total
 
 
 @kernel_as(_row_times_loops)
-def row_times(row: Any, table: Any, out: Any) -> None:
+def row_times(row: Floats, table: Floats, product: Floats) -> None:
     """Write row @ table to out. The row may be longer than the table has rows; `padded` tables are faster."""
-    np.dot(row[: len(table)], table[:, : len(out)], out=out)
+    np.dot(row[: len(table)], table[:, : len(product)], out=product)
 
 
 def padded(table: Floats) -> Floats:
@@ -123,7 +123,7 @@ def padded(table: Floats) -> Floats:
     return out
 
 
-def _factor_loops(a: Any, pivots: Any) -> float:
+def _factor_loops(a: Floats, pivots: Any) -> float:
     # Four columns at a time, so that the rest of the matrix is read and written once for four of them.
     n, sign = a.shape[0], 1.0
     for start in range(0, n, 4):
@@ -164,7 +164,7 @@ def _factor_loops(a: Any, pivots: Any) -> float:
 
 
 @kernel_as(_factor_loops)
-def factor(a: Any, pivots: Any) -> float:
+def factor(a: Floats, pivots: Any) -> float:
     """Factor the matrix a in place for `substitute` and return the sign of its determinant.
 
     A singular matrix leaves non-finite numbers.
@@ -183,7 +183,7 @@ def factor(a: Any, pivots: Any) -> float:
     return sign
 
 
-def _substitute_loops(a: Any, pivots: Any, b: Any) -> None:
+def _substitute_loops(a: Floats, pivots: Any, b: Floats) -> None:
     n = a.shape[0]
     for k in range(n):
         p = pivots[k]
@@ -197,7 +197,7 @@ def _substitute_loops(a: Any, pivots: Any, b: Any) -> None:
 
 
 @routine
-def _product(row: Any, b: Any) -> float:
+def _product(row: Floats, b: Floats) -> float:
     # Four sums side by side: one alone waits for each of its additions.
     n, s0, s1, s2, s3 = len(row), 0.0, 0.0, 0.0, 0.0
     whole = n - n % 4
@@ -212,7 +212,7 @@ def _product(row: Any, b: Any) -> float:
 
 
 @kernel_as(_substitute_loops)
-def substitute(a: Any, pivots: Any, b: Any) -> None:
+def substitute(a: Floats, pivots: Any, b: Floats) -> None:
     """Solve in place for the right-hand side b with the matrix that `factor` left in a."""
     if len(a) > LARGE:
         from scipy.linalg.lapack import dgetrs

@@ -31,7 +31,9 @@ LEAST_LINE = 1e-3  # of the largest line: one below it is no way to other orbits
 STRENGTH, CONSTANT, LINE = -2, -3, -3
 
 
-def _add_linear_loops(J: float, B: float, w: float, stride: int, z: Any, torque: Any, error: Any, r: Any) -> None:
+def _add_linear_loops(
+    J: float, B: float, w: float, stride: int, z: Floats, torque: Floats, error: Floats, r: Floats
+) -> None:
     h = len(r) // 2
     r[0] -= torque[0]
     for k in range(1, h + 1):
@@ -44,7 +46,7 @@ def _add_linear_loops(J: float, B: float, w: float, stride: int, z: Any, torque:
 
 
 @kernel_as(_add_linear_loops)
-def add_linear(J: float, B: float, w: float, stride: int, z: Any, torque: Any, error: Any, r: Any) -> None:
+def add_linear(J: float, B: float, w: float, stride: int, z: Floats, torque: Floats, error: Floats, r: Floats) -> None:
     """Add J u'' + B u' - tau + J e'' in Fourier coefficients."""
     h = len(r) // 2
     kw = w * orders(h, stride)
@@ -55,29 +57,29 @@ def add_linear(J: float, B: float, w: float, stride: int, z: Any, torque: Any, e
     r[h + 1 :] -= damping * c + inertia * (s + error[h + 1 :])
 
 
-def _add_linear_jacobian_loops(J: float, B: float, w: float, stride: int, h: int, out: Any) -> None:
+def _add_linear_jacobian_loops(J: float, B: float, w: float, stride: int, h: int, jacobian: Floats) -> None:
     for k in range(1, h + 1):
         kw = (1 + stride * (k - 1)) * w
-        out[k, k] -= J * kw * kw
-        out[h + k, h + k] -= J * kw * kw
-        out[k, h + k] += B * kw
-        out[h + k, k] -= B * kw
+        jacobian[k, k] -= J * kw * kw
+        jacobian[h + k, h + k] -= J * kw * kw
+        jacobian[k, h + k] += B * kw
+        jacobian[h + k, k] -= B * kw
 
 
 @kernel_as(_add_linear_jacobian_loops)
-def add_linear_jacobian(J: float, B: float, w: float, stride: int, h: int, out: Any) -> None:
+def add_linear_jacobian(J: float, B: float, w: float, stride: int, h: int, jacobian: Floats) -> None:
     """Add the Jacobian of J u'' + B u'."""
     k = np.arange(1, h + 1)
     kw = w * orders(h, stride)
     inertia, damping = J * kw * kw, B * kw
-    out[k, k] -= inertia
-    out[h + k, h + k] -= inertia
-    out[k, h + k] += damping
-    out[h + k, k] -= damping
+    jacobian[k, k] -= inertia
+    jacobian[h + k, h + k] -= inertia
+    jacobian[k, h + k] += damping
+    jacobian[h + k, k] -= damping
 
 
 @routine
-def clean_mean(series: Any) -> None:
+def clean_mean(series: Floats) -> None:
     """Remove the rounding from the mean of a series without one: in the play of a gear nothing holds against it."""
     top = 0.0
     for i in range(1, len(series)):
@@ -95,7 +97,7 @@ def forced(system: Any, angles: Floats, table: Floats) -> tuple[Floats, Floats]:
 
 
 @routine
-def vary(leaf: int, value: float, torque: Any, error: Any, derive: bool) -> None:
+def vary(leaf: int, value: float, torque: Floats, error: Floats, derive: bool) -> None:
     """Change series of torque and error (blocks) as the virtual leaf says, or into derivatives by its parameter."""
     h = len(torque) // 2
     torque[0] = (1.0 if leaf == CONSTANT else 0.0) if derive else torque[0] + (value if leaf == CONSTANT else 0.0)
@@ -194,7 +196,7 @@ def others_possible(
     sizes = top * SIZES
     _, kappa = one_harmonic(law, mean, sizes)
     bear = np.searchsorted(sizes, reach, side="right")  # how many of the amplitudes the drive bears
-    low, high = (of.accumulate(kappa)[bear - 1] for of in (np.minimum, np.maximum))
+    low, high = np.minimum.accumulate(kappa)[bear - 1], np.maximum.accumulate(kappa)[bear - 1]
     wide = (bear > 0) & (high - low > loss)
     least, most = mass / MOST, MOST * mass
     above = tangent - kappa[0]  # of an orbit: on top of it the stiffness is that much larger

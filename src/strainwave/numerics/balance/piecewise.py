@@ -23,7 +23,7 @@ MOST_CROSSINGS = 256
 
 
 def _crossings_loops(
-    breaks: Any, sides: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any
+    breaks: Any, sides: Any, z: Floats, u: Floats, angles: Floats, jumps: Floats, places: Any
 ) -> int:  # fmt: skip
     h = (len(z) - 2) // 2
     spacing = 2.0 * math.pi / len(u)
@@ -56,7 +56,7 @@ def _crossings_loops(
 
 @kernel_as(_crossings_loops)
 def crossings(
-    breaks: Any, sides: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any
+    breaks: Any, sides: Any, z: Floats, u: Floats, angles: Floats, jumps: Floats, places: Any
 ) -> int:  # fmt: skip
     """Angles psi in [0, 2 pi) at which the series z, sampled in u, crosses a breakpoint; jumps of stiffness there.
 
@@ -87,7 +87,7 @@ def crossings(
     return count
 
 
-def _series_loops(z: Any, h: int, psi: float) -> Any:
+def _series_loops(z: Floats, h: int, psi: float) -> Any:
     c, s = math.cos(psi), math.sin(psi)
     ck, sk = 1.0, 0.0
     value, slope = z[0], 0.0
@@ -99,7 +99,7 @@ def _series_loops(z: Any, h: int, psi: float) -> Any:
 
 
 @kernel_as(_series_loops)
-def series(z: Any, h: int, psi: float) -> Any:
+def series(z: Floats, h: int, psi: float) -> Any:
     """Value and derivative of a series (blocks) at psi."""
     k = np.arange(1, h + 1)
     c, s = np.cos(k * psi), np.sin(k * psi)
@@ -107,25 +107,27 @@ def series(z: Any, h: int, psi: float) -> Any:
     return float(z[0] + a @ c + b @ s), float(k @ (b * c - a * s))
 
 
-def _steps_loops(base: float, angles: Any, jumps: Any, count: int, h: int, even: Any, odd: Any) -> None:
-    even[0] = 2.0 * base
-    odd[0] = 0.0
+def _steps_loops(
+    base: float, angles: Floats, jumps: Floats, count: int, h: int, cosines: Floats, sines: Floats
+) -> None:
+    cosines[0] = 2.0 * base
+    sines[0] = 0.0
     for k in range(1, h + 1):
-        even[k] = 0.0
-        odd[k] = 0.0
+        cosines[k] = 0.0
+        sines[k] = 0.0
     for j in range(count):
         jump = jumps[j] / math.pi
         c, s = math.cos(angles[j]), math.sin(angles[j])
         ck, sk = 1.0, 0.0
-        even[0] += jump * (2.0 * math.pi - angles[j])
+        cosines[0] += jump * (2.0 * math.pi - angles[j])
         for k in range(1, h + 1):
             ck, sk = ck * c - sk * s, ck * s + sk * c
-            even[k] -= jump * sk / k
-            odd[k] += jump * ck / k
+            cosines[k] -= jump * sk / k
+            sines[k] += jump * ck / k
 
 
 @kernel_as(_steps_loops)
-def steps(base: float, angles: Any, jumps: Any, count: int, h: int, even: Any, odd: Any) -> None:
+def steps(base: float, angles: Floats, jumps: Floats, count: int, h: int, even: Floats, odd: Floats) -> None:
     """Cosine (even; entry 0 is twice the mean) and sine coefficients of a step function that starts at `base`."""
     k = np.arange(1, h + 1)
     jump, at = jumps[:count] / math.pi, angles[:count]
@@ -159,7 +161,7 @@ class Crossings(NamedTuple):
         """Whether the torque is sampled: no, it is exact."""
         return False
 
-    def crossed(self, law: Any, z: Any, u: Any) -> int:
+    def crossed(self, law: Any, z: Floats, u: Floats) -> int:
         """Find the crossings of a motion, with what the law is at its start; returns their number."""
         count = kinks(law, self.breaks)
         for j in range(count):
@@ -169,7 +171,7 @@ class Crossings(NamedTuple):
         stiffnesses(law, self.beside, self.sides)
         return crossings(self.breaks, self.sides, z, u, self.angles, self.jumps, self.places)
 
-    def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
+    def torque_series(self, law: Any, z: Floats, u: Floats, r: Floats) -> None:
         """Coefficients of T(u) from those of u (z) and its samples."""
         n = len(r)
         h = n // 2
@@ -188,12 +190,12 @@ class Crossings(NamedTuple):
             r[h + k] = self.odd[k]
         add_product(self.product, z, r)
 
-    def stiffness_product(self, law: Any, u: Any, jacobian: Any) -> None:
+    def stiffness_product(self, law: Any, u: Floats, jacobian: Floats) -> None:
         """Matrix that multiplies a series by T'(u); follows `torque_series` at the same u."""
         for i in range(self.product.shape[0]):
             copy(self.product[i], jacobian[i, : self.product.shape[0]])
 
-    def slack(self, u: Any) -> float:
+    def slack(self, u: Floats) -> float:
         """Distance [rad] between the middles of an orbit and of the play in which it floats; 0 in contact.
 
         Any mean is in balance there; the middle is the one that contact starts from. It follows `torque_series`.
@@ -201,30 +203,30 @@ class Crossings(NamedTuple):
         low, high = extremes(u)
         if self.sides[2 * len(self.breaks)] != 0.0 or self.start[0] != 0.0:
             return 0.0
-        below, above = -1e300, 1e300
+        lower, upper = -1e300, 1e300
         for b in self.breaks:
             if u[low] < b < u[high]:
                 return 0.0
             if b <= u[low]:
-                below = max(below, b)
+                lower = max(lower, b)
             else:
-                above = min(above, b)
-        return 0.5 * (u[low] + u[high] - below - above) if below > -1e300 and above < 1e300 else 0.0
+                upper = min(upper, b)
+        return 0.5 * (u[low] + u[high] - lower - upper) if lower > -1e300 and upper < 1e300 else 0.0
 
-    def hill_trace(self, law: Any, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
+    def hill_trace(self, law: Any, J: float, B: float, w: float, z: Floats, u: Floats, q: Floats) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0, exact between crossings."""
         count = self.crossed(law, z, u)
         sort_by_angle(self.angles, self.jumps, count)
-        stiffness, at = self.sides[2 * len(self.breaks)], 0.0
+        stiffness, begin = self.sides[2 * len(self.breaks)], 0.0
         shift = 0.25 * (B / J) ** 2
         a, b, c, d = 1.0, 0.0, 0.0, 1.0
         for j in range(count + 1):
             end = self.angles[j] if j < count else 2.0 * math.pi
-            c0, s0, k = free_motion(stiffness / J - shift, (end - at) / w)
+            c0, s0, k = free_motion(stiffness / J - shift, (end - begin) / w)
             a, b, c, d = c0 * a + s0 * c, c0 * b + s0 * d, c0 * c - k * s0 * a, c0 * d - k * s0 * b
             if j < count:
                 stiffness += self.jumps[j]
-            at = end
+            begin = end
         return a + d
 
 
@@ -243,7 +245,7 @@ def free_motion(q: float, t: float) -> Any:
 
 
 @routine
-def sort_by_angle(angles: Any, jumps: Any, count: int) -> None:
+def sort_by_angle(angles: Floats, jumps: Floats, count: int) -> None:
     """Sort crossings by angle (they come nearly sorted)."""
     for i in range(1, count):
         j = i
@@ -253,7 +255,7 @@ def sort_by_angle(angles: Any, jumps: Any, count: int) -> None:
             j -= 1
 
 
-def _add_product_loops(matrix: Any, z: Any, r: Any) -> None:
+def _add_product_loops(matrix: Floats, z: Floats, r: Floats) -> None:
     for i in range(matrix.shape[0]):
         total = 0.0
         for j in range(matrix.shape[1]):
@@ -262,7 +264,7 @@ def _add_product_loops(matrix: Any, z: Any, r: Any) -> None:
 
 
 @kernel_as(_add_product_loops)
-def add_product(matrix: Any, z: Any, r: Any) -> None:
+def add_product(matrix: Floats, z: Floats, r: Floats) -> None:
     """Add matrix @ z (as many entries as the matrix has columns) to r."""
     r += matrix @ z[: matrix.shape[1]]
 

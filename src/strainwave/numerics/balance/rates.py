@@ -52,7 +52,7 @@ def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, differen
 
 
 @routine
-def strengthened(system: Any, angle: float, y: Any, turn: Any, strength: float, w: Any) -> None:
+def strengthened(system: Any, angle: float, y: Floats, turn: Any, strength: float, w: Floats) -> None:
     """Write the rates of a system of a strength at an angle [rad] in several states y (n, states) to w[0].
 
     w (3, n, states) is a buffer.
@@ -115,8 +115,8 @@ def periodic(verb: str, system: Any, turns: int = 1) -> Any:
         rates = np.array([[system.rhs(at + by, (y,) * states) for at, y in places] for by in (0.0, later)], float)
     if np.any(np.abs(rates[1] - rates[0]) > EQUAL * np.nanmax(np.abs(rates), initial=0.0)):
         raise ValueError(
-            f"{type(system).__name__} does not repeat after {turns} turn{'s' * (turns > 1)} of the base angle; {verb} "
-            "takes what repeats: with gravity at the load give the number of motor turns after which it does, the "
-            "ratio, as period where there is one, or use simulate or drive_run"
+            f"{type(system).__name__} does not repeat after {turns} turn{'s' if turns > 1 else ''} of the base angle; "
+            f"{verb} takes what repeats: with gravity at the load give the number of motor turns after which it "
+            "does, the ratio, as period where there is one, or use simulate or drive_run"
         )
     return system

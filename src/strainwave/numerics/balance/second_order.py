@@ -5,6 +5,7 @@
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4 (AFT) and 3.2 (Jacobian).
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -80,12 +81,12 @@ class SecondOrder(NamedTuple):
     def harmonics(self) -> int:
         return len(self.tau) // 2
 
-    def harmonic(self, z: Any, k: int) -> Any:
+    def harmonic(self, z: Floats, k: int) -> Any:
         """Cosine and sine coefficients of x in the unknowns' k-th harmonic."""
         h = len(self.error) // 2
         return z[k] + self.error[k], z[h + k] + self.error[h + k]
 
-    def prepare(self, z: Any) -> None:
+    def prepare(self, z: Floats) -> None:
         """Coefficients of torque and kinematic error at z into `work`; of a frequency alone they are the problem's."""
         self = at(self)
         work, value = self.work, z[len(self.tau)]
@@ -101,7 +102,7 @@ class SecondOrder(NamedTuple):
             error_values(system.error, self.angles, work.f)
             row_times(work.f, self.analysis, work.error)
 
-    def equations(self, z: Any, r: Any) -> None:
+    def equations(self, z: Floats, r: Floats) -> None:
         """Residual [N*m] of every coefficient at z = (coefficients of u, parameter), with what `prepare` has left."""
         self = at(self)
         work, system = self.work, varied(self.system, self.leaf, z[len(self.tau)])
@@ -113,7 +114,7 @@ class SecondOrder(NamedTuple):
         if tau[0] == 0.0:
             r[0] += system.J * w * w * springs.slack()
 
-    def stiffness(self, z: Any, jacobian: Any) -> None:
+    def stiffness(self, z: Floats, jacobian: Floats) -> None:
         """Derivatives of the residual by the coefficients; follows `equations` at the same z."""
         self = at(self)
         n = len(self.tau)
@@ -129,7 +130,7 @@ class SecondOrder(NamedTuple):
                 jacobian[0, j] = 0.5 * inertia * (self.synthesis[j, low] + self.synthesis[j, high])
         add_linear_jacobian(system.J, system.B, w, self.stride, n // 2, jacobian)
 
-    def by_speed(self, z: Any, slope: Any) -> None:
+    def by_speed(self, z: Floats, slope: Floats) -> None:
         """Derivative of the residual by the base frequency."""
         self = at(self)
         system = varied(self.system, self.leaf, z[len(self.tau)])
@@ -137,7 +138,7 @@ class SecondOrder(NamedTuple):
         fill(0.0, slope)
         add_linear(2.0 * system.J * per_turn, system.B * per_turn, w, self.stride, z, slope, self.error, slope)
 
-    def by_strength(self, z: Any, slope: Any) -> None:
+    def by_strength(self, z: Floats, slope: Floats) -> None:
         """Derivative of the residual by a virtual leaf; `prepare` must come before the next residual."""
         self = at(self)
         work, value = self.work, z[len(self.tau)]
@@ -148,13 +149,13 @@ class SecondOrder(NamedTuple):
         fill(0.0, slope)
         add_linear(system.J, 0.0, system.omega / self.turns, self.stride, work.nothing, work.tau, work.error, slope)
 
-    def residual(self, z: Any, r: Any) -> None:
+    def residual(self, z: Floats, r: Floats) -> None:
         """Residual [N*m] of every coefficient at z = (coefficients of u, parameter)."""
         if self.leaf != self.omega_leaf:
             self.prepare(z)
         self.equations(z, r)
 
-    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
+    def linearise(self, z: Floats, jacobian: Floats, slope: Floats) -> None:
         """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
         self.stiffness(z, jacobian)
         if self.leaf == self.omega_leaf:
@@ -164,7 +165,7 @@ class SecondOrder(NamedTuple):
         else:
             difference(self, z, slope, np.empty(self.size()))
 
-    def run(self, kernel: Any, *arguments: Any) -> Any:
+    def run(self, kernel: Callable[..., Any], *arguments: Any) -> Any:
         if not set(FIELDS) <= set(self.system._fields):  # a system like an oscillator whose numbers are none of these
             return kernel(self, *arguments)
         return run(kernel, ByAddress(self, self.addressed, "equations"), *arguments, light=self.light())
@@ -173,13 +174,13 @@ class SecondOrder(NamedTuple):
         """Whether a few of its kernels take NumPy less time than Numba takes to load."""
         return self.springs.is_sampled() and self.size() <= LIGHT
 
-    def addressed(self, words: Any) -> EquationsAt:
+    def addressed(self, words: Callable[[Any], int]) -> EquationsAt:
         """The equations for machine code."""
         own, virtual = self.leaf == self.omega_leaf, self.leaf <= STRENGTH
         slope = SecondOrder.by_speed if own else SecondOrder.by_strength if virtual else None
         return equations_at(self.native(words), words, None if own else SecondOrder.prepare, slope, self.error)
 
-    def native(self, words: Any) -> "SecondOrder":
+    def native(self, words: Callable[[Any], int]) -> "SecondOrder":
         """The problem with its oscillator and law by address: of one type for all."""
         system, leaf, place = oscillator_at(self.system, self.leaf, words)
         return self._replace(

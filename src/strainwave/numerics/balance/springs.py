@@ -37,12 +37,12 @@ class Sampling(NamedTuple):
         """Whether the torque is sampled: yes."""
         return True
 
-    def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
+    def torque_series(self, law: Any, z: Floats, u: Floats, r: Floats) -> None:
         """Coefficients of T(u) from the samples of u."""
         torques(law, u, self.samples)
         row_times(self.samples, self.analysis, r)
 
-    def stiffness_product(self, law: Any, u: Any, jacobian: Any) -> None:
+    def stiffness_product(self, law: Any, u: Floats, jacobian: Floats) -> None:
         """Matrix that multiplies a series by T'(u)."""
         h = len(self.g) // 4
         stiffnesses(law, u, self.samples)
@@ -50,7 +50,7 @@ class Sampling(NamedTuple):
         extend_series(self.g, h, self.gc, self.gs)
         multiply_rows(self.gc, self.gs, h, self.stride, jacobian)
 
-    def slack(self, u: Any) -> float:
+    def slack(self, u: Floats) -> float:
         """Middle [rad] of an orbit to which the law gives no torque at all, where any mean is in balance; else 0."""
         if self.stride > 1 or self.samples[0] != 0.0:  # as `torque_series` left them
             return 0.0
@@ -60,7 +60,7 @@ class Sampling(NamedTuple):
         low, high = extremes(u)
         return float(0.5 * (u[low] + u[high]))
 
-    def hill_trace(self, law: Any, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
+    def hill_trace(self, law: Any, J: float, B: float, w: float, z: Floats, u: Floats, q: Floats) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u; q: buffer."""
         steps = len(u)
         scale = (2.0 * math.pi / (self.stride * steps) / w) ** 2 / 12.0
@@ -83,13 +83,13 @@ class Spring(NamedTuple):
     nonlinear: Any
     samples: Floats
 
-    def torques(self, z: Any, synthesis: Any, r: Any) -> None:
+    def torques(self, z: Floats, synthesis: Floats, r: Floats) -> None:
         """Write the coefficients of the torque to r from those of the twist, with which z begins."""
         self = at(self)
         row_times(z, synthesis, self.samples)
         self.nonlinear.torque_series(self.law, z, self.samples, r)
 
-    def stiffness(self, first: int, size: int, jacobian: Any) -> None:
+    def stiffness(self, first: int, size: int, jacobian: Floats) -> None:
         """Write their derivatives to a block on the diagonal; follows `torques` at the same twist."""
         self = at(self)
         block = jacobian[first : first + size, first : first + size]
@@ -100,7 +100,7 @@ class Spring(NamedTuple):
         self = at(self)
         return float(self.nonlinear.slack(self.samples))
 
-    def hill(self, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
+    def hill(self, J: float, B: float, w: float, z: Floats, u: Floats, q: Floats) -> float:
         """Trace of Hill's period map along a motion z with the samples u; q is a buffer as long as u."""
         self = at(self)
         return float(self.nonlinear.hill_trace(self.law, J, B, w, z, u, q))
@@ -126,7 +126,7 @@ class Springs(NamedTuple):
         """Middle [rad] of an orbit in the play of the first law; 0 in contact."""
         return self.springs[0].slack()
 
-    def hill(self, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
+    def hill(self, J: float, B: float, w: float, z: Floats, u: Floats, q: Floats) -> float:
         """Trace of Hill's period map of the first spring."""
         return self.springs[0].hill(J, B, w, z, u, q)
 
@@ -151,13 +151,13 @@ class SpringsAt(NamedTuple):
     places: Any
     samples: Floats
 
-    def torques(self, size: int, z: Any, synthesis: Any, r: Any) -> None:
+    def torques(self, size: int, z: Floats, synthesis: Floats, r: Floats) -> None:
         """Write the coefficients of the torques."""
         for i in range(len(self.places)):
             block = z[i * size : (i + 1) * size + 1], synthesis, r[i * size : (i + 1) * size]
             call(self.places[i, 1], self.places[i, 0], block)
 
-    def stiffnesses(self, size: int, jacobian: Any) -> None:
+    def stiffnesses(self, size: int, jacobian: Floats) -> None:
         """Write their derivatives."""
         for i in range(len(self.places)):
             call(self.places[i, 2], self.places[i, 0], (i * size, size, jacobian))
@@ -166,7 +166,7 @@ class SpringsAt(NamedTuple):
         """Middle [rad] of an orbit in the play of the first law."""
         return value(self.places[0, 3], self.places[0, 0], ())
 
-    def hill(self, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
+    def hill(self, J: float, B: float, w: float, z: Floats, u: Floats, q: Floats) -> float:
         """Trace of Hill's period map of the first spring."""
         return value(self.places[0, 4], self.places[0, 0], (J, B, w, z, u, q))
 

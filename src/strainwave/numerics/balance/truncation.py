@@ -82,22 +82,22 @@ def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
     sizes = {problem.hill() and (problem.stride, problem.size()) for problem in problems}
     if len(problems) == 1 or len(kinds) > 1 or len(sizes) > 1 or not (first.hill() and all(map(len, curves))):
         return [tail_along(problem, points) for problem, points in zip(problems, curves, strict=True)]
-    few = [points[few_of(points)] for points in curves]
-    counts = [len(points) for points in few]
+    selected = [points[few_of(points)] for points in curves]
+    counts = [len(points) for points in selected]
 
-    def joined(*own: Any) -> Any:
-        if isinstance(own[0], np.ndarray):
-            return np.concatenate(own)
-        return own[0] if len({*own}) == 1 else np.repeat(own, counts)[:, None]
+    def joined(*fields: Any) -> Any:
+        if isinstance(fields[0], np.ndarray):
+            return np.concatenate(fields)
+        return fields[0] if len({*fields}) == 1 else np.repeat(fields, counts)[:, None]
 
-    pairs = zip(problems, few, strict=True)
+    pairs = zip(problems, selected, strict=True)
     systems = [with_leaf(problem.system, problem.leaf, points[:, -1:]) for problem, points in pairs]
-    points = np.concatenate(few)
+    points = np.concatenate(selected)
     shares = share_left_out(mapped(joined, *systems), first.turns, points[:, :-1], first.stride)
     tails, end = [], 0
     for count in counts:
-        here = end + int(np.argmax(shares[end : end + count]))
-        tails.append(Tail(float(shares[here]), float(shares[here]), float(points[here, -1]), first.highest()))
+        place = end + int(np.argmax(shares[end : end + count]))
+        tails.append(Tail(float(shares[place]), float(shares[place]), float(points[place, -1]), first.highest()))
         end += count
     return tails
 

@@ -24,29 +24,31 @@ class Prescribed(NamedTuple):
 
     error: Floats
 
-    def positions(self, tables: Any, factor: float, z: Any, x: Any) -> None:
+    def positions(self, tables: Any, factor: float, z: Floats, x: Floats) -> None:
         """Write the coefficients of x = u + e."""
         copy(z[: len(x)], x)
         add(factor, self.error, x)
         x[0] += (1.0 - factor) * self.error[0]
 
-    def react(self, tables: Any, s: Any, blocks: Any, r: Any) -> None:
+    def react(self, tables: Any, s: Any, blocks: Floats, r: Floats) -> None:
         """The motor feels no torque through the error."""
 
-    def linearise(self, tables: Any, s: Any, blocks: Any, jacobian: Any) -> None:
+    def linearise(self, tables: Any, s: Any, blocks: Floats, jacobian: Floats) -> None:
         """Nothing follows the motor."""
 
-    def by_speed(self, change: Any, blocks: Any, slope: Any) -> None:
+    def by_speed(self, change: Any, blocks: Floats, slope: Floats) -> None:
         """Nothing follows the motor."""
 
-    def by_strength(self, tables: Any, s: Any, factor: float, blocks: Any, slope: Any) -> None:
+    def by_strength(self, tables: Any, s: Any, factor: float, blocks: Floats, slope: Floats) -> None:
         """Add the derivative by the logarithm of the factor of all that alternates."""
         fill(0.0, blocks[0])
         add(factor, self.error, blocks[0])
         alternating(s, blocks, slope)
 
 
-def _sample_error_loops(lines: Any, factor: float, angles: Any, delta: Any, value: Any, slope: Any, bend: Any) -> None:
+def _sample_error_loops(
+    lines: Any, factor: float, angles: Floats, delta: Floats, value: Floats, slope: Floats, bend: Floats
+) -> None:
     for i in range(len(angles)):
         e, de, dde = lines[0, 1], 0.0, 0.0
         for j in range(1, lines.shape[0]):
@@ -61,7 +63,9 @@ def _sample_error_loops(lines: Any, factor: float, angles: Any, delta: Any, valu
 
 
 @kernel_as(_sample_error_loops)
-def sample_error(lines: Any, factor: float, angles: Any, delta: Any, value: Any, slope: Any, bend: Any) -> None:
+def sample_error(
+    lines: Any, factor: float, angles: Floats, delta: Floats, value: Floats, slope: Floats, bend: Floats
+) -> None:
     """Write e, e' and e'' at base angles [rad] and deviations of the motor; `lines` are rows order, cosine, sine."""
     order, even, odd = lines[1:].T[:, :, None]
     a = order * (angles + delta)
@@ -71,7 +75,7 @@ def sample_error(lines: Any, factor: float, angles: Any, delta: Any, value: Any,
     bend[:] = -factor * np.sum(order * order * (even * c + odd * s), axis=0)
 
 
-def _multiplied_loops(a: Any, b: Any, out: Any) -> None:
+def _multiplied_loops(a: Floats, b: Floats, out: Floats) -> None:
     for i in range(a.shape[0]):
         for j in range(a.shape[1]):
             f = a[i, j]
@@ -80,7 +84,7 @@ def _multiplied_loops(a: Any, b: Any, out: Any) -> None:
 
 
 @kernel_as(_multiplied_loops)
-def add_multiplied(a: Any, b: Any, out: Any) -> None:
+def add_multiplied(a: Floats, b: Floats, out: Floats) -> None:
     """Add the product of two matrices to out."""
     out += a @ b
 
@@ -109,7 +113,7 @@ class Following(NamedTuple):
     series: Floats
     change: Floats
 
-    def positions(self, tables: Any, factor: float, z: Any, x: Any) -> None:
+    def positions(self, tables: Any, factor: float, z: Floats, x: Floats) -> None:
         """Write the coefficients of x = u + e(phase + delta); the last block of z is delta."""
         size, samples = len(x), self.samples
         at = len(z) - 1 - size
@@ -118,7 +122,7 @@ class Following(NamedTuple):
         row_times(samples[VALUE], tables[1], x)
         add(1.0, z[:size], x)
 
-    def gear_torque(self, synthesis: Any, s: Any, blocks: Any) -> None:
+    def gear_torque(self, synthesis: Floats, s: Any, blocks: Floats) -> None:
         """Write the coefficients and samples of T = F - D P, the balance of x."""
         fill(0.0, self.change)
         add_stiffness(s, 0.0, blocks, blocks[0], self.change)
@@ -126,7 +130,7 @@ class Following(NamedTuple):
             self.series[i] = -self.change[i]
         row_times(self.series, synthesis, self.samples[TORQUE])
 
-    def react(self, tables: Any, s: Any, blocks: Any, r: Any) -> None:
+    def react(self, tables: Any, s: Any, blocks: Floats, r: Floats) -> None:
         """Subtract e' T from the motor's block of r."""
         self.gear_torque(tables[0], s, blocks)
         copy(self.samples[TORQUE], self.samples[MIXED])
@@ -137,7 +141,7 @@ class Following(NamedTuple):
         for i in range(size):
             r[at + i] -= self.series[i]
 
-    def multiply_by(self, samples: Any, product: Any) -> None:
+    def multiply_by(self, samples: Floats, product: Floats) -> None:
         """Write the matrix that multiplies a series by what has these samples."""
         even, odd = self.wide[1], self.wide[2]
         h = len(self.series) // 2
@@ -145,10 +149,10 @@ class Following(NamedTuple):
         extend_series(self.wide[0], h, even, odd)
         multiply_rows(even, odd, h, 1, product)
 
-    def linearise(self, tables: Any, s: Any, blocks: Any, jacobian: Any) -> None:
+    def linearise(self, tables: Any, s: Any, blocks: Floats, jacobian: Floats) -> None:
         """Add what follows the motor to the derivatives by the coefficients."""
         size, last = len(self.series), blocks.shape[0] - 1
-        at = last * size
+        start = last * size
         first, second = self.products[0], self.products[1]
         self.gear_torque(tables[0], s, blocks)
         self.multiply_by(self.samples[SLOPE], first)
@@ -156,27 +160,27 @@ class Following(NamedTuple):
         multiply(self.samples[BEND], self.samples[MIXED])
         self.multiply_by(self.samples[MIXED], second)
         for i in range(last + 1):
-            add_times(s, i, 0, first, jacobian[i * size : (i + 1) * size, at : at + size])
-        motor = jacobian[at : at + size]
+            add_times(s, i, 0, first, jacobian[i * size : (i + 1) * size, start : start + size])
+        motor = jacobian[start : start + size]
         for j in range(last):
             add_on_the_left(first, s, 0, j, motor[:, j * size : (j + 1) * size])
-        own = motor[:, at : at + size]
-        add_multiplied(first, jacobian[:size, at : at + size], own)
+        corner = motor[:, start : start + size]
+        add_multiplied(first, jacobian[:size, start : start + size], corner)
         for i in range(size):
-            add(-1.0, second[i], own[i])
+            add(-1.0, second[i], corner[i])
 
-    def by_speed(self, change: Any, blocks: Any, slope: Any) -> None:
+    def by_speed(self, change: Any, blocks: Floats, slope: Floats) -> None:
         """Add what the motor feels of T to the derivative by omega; follows `linearise`."""
         fill(0.0, self.change)
         add_stiffness(change, 0.0, blocks, blocks[0], self.change)
         size = len(self.series)
-        at = (blocks.shape[0] - 1) * size
-        add_product(self.products[0], self.change, slope[at : at + size])
+        start = (blocks.shape[0] - 1) * size
+        add_product(self.products[0], self.change, slope[start : start + size])
 
-    def by_strength(self, tables: Any, s: Any, factor: float, blocks: Any, slope: Any) -> None:
+    def by_strength(self, tables: Any, s: Any, factor: float, blocks: Floats, slope: Floats) -> None:
         """Add the derivative by the logarithm of the factor of all that alternates; follows `linearise`."""
         size = len(self.series)
-        at = (blocks.shape[0] - 1) * size
+        start = (blocks.shape[0] - 1) * size
         copy(self.samples[TORQUE], self.samples[MIXED])
         multiply(self.samples[SLOPE], self.samples[MIXED])
         row_times(self.samples[MIXED], tables[1], self.series)
@@ -185,12 +189,12 @@ class Following(NamedTuple):
         alternating(s, blocks, slope)
         copy(slope[:size], self.change[:size])
         for i in range(size):
-            slope[at + i] -= self.series[i]
-        add_product(self.products[0], self.change, slope[at : at + size])
+            slope[start + i] -= self.series[i]
+        add_product(self.products[0], self.change, slope[start : start + size])
 
 
 @routine
-def alternating(s: Any, blocks: Any, slope: Any) -> None:
+def alternating(s: Any, blocks: Floats, slope: Floats) -> None:
     """Add D x - F to a derivative, x in the first block and of F what alternates; the other blocks are overwritten."""
     n, size = s.shape[1], blocks.shape[1]
     for i in range(1, blocks.shape[0]):

@@ -44,11 +44,11 @@ class Disturbances(NamedTuple):
         part, count = self.problem.part, len(self.mean)
         u = samples(self.twists, bases)
         stiff = [law.stiffness(x) + 0.0 * x for law, x in zip(part.laws, u, strict=True)]
-        out = np.zeros((len(psi), self.b.shape[1], len(self.c)))
+        gains = np.zeros((len(psi), self.b.shape[1], len(self.c)))
         for j in range(count):
-            out[:, j, j] = self.mean[j] - stiff[j]
+            gains[:, j, j] = self.mean[j] - stiff[j]
         if self.deviation is None:
-            return out
+            return gains
         B, w = part.gear_damping, self.speed[:, None, None]
         pair = np.stack([self.twists[:, 0], self.deviation], axis=1)
         d, du, dd = samples(np.concatenate([pair[:, 1:], w * derivative(pair)], axis=1), bases)
@@ -56,10 +56,10 @@ class Disturbances(NamedTuple):
         slope, bend = self.error(psi / self.problem.pencil.rate + d)
         pull = stiff[0] * slope + B * bend * (base + dd)
         torque = part.laws[0].torque(u[0]) + B * du
-        out[:, 0, count + 1], out[:, 0, count + 2] = pull, B * slope
-        out[:, -1, 0], out[:, -1, count] = slope * stiff[0], slope * B
-        out[:, -1, count + 1], out[:, -1, count + 2] = bend * torque - slope * pull, -slope * slope * B
-        return out
+        gains[:, 0, count + 1], gains[:, 0, count + 2] = pull, B * slope
+        gains[:, -1, 0], gains[:, -1, count] = slope * stiff[0], slope * B
+        gains[:, -1, count + 1], gains[:, -1, count + 2] = bend * torque - slope * pull, -slope * slope * B
+        return gains
 
     def error(self, angle: Floats) -> tuple[Floats, Floats]:
         """First and second derivatives of the kinematic error at the motor's angles [rad]."""
@@ -75,7 +75,7 @@ class Disturbances(NamedTuple):
         pairs = [(j, b) for j, law in enumerate(self.problem.part.laws) for b in breakpoints_of(law)]
         if not pairs:
             return [np.empty(0)] * len(self.twists)
-        twist, breaks = (np.array(x) for x in zip(*pairs, strict=True))
+        twist, breaks = map(np.array, zip(*pairs, strict=True))
         h = self.twists.shape[2] // 2
         places = LOOKED * (h + 1)
         d = (self.twists @ synthesis(h, places))[:, twist] - breaks[:, None]
@@ -93,9 +93,9 @@ def disturbances(problem: Any, points: Floats) -> Disturbances | None:
     if part is None or problem.leaf != problem.omega_leaf or not len(points):
         return None
     M, C, K = part.inertia, part.damping.copy(), part.stiffness.copy()
-    moving = np.flatnonzero(np.any(M != 0.0, axis=1))
-    rest = np.setdiff1d(np.arange(len(M)), moving)
-    if 2 * len(moving) + len(rest) != problem.state_count() + len(part.values) - len(problem.part.values):
+    heavy = np.flatnonzero(np.any(M != 0.0, axis=1))
+    massless = np.setdiff1d(np.arange(len(M)), heavy)
+    if 2 * len(heavy) + len(massless) != problem.state_count() + len(part.values) - len(problem.part.values):
         return None
     twists, laws = problem.series(points), problem.part.laws
     u = twists[:, : len(laws)] @ problem.synthesis
@@ -103,10 +103,10 @@ def disturbances(problem: Any, points: Floats) -> Disturbances | None:
     mean = np.array([np.mean(k) for k in stiff])
     C[0, 0] += part.gear_damping
     K[range(len(laws)), range(len(laws))] += mean
-    at = [*range(len(laws)), *([len(laws)] if part.follows else [])]
-    a, b = _first_order(M, C, K, moving, rest, at)
-    position = np.eye(len(a))[: len(moving)]  # the coordinates that laws see, and the motor's, are the first
-    speed = np.eye(len(a))[len(moving) : 2 * len(moving)]
+    loaded = [*range(len(laws)), *([len(laws)] if part.follows else [])]
+    a, b = _first_order(M, C, K, heavy, massless, loaded)
+    position = np.eye(len(a))[: len(heavy)]  # the coordinates that laws see, and the motor's, are the first
+    speed = np.eye(len(a))[len(heavy) : 2 * len(heavy)]
     c = position[: len(laws)]
     if part.follows:
         c = np.concatenate([c, speed[:1], position[[len(laws)]], speed[[len(laws)]]])
@@ -122,34 +122,35 @@ def samples(series: Floats, bases: list[Floats]) -> Floats:
     return np.concatenate([y @ basis for y, basis in zip(series, bases, strict=True)], axis=1)
 
 
-def _first_order(M: Floats, C: Floats, K: Floats, moving: Any, rest: Any, at: list[int]) -> tuple[Floats, Floats]:
-    """Matrix of positions, speeds and coordinates without inertia (`rest`), and of torques on coordinates `at`."""
-    m, inverse = len(moving), np.linalg.inv(M[np.ix_(moving, moving)])
-    n = 2 * m + len(rest)
-    a, unit = np.zeros((n, n)), np.eye(len(M))[:, at]
+def _first_order(M: Floats, C: Floats, K: Floats, heavy: Any, massless: Any, loaded: Any) -> tuple[Floats, Floats]:
+    """Matrix of positions, speeds and coordinates without inertia (`massless`), and of torques on `loaded` ones."""
+    m, inverse = len(heavy), np.linalg.inv(M[np.ix_(heavy, heavy)])
+    n = 2 * m + len(massless)
+    a, unit = np.zeros((n, n)), np.eye(len(M))[:, loaded]
     a[:m, m : 2 * m] = np.eye(m)
     rows = slice(2 * m, n)
-    if len(rest):
-        own = np.linalg.inv(C[np.ix_(rest, rest)])
-        a[rows, :m], a[rows, m : 2 * m] = -own @ K[np.ix_(rest, moving)], -own @ C[np.ix_(rest, moving)]
-        a[rows, rows] = -own @ K[np.ix_(rest, rest)]
-    through = C[np.ix_(moving, rest)]
-    a[m : 2 * m, :m] = -inverse @ (K[np.ix_(moving, moving)] + through @ a[rows, :m])
-    a[m : 2 * m, m : 2 * m] = -inverse @ (C[np.ix_(moving, moving)] + through @ a[rows, m : 2 * m])
-    a[m : 2 * m, rows] = -inverse @ (K[np.ix_(moving, rest)] + through @ a[rows, rows])
-    b = np.zeros((n, len(at)))
-    b[m : 2 * m] = inverse @ unit[moving]
+    if len(massless):
+        inverse_c = np.linalg.inv(C[np.ix_(massless, massless)])
+        a[rows, :m] = -inverse_c @ K[np.ix_(massless, heavy)]
+        a[rows, m : 2 * m] = -inverse_c @ C[np.ix_(massless, heavy)]
+        a[rows, rows] = -inverse_c @ K[np.ix_(massless, massless)]
+    through = C[np.ix_(heavy, massless)]
+    a[m : 2 * m, :m] = -inverse @ (K[np.ix_(heavy, heavy)] + through @ a[rows, :m])
+    a[m : 2 * m, m : 2 * m] = -inverse @ (C[np.ix_(heavy, heavy)] + through @ a[rows, m : 2 * m])
+    a[m : 2 * m, rows] = -inverse @ (K[np.ix_(heavy, massless)] + through @ a[rows, rows])
+    b = np.zeros((n, len(loaded)))
+    b[m : 2 * m] = inverse @ unit[heavy]
     return a, b
 
 
-def _refined(series: Floats, value: Floats, low: Floats, high: Floats, below: Floats, above: Floats) -> Floats:
+def _refined(series: Floats, value: Floats, low: Floats, high: Floats, first: Floats, last: Floats) -> Floats:
     """Places [rad] between `low` and `high` where series (n, 2h+1) have a value."""
     h = series.shape[1] // 2
 
     def missing(psi: Floats) -> Floats:
         return np.asarray(np.sum(series * Samples(psi, psi).basis(h).T, axis=1) - value)
 
-    return false_position(missing, low, high, below, above)
+    return false_position(missing, low, high, first, last)
 
 
 def errors(problem: Any, series: Floats) -> Floats:
@@ -203,17 +204,17 @@ def linear_response(problem: Any, value: float) -> Floats:
 
 def left_out(problem: Any, points: Floats) -> tuple[Floats, Floats]:
     """Parameter at some points of a curve, and the shares (values, 1 + blocks) left out there, of x and blocks."""
-    few = points[few_of(points)]
-    blocks, h = problem.series(few), problem.harmonics()
+    selected = points[few_of(points)]
+    blocks, h = problem.series(selected), problem.harmonics()
     most, count = 3 * h + 8, len(problem.blocks)
     samples = 3 * most
     n, k = problem.pencil.matrices.shape[1], np.arange(h + 1, most + 1)
-    s = np.empty((len(few), most + 1, n, n + 1), complex)
-    omega = base_speed(problem, few[:, -1])
+    s = np.empty((len(selected), most + 1, n, n + 1), complex)
+    omega = base_speed(problem, selected[:, -1])
     quiet = problem.pencil._replace(forces=np.zeros((n, most + 1), complex), per_speed=np.zeros(n))
     with np.errstate(all="ignore"):
         condense(quiet, omega, 1.0, s, np.empty_like(s))
-        matrix, force = s[:, :, :count, :count].copy(), np.zeros((len(few), most + 1, count), complex)
+        matrix, force = s[:, :, :count, :count].copy(), np.zeros((len(selected), most + 1, count), complex)
         for i, law in enumerate(problem.part.laws):
             u = blocks[:, i] @ synthesis(h, samples)
             force[..., i] = -to_complex((law.torque(u) + 0.0 * u) @ analysis(most, samples))
@@ -222,11 +223,11 @@ def left_out(problem: Any, points: Floats) -> tuple[Floats, Floats]:
         p = np.zeros_like(force)
         p[:, k] = np.linalg.solve(matrix[:, k], force[:, k, :, None])[..., 0]
         x = eliminated(quiet, s, p) @ problem.part.values[0]
-    known = np.linalg.norm(blocks, axis=2)
-    known = np.maximum(known, 1e-6 * np.max(known, axis=0))
-    own = np.linalg.norm(problem.displacements(few), axis=1)
-    return few[:, -1], np.column_stack(
-        [share_of(np.linalg.norm(x, axis=1), own), share_of(np.linalg.norm(p, axis=1), known)]
+    size = np.linalg.norm(blocks, axis=2)
+    size = np.maximum(size, 1e-6 * np.max(size, axis=0))
+    x_size = np.linalg.norm(problem.displacements(selected), axis=1)
+    return selected[:, -1], np.column_stack(
+        [share_of(np.linalg.norm(x, axis=1), x_size), share_of(np.linalg.norm(p, axis=1), size)]
     )
 
 

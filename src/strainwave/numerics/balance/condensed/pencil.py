@@ -45,17 +45,17 @@ def _condense_loops(pencil: Any, omega: float, factor: float, s: Any, d: Any) ->
             else:
                 s[k, i, n] = factor * pencil.forces[i, k]
                 d[k, i, n] = 0.0
-        for out in range(n - 1, pencil.kept - 1, -1):
-            if k == 0 and out == pencil.loose:
+        for pivot in range(n - 1, pencil.kept - 1, -1):
+            if k == 0 and pivot == pencil.loose:
                 continue
-            inverse = 1.0 / s[k, out, out]
-            for i in range(out):
-                share = s[k, i, out] * inverse
-                slope = (d[k, i, out] - share * d[k, out, out]) * inverse
+            inverse = 1.0 / s[k, pivot, pivot]
+            for i in range(pivot):
+                share = s[k, i, pivot] * inverse
+                slope = (d[k, i, pivot] - share * d[k, pivot, pivot]) * inverse
                 for j in range(n + 1):
-                    if j < out or j == n:
-                        d[k, i, j] -= slope * s[k, out, j] + share * d[k, out, j]
-                        s[k, i, j] -= share * s[k, out, j]
+                    if j < pivot or j == n:
+                        d[k, i, j] -= slope * s[k, pivot, j] + share * d[k, pivot, j]
+                        s[k, i, j] -= share * s[k, pivot, j]
 
 
 @kernel_as(_condense_loops)
@@ -74,16 +74,16 @@ def condense(pencil: Any, omega: Any, factor: float, s: Any, d: Any) -> None:
     s[..., n], d[..., n] = factor * pencil.forces.T, 0.0
     s[..., 0, :, n] = pencil.forces[:, 0] + pencil.per_speed * omega[..., 0, 0]
     d[..., 0, :, n] = pencil.per_speed
-    for out in range(n - 1, pencil.kept - 1, -1):
-        first = 1 if out == pencil.loose else 0
-        columns = [*range(out), n]
-        here, there = s[..., first:, :, :], d[..., first:, :, :]
-        inverse = 1.0 / here[..., out, out][..., None]
-        share = here[..., :out, out] * inverse
-        slope = (there[..., :out, out] - share * there[..., out, out][..., None]) * inverse
-        row, change = here[..., [out], :][..., columns], there[..., [out], :][..., columns]
-        there[..., :out, columns] -= slope[..., None] * row + share[..., None] * change
-        here[..., :out, columns] -= share[..., None] * row
+    for pivot in range(n - 1, pencil.kept - 1, -1):
+        first = 1 if pivot == pencil.loose else 0
+        columns = [*range(pivot), n]
+        entries, slopes = s[..., first:, :, :], d[..., first:, :, :]
+        inverse = 1.0 / entries[..., pivot, pivot][..., None]
+        share = entries[..., :pivot, pivot] * inverse
+        slope = (slopes[..., :pivot, pivot] - share * slopes[..., pivot, pivot][..., None]) * inverse
+        row, change = entries[..., [pivot], :][..., columns], slopes[..., [pivot], :][..., columns]
+        slopes[..., :pivot, columns] -= slope[..., None] * row + share[..., None] * change
+        entries[..., :pivot, columns] -= share[..., None] * row
 
 
 def eliminated(pencil: Any, s: Any, kept: Any) -> Any:
@@ -99,32 +99,32 @@ def eliminated(pencil: Any, s: Any, kept: Any) -> Any:
     return p
 
 
-def _add_stiffness_loops(s: Any, gear: float, blocks: Any, u: Any, r: Any) -> None:
+def _add_stiffness_loops(s: Any, gear: float, blocks: Floats, u: Floats, r: Floats) -> None:
     n = s.shape[1]
     size = blocks.shape[1]
     h = size // 2
     for i in range(blocks.shape[0]):
-        at = i * size
+        start = i * size
         total = -s[0, i, n].real
         for j in range(blocks.shape[0]):
             total += s[0, i, j].real * blocks[j, 0]
-        r[at] += total
+        r[start] += total
         for k in range(1, h + 1):
-            even, odd = -s[k, i, n].real, s[k, i, n].imag
+            cosine, sine = -s[k, i, n].real, s[k, i, n].imag
             for j in range(blocks.shape[0]):
                 a, b = s[k, i, j].real, s[k, i, j].imag
                 c, e = blocks[j, k], blocks[j, h + k]
-                even += a * c + b * e
-                odd += a * e - b * c
+                cosine += a * c + b * e
+                sine += a * e - b * c
             if i == 0:
-                even += gear * k * u[h + k]
-                odd -= gear * k * u[k]
-            r[at + k] += even
-            r[at + h + k] += odd
+                cosine += gear * k * u[h + k]
+                sine -= gear * k * u[k]
+            r[start + k] += cosine
+            r[start + h + k] += sine
 
 
 @kernel_as(_add_stiffness_loops)
-def add_stiffness(s: Any, gear: float, blocks: Any, u: Any, r: Any) -> None:
+def add_stiffness(s: Any, gear: float, blocks: Floats, u: Floats, r: Floats) -> None:
     """Add D P - F, in blocks of coefficients, to r, and to the first block the gear's damping: `gear` k u'."""
     count, size = blocks.shape
     n, h = s.shape[1], size // 2
@@ -139,52 +139,52 @@ def add_stiffness(s: Any, gear: float, blocks: Any, u: Any, r: Any) -> None:
     rows[0, h + 1 :] -= gear * k * u[1 : h + 1]
 
 
-def _times_loops(s: Any, i: int, j: int, right: Any, out: Any) -> None:
+def _times_loops(s: Any, i: int, j: int, right: Floats, product: Floats) -> None:
     h = right.shape[0] // 2
     for m in range(right.shape[1]):
-        out[0, m] += s[0, i, j].real * right[0, m]
+        product[0, m] += s[0, i, j].real * right[0, m]
     for k in range(1, h + 1):
         a, b = s[k, i, j].real, s[k, i, j].imag
         for m in range(right.shape[1]):
             c, e = right[k, m], right[h + k, m]
-            out[k, m] += a * c + b * e
-            out[h + k, m] += a * e - b * c
+            product[k, m] += a * c + b * e
+            product[h + k, m] += a * e - b * c
 
 
 @kernel_as(_times_loops)
-def add_times(s: Any, i: int, j: int, right: Any, out: Any) -> None:
-    """Add the entry (i, j) of all D, as a matrix on coefficients in blocks, times `right`, to out."""
+def add_times(s: Any, i: int, j: int, right: Floats, product: Floats) -> None:
+    """Add the entry (i, j) of all D, as a matrix on coefficients in blocks, times `right`, to `product`."""
     h = len(right) // 2
     a, b = s[1 : h + 1, i, j].real[:, None], s[1 : h + 1, i, j].imag[:, None]
     c, e = right[1 : h + 1], right[h + 1 :]
-    out[0] += s[0, i, j].real * right[0]
-    out[1 : h + 1] += a * c + b * e
-    out[h + 1 :] += a * e - b * c
+    product[0] += s[0, i, j].real * right[0]
+    product[1 : h + 1] += a * c + b * e
+    product[h + 1 :] += a * e - b * c
 
 
-def _on_the_left_loops(left: Any, s: Any, i: int, j: int, out: Any) -> None:
+def _on_the_left_loops(left: Floats, s: Any, i: int, j: int, product: Floats) -> None:
     h = left.shape[0] // 2
     for m in range(left.shape[0]):
-        out[m, 0] += left[m, 0] * s[0, i, j].real
+        product[m, 0] += left[m, 0] * s[0, i, j].real
         for k in range(1, h + 1):
             a, b = s[k, i, j].real, s[k, i, j].imag
             c, e = left[m, k], left[m, h + k]
-            out[m, k] += c * a - e * b
-            out[m, h + k] += c * b + e * a
+            product[m, k] += c * a - e * b
+            product[m, h + k] += c * b + e * a
 
 
 @kernel_as(_on_the_left_loops)
-def add_on_the_left(left: Any, s: Any, i: int, j: int, out: Any) -> None:
-    """Add `left` times the entry (i, j) of all D, as a matrix on coefficients in blocks, to out."""
+def add_on_the_left(left: Floats, s: Any, i: int, j: int, product: Floats) -> None:
+    """Add `left` times the entry (i, j) of all D, as a matrix on coefficients in blocks, to `product`."""
     h = len(left) // 2
     a, b = s[1 : h + 1, i, j].real, s[1 : h + 1, i, j].imag
     c, e = left[:, 1 : h + 1], left[:, h + 1 :]
-    out[:, 0] += left[:, 0] * s[0, i, j].real
-    out[:, 1 : h + 1] += c * a - e * b
-    out[:, h + 1 :] += c * b + e * a
+    product[:, 0] += left[:, 0] * s[0, i, j].real
+    product[:, 1 : h + 1] += c * a - e * b
+    product[:, h + 1 :] += c * b + e * a
 
 
-def _add_entries_loops(s: Any, gear: float, size: int, count: int, jacobian: Any) -> None:
+def _add_entries_loops(s: Any, gear: float, size: int, count: int, jacobian: Floats) -> None:
     h = size // 2
     for i in range(count):
         for j in range(count):
@@ -201,7 +201,7 @@ def _add_entries_loops(s: Any, gear: float, size: int, count: int, jacobian: Any
 
 
 @kernel_as(_add_entries_loops)
-def add_entries(s: Any, gear: float, size: int, count: int, jacobian: Any) -> None:
+def add_entries(s: Any, gear: float, size: int, count: int, jacobian: Floats) -> None:
     """Add D and the gear's damping `gear` k to a Jacobian of `count` blocks of coefficients."""
     h = size // 2
     k = np.arange(1, h + 1)
@@ -216,7 +216,7 @@ def add_entries(s: Any, gear: float, size: int, count: int, jacobian: Any) -> No
             block[h + k, h + k] += a
 
 
-def to_complex(blocks: Any) -> Any:
+def to_complex(blocks: Floats) -> Any:
     """Coefficients (..., H+1), complex, of c cos + s sin as Re (c - i s) exp(i k psi), from blocks (..., 2H+1)."""
     h = blocks.shape[-1] // 2
     out = np.zeros((*blocks.shape[:-1], h + 1), complex)

@@ -48,7 +48,7 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
 def strongest(problem: Any) -> float:
     """Factor of the strength at which every line alone has passed its last fold, by one harmonic."""
     law, *more = problem.part.laws
-    mean, stiff, driven = (values[0] for values in _around_the_gear(problem, np.array([problem.omega])))
+    (mean,), (stiff,), (driven,) = _around_the_gear(problem, np.array([problem.omega]))
     lines = np.flatnonzero(driven > LEAST_LINE * np.max(driven))
     if more or not len(lines):
         return STRONG
@@ -97,12 +97,12 @@ class Condensed(NamedTuple):
     def harmonics(self) -> int:
         return int(self.blocks.shape[1] // 2)
 
-    def harmonic(self, z: Any, k: int) -> Any:
+    def harmonic(self, z: Floats, k: int) -> Any:
         """Cosine and sine coefficients, in the unknowns' k-th harmonic, of x but for the motor's deviation in e."""
         h = self.blocks.shape[1] // 2
         return z[k] + self.gear.error[k], z[h + k] + self.gear.error[h + k]
 
-    def equations(self, z: Any, r: Any) -> None:
+    def equations(self, z: Floats, r: Floats) -> None:
         """Write the residual [N*m] of every coefficient at z = (coefficients of the blocks, parameter)."""
         self = at(self)
         count, size = self.blocks.shape
@@ -125,7 +125,7 @@ class Condensed(NamedTuple):
         if 0 <= loose < count:
             r[loose * size] = self.pencil.matrices[0, loose, loose] * w * w * z[loose * size]
 
-    def stiffness(self, z: Any, jacobian: Any) -> None:
+    def stiffness(self, z: Floats, jacobian: Floats) -> None:
         """Derivatives of the residual by the coefficients; follows `residual` at the same z."""
         self = at(self)
         count, size = self.blocks.shape
@@ -145,7 +145,7 @@ class Condensed(NamedTuple):
             fill(0.0, jacobian[loose * size, : count * size])
             jacobian[loose * size, loose * size] = self.pencil.matrices[0, loose, loose] * w * w
 
-    def by_parameter(self, z: Any, slope: Any) -> None:
+    def by_parameter(self, z: Floats, slope: Floats) -> None:
         """Derivative of the residual by the parameter; follows `stiffness` at the same z."""
         self = at(self)
         count, size = self.blocks.shape
@@ -160,11 +160,11 @@ class Condensed(NamedTuple):
         if 0 <= loose < count:
             slope[loose * size] = 0.0
 
-    def residual(self, z: Any, r: Any) -> None:
+    def residual(self, z: Floats, r: Floats) -> None:
         """Residual [N*m] of every coefficient."""
         self.equations(z, r)
 
-    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
+    def linearise(self, z: Floats, jacobian: Floats, slope: Floats) -> None:
         """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
         self.stiffness(z, jacobian)
         self.by_parameter(z, slope)
@@ -280,11 +280,11 @@ class Condensed(NamedTuple):
 
 
 def assembled(
-    system: Any, part: Any, lines: Any, leaf: int, omega_leaf: int, h: int, turns: int, every: int
+    system: Any, part: Any, lines: Any, leaf: int, omega_leaf: int, h: int, turns: int, step: int
 ) -> Condensed:  # fmt: skip
-    """The problem with h of the harmonics `every`, 2 `every`, ...; `lines` are those of an error that is followed."""
+    """The problem with h of the harmonics `step`, 2 `step`, ...; `lines` are those of an error that is followed."""
     samples = 8 * h + 8 if any(map(is_piecewise_linear, part.laws)) else 4 * h + 4
-    angles = 2.0 * np.pi * turns / every * np.arange(samples) / samples
+    angles = 2.0 * np.pi * turns / step * np.arange(samples) / samples
     table, back, double = synthesis(h, samples), analysis(h, samples), analysis(2 * h, samples)
     forces = part.forces(angles) @ back
     for row in forces:
@@ -292,7 +292,7 @@ def assembled(
     count, n = len(part.laws) + part.follows, len(part.inertia)
     pencil = Pencil(
         np.array([part.inertia, part.damping, part.stiffness]), to_complex(forces), part.per_speed, count, part.loose,
-        every / turns,
+        step / turns,
     )  # fmt: skip
     gear: Any = Prescribed((part.error.value(angles) + 0.0 * angles) @ back)
     if part.follows:
@@ -300,6 +300,6 @@ def assembled(
     buffers = np.empty((2, h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
     springs = springs_for(part.laws, h, samples, padded(back), padded(double))
     return Condensed(
-        system, leaf, omega_leaf, turns, every, float(omega_of(system)), part, pencil, part.gear_damping, springs, gear,
+        system, leaf, omega_leaf, turns, step, float(omega_of(system)), part, pencil, part.gear_damping, springs, gear,
         table, back, angles, *buffers,
     )  # fmt: skip
