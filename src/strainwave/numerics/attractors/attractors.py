@@ -89,17 +89,17 @@ class Attractor:
 def recognised(system: Any, ends: Settled) -> tuple[NDArray[np.int64], tuple[Attractor, ...]]:
     """Label (lanes,) of the attractor on which every lane ended (-3: on none), and the attractors, largest first."""
     label = np.full(len(ends.period), NOT_RECOGNISED, np.int64)
-    found: list[Attractor] = []
+    motions: list[Attractor] = []
     for motion, scale, lanes in islice(motions_among(system, ends, np.arange(len(label))), MOST):
-        seen = _attractor(system, ends, int(lanes[0]), motion, scale)
-        place = next((i for i, known in enumerate(found) if _same(known, seen, scale)), len(found))
-        if place == len(found):
-            found.append(seen)
+        attractor = _attractor(system, ends, int(lanes[0]), motion, scale)
+        place = next((i for i, former in enumerate(motions) if _same(former, attractor, scale)), len(motions))
+        if place == len(motions):
+            motions.append(attractor)
         label[lanes] = place
-    order = np.argsort([-np.count_nonzero(label == i) for i in range(len(found))], kind="stable")
-    rank = np.empty(len(found) + 1, np.int64)
-    rank[order], rank[-1] = np.arange(len(found)), NOT_RECOGNISED
-    return rank[np.maximum(label, -1)], tuple(found[i] for i in order)
+    order = np.argsort([-np.count_nonzero(label == i) for i in range(len(motions))], kind="stable")
+    rank = np.empty(len(motions) + 1, np.int64)
+    rank[order], rank[-1] = np.arange(len(motions)), NOT_RECOGNISED
+    return rank[np.maximum(label, -1)], tuple(motions[i] for i in order)
 
 
 def distance(points: Floats, states: Floats, scale: Floats) -> Floats:

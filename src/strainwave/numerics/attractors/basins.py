@@ -162,14 +162,14 @@ def basins(
     start = np.zeros((states, len(x)))
     start[0], start[1] = x, v
     ends = settled(system, {}, start, settle=settle, longest=longest, method=method, threads=threads)
-    label, found = recognised(system, ends)
+    label, attractors = recognised(system, ends)
     label[ends.diverged] = DIVERGED
     left = np.flatnonzero(label == UNSETTLED)
     if len(left):
         rates, _ = stretching(system, {}, ends.state[:, left])
         error = np.std(rates, axis=0, ddof=1) / np.sqrt(len(rates))
         label[left[np.mean(rates, axis=0) > CERTAIN * error]] = CHAOTIC
-    return Basins(x, v, label, found, shape, spans)
+    return Basins(x, v, label, attractors, shape, spans)
 
 
 def _shape(resolution: Any, samples: Any) -> tuple[int, int] | None:
@@ -182,7 +182,7 @@ def _shape(resolution: Any, samples: Any) -> tuple[int, int] | None:
     pair = pair if isinstance(pair, tuple) else (pair, pair)
     if len(pair) != 2:
         raise ValueError(f"resolution is {shown(resolution)}; it must be one number of cells or (along x, along v)")
-    along_x, along_v = (positive_count("resolution", n, 10_000) for n in pair)
+    along_x, along_v = positive_count("resolution", pair[0], 10_000), positive_count("resolution", pair[1], 10_000)
     if along_x * along_v > MOST_LANES:
         raise ValueError(f"resolution asks for {along_x * along_v} states; at most {MOST_LANES} fit, or take samples")
     return along_v, along_x

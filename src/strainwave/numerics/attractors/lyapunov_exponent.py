@@ -123,21 +123,21 @@ def lyapunov_exponent(system: Any, y0: ArrayLike, *, turns: int = 2000, settle: 
     positive_count("settle", settle)
     if positive_count("turns", turns) < BLOCKS:
         raise ValueError(f"turns is {turns}; it must be at least {BLOCKS}, one for each block")
-    each = -(-turns // BLOCKS)
+    per_block = -(-turns // BLOCKS)
     if len(y) == 2 and has_jacobian(system):
-        logs, end = _variational(system, y, settle, each)
+        logs, end = _variational(system, y, settle, per_block)
     else:
-        logs, end = _neighbour(system, y, settle, each)
+        logs, end = _neighbour(system, y, settle, per_block)
     turn = 2.0 * np.pi / float(omega_of(system))
-    blocks = np.diff(logs[::each]) / (each * turn)
+    blocks = np.diff(logs[::per_block]) / (per_block * turn)
     course = np.linspace(0.0, logs[-1], len(logs))
     chance = float(np.std(blocks, ddof=1) / np.sqrt(len(blocks)))
-    ends = float(np.sqrt(2.0) * np.std(logs - course) / (BLOCKS * each * turn))
+    ends = float(np.sqrt(2.0) * np.std(logs - course) / (BLOCKS * per_block * turn))
     error = float(np.hypot(chance, ends))
-    return LyapunovExponent(float(np.mean(blocks)), error, blocks, each * BLOCKS, end)
+    return LyapunovExponent(float(np.mean(blocks)), error, blocks, per_block * BLOCKS, end)
 
 
-def _variational(system: Any, y: Floats, settle: int, each: int) -> tuple[Floats, Floats]:
+def _variational(system: Any, y: Floats, settle: int, per_block: int) -> tuple[Floats, Floats]:
     """Logarithms (turns + 1,) of the length of a disturbance after every turn, and the last state."""
     turn = 2.0 * np.pi / float(omega_of(system))
     before = _run(system, y, settle * turn)
@@ -145,16 +145,16 @@ def _variational(system: Any, y: Floats, settle: int, each: int) -> tuple[Floats
     speed = float(np.sqrt(pull)) if pull > 0.0 else 2.0 * np.pi / turn
     both = Direction(system, speed)
     state, grown = _run(both, np.array([*before, 1.0, 0.0]), settle * turn), [0.0]
-    for _ in range(BLOCKS * each):  # turn by turn: tolerances are relative to the angle and the logarithm
+    for _ in range(BLOCKS * per_block):  # turn by turn: tolerances are relative to the angle and the logarithm
         state = _run(both, np.array([*state[:2], state[2] % (2.0 * np.pi), 0.0]), turn)
         grown.append(grown[-1] + state[3])
     return np.array(grown), state[:2]
 
 
-def _neighbour(system: Any, y: Floats, settle: int, each: int) -> tuple[Floats, Floats]:
+def _neighbour(system: Any, y: Floats, settle: int, per_block: int) -> tuple[Floats, Floats]:
     turn = 2.0 * np.pi / float(omega_of(system))
     state = _run(system, y, settle * turn)
-    rates, end = stretching(system, {}, state[:, None], stretches=BLOCKS * each)
+    rates, end = stretching(system, {}, state[:, None], stretches=BLOCKS * per_block)
     grown = np.concatenate([[0.0], np.cumsum(rates[:, 0])]) * turn
     return grown, end[:, 0]
 

@@ -121,24 +121,24 @@ def _whole(run: Any) -> Any:
 
 
 def _crossings(system: Any, t: Floats, y: Floats, rate: Floats, omega: float, level: float) -> PoincareSection:
-    def above(times: Floats, states: Floats) -> NDArray[np.bool_]:
+    def is_above(times: Floats, states: Floats) -> NDArray[np.bool_]:
         return np.asarray(torsion(system, omega * times, tuple(states)) > level)
 
-    up = above(t, y)
-    at = np.flatnonzero(~up[:-1] & up[1:])
+    up = is_above(t, y)
+    i = np.flatnonzero(~up[:-1] & up[1:])
     h = t[1] - t[0]
 
     def between(s: Floats) -> Floats:
         """States by cubic Hermite interpolation."""
-        y0, y1, r0, r1 = y[:, at], y[:, at + 1], h * rate[:, at], h * rate[:, at + 1]
+        y0, y1, r0, r1 = y[:, i], y[:, i + 1], h * rate[:, i], h * rate[:, i + 1]
         return np.asarray(y0 + s * (r0 + s * (3 * (y1 - y0) - 2 * r0 - r1 + s * (2 * (y0 - y1) + r0 + r1))))
 
-    low, high = np.zeros(len(at)), np.ones(len(at))
+    low, high = np.zeros(len(i)), np.ones(len(i))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        over = above(t[at] + middle * h, between(middle))
-        low, high = np.where(over, low, middle), np.where(over, middle, high)
-    times = np.asarray(t[at] + high * h, float)
+        risen = is_above(t[i] + middle * h, between(middle))
+        low, high = np.where(risen, low, middle), np.where(risen, middle, high)
+    times = np.asarray(t[i] + high * h, float)
     return PoincareSection(times, omega * times % (2.0 * np.pi), between(high), f"torsion rising through {level:g} rad")
 
 
@@ -240,10 +240,10 @@ def orbit_diagram(
     grid = numbers("values", values)
     if len(grid) < 2 or not np.all(np.diff(grid) > 0.0):
         raise ValueError(f"values are {shown(values)}; they must be two or more rising numbers")
-    known = {p.path: p.value for p in parameters(system)}
+    values_of = {p.path: p.value for p in parameters(system)}
     unit = next((p.unit for p in parameters(system) if p.path == path), "")
-    if not isinstance(known.get(path), float):
-        able = ", ".join(p for p, v in known.items() if isinstance(v, float))
+    if not isinstance(values_of.get(path), float):
+        able = ", ".join(p for p, v in values_of.items() if isinstance(v, float))
         raise ValueError(f"{type(system).__name__} has no parameter {shown(path)} that can be swept; it has {able}")
     positive_count("points", points, MOST_TURNS)
     positive_count("settle", settle, MOST_TURNS)
@@ -256,12 +256,11 @@ def orbit_diagram(
     def sweep(job: tuple[list[Any], Floats]) -> tuple[Floats, Any, Floats]:
         return _swept(*job, settle, points, method)
 
-    jobs = [(way, start) for way in (members, members[::-1]) for start in first]
+    jobs = [(order, start) for order in (members, members[::-1]) for start in first]
     with ThreadPoolExecutor(threads) as pool:
-        found = [sweep(jobs[0]), *pool.map(sweep, jobs[1:])]  # the first compiles, where that is still to do
-    n = len(first)
-    x, period, peak = (np.stack([part[i] for part in found], axis=-1) for i in range(3))
-    up, down = slice(None, n), slice(n, None)
+        sweeps = [sweep(jobs[0]), *pool.map(sweep, jobs[1:])]  # the first compiles, where that is still to do
+    x, period, peak = [np.stack(parts, axis=-1) for parts in zip(*sweeps, strict=True)]
+    up, down = slice(None, len(first)), slice(len(first), None)
     return OrbitDiagram(
         path, grid, x[..., up], x[::-1, ..., down], period[:, up], period[::-1, down], peak[:, up], peak[::-1, down],
         unit,

@@ -59,31 +59,26 @@ def settled(
     With `known`, which tells the lanes that are on known motions, those that are not go on, settled or not.
     """
     lanes = y0.shape[1]
-    out = Settled(
-        np.full(y0.shape, np.nan),
-        np.zeros(lanes, np.int64),
-        np.zeros(lanes, bool),
-        np.full(lanes, np.nan),
-        np.full(lanes, np.nan),
-    )
-    places, start, done, now = np.arange(lanes), y0, 0, settle
+    lowest, highest = np.full((2, lanes), np.nan)
+    result = Settled(np.full(y0.shape, np.nan), np.zeros(lanes, np.int64), np.zeros(lanes, bool), lowest, highest)
+    places, start, turns, skipped = np.arange(lanes), y0, 0, settle
     while True:
-        here: dict[str, Any] = {path: np.broadcast_to(values, (lanes,))[places] for path, values in parameters.items()}
-        found, _ = lanes_run(
-            system, here, tuple(start), periods=SEEN, settle=now, measures=(Extremes(), Final()), method=method,
+        varied: dict[str, Any] = {path: np.broadcast_to(v, (lanes,))[places] for path, v in parameters.items()}
+        run, _ = lanes_run(
+            system, varied, tuple(start), periods=SEEN, settle=skipped, measures=(Extremes(), Final()), method=method,
             threads=threads,
         )  # fmt: skip
-        done += now + SEEN
-        out.state[:, places] = found["final"].values
-        out.period[places] = found["period"].values
-        out.diverged[places] = found["status"].values != 0
-        out.lowest[places], out.highest[places] = found["lowest"].values, found["highest"].values
-        ended = out.diverged | (out.period > 0 if known is None else known(out))
-        on = ~ended[places]
-        if not on.any() or done >= longest:
-            return out
-        start, places = found["final"].values[:, on], places[on]
-        now = min(done, longest - done)
+        turns += skipped + SEEN
+        result.state[:, places] = run["final"].values
+        result.period[places] = run["period"].values
+        result.diverged[places] = run["status"].values != 0
+        result.lowest[places], result.highest[places] = run["lowest"].values, run["highest"].values
+        ended = result.diverged | (result.period > 0 if known is None else known(result))
+        active = ~ended[places]
+        if not active.any() or turns >= longest:
+            return result
+        start, places = run["final"].values[:, active], places[active]
+        skipped = min(turns, longest - turns)
 
 
 def stretching(

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.results import Floats
 from ...compile.jit import borrowed, kernel, routine
 from ..balance.linear_algebra import add, copy, divide, dot, factor, fill, substitute, weigh, weighted_norm
 from ..labels import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, STEP, STUCK, TOP
@@ -26,7 +27,7 @@ TOLERANCE, NEGLIGIBLE = 1e-9, 1e-6  # of a correction, in scaled unknowns; of on
 
 
 @routine
-def correct(problem: Any, n: int, state: Any, target: float, a: Any, pivots: Any, most: int, full: bool) -> Any:
+def correct(problem: Any, n: int, state: Floats, target: float, a: Floats, pivots: Any, most: int, full: bool) -> Any:
     """Solve residual = 0 and row . z = target from z in place; leave the tangent of the curve in row T.
 
     The Jacobian is factored at the prediction and again when corrections shrink too slowly or, if `full`, are not yet
@@ -64,7 +65,7 @@ def correct(problem: Any, n: int, state: Any, target: float, a: Any, pivots: Any
 
 
 @routine
-def hermite(s: float, d: float, state: Any) -> None:
+def hermite(s: float, d: float, state: Floats) -> None:
     """Row Z becomes the cubic through the last two points, d apart, at the fraction s (s > 1 extrapolates)."""
     r = 1.0 - s
     a, b = (1.0 + 2.0 * s) * r * r, s * r * r * d
@@ -75,14 +76,14 @@ def hermite(s: float, d: float, state: Any) -> None:
 
 
 @routine
-def normalise(state: Any, which: int) -> None:
+def normalise(state: Floats, which: int) -> None:
     """Give a tangent unit scaled length, and write the row that measures length along it."""
     divide(weighted_norm(state[which], state[SCALE]), state[which])
     weigh(state[which], state[SCALE], state[ROW])
 
 
 @routine
-def passes_home(state: Any) -> bool:
+def passes_home(state: Floats) -> bool:
     """Whether the last step passed the starting point of the branch in the starting direction."""
     d = chord(state)
     copy(state[Z1], state[Z])
@@ -94,7 +95,7 @@ def passes_home(state: Any) -> bool:
 
 
 @routine
-def dominant(problem: Any, state: Any) -> int:
+def dominant(problem: Any, state: Floats) -> int:
     """Harmonic with the largest amplitude of x at the latest point."""
     z, best, top = state[Z1], 1, -1.0
     for k in range(1, problem.harmonics() + 1):
@@ -106,7 +107,7 @@ def dominant(problem: Any, state: Any) -> int:
 
 
 @routine
-def indicator(problem: Any, state: Any, z: int, t: int, what: int, k: int) -> float:
+def indicator(problem: Any, state: Floats, z: int, t: int, what: int, k: int) -> float:
     """What vanishes at a special point: the tangent's parameter (FOLD), the growth of harmonic k of x (TOP)."""
     n = state.shape[1] - 1
     if what == FOLD:
@@ -117,7 +118,7 @@ def indicator(problem: Any, state: Any, z: int, t: int, what: int, k: int) -> fl
 
 
 @routine
-def record(state: Any, which: int, label: int, points: Any, labels: Any, count: int) -> int:
+def record(state: Floats, which: int, label: int, points: Floats, labels: Any, count: int) -> int:
     """Store a point of the branch; returns how many there are."""
     copy(state[which], points[count])
     labels[count] = label
@@ -130,7 +131,7 @@ SEARCHING, FOUND, NOTHING = 0, 1, 2
 
 
 @routine
-def bracketed(problem: Any, state: Any, what: int, k: int, bracket: Any) -> bool:
+def bracketed(problem: Any, state: Floats, what: int, k: int, bracket: Floats) -> bool:
     """Open a bracket for a special point between the last two points, if there is one (of TOP, maxima only)."""
     first, last = indicator(problem, state, Z0, T0, what, k), indicator(problem, state, Z1, T1, what, k)
     if not (first * last < 0.0 and (what == FOLD or first > 0.0)):
@@ -141,28 +142,28 @@ def bracketed(problem: Any, state: Any, what: int, k: int, bracket: Any) -> bool
 
 
 @routine
-def narrowed(bracket: Any, here: float) -> int:
+def narrowed(bracket: Floats, value: float) -> int:
     """Put the value at the next place into the bracket; tells whether to go on, or what came of it.
 
     The tangent stored with a step is that of its prediction: a special point next to an end of the step may lie just
     outside it. A bracket that shrinks onto that end is therefore opened once to the other side of it.
     """
     bracket[TRIES] += 1.0
-    if abs(here) <= bracket[LIMIT]:
+    if abs(value) <= bracket[LIMIT]:
         return FOUND
     if bracket[TRIES] > 80.0:
         return NOTHING
-    narrow(bracket, next_place(bracket, CLOSE), here)
+    narrow(bracket, next_place(bracket, CLOSE), value)
     if abs(bracket[B] - bracket[A]) > 2.0 * CLOSE:
         return SEARCHING
     if bracket[B] == 0.0 or bracket[B] == 1.0:
-        bracket[B], bracket[FB], bracket[SHARE] = BEFORE if bracket[B] == 0.0 else BEYOND, -here, 0.5
+        bracket[B], bracket[FB], bracket[SHARE] = BEFORE if bracket[B] == 0.0 else BEYOND, -value, 0.5
         return SEARCHING
     return NOTHING if bracket[B] == BEFORE or bracket[B] == BEYOND else FOUND
 
 
 @routine
-def chord(state: Any) -> float:
+def chord(state: Floats) -> float:
     """Row T becomes the last step; returns its scaled length."""
     copy(state[Z1], state[T])
     add(-1.0, state[Z0], state[T])
@@ -170,7 +171,7 @@ def chord(state: Any) -> float:
 
 
 @routine
-def predict(state: Any, mode: int, ds: float, bracket: Any, bound: float) -> float:
+def predict(state: Floats, mode: int, ds: float, bracket: Floats, bound: float) -> float:
     """Write the prediction to row Z and the row that fixes the unknown to ROW; returns what the row must give."""
     n = state.shape[1] - 1
     scale = state[SCALE]
@@ -201,7 +202,7 @@ def predict(state: Any, mode: int, ds: float, bracket: Any, bound: float) -> flo
 
 
 @routine
-def begin(state: Any, direction: float) -> None:
+def begin(state: Floats, direction: float) -> None:
     """Take the corrected point in row Z as the first of a branch."""
     n = state.shape[1] - 1
     fill(1.0 / max(dot(state[Z, :n], state[Z, :n]) ** 0.5, NOTHING_MOVES), state[SCALE, :n])
@@ -213,7 +214,7 @@ def begin(state: Any, direction: float) -> None:
 
 
 @routine
-def advance(state: Any, ds: float) -> bool:
+def advance(state: Floats, ds: float) -> bool:
     """Take the corrected point as the next of the branch, unless the tangent turned too far in a long step."""
     normalise(state, T)
     turn = dot(state[ROW], state[T1])
@@ -232,8 +233,8 @@ def buffers_for(problem: Any) -> Any:
 
 @kernel
 def follow(
-    problem: Any, state: Any, direction: float, mode: int, lo: float, hi: float, ds: float, ds_max: float, aim: float,
-    buffers: Any, points: Any, labels: Any,
+    problem: Any, state: Floats, direction: float, mode: int, lo: float, hi: float, ds: float, ds_max: float,
+    aim: float, buffers: Any, points: Floats, labels: Any,
 ) -> Any:  # fmt: skip
     """Follow a branch until it ends or `points` is nearly full.
 
@@ -244,7 +245,7 @@ def follow(
     problem, state, points, labels = borrowed(problem), borrowed(state), borrowed(points), borrowed(labels)
     a, pivots, bracket = borrowed(buffers)
     n = state.shape[1] - 1
-    count, outcome, search, place, bound, taken = 0, RUNNING, TOP, 1, hi, 0.0
+    count, outcome, search, place, bound, length = 0, RUNNING, TOP, 1, hi, 0.0
     side = 0.0  # sign of the determinant at the last point; unknown where a call goes on in mode STEP
     while outcome == RUNNING and (count < len(points) - 4 or mode > STEP):
         target = predict(state, mode, ds, bracket, bound)
@@ -267,14 +268,14 @@ def follow(
                 continue
             ds = min(ds_max, ds * min(1.6, max(0.5, (aim / max(first, 1e-300)) ** 0.25)))
             side = sign
-            search, place, taken = STEP, dominant(problem, state), chord(state)
+            search, place, length = STEP, dominant(problem, state), chord(state)
         elif mode == BOUND:
             if not good:
                 return count, STUCK, ds
             return record(state, Z, END, points, labels, count), END, ds
         else:
             normalise(state, T)
-            good = good and first < 0.25 * taken
+            good = good and first < 0.25 * length
             result = narrowed(bracket, indicator(problem, state, Z, T, mode, place)) if good else NOTHING
             if result == SEARCHING:
                 continue

@@ -37,23 +37,23 @@ def same(a: Floats, b: Floats, tolerance: float = 1e-5) -> bool:
     return float(np.linalg.norm(a - b)) <= tolerance * float(np.linalg.norm(b[:-1]))
 
 
-def new_orbits(problem: Balance, some: list[Floats], known: list[Floats]) -> list[Floats]:
+def new_orbits(problem: Balance, guesses: list[Floats], former: list[Floats]) -> list[Floats]:
     """Orbits to which guesses lead, without the known ones; a guess next to a known orbit leads to it."""
-    found: list[Floats] = []
-    for guess in some:
-        if any(same(guess, other, NEAR) for other in known):
+    orbits: list[Floats] = []
+    for guess in guesses:
+        if any(same(guess, orbit, NEAR) for orbit in former):
             continue
         point = solve(problem, guess)
-        if point is not None and not any(same(point, other) for other in [*known, *found]):
-            found.append(point)
-    return found
+        if point is not None and not any(same(point, orbit) for orbit in [*former, *orbits]):
+            orbits.append(point)
+    return orbits
 
 
 def alike(a: Floats, b: Floats, turns: int) -> bool:
     """Whether two tables are those of one orbit; over several turns, of copies shifted by whole turns of the base."""
     n = min(len(a), len(b))
     if turns > 1:
-        a, b = (np.hypot(c[1::2], c[2::2]) for c in (a, b))
+        a, b = np.hypot(a[1::2], a[2::2]), np.hypot(b[1::2], b[2::2])
         n //= 2
     size = max(float(np.linalg.norm(a)), float(np.linalg.norm(b)))
     rest = np.hypot(np.linalg.norm(a[n:]), np.linalg.norm(b[n:]))
@@ -87,24 +87,24 @@ class _Search:
         self.left, self.step = problem.budget()
         self.whole = True
 
-    def explored(self, first: Balance, known: list[Floats], mirrors: bool) -> Found:
+    def explored(self, first: Balance, former: list[Floats], mirrors: bool) -> Found:
         """Tables of all orbits that the curves connect; `first` may have the odd harmonics alone.
 
         With `mirrors` minus an orbit, half a turn later, is one too, from which no curve need be followed.
         """
         full, ways = self.problem, self.problem.ways()
-        found = new_orbits(full, self.from_weak(first), [])
-        done: dict[int, list[Floats]] = {leaf: [] for leaf in ways} | {STRENGTH: list(found)}
-        found += new_orbits(full, known, found)
+        orbits = new_orbits(full, self.from_weak(first), [])
+        followed: dict[int, list[Floats]] = {leaf: [] for leaf in ways} | {STRENGTH: list(orbits)}
+        orbits += new_orbits(full, former, orbits)
         while True:
-            some = ((leaf, z) for leaf in ways for z in found if not any(same(z, o, 1e-3) for o in done[leaf]))
-            leaf, orbit = next(some, (STRENGTH, None))
+            pairs = ((leaf, z) for leaf in ways for z in orbits if not any(same(z, o, 1e-3) for o in followed[leaf]))
+            leaf, orbit = next(pairs, (STRENGTH, None))
             if orbit is None or self.left < LEAST_PIECE:
-                return Found([full.table(z) for z in found], self.whole and orbit is None)
-            met = [orbit, *self.met(full, leaf, orbit, found)]
+                return Found([full.table(z) for z in orbits], self.whole and orbit is None)
+            met = [orbit, *self.met(full, leaf, orbit, orbits)]
             met += [mirrored(z) for z in met if mirrors]
-            done[leaf] += met
-            found += new_orbits(full, met, found)
+            followed[leaf] += met
+            orbits += new_orbits(full, met, orbits)
 
     def from_weak(self, problem: Balance) -> list[Floats]:
         """Guesses for orbits: those on the curve along the strength from the weak response of a problem."""
@@ -113,7 +113,7 @@ class _Search:
         met = self.met(problem, STRENGTH, weak, [], weak=True)
         return [z for z in (self.problem.fitted(problem.table(point), self.value) for point in met) if z is not None]
 
-    def bounds(self, leaf: int, found: list[Floats]) -> tuple[float, float, float, float]:
+    def bounds(self, leaf: int, orbits: list[Floats]) -> tuple[float, float, float, float]:
         """First and last value of a parameter, its unit, and the length of a step."""
         if leaf == STRENGTH:
             return *self.strengths, 2.0, self.step
@@ -121,29 +121,29 @@ class _Search:
             return self.value / FASTEST, self.value * FASTEST, self.value, FINE
         if leaf == CONSTANT:
             torques = [float(driven_lines(self.problem)[2].max())]
-            torques += [np.abs(self.problem.system.law.torque(z[:-1] @ self.problem.synthesis)).max() for z in found]
+            torques += [np.abs(self.problem.system.law.torque(z[:-1] @ self.problem.synthesis)).max() for z in orbits]
             most = MOST_TORQUE * float(np.max(torques))
             return -most, most, most / MOST_TORQUE, self.step
         return -MOST_FACTOR, MOST_FACTOR, 2.0, self.step
 
-    def met(self, problem: Balance, leaf: int, start: Floats, known: list[Floats], weak: bool = False) -> list[Floats]:
+    def met(self, problem: Balance, leaf: int, start: Floats, former: list[Floats], weak: bool = False) -> list[Floats]:
         """Orbits of the system itself on the curve from a weak response, or both ways from an orbit."""
-        low, high, unit, step = self.bounds(leaf, known)
-        own = self.value if leaf == problem.omega_leaf else 0.0
-        first = np.append(start[:-1], low if weak else own)
-        found: list[Floats] = []
+        low, high, unit, step = self.bounds(leaf, former)
+        target = self.value if leaf == problem.omega_leaf else 0.0
+        first = np.append(start[:-1], low if weak else target)
+        guesses: list[Floats] = []
         for direction in (1.0,) if weak else (1.0, -1.0):
             most = min(LONGEST, self.left)
             if most < LEAST_PIECE:
                 break
-            way = trace(problem._replace(leaf=leaf), first, direction, low, high, step, unit, most=most)
-            self.left -= len(way.points)
-            self.whole = self.whole and way.outcome in (END, CLOSED)
-            side = way.points[:, -1] - own
+            curve = trace(problem._replace(leaf=leaf), first, direction, low, high, step, unit, most=most)
+            self.left -= len(curve.points)
+            self.whole = self.whole and curve.outcome in (END, CLOSED)
+            side = curve.points[:, -1] - target
             for i in np.flatnonzero((side[1:] >= 0.0) != (side[:-1] >= 0.0)):
                 share = side[i] / (side[i] - side[i + 1])
-                guess = way.points[i] + share * (way.points[i + 1] - way.points[i])
-                found.append(np.append(guess[:-1], self.value))
-            if way.outcome in (CLOSED, LOST):
+                guess = curve.points[i] + share * (curve.points[i + 1] - curve.points[i])
+                guesses.append(np.append(guess[:-1], self.value))
+            if curve.outcome in (CLOSED, LOST):
                 break
-        return new_orbits(problem, found, [])
+        return new_orbits(problem, guesses, [])

@@ -78,10 +78,10 @@ class Coexisting:
             self.apart += [other for other in self.known[float(point[-1])] if alike(table, other, problem.turns)]
 
 
-def across(problem: Balance, lo: float, hi: float, step: float, others: Coexisting) -> tuple[Trace, str]:
+def across(problem: Balance, lo: float, hi: float, step: float, coexisting: Coexisting) -> tuple[Trace, str]:
     """Branch through a range, and how it was found: the first of six ways that arrives, or else the longest.
 
-    The branch passes the `others` at the ends of the range where it can; what else is found there is added to them.
+    The branch passes the `coexisting` orbits at the ends of the range where it can; others that lie there are added.
     """
     best, origin = None, ""
     starts: list[Floats] = []
@@ -95,17 +95,17 @@ def across(problem: Balance, lo: float, hi: float, step: float, others: Coexisti
             first = start(problem, lo if upwards else hi)
             if first is not None and starts:
                 first = solve(problem, first)
-            if first is None or any(first[-1] == other[-1] and same(first, other) for other in starts):
+            if first is None or any(first[-1] == former[-1] and same(first, former) for former in starts):
                 continue
-            found = whole(problem, first, lo, hi, step, upwards, others)
-            if found.outcome == LOST:
+            branch = whole(problem, first, lo, hi, step, upwards, coexisting)
+            if branch.outcome == LOST:
                 continue
-            starts.append(found.points[0])
-            if best is None or found.outcome == END or len(found.points) > len(best.points):
-                best, origin = found, f"from {from_where} at the {end} end of the range"
-            if found.outcome == END:
-                return (found if upwards else backwards(found)), origin
-            others.note(problem, starts[-1:])
+            starts.append(branch.points[0])
+            if best is None or branch.outcome == END or len(branch.points) > len(best.points):
+                best, origin = branch, f"from {from_where} at the {end} end of the range"
+            if branch.outcome == END:
+                return (branch if upwards else backwards(branch)), origin
+            coexisting.note(problem, starts[-1:])
         if best is not None and best.outcome == UNBOUNDED:  # no other way helps
             break
     if best is None:
@@ -118,9 +118,9 @@ def across(problem: Balance, lo: float, hi: float, step: float, others: Coexisti
     return best, origin
 
 
-def backwards(found: Trace) -> Trace:
+def backwards(branch: Trace) -> Trace:
     """The same branch from its end to its start."""
-    return Trace(found.points[::-1], found.labels[::-1], found.outcome, found.message)
+    return Trace(branch.points[::-1], branch.labels[::-1], branch.outcome, branch.message)
 
 
 def linear_start(problem: Balance, value: float) -> Floats | None:
@@ -141,16 +141,16 @@ def damped_start(problem: Balance, value: float) -> Floats | None:
     damped = problem._replace(system=system, leaf=damping)
     strong = max(system.B, system.J * abs(system.omega))
     for _ in range(20):
-        found = solve(damped, damped.linear_response(strong))
-        if found is not None:
+        start = solve(damped, damped.linear_response(strong))
+        if start is not None:
             break
         strong *= 4.0
     else:
         return None
-    way = trace(damped, found, -1.0, system.B, strong, 0.2, growth=GROWTH)
-    if way.outcome != END or way.points[-1, -1] != system.B:
+    branch = trace(damped, start, -1.0, system.B, strong, 0.2, growth=GROWTH)
+    if branch.outcome != END or branch.points[-1, -1] != system.B:
         return None
-    return solve(problem, np.append(way.points[-1, :-1], value))
+    return solve(problem, np.append(branch.points[-1, :-1], value))
 
 
 def settled_start(problem: Balance, value: float) -> Floats | None:
@@ -169,60 +169,60 @@ def settled_start(problem: Balance, value: float) -> Floats | None:
 
 
 def whole(
-    problem: Balance, first: Floats, lo: float, hi: float, step: float, upwards: bool, others: Coexisting
+    problem: Balance, first: Floats, lo: float, hi: float, step: float, upwards: bool, coexisting: Coexisting
 ) -> Trace:  # fmt: skip
     """Follow the branch from its point at one end of a range to the other end, with excursions outside the range.
 
     The outcome is END only if the branch has points at both ends. Where other orbits exist at an end, it is followed
     outside until it comes back through them.
     """
-    near, far = (lo, hi) if upwards else (hi, lo)
-    found = trace(problem, first, 1.0 if upwards else -1.0, lo, hi, step, growth=GROWTH)
-    if found.outcome == LOST:
-        return found
-    known = others.guesses(problem, far, points_at(found.points, far))
-    found, rest = beyond(problem, found, lo, hi, step, far, [problem.linear_response(far)], known)
-    others.note(problem, rest)
-    others.give_up(problem, rest)
-    points, outcome = found.points, found.outcome
+    begin, far = (lo, hi) if upwards else (hi, lo)
+    branch = trace(problem, first, 1.0 if upwards else -1.0, lo, hi, step, growth=GROWTH)
+    if branch.outcome == LOST:
+        return branch
+    guesses = coexisting.guesses(problem, far, points_at(branch.points, far))
+    branch, missed = extended(problem, branch, lo, hi, step, far, [problem.linear_response(far)], guesses)
+    coexisting.note(problem, missed)
+    coexisting.give_up(problem, missed)
+    points, outcome = branch.points, branch.outcome
     if far not in points[:, -1] or outcome not in (END, CLOSED):
         return Trace(
-            points, found.labels, STUCK if outcome in (END, CLOSED) else outcome, _ending(points, outcome, far)
+            points, branch.labels, STUCK if outcome in (END, CLOSED) else outcome, _ending(points, outcome, far)
         )
     if outcome == END:
-        known = others.guesses(problem, near, points_at(found.points, near))
-        longer, rest = beyond(problem, backwards(found), lo, hi, step, near, [], known)
-        others.give_up(problem, rest)
+        guesses = coexisting.guesses(problem, begin, points_at(branch.points, begin))
+        longer, missed = extended(problem, backwards(branch), lo, hi, step, begin, [], guesses)
+        coexisting.give_up(problem, missed)
         if longer.outcome in (END, CLOSED):
-            found = backwards(longer)
-    return Trace(found.points, found.labels, END, "reached both ends")
+            branch = backwards(longer)
+    return Trace(branch.points, branch.labels, END, "reached both ends")
 
 
-def beyond(
-    problem: Balance, found: Trace, lo: float, hi: float, step: float, goal: float, linear: list[Floats],
-    others: list[Floats],
+def extended(
+    problem: Balance, branch: Trace, lo: float, hi: float, step: float, goal: float, linear: list[Floats],
+    guesses: list[Floats],
 ) -> tuple[Trace, list[Floats]]:  # fmt: skip
     """Follow a branch out of the range and back until it ends at `goal` and has passed every orbit known there.
 
-    `linear` and `others` are guesses for orbits at `goal`; others alone do not send the branch far out. Returns the
+    `linear` and `guesses` lead to orbits at `goal`; only `linear` ones send the branch far out. Returns the
     branch and those of the orbits that it does not pass.
     """
-    pieces, labels, outcome = [found.points], [found.labels], found.outcome
+    pieces, labels, outcome = [branch.points], [branch.labels], branch.outcome
     missed: list[Floats] = []
     for _ in range(EXCURSIONS):
         last = pieces[-1][-1]
         end = float(last[-1])
         if outcome != END:
             break
-        above = ABOVE
+        factor = ABOVE
         if end == goal:
             passed = [z for piece in pieces for z in points_at(piece, goal)]
             missed = new_orbits(problem, linear, passed)
-            above = ABOVE if missed else BELOW
-            missed += new_orbits(problem, others, passed + missed)
+            factor = ABOVE if missed else BELOW
+            missed += new_orbits(problem, guesses, passed + missed)
             if not missed:
                 break
-        outside = (hi, hi * above) if end == hi else (lo / BELOW, lo)
+        outside = (hi, hi * factor) if end == hi else (lo / BELOW, lo)
         away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi, GROWTH, problem.patience())
         if away.outcome != END or away.points[-1, -1] != end:
             if end == goal and problem.patience() is not None:
@@ -242,25 +242,24 @@ def beyond(
 
 
 def with_arcs(
-    problem: Balance, found: Trace, others: list[Floats], lo: float, hi: float, step: float, goal: float
+    problem: Balance, branch: Trace, orbits: list[Floats], lo: float, hi: float, step: float, goal: float
 ) -> tuple[Trace, list[Floats]]:  # fmt: skip
     """A branch that ends at `goal`, and after it the arcs inside the range from other orbits there that return to it.
 
     Beyond the range they may join it or not. Returns also those of the orbits that are on no such arc.
     """
     missed: list[Floats] = []
-    for orbit in others:
-        if any(same(orbit, z) for z in points_at(found.points, goal)):
+    for orbit in orbits:
+        if any(same(orbit, z) for z in points_at(branch.points, goal)):
             continue
         arc = trace(problem, orbit, -1.0 if goal == hi else 1.0, lo, hi, step, growth=GROWTH)
         if arc.outcome == END and arc.points[-1, -1] == goal and len(arc.points) > 2:
-            points, labels = (
-                np.concatenate([a, b[::-1]]) for a, b in ((found.points, arc.points), (found.labels, arc.labels))
-            )
-            found = replace(found, points=points, labels=labels)
+            points = np.concatenate([branch.points, arc.points[::-1]])
+            labels = np.concatenate([branch.labels, arc.labels[::-1]])
+            branch = replace(branch, points=points, labels=labels)
         else:
             missed.append(orbit)
-    return found, missed
+    return branch, missed
 
 
 def points_at(points: Floats, value: float) -> list[Floats]:
@@ -270,7 +269,7 @@ def points_at(points: Floats, value: float) -> list[Floats]:
 
 def _ending(points: Floats, outcome: int, far: float) -> str:
     """Sentence about a branch that does not reach the other end of its range."""
-    first, last, end = (Speed(omega) for omega in (points[0, -1], points[-1, -1], far))
+    first, last, end = Speed(points[0, -1]), Speed(points[-1, -1]), Speed(far)
     reasons: dict[int, tuple[Any, ...]] = {
         END: (
             "the branch from omega = {} leaves the range at {} for good and does not reach {}; the response there is "

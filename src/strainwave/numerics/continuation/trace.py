@@ -158,7 +158,7 @@ def trace(
     points, which are given as they were taken, without a second look at folds.
     """
     state = state_from(guess, width or hi - lo)
-    found: list[Floats] = []
+    pieces: list[Floats] = []
     labels: list[Any] = []
     ds, outcome, mode = 0.1 * step, RUNNING, START
     buffers, left = buffers_for(problem), PIECE * MOST_PIECES if most is None else most
@@ -166,17 +166,17 @@ def trace(
         piece = min(PIECE, left)
         points, kinds = np.empty((piece, len(guess))), np.empty(piece, np.int64)
         count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
-        found.append(points[:count])
+        pieces.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
         left -= piece
         if growth < np.inf and outcome != LOST:
             squares = np.square(points[:count, :-1]).sum(axis=1)
-            large = np.sqrt(squares) > growth * np.linalg.norm(found[0][0, :-1])
+            large = np.sqrt(squares) > growth * np.linalg.norm(pieces[0][0, :-1])
             if large.any():
                 end = int(np.argmax(large)) + 1
-                found[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
-    points, kinds = np.concatenate(found), np.concatenate(labels)
+                pieces[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
+    points, kinds = np.concatenate(pieces), np.concatenate(labels)
     if most is None:
         points, kinds = with_missed_folds(problem, *in_order(points, kinds))
         if outcome == CLOSED:
@@ -214,19 +214,19 @@ def with_crests(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, 
     sizes: list[tuple[Measure, Floats]] = [(largest_size, peaks)]
     if np.any(np.abs(series[:, 0]) > MEAN * peaks):
         sizes.append((oscillation, oscillation(series)))
-    found: list[tuple[int, int, Floats]] = []
+    crests: list[tuple[int, int, Floats]] = []
     for measure, values in sizes:
         for i in crests_of(values):
             crest = _crest(problem, points, i, values, measure)
             if crest is None:
                 continue
             place = i if crest[0] > 0.0 else i - 1
-            known = [points[place], points[place + 1], *(point for at, _, point in found if at == place)]
-            if all(_apart(crest[1], point) > ONE for point in known):  # often the two crests are one
-                found.append((place, TOP, crest[1]))
-    if not found:
+            neighbours = [points[place], points[place + 1], *(point for index, _, point in crests if index == place)]
+            if all(_apart(crest[1], point) > ONE for point in neighbours):  # often the two crests are one
+                crests.append((place, TOP, crest[1]))
+    if not crests:
         return points, labels
-    points, labels, _, _ = inserted(points, labels, found)
+    points, labels, _, _ = inserted(points, labels, crests)
     return points, labels
 
 
@@ -244,29 +244,30 @@ def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Mea
     """
     scale = np.full(points.shape[1], 1.0 / max(float(np.linalg.norm(points[i, :-1])), 1e-300))
     scale[-1] = 1.0 / max(abs(float(points[i, -1])), 1e-300)
-    some = points[max(i - REACH, 0) : i + REACH + 1] * scale
-    at = min(i, REACH)
-    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(some, axis=0), axis=1)))
+    window = points[max(i - REACH, 0) : i + REACH + 1] * scale
+    centre = min(i, REACH)
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(window, axis=0), axis=1)))
     apart = np.diff(arc) > SAME * arc[-1]
-    first, last, here = arc[at - 1], arc[at + 1], arc[at]
-    if not (apart[at - 1] and apart[at]):
+    first, last, mid = arc[centre - 1], arc[centre + 1], arc[centre]
+    if not (apart[centre - 1] and apart[centre]):
         return None
-    known = np.append(True, apart)
-    some, arc, size, crest, near = some[known], arc[known], float(sizes[i]), None, 0.1 * min(here - first, last - here)
-    series = _series(problem, some / scale)
+    distinct = np.append(True, apart)
+    reach, size, crest = 0.1 * min(mid - first, last - mid), float(sizes[i]), None
+    window, arc = window[distinct], arc[distinct]
+    series = _series(problem, window / scale)
     for _ in range(ROUNDS):
         s, top = highest_between(arc, series, first, last, measure is oscillation)
         if top - size <= SETTLED * top or not first < s < last or np.any(s == arc):
             break
-        guess = weights_at(arc, s) @ some / scale
-        found = solve(problem, guess)
-        if found is None or float(np.linalg.norm((found - guess) * scale)) > near:
+        guess = weights_at(arc, s) @ window / scale
+        point = solve(problem, guess)
+        if point is None or float(np.linalg.norm((point - guess) * scale)) > reach:
             break
-        solved = _series(problem, found[None])
+        solved = _series(problem, point[None])
         value, place = float(measure(solved)[0]), int(np.searchsorted(arc, s))
         if value >= size:
-            size, crest = value, (s - here, found)
-        arc, some = np.insert(arc, place, s), np.insert(some, place, found * scale, axis=0)
+            size, crest = value, (s - mid, point)
+        arc, window = np.insert(arc, place, s), np.insert(window, place, point * scale, axis=0)
         series = np.insert(series, place, solved, axis=0)
     return crest
 
@@ -283,7 +284,7 @@ def _series(problem: Balance, points: Floats) -> Floats:
 
 
 def describe(
-    problem: Balance, parameter: str, found: Trace, tail: Tail | None, origin: str, *, locate: bool = True,
+    problem: Balance, parameter: str, curve: Trace, tail: Tail | None, origin: str, *, locate: bool = True,
     floquet: NDArray[np.complex128] | None = None,
 ) -> Branch:  # fmt: skip
     """Add stability, peaks, crests, period doublings and branch points to a branch, and label the special points.
@@ -291,8 +292,8 @@ def describe(
     Locating those of a general system takes far longer than the rest; without `locate` it has the points found alone,
     whose multipliers may be known.
     """
-    points, labels = np.ascontiguousarray(found.points), found.labels
-    status, message = _verdict(found, parameter, points[:, -1])
+    points, labels = np.ascontiguousarray(curve.points), curve.labels
+    status, message = _verdict(curve, parameter, points[:, -1])
     tail = tail_along(problem, points) if tail is None else tail
     if locate:
         points, labels = with_crests(problem, points, labels)
@@ -310,13 +311,13 @@ def describe(
     for i in np.flatnonzero((labels == FOLD) | (labels > TOP)).tolist():
         label, w = int(labels[i]), float(omega[i])
         table = problem.motion(points[i], coefficients[i])
-        said = tail.share, *tail.verdict(Status.OK, "finished", parameter, w), NAMES[label], float(values[i])
-        special[label].append(Orbit(w, turns, table, float(peaks[i]), floquet[i], bool(stable[i]), *said))
+        details = tail.share, *tail.verdict(Status.OK, "finished", parameter, w), NAMES[label], float(values[i])
+        special[label].append(Orbit(w, turns, table, float(peaks[i]), floquet[i], bool(stable[i]), *details))
     folds, doublings, crossings, tori = special.values()
     verdict = tail.verdict(status, message, parameter, float(omega[0]) if len(omega) else 0.0)
     return Branch(
         parameter, values, omega, coefficients, peaks, floquet, stable, folds, doublings, turns,
-        found.outcome == CLOSED, tail.share, origin, *verdict, crossings, tori, span=found.span or _ends(values),
+        curve.outcome == CLOSED, tail.share, origin, *verdict, crossings, tori, span=curve.span or _ends(values),
     )  # fmt: skip
 
 
@@ -342,11 +343,11 @@ def with_hill(
     return points, labels, floquet, peaks
 
 
-def _verdict(found: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
-    if found.message:
-        return (Status.OK if found.outcome in (END, CLOSED) else Status.NO_CONVERGENCE), found.message
-    if found.outcome in (END, CLOSED):
-        return Status.OK, "reached both ends" if found.outcome == END else "closed"
-    where = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
-    reason = {LOST: "no solution found", STUCK: "the step became too small"}.get(found.outcome, "too many points")
-    return Status.NO_CONVERGENCE, f"the branch stops {where}: {reason}; take more harmonics or a smaller range"
+def _verdict(curve: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
+    if curve.message:
+        return (Status.OK if curve.outcome in (END, CLOSED) else Status.NO_CONVERGENCE), curve.message
+    if curve.outcome in (END, CLOSED):
+        return Status.OK, "reached both ends" if curve.outcome == END else "closed"
+    place = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
+    reason = {LOST: "no solution found", STUCK: "the step became too small"}.get(curve.outcome, "too many points")
+    return Status.NO_CONVERGENCE, f"the branch stops {place}: {reason}; take more harmonics or a smaller range"

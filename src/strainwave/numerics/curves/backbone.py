@@ -98,8 +98,8 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     """
     system = with_parts("backbone", system, *SAME)
     springs_only("backbone", system)
-    wanted = numbers("amplitudes [rad]", amplitudes)
-    if not np.all(wanted > 0.0):
+    sizes = numbers("amplitudes [rad]", amplitudes)
+    if not np.all(sizes > 0.0):
         raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be positive")
     h = starting_harmonics(system, harmonics, 1)
     leaf = leaf_of(system, "omega")
@@ -109,30 +109,30 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
         mean = np.zeros(2 * h + 1)
         mean[0] = problem.tau[0]
         problem = problem._replace(tau=mean, error=0.0 * mean)
-        found = _along(problem, wanted)
-        kept = np.array([z is not None for z in found])
-        points = np.array([z for z in found if z is not None]).reshape(-1, 2 * h + 2)
+        solutions = _along(problem, sizes)
+        solved = np.array([z is not None for z in solutions])
+        points = np.array([z for z in solutions if z is not None]).reshape(-1, 2 * h + 2)
         last = points[:, max(1, h - 1) : h + 1]
-        tails = np.linalg.norm(last, axis=1) / wanted[kept]
-        return (h, kept, points, tails), float(np.max(tails, initial=0.0))
+        tails = np.linalg.norm(last, axis=1) / sizes[solved]
+        return (h, solved, points, tails), float(np.max(tails, initial=0.0))
 
-    h, kept, points, tails = grown(freed, h, MOST if harmonics is None else h, FREE)
+    h, solved, points, tails = grown(freed, h, MOST if harmonics is None else h, FREE)
     tail = float(np.max(tails, initial=0.0))
     peaks = displacement_peaks(points[:, :-1]) if len(points) else np.empty(0)
     status, message = Status.OK, "finished"
-    if not np.all(kept):
-        missing = ", ".join(f"{a:.4g}" for a in wanted[~kept][:4])
+    if not np.all(solved):
+        missing = ", ".join(f"{a:.4g}" for a in sizes[~solved][:4])
         status = Status.NO_CONVERGENCE
         message = f"no free vibration of amplitude(1) {missing} rad found; a law needs a restoring torque there"
     if len(points):
-        at = float(points[np.argmax(tails), -1])
-        status, message = Tail(tail, tail, at, h).verdict(status, message, "omega", at)
-    return Backbone(wanted[kept], points[:, -1], peaks, from_blocks(points[:, :-1].T).T, tail, status, message)
+        speed = float(points[np.argmax(tails), -1])
+        status, message = Tail(tail, tail, speed, h).verdict(status, message, "omega", speed)
+    return Backbone(sizes[solved], points[:, -1], peaks, from_blocks(points[:, :-1].T).T, tail, status, message)
 
 
 def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
     """Solution (coefficients in blocks, omega) for every amplitude, each from the next larger or from one harmonic."""
-    found: list[Floats | None] = [None] * len(amplitudes)
+    solutions: list[Floats | None] = [None] * len(amplitudes)
     before: Floats | None = None
     for i in np.argsort(-amplitudes, kind="stable"):
         a = amplitudes[i]
@@ -143,8 +143,8 @@ def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
             point = _free(problem, guess)
         if point is None:
             point = _free(problem, _one_harmonic(problem, float(a)))
-        found[i] = before = point
-    return found
+        solutions[i] = before = point
+    return solutions
 
 
 def _one_harmonic(problem: Any, a: float) -> Floats:
@@ -161,9 +161,9 @@ def _free(problem: Any, z: Floats) -> Floats | None:
     if not z[-1] > 0.0:
         return None
     n = len(z) - 1
-    even = np.arange(n // 2 + 1)  # mean and cosines
-    unknown = np.delete(np.append(even, n), 1)
-    scale = np.append(np.full(len(even) - 1, abs(z[1])), z[-1])
+    cosines = np.arange(n // 2 + 1)  # mean and cosines
+    unknown = np.delete(np.append(cosines, n), 1)
+    scale = np.append(np.full(len(cosines) - 1, abs(z[1])), z[-1])
 
     def whole(x: Floats) -> Floats:
         full = z.copy()
@@ -172,9 +172,9 @@ def _free(problem: Any, z: Floats) -> Floats | None:
 
     def equations(x: Floats) -> tuple[Floats, Floats]:
         r, matrix, column = linearised(problem, whole(x))
-        return r[even], np.column_stack([matrix, column])[np.ix_(even, unknown)]
+        return r[cosines], np.column_stack([matrix, column])[np.ix_(cosines, unknown)]
 
-    found = newton(equations, z[unknown], scale, 1e-13, most=40)
-    if found is None or not found[-1] > 0.0 or problem.floating(whole(found)[None])[0]:  # inside a gap nothing vibrates
+    free = newton(equations, z[unknown], scale, 1e-13, most=40)
+    if free is None or not free[-1] > 0.0 or problem.floating(whole(free)[None])[0]:  # inside a gap nothing vibrates
         return None
-    return whole(found)
+    return whole(free)

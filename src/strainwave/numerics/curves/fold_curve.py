@@ -57,21 +57,21 @@ class FoldSystem:
         v, w = np.linalg.solve(bordered, unit), np.linalg.solve(bordered.T, unit)
         g, v, w = v[n], v[:n], w[:n]
         self.right, self.left = v / np.linalg.norm(v), w / np.linalg.norm(w)
-        out = np.empty((n + 1, n + 2))
-        out[:n, :n], out[:n, n] = matrix, column
+        jacobian = np.empty((n + 1, n + 2))
+        jacobian[:n, :n], jacobian[:n, n] = matrix, column
         shift = np.zeros(n + 1)
         shift[:n] = 1e-5 * np.linalg.norm(z[:n]) * v / np.linalg.norm(v)
         change = linearised(problem, z + shift)[1] - linearised(problem, z - shift)[1]
-        out[n, :n] = -(w @ change) * np.linalg.norm(v) / (2.0 * np.linalg.norm(shift))
+        jacobian[n, :n] = -(w @ change) * np.linalg.norm(v) / (2.0 * np.linalg.norm(shift))
         step = 1e-5 * max(abs(float(z[n])), 1e-6)
         shift[:n], shift[n] = 0.0, step
         change = linearised(problem, z + shift)[1] - linearised(problem, z - shift)[1]
-        out[n, n] = -(w @ change @ v) / (2.0 * step)
+        jacobian[n, n] = -(w @ change @ v) / (2.0 * step)
         step = 1e-5 * max(abs(float(x[-1])), 1e-3 * self.width)
-        above, below = linearised(self.at(x[-1] + step), z), linearised(self.at(x[-1] - step), z)
-        out[:n, n + 1] = (above[0] - below[0]) / (2.0 * step)
-        out[n, n + 1] = -(w @ (above[1] - below[1]) @ v) / (2.0 * step)
-        return np.append(r, g), out
+        upper, lower = linearised(self.at(x[-1] + step), z), linearised(self.at(x[-1] - step), z)
+        jacobian[:n, n + 1] = (upper[0] - lower[0]) / (2.0 * step)
+        jacobian[n, n + 1] = -(w @ (upper[1] - lower[1]) @ v) / (2.0 * step)
+        return np.append(r, g), jacobian
 
     def scale(self, x: Floats) -> Floats:
         """Units of the unknowns: the size of the orbit, p itself, the range of q."""
@@ -279,17 +279,17 @@ def fold_curve(
         raise ValueError(f"the orbit is labelled {fold.label!r}; take one of Branch.folds")
     system = checked(replace(system, {"omega": fold.omega, parameter: fold.value}))
     lo, hi = interval(f"the range of {path}", span, positive=path in ("omega", "J"))
-    at = value_at(system, path)
-    if not lo <= at <= hi:
-        raise ValueError(f"the system has {path} = {at:g}, outside the range {lo:g} .. {hi:g}; widen the range")
+    value = value_at(system, path)
+    if not lo <= value <= hi:
+        raise ValueError(f"the system has {path} = {value:g}, outside the range {lo:g} .. {hi:g}; widen the range")
     leaf, omega_leaf = leaf_of(system, parameter), leaf_of(system, "omega")
     h = starting_harmonics(system, len(fold.coefficients) // 2 if harmonics is None else harmonics, fold.period, points)
     problem = second_order(system, leaf, omega_leaf, h, fold.period)
     extended = FoldSystem(problem, path, hi - lo)
-    start = extended.corrected(np.append(problem.point(fold.coefficients, fold.value), at), None)
+    start = extended.corrected(np.append(problem.point(fold.coefficients, fold.value), value), None)
     if start is None:
         raise SolveError(
-            f"there is no fold of this system at {parameter} = {fold.value:.9g} and {path} = {at:g}; take one from "
+            f"there is no fold of this system at {parameter} = {fold.value:.9g} and {path} = {value:g}; take one from "
             "the folds of its own frequency_response"
         )
     up, ends_up = follow_fold(extended, start, 1.0, lo, hi, 4.0 / points)

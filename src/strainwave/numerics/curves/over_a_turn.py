@@ -23,7 +23,7 @@ LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of r
 
 
 def traced_turn(
-    system: Any, speeds: tuple[float, float], points: int, given: int | None = None, coexisting: bool = True
+    system: Any, speeds: tuple[float, float], points: int, fixed: int | None = None, coexisting: bool = True
 ) -> tuple[Any, Trace, Tail | None, str]:  # fmt: skip
     """Balance problem and points of a curve, with the harmonics that its first state takes, or those given.
 
@@ -48,8 +48,8 @@ def traced_turn(
     else:
         kinked = len(distances(system, np.zeros(1), np.zeros((small.state_count(), 1)))) > 0
         begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
-    harmonics = (min(begin, most), most) if given is None else (given, given)
-    problem, found, tail, origin = traced(
+    harmonics = (min(begin, most), most) if fixed is None else (fixed, fixed)
+    problem, curve, tail, origin = traced(
         problem_with,
         *speeds,
         harmonics,
@@ -59,8 +59,8 @@ def traced_turn(
         lambda t: t.share if general or small.hill() else t.worst,
     )
     if tail is None or g == 1 or not general:
-        return problem, found, tail, origin
-    return *_whole(problem, found, g), tail._replace(harmonics=tail.harmonics * g), origin
+        return problem, curve, tail, origin
+    return *_whole(problem, curve, g), tail._replace(harmonics=tail.harmonics * g), origin
 
 
 def repeats(problem: FirstOrder, top: int) -> int:
@@ -77,10 +77,10 @@ def repeats(problem: FirstOrder, top: int) -> int:
     return max(alike)
 
 
-def _whole(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder, Trace]:
+def _whole(problem: FirstOrder, curve: Trace, g: int) -> tuple[FirstOrder, Trace]:
     """The same curve over a whole turn, of which it was followed over a g-th."""
     h = g * problem.harmonics()
     whole = first_order(problem.system, problem.leaf, problem.omega_leaf, h)._replace(sizes=problem.sizes)
-    points = [whole.point(stretched(problem.table(z), g), float(z[-1])) for z in found.points]
-    elsewhere = tuple((value, stretched(table, g)) for value, table in found.elsewhere)
-    return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
+    points = [whole.point(stretched(problem.table(z), g), float(z[-1])) for z in curve.points]
+    elsewhere = tuple((value, stretched(table, g)) for value, table in curve.elsewhere)
+    return whole, with_changes(curve, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)

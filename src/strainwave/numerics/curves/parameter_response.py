@@ -97,33 +97,33 @@ def parameter_response(
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, str], float]:
         problem = balance_of(system, leaf, omega_leaf, h, period, folded=False)
         guess, origin = _beginning(problem, system, path, lo, hi, start)
-        found = both_ways(problem, guess, lo, hi, 4.0 / points, growth=GROWTH)
-        tail = tail_along(problem, found.points, aim)
-        return (problem, found, tail, origin), tail.worst
+        curve = both_ways(problem, guess, lo, hi, 4.0 / points, growth=GROWTH)
+        tail = tail_along(problem, curve.points, aim)
+        return (problem, curve, tail, origin), tail.worst
 
-    problem, found, tail, origin = grown(followed, h, most if harmonics is None else h, CURVE)
-    found = with_changes(found, message=_ending(found, path, lo, hi, system.omega))
-    branch = describe(problem, path, found, tail, origin)
+    problem, curve, tail, origin = grown(followed, h, most if harmonics is None else h, CURVE)
+    curve = with_changes(curve, message=_ending(curve, path, lo, hi, system.omega))
+    branch = describe(problem, path, curve, tail, origin)
     if throw and not branch.status.found:
         raise SolveError(branch.message)
     return branch
 
 
-def _ending(found: Trace, path: str, lo: float, hi: float, omega: float) -> str:
+def _ending(curve: Trace, path: str, lo: float, hi: float, omega: float) -> str:
     """Sentence on how the branch ends; empty where `describe` has one."""
-    at = "" if path == "omega" else f", omega = {omega:.6g} rad/s"
-    if not len(found.points):
+    speed = "" if path == "omega" else f", omega = {omega:.6g} rad/s"
+    if not len(curve.points):
         return (
-            f"no periodic response was found at {path} = {lo:.6g} or {hi:.6g}{at}; a resonance without damping and a "
-            "torque that the law cannot bear have none: give damping, less torque, or another range"
+            f"no periodic response was found at {path} = {lo:.6g} or {hi:.6g}{speed}; a resonance without damping and "
+            "a torque that the law cannot bear have none: give damping, less torque, or another range"
         )
-    if found.outcome == UNBOUNDED:
+    if curve.outcome == UNBOUNDED:
         return (
-            f"the response grows without bound at {path} = {found.points[-1, -1]:.6g}{at}; give more damping or end "
+            f"the response grows without bound at {path} = {curve.points[-1, -1]:.6g}{speed}; give more damping or end "
             "the range before it"
         )
-    if found.outcome == END:
-        return f"leaves the range at {path} = {found.points[0, -1]:.6g} and {found.points[-1, -1]:.6g}"
+    if curve.outcome == END:
+        return f"leaves the range at {path} = {curve.points[0, -1]:.6g} and {curve.points[-1, -1]:.6g}"
     return ""
 
 

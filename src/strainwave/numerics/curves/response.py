@@ -43,35 +43,35 @@ BY_HAND = "simulate from other states shows them"
 Places = tuple[tuple[float, Floats], ...]
 
 
-def with_left_over(problem: Balance, found: Trace, others: Coexisting) -> Trace:
+def with_left_over(problem: Balance, curve: Trace, pool: Coexisting) -> Trace:
     """The trace of a curve with the frequencies and tables of the known orbits through which it does not pass."""
     places: list[tuple[float, Floats]] = []
-    for value, tables in others.known.items():
-        known = [problem.table(z) for z in found.points[found.points[:, -1] == value]]
+    for value, tables in pool.known.items():
+        tables_there = [problem.table(z) for z in curve.points[curve.points[:, -1] == value]]
         for table in tables:
-            if not any(alike(table, other, problem.turns) for other in known):
-                known.append(table)
+            if not any(alike(table, former, problem.turns) for former in tables_there):
+                tables_there.append(table)
                 places.append((value, table))
-    if others.unfinished:
+    if pool.unfinished:
         remedy = FROM_STARTS if problem.hill() else BY_HAND
-        message = Sentence("{}; at omega = {} {}", found.message, Speed(*sorted(others.unfinished)), CUT_SHORT + remedy)
-        found = with_changes(found, message=message)
-    return with_changes(found, elsewhere=tuple(places)) if places else found
+        message = Sentence("{}; at omega = {} {}", curve.message, Speed(*sorted(pool.unfinished)), CUT_SHORT + remedy)
+        curve = with_changes(curve, message=message)
+    return with_changes(curve, elsewhere=tuple(places)) if places else curve
 
 
-def with_others(problem: Balance, branch: Branch, places: Places, said: list[str], followed: str = "") -> Branch:
+def with_others(problem: Balance, branch: Branch, places: Places, texts: list[str], followed: str = "") -> Branch:
     """The branch with the orbits at the ends of its range that it does not pass, and with what there is to say.
 
     `followed` says at the end of the sentence on an orbit how it is followed.
     """
     elsewhere = orbits_at(problem, places, branch) if places else []
-    said = [branch.message, *told(elsewhere, followed), *said]
-    return with_changes(branch, message=Sentence("; ").join(said), elsewhere=elsewhere) if len(said) > 1 else branch
+    texts = [branch.message, *told(elsewhere, followed), *texts]
+    return with_changes(branch, message=Sentence("; ").join(texts), elsewhere=elsewhere) if len(texts) > 1 else branch
 
 
 def orbits_at(problem: Balance, places: Places, branch: Branch) -> list[Orbit]:
     """Orbits from such tables, with the harmonics that they need, but for those that are on the branch after all."""
-    found: list[Orbit] = []
+    orbits: list[Orbit] = []
     leaf = leaf_of(problem.system, "omega")
     for value, table in places:
         system = with_leaf(problem.system, leaf, value)
@@ -79,40 +79,40 @@ def orbits_at(problem: Balance, places: Places, branch: Branch) -> list[Orbit]:
         if not orbit.status.found:
             continue
         x = orbit.coefficients[:, :1]
-        known = [c[:, None] for c in branch.coefficients[branch.omega == value]]
-        known += [other.coefficients[:, :1] for other in found if other.omega == value]
-        if not any(alike(x, other, problem.turns) for other in known):
-            found.append(orbit)
-    return sorted(found, key=lambda orbit: (orbit.omega, -orbit.peak))
+        tables_there = [c[:, None] for c in branch.coefficients[branch.omega == value]]
+        tables_there += [former.coefficients[:, :1] for former in orbits if former.omega == value]
+        if not any(alike(x, former, problem.turns) for former in tables_there):
+            orbits.append(orbit)
+    return sorted(orbits, key=lambda orbit: (orbit.omega, -orbit.peak))
 
 
 def told(orbits: list[Orbit], followed: str) -> list[str]:
     """Sentences on the stable orbits that a curve does not join."""
-    said: list[str] = []
-    for omega, some in groupby((orbit for orbit in orbits if orbit.stable), key=lambda orbit: orbit.omega):
-        sizes = [f"{orbit.peak:.6g}" for orbit in some]
-        there = "is another stable motion" if len(sizes) == 1 else "are other stable motions"
+    texts: list[str] = []
+    for omega, group in groupby((orbit for orbit in orbits if orbit.stable), key=lambda orbit: orbit.omega):
+        sizes = [f"{orbit.peak:.6g}" for orbit in group]
+        verb = "is another stable motion" if len(sizes) == 1 else "are other stable motions"
         join = "does not join" if len(sizes) == 1 else "do not join"
         size = f"max |x| {' and '.join(sizes)}"
-        said.append(Sentence(f"at omega = {{}} there {there}, {size}, which {join} this curve{followed}", Speed(omega)))
-    return said
+        texts.append(Sentence(f"at omega = {{}} there {verb}, {size}, which {join} this curve{followed}", Speed(omega)))
+    return texts
 
 
-def remarks(problem: Balance, found: Trace, branch: Branch) -> list[str]:
+def remarks(problem: Balance, curve: Trace, branch: Branch) -> list[str]:
     """List what to know about a response curve."""
-    said: list[str] = []
+    texts: list[str] = []
     if len(branch) and not branch.stable.any():
-        said.append(NEVER_STABLE)
-    loose = found.points[problem.floating(found.points), -1]
+        texts.append(NEVER_STABLE)
+    loose = curve.points[problem.floating(curve.points), -1]
     if len(loose):
-        said.append(
+        texts.append(
             Sentence(
                 "at omega = {} the law gives no torque and any mean is in balance (the middle is shown): a mean torque "
                 "would place it",
                 Speed(np.min(loose), np.max(loose), between=" .. "),
             )
         )
-    return said
+    return texts
 
 
 def frequency_response(
@@ -186,9 +186,9 @@ def frequencies(span: Any) -> tuple[float, float]:
 
 def response_curves(
     systems: list[Any], lo: float, hi: float, harmonics: int | None, period: int, points: int,
-    each: Callable[..., Any] = map,
+    apply: Callable[..., Any] = map,
 ) -> list[Branch]:  # fmt: skip
-    """Response curves of checked systems of one class; `each`, which is like map, goes through all but the first."""
+    """Response curves of checked systems of one class; `apply`, which is like map, goes through all but the first."""
     leaf = leaf_of(systems[0], "omega")
 
     def followed(system: Any) -> tuple[Any, Trace, Tail | None, str]:
@@ -203,15 +203,15 @@ def response_curves(
         return traced(problem_with, lo, hi, (h, most), CURVE, points, True, lambda tail: tail.worst)
 
     def described(curve: Any, tail: Tail) -> Branch:
-        problem, found, _, origin = curve
-        return _described(problem, found, tail, origin)
+        problem, traces, _, origin = curve
+        return _described(problem, traces, tail, origin)
 
     # The first compiles, where that is still to do, before threads start.
-    curves = [followed(systems[0]), *each(followed, systems[1:])]
-    problems, found, tails, _ = map(list, zip(*curves, strict=True))
+    curves = [followed(systems[0]), *apply(followed, systems[1:])]
+    problems, traces, tails, _ = map(list, zip(*curves, strict=True))
     if harmonics is not None:
-        tails = tails_together(problems, [trace.points for trace in found])
-    return [described(curves[0], tails[0]), *each(described, curves[1:], tails[1:])]
+        tails = tails_together(problems, [trace.points for trace in traces])
+    return [described(curves[0], tails[0]), *apply(described, curves[1:], tails[1:])]
 
 
 def _described(problem: Any, found: Trace, tail: Tail | None, origin: str) -> Branch:
@@ -246,30 +246,30 @@ def traced(
     share : callable, optional
         That share, from the tail. Without it the tail is not looked at: None.
     """
-    known = Coexisting()
+    pool = Coexisting()
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail | None, str], float]:
-        problem, found, origin = symmetric_across(problem_with(h), lo, hi, 4.0 / points, known)
-        tail = None if share is None else tail_along(problem, found.points, aim)
-        worst = np.inf if found.outcome != END or tail is None or share is None else share(tail)
-        if coexisting and (worst <= aim or found.outcome != END) and known.begin(problem, found):
+        problem, curve, origin = symmetric_across(problem_with(h), lo, hi, 4.0 / points, pool)
+        tail = None if share is None else tail_along(problem, curve.points, aim)
+        worst = np.inf if curve.outcome != END or tail is None or share is None else share(tail)
+        if coexisting and (worst <= aim or curve.outcome != END) and pool.begin(problem, curve):
             return followed(h, aim)  # again, through what coexists
-        return (problem, found, tail, origin), worst
+        return (problem, curve, tail, origin), worst
 
-    problem, found, tail, origin = grown(followed, *harmonics, aim)
-    return problem, with_changes(with_left_over(problem, found, known), span=(lo, hi)), tail, origin
+    problem, curve, tail, origin = grown(followed, *harmonics, aim)
+    return problem, with_changes(with_left_over(problem, curve, pool), span=(lo, hi)), tail, origin
 
 
 def symmetric_across(
-    problem: Balance, lo: float, hi: float, step: float, others: Coexisting
+    problem: Balance, lo: float, hi: float, step: float, coexisting: Coexisting
 ) -> tuple[Any, Trace, str]:  # fmt: skip
     """`across` by odd harmonics alone where that is possible; and the problem that was solved."""
     odd = problem.odd()
     if odd is not None:
-        found, origin = across(odd, lo, hi, step, others)
-        if found.outcome == END and is_odd_on(odd, found.points):
-            return odd, found, origin
-    return problem, *across(problem, lo, hi, step, others)
+        curve, origin = across(odd, lo, hi, step, coexisting)
+        if curve.outcome == END and is_odd_on(odd, curve.points):
+            return odd, curve, origin
+    return problem, *across(problem, lo, hi, step, coexisting)
 
 
 def response_family(

@@ -94,8 +94,8 @@ def switch_branch(
         )
     stretch = 2 if "doubling" in orbit.label else 1
     most = most_harmonics(system)
-    own = max(7, min(len(orbit.coefficients) // 2, most // stretch))
-    h = starting_harmonics(system, harmonics or stretch * own, stretch * orbit.period, points)
+    highest = max(7, min(len(orbit.coefficients) // 2, most // stretch))
+    h = starting_harmonics(system, harmonics or stretch * highest, stretch * orbit.period, points)
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, bool], float]:
         problem = balance_of(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period, folded=False)
@@ -105,49 +105,49 @@ def switch_branch(
                 f"no orbit leaves the {orbit.label} at {parameter} = {value:.9g}; take more harmonics for the branch "
                 "that it lies on"
             )
-        found = trace(problem, first, 1.0 if first[-1] > value else -1.0, lo, hi, 4.0 / points)
-        found, returned = _until_return(found, departure)
-        tail = tail_along(problem, found.points, aim)
-        return (problem, found, tail, returned), tail.worst
+        curve = trace(problem, first, 1.0 if first[-1] > value else -1.0, lo, hi, 4.0 / points)
+        curve, returned = _until_return(curve, departure)
+        tail = tail_along(problem, curve.points, aim)
+        return (problem, curve, tail, returned), tail.worst
 
-    problem, found, tail, returned = grown(followed, h, most if harmonics is None else h, CURVE)
+    problem, curve, tail, returned = grown(followed, h, most if harmonics is None else h, CURVE)
     if returned:
-        end = f"returns to the branch that it left at {parameter} = {found.points[-1, -1]:.6g}"
-        found = with_changes(found, message=end)
-    return describe(problem, parameter, found, tail, f"from the {orbit.label} at {parameter} = {value:.9g}")
+        end = f"returns to the branch that it left at {parameter} = {curve.points[-1, -1]:.6g}"
+        curve = with_changes(curve, message=end)
+    return describe(problem, parameter, curve, tail, f"from the {orbit.label} at {parameter} = {value:.9g}")
 
 
-def _departure(problem: Balance, at: Floats, stretch: int) -> tuple[Floats | None, Floats]:
+def _departure(problem: Balance, point: Floats, stretch: int) -> tuple[Floats | None, Floats]:
     """First orbit (coefficients, parameter) of the crossing branch, and the direction in which it leaves."""
-    n, h = len(at) - 1, problem.harmonics()
-    matrix = linearised(problem, at)[1]
+    n, h = len(point) - 1, problem.harmonics()
+    matrix = linearised(problem, point)[1]
     odd = np.arange(1, h + 1, 2)
     odd = np.concatenate([odd, h + odd])
     free = np.concatenate([odd + block for block in range(0, n, 2 * h + 1)]) if stretch == 2 else np.arange(n)
     direction = np.zeros(n + 1)
     direction[free] = np.linalg.svd(matrix[np.ix_(free, free)])[2][-1]
-    size = float(np.linalg.norm(at[:n]))
+    size = float(np.linalg.norm(point[:n]))
     scale = np.full(n + 1, 1.0 / size)
-    scale[n] = 1.0 / max(abs(float(at[n])), 1e-300)
+    scale[n] = 1.0 / max(abs(float(point[n])), 1e-300)
     for share in DEPARTURES:
-        first = corrected(problem, at + share * size * direction, direction, scale)
-        if first is not None and first[n] != at[n] and np.linalg.norm(first - at) < 10.0 * share * size:
+        first = corrected(problem, point + share * size * direction, direction, scale)
+        if first is not None and first[n] != point[n] and np.linalg.norm(first - point) < 10.0 * share * size:
             return first, direction
     return None, direction
 
 
-def _until_return(found: Trace, direction: Floats) -> tuple[Trace, bool]:
+def _until_return(curve: Trace, direction: Floats) -> tuple[Trace, bool]:
     """The branch up to where it meets the one it left: there its departure from that branch changes sign.
 
     Next to both meeting points the branch stands upright, a fold of the crossing itself: no fold is marked there.
     """
-    part = found.points[:, np.abs(direction) > 1e-6 * np.max(np.abs(direction))]
+    part = curve.points[:, np.abs(direction) > 1e-6 * np.max(np.abs(direction))]
     flips = np.flatnonzero(np.sum(part[1:] * part[:-1], axis=1) < 0.0)
     size = np.linalg.norm(part, axis=1)
     last = int(flips[0]) if len(flips) else len(part) - 1
     while len(flips) and last > 0 and size[last] < 1e-4 * np.max(size):
         last -= 1
-    kept = slice(0, last + 1)
-    upright = (found.labels[kept] == FOLD) & (size[kept] < UPRIGHT * np.max(size[kept]))
-    labels = np.where(upright, STEP, found.labels[kept])
-    return Trace(found.points[kept], labels, END if len(flips) else found.outcome), len(flips) > 0
+    arc = slice(0, last + 1)
+    upright = (curve.labels[arc] == FOLD) & (size[arc] < UPRIGHT * np.max(size[arc]))
+    labels = np.where(upright, STEP, curve.labels[arc])
+    return Trace(curve.points[arc], labels, END if len(flips) else curve.outcome), len(flips) > 0

@@ -63,16 +63,16 @@ def _floquet(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
     """
     flow, (phases, *_) = _maps(problem, points, False)
     slow = phases > SLOW
-    found = np.zeros(flow.shape[:2], complex)
-    found[~slow] = multipliers_of(flow[~slow])
+    values = np.zeros(flow.shape[:2], complex)
+    values[~slow] = multipliers_of(flow[~slow])
     for i in np.flatnonzero(slow):
         point = points[i : i + 1]
         psi = 2.0 * math.pi * np.arange(FINEST) / FINEST
         rates = np.linalg.eigvals(_matrices(problem, point, psi)[0]).astype(complex)
         mean = np.mean(np.take_along_axis(rates, np.lexsort((rates.imag, rates.real), axis=1), axis=1), axis=0)
         log = mean * 2.0 * math.pi * problem.turns / base_speed(problem, point[:, -1])[0]
-        found[i] = np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag)[::-1]
-    return found
+        values[i] = np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag)[::-1]
+    return values
 
 
 def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Floats]:
@@ -100,7 +100,7 @@ def _maps(problem: FirstOrder, points: Floats, hill: bool) -> tuple[Floats, Floa
     return flow, np.array(found, float).reshape(-1, 3).T
 
 
-def _map_loops(problem: Any, point: Any, hill: bool, flow: Any) -> Any:
+def _map_loops(problem: Any, point: Floats, hill: bool, flow: Floats) -> Any:
     n, h = len(problem.sizes), problem.harmonics
     series, strength, speed = problem.take(point)
     phase = fastest(problem, series, strength) / speed
@@ -147,7 +147,7 @@ def map_along(problem: FirstOrder, point: Floats, hill: bool, flow: Floats) -> t
 
 
 @routine
-def fastest(problem: Any, series: Any, strength: float) -> float:
+def fastest(problem: Any, series: Floats, strength: float) -> float:
     """Bound [rad] of the fastest eigenvalue along an orbit, times 2 pi: as `_phases`, in units of harmonic 1."""
     n, log = len(problem.sizes), -math.inf
     w, state = np.empty((4, 2 * n, n)), np.empty(n)
@@ -159,7 +159,7 @@ def fastest(problem: Any, series: Any, strength: float) -> float:
         for j in range(n):
             for k in range(n):
                 a[j, k] *= problem.sizes[k] / problem.sizes[j]
-        own = 0.0
+        log_size = 0.0
         for _ in range(SQUARES):
             size = 1e-300
             for j in range(n):
@@ -174,12 +174,12 @@ def fastest(problem: Any, series: Any, strength: float) -> float:
                     for q in range(n):
                         total += power[j, q] * power[q, k]
                     a[j, k] = total
-            own = 2.0 * (own + math.log(size))
+            log_size = 2.0 * (log_size + math.log(size))
         square = 0.0
         for j in range(n):
             for k in range(n):
                 square += a[j, k] * a[j, k]
-        log = max(log, own + math.log(max(math.sqrt(square), 1e-300)))
+        log = max(log, log_size + math.log(max(math.sqrt(square), 1e-300)))
     return 2.0 * math.pi * math.exp(log / 2.0**SQUARES)
 
 
@@ -255,16 +255,16 @@ def with_special_points(
 ) -> tuple[Floats, Any, NDArray[np.complex128]]:
     """Insert the period doublings, branch points and Neimark-Sacker points of a branch, with their multipliers."""
     tests = tests_of(floquet)
-    found = []
+    specials = []
     for label, values in tests.items():
         for i in np.flatnonzero(values[1:] * values[:-1] < 0.0):
             near_fold = FOLD in labels[max(0, i - 1) : i + 3]
             point = None if label == BRANCH_POINT and near_fold else _located(problem, points[i], points[i + 1], label)
             if point is not None:
-                found.append((int(i), label, point))
-    if not found:
+                specials.append((int(i), label, point))
+    if not specials:
         return points, labels, floquet
-    points, labels, places, added = inserted(points, labels, found)
+    points, labels, places, added = inserted(points, labels, specials)
     return points, labels, np.insert(floquet, places, floquet_of(problem, added), axis=0)
 
 

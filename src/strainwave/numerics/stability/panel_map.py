@@ -36,7 +36,7 @@ A, B = tuple(map(tuple, GAUSS_A.tolist())), tuple(GAUSS_B.tolist())
 
 
 @routine
-def eliminated(m: Any) -> None:
+def eliminated(m: Floats) -> None:
     """Solve in place: the left square of m, a system of equations, leaves in the columns behind it their solutions."""
     rows, columns = m.shape
     for k in range(rows):
@@ -65,7 +65,7 @@ def eliminated(m: Any) -> None:
 
 
 @routine
-def step_by(a: Any, h: float, hill: bool, m: Any, step: Any, flow: Any) -> Any:
+def step_by(a: Floats, h: float, hill: bool, m: Floats, step: Floats, flow: Floats) -> Any:
     """Carry a flow (n, n) over a step of length h with the matrices a (4, n, n) at its places.
 
     With `hill` A is taken without its share of the trace, and the flow is scaled. Returns the logarithm of the scale
@@ -183,9 +183,9 @@ def _series(share: Floats, weights: Floats, powers: Floats) -> Floats:
     return np.asarray((terms @ powers.reshape(TERMS, -1)).reshape(*terms.shape[:2], *powers.shape[1:]))
 
 
-def _panels_loops(table: Any, which: Any, feedback: Any, first: Any, flow: Any) -> None:
-    seen, answers, end, gains = borrowed(table[0]), borrowed(table[1]), borrowed(table[2]), borrowed(table[3])
-    which, feedback, first, flow = borrowed(which), borrowed(feedback), borrowed(first), borrowed(flow)
+def _panels_loops(table: Any, kinds: Any, feedback: Floats, first: Any, flow: Floats) -> None:
+    observed, answers, end, gains = borrowed(table[0]), borrowed(table[1]), borrowed(table[2]), borrowed(table[3])
+    kinds, feedback, first, flow = borrowed(kinds), borrowed(feedback), borrowed(first), borrowed(flow)
     _, places, r, q = feedback.shape
     n = end.shape[1]
     rows = places * r
@@ -195,7 +195,7 @@ def _panels_loops(table: Any, which: Any, feedback: Any, first: Any, flow: Any) 
             for j in range(n):
                 flow[orbit, k, j] = 1.0 if k == j else 0.0
         for p in range(first[orbit], first[orbit + 1]):
-            at = which[p]
+            kind = kinds[p]
             for i in range(places):
                 for e in range(r):
                     row = i * r + e
@@ -205,19 +205,19 @@ def _panels_loops(table: Any, which: Any, feedback: Any, first: Any, flow: Any) 
                         factor = feedback[p, i, e, o]
                         for j in range(places):
                             for d in range(r):
-                                m[row, j * r + d] -= factor * answers[at, i, o, j, d]
+                                m[row, j * r + d] -= factor * answers[kind, i, o, j, d]
                         for j in range(n):
-                            m[row, rows + j] += factor * seen[at, i, o, j]
+                            m[row, rows + j] += factor * observed[kind, i, o, j]
                     m[row, row] += 1.0
             eliminated(m)
             for k in range(n):
                 for j in range(n):
-                    step[k, j] = end[at, k, j]
+                    step[k, j] = end[kind, k, j]
                     new[k, j] = 0.0
                 for i in range(places):
                     for e in range(r):
                         for j in range(n):
-                            step[k, j] += gains[at, k, i, e] * m[i * r + e, rows + j]
+                            step[k, j] += gains[kind, k, i, e] * m[i * r + e, rows + j]
                 for i in range(n):
                     for j in range(n):
                         new[k, j] += step[k, i] * flow[orbit, i, j]
@@ -227,12 +227,12 @@ def _panels_loops(table: Any, which: Any, feedback: Any, first: Any, flow: Any) 
 
 
 @kernel_as(_panels_loops)
-def _panels(table: Any, which: Any, feedback: Floats, first: Any, flow: Floats) -> None:
+def _panels(table: Any, kinds: Any, feedback: Floats, first: Any, flow: Floats) -> None:
     panels, m, r, _ = feedback.shape
-    seen, answers, end, gains = (x[which] for x in table)
+    observed, answers, end, gains = [x[kinds] for x in table]
     n, rows = end.shape[1], m * r
     coupled = np.einsum("pieo,piojd->piejd", feedback, answers).reshape(panels, rows, rows)
-    forced = np.einsum("pieo,piok->piek", feedback, seen).reshape(panels, rows, n)
+    forced = np.einsum("pieo,piok->piek", feedback, observed).reshape(panels, rows, n)
     maps = end + gains.reshape(panels, n, rows) @ np.linalg.solve(np.eye(rows) - coupled, forced)
     for orbit, (low, high) in enumerate(pairwise(first)):
         flow[orbit] = np.eye(n)
@@ -240,55 +240,55 @@ def _panels(table: Any, which: Any, feedback: Floats, first: Any, flow: Floats) 
             flow[orbit] = step @ flow[orbit]
 
 
-def through_panels(table: Tables, which: Any, feedback: Floats, first: Any) -> Floats:
+def through_panels(table: Tables, kinds: Any, feedback: Floats, first: Any) -> Floats:
     """Period maps (orbits, n, n) of orbits whose panels follow each other.
 
-    `which` (panels,) tells the length of each in the tables, `feedback` (panels, m, r, q) is R at its places, and
+    `kinds` (panels,) tells the length of each in the tables, `feedback` (panels, m, r, q) is R at its places, and
     orbit i has the panels from first[i] to first[i + 1].
     """
     n = table.flow.shape[1]
     flow = np.empty((len(first) - 1, n, n))
-    run(_panels, tuple(table), which, feedback, first, flow, light=True, after=FEW)
+    run(_panels, tuple(table), kinds, feedback, first, flow, light=True, after=FEW)
     return flow
 
 
-def resolved(known: Any) -> bool:
+def resolved(disturbances: Any) -> bool:
     """Whether no more than MOST panels a period resolve the disturbances of all orbits."""
-    return bool(known.rate * 2.0 * np.pi <= MOST * PHASE * np.min(known.speed))
+    return bool(disturbances.rate * 2.0 * np.pi <= MOST * PHASE * np.min(disturbances.speed))
 
 
-def maps_through_panels(known: Any) -> Floats:
+def maps_through_panels(all_orbits: Any) -> Floats:
     """Period maps (orbits, states, states) of `Disturbances` of orbits; panels end at the kinks of an orbit."""
-    found = []
-    for i in range(0, len(known.twists), TOGETHER):
-        some = slice(i, i + TOGETHER)
-        deviation = None if known.deviation is None else known.deviation[some]
-        part = known._replace(twists=known.twists[some], deviation=deviation, speed=known.speed[some])
-        found.append(_maps(part))
-    return np.concatenate(found)
+    maps = []
+    for i in range(0, len(all_orbits.twists), TOGETHER):
+        chunk = slice(i, i + TOGETHER)
+        deviation = None if all_orbits.deviation is None else all_orbits.deviation[chunk]
+        part = all_orbits._replace(twists=all_orbits.twists[chunk], deviation=deviation, speed=all_orbits.speed[chunk])
+        maps.append(_maps(part))
+    return np.concatenate(maps)
 
 
-def _maps(known: Any) -> Floats:
-    h = known.twists.shape[2] // 2
-    longest = np.minimum(PHASE * known.speed / known.rate, WAVES / h)
-    cuts = known.crossings()
+def _maps(disturbances: Any) -> Floats:
+    h = disturbances.twists.shape[2] // 2
+    longest = np.minimum(PHASE * disturbances.speed / disturbances.rate, WAVES / h)
+    cuts = disturbances.crossings()
     psi, width, bases = [], [], []
-    for at, most in zip(cuts, longest, strict=True):
-        if len(at):
-            first, lengths = cut(at, most)
+    for places, most in zip(cuts, longest, strict=True):
+        if len(places):
+            first, lengths = cut(places, most)
         else:
             first, lengths, basis = _even(h, EVEN * int(np.ceil(2.0 * np.pi / most / EVEN)))
             bases.append(basis)
         psi.append((first[:, None] + lengths[:, None] * C).ravel())
         width.append(lengths)
-        if len(at):
+        if len(places):
             bases.append(Samples(psi[-1], psi[-1]).basis(h))
     counts = [len(lengths) for lengths in width]
-    r = known.feedbacks(np.concatenate(psi), bases)
-    lengths, which = np.unique(np.concatenate(width) / np.repeat(known.speed, counts), return_inverse=True)
-    table = tables(known.a, known.b, known.c, lengths)
+    r = disturbances.feedbacks(np.concatenate(psi), bases)
+    lengths, kinds = np.unique(np.concatenate(width) / np.repeat(disturbances.speed, counts), return_inverse=True)
+    table = tables(disturbances.a, disturbances.b, disturbances.c, lengths)
     first = np.concatenate([[0], np.cumsum(counts)])
-    return through_panels(table, which, r.reshape(-1, PLACES, *r.shape[1:]), first)
+    return through_panels(table, kinds, r.reshape(-1, PLACES, *r.shape[1:]), first)
 
 
 @lru_cache(64)

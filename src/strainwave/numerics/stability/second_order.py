@@ -41,7 +41,7 @@ FINER, ENOUGH = 4, 2048  # Numerov steps: four times those along a branch (256 t
 NOISE = 1e-7  # of the products: below this a multiplier sits at 1 for good (as inside a gap)
 
 
-def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
+def _stability_loops(problem: Any, table: Floats, points: Floats, traces: Floats, peaks: Floats) -> None:
     problem, table, points = borrowed(problem), borrowed(table), borrowed(points)
     n, steps = table.shape
     h = n // 2
@@ -67,7 +67,7 @@ def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: 
 
 
 @routine
-def _refined(x: Any, h: int, stride: int, angle: float, value: float) -> float:
+def _refined(x: Floats, h: int, stride: int, angle: float, value: float) -> float:
     top = value
     for _ in range(2):
         ck, sk = math.cos(angle), math.sin(angle)
@@ -86,7 +86,7 @@ def _refined(x: Any, h: int, stride: int, angle: float, value: float) -> float:
 
 
 @kernel_as(_stability_loops)
-def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
+def stability(problem: Any, table: Floats, points: Floats, traces: Floats, peaks: Floats) -> None:
     """Write the trace of Hill's period map and the largest |x| of every point (coefficients in blocks, parameter last).
 
     `table` is the synthesis table of the Numerov grid.
@@ -153,14 +153,14 @@ def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
     half = 0.5 * np.asarray(traces, float)
     root = np.sqrt(np.abs(half - 1.0)) * np.sqrt(np.abs(half + 1.0))  # the square of half may not fit a float
     real = np.abs(half) >= 1.0  # two real multipliers, else a complex pair
-    out = np.empty((*half.shape, 2), complex)
+    values = np.empty((*half.shape, 2), complex)
     larger = half + np.where(real, np.copysign(root, half), 0.0)
-    out.real[..., 0] = larger
-    out.real[..., 1] = np.where(real, 1.0 / np.where(real, larger, 1.0), half)
-    out.imag[..., 0] = np.where(real, 0.0, root)
-    out.imag[..., 1] = -out.imag[..., 0]
-    out *= np.asarray(decay)[..., None]
-    return out
+    values.real[..., 0] = larger
+    values.real[..., 1] = np.where(real, 1.0 / np.where(real, larger, 1.0), half)
+    values.imag[..., 0] = np.where(real, 0.0, root)
+    values.imag[..., 1] = -values.imag[..., 0]
+    values *= np.asarray(decay)[..., None]
+    return values
 
 
 def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Floats, Floats]:
@@ -226,16 +226,16 @@ def products(traces: Floats, decay: Floats) -> tuple[Floats, Floats]:
 def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, decay: Floats) -> tuple[Floats, Any, int]:
     """Insert the period doublings and branch points between the points of a branch; returns how many there are."""
     doubling, crossing = products(traces, decay)
-    found: list[tuple[int, int, Floats]] = []
+    crossings: list[tuple[int, int, Floats]] = []
     for i in np.flatnonzero(doubling[1:] * doubling[:-1] < 0.0).tolist():
-        found += _located(problem, points, i, DOUBLING)
+        crossings += _located(problem, points, i, DOUBLING)
     for i in np.flatnonzero(crossing[1:] * crossing[:-1] < 0.0).tolist():
         if _passes_one(crossing, labels, i):
-            found += _located(problem, points, i, BRANCH_POINT)
-    if not found:
+            crossings += _located(problem, points, i, BRANCH_POINT)
+    if not crossings:
         return points, labels, 0
-    points, labels, _, _ = inserted(points, labels, found)
-    return points, labels, len(found)
+    points, labels, _, _ = inserted(points, labels, crossings)
+    return points, labels, len(crossings)
 
 
 def inserted(
@@ -279,17 +279,17 @@ def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:
 
 
 def on_chord(
-    problem: Balance, first: Floats, last: Floats, s: float, near: Floats | None = None
+    problem: Balance, first: Floats, last: Floats, s: float, start: Floats | None = None
 ) -> Floats | None:  # fmt: skip
     """Solution in the plane across the chord from `first` to `last`, at the fraction s of it.
 
-    It is looked for from the chord, or from a point `near` it in that plane.
+    Newton's method begins on the chord, or at a point `start` in that plane.
     """
     chord = last - first
     scale = np.full(len(first), 1.0 / max(float(np.linalg.norm(first[:-1])), 1e-300))
     scale[-1] = 1.0 / max(abs(float(first[-1])), abs(float(last[-1])), 1e-100)
     guess = first + s * chord
-    point = corrected(problem, guess, chord * scale * scale, scale, near)
+    point = corrected(problem, guess, chord * scale * scale, scale, start)
     if point is None or np.linalg.norm((point - guess) * scale) > np.linalg.norm(chord * scale):
         return None  # on another branch
     return point
