@@ -83,29 +83,29 @@ def rates_entry(system: Any, states: int) -> int:
     return entry(_rates, system, float, states, states)
 
 
-def _rates(model: Any, phase: Any, y: Any, out: Any) -> None:
+def _rates(model: Any, phase: float, y: Any, out: Any) -> None:
     put_at(out, at(model).rhs(phase, at(y)))
 
 
-def _several(model: Any, phase: Any, number: Any, y: Any, out: Any) -> None:
+def _several(model: Any, phase: float, number: int, y: Any, out: Any) -> None:
     known = at(model)
     for i in range(number):
         put_at(beyond(out, i), known.rhs(phase, at(beyond(y, i))))
 
 
-def _torsion(model: Any, phase: Any, y: Any) -> Any:
+def _torsion(model: Any, phase: float, y: Any) -> Any:
     return 1.0 * torsion_of(at(model), phase, at(y))
 
 
-def _watched(model: Any, phase: Any, y: Any, out: Any) -> None:
+def _watched(model: Any, phase: float, y: Any, out: Any) -> None:
     put_at(out, at(model).watched(phase, at(y)))
 
 
-def _corners(model: Any, phase: Any, y: Any, out: Any) -> None:
+def _corners(model: Any, phase: float, y: Any, out: Any) -> None:
     put_at(out, at(model).kinks(phase, at(y)))
 
 
-def _rates_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
+def _rates_loops(system: Any, phase: float, y: Floats, out: Floats) -> None:
     call(system.rates_at, system.words, (phase, pointer(y), pointer(out)))
 
 
@@ -115,7 +115,7 @@ def rates(system: Any, phase: float, y: Floats, out: Floats) -> None:
     out[:] = system.rhs(phase, tuple(y.tolist()))
 
 
-def _rates_of_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
+def _rates_of_loops(system: Any, phase: float, y: Floats, out: Floats) -> None:
     call(system.rates_at, system.words, (phase, y.shape[0], pointer(y), pointer(out)))
 
 
@@ -126,7 +126,7 @@ def rates_of(system: Any, phase: float, y: Floats, out: Floats) -> None:
         rate[:] = system.rhs(phase, tuple(own.tolist()))
 
 
-def _torsion_loops(system: Any, phase: Any, y: Any) -> Any:
+def _torsion_loops(system: Any, phase: float, y: Floats) -> Any:
     return value(system.torsion_at, system.words, (phase, pointer(y)))
 
 
@@ -136,7 +136,7 @@ def torsion(system: Any, phase: float, y: Floats) -> float:
     return float(torsion_of(system, phase, tuple(y.tolist())))
 
 
-def _watched_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
+def _watched_loops(system: Any, phase: float, y: Floats, out: Floats) -> None:
     if system.watched_at != 0:
         call(system.watched_at, system.words, (phase, pointer(y), pointer(out)))
 
@@ -148,7 +148,7 @@ def watched(system: Any, phase: float, y: Floats, out: Floats) -> None:
         out[:] = system.watched(phase, tuple(y.tolist()))
 
 
-def _corner_distances_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
+def _corner_distances_loops(system: Any, phase: float, y: Floats, out: Floats) -> None:
     call(system.kinks_at, system.words, (phase, pointer(y), pointer(out)))
 
 
@@ -182,13 +182,13 @@ def law_at(law: Any, place: int) -> LawAt:
     return LawAt(place, torque, stiffness, breakpoints, kinks)
 
 
-def _torques(law: Any, u: Any, out: Any) -> None:
+def _torques(law: Any, u: Floats, out: Floats) -> None:
     known = at(law)
     for i in range(len(u)):
         out[i] = known.torque(u[i])
 
 
-def _stiffnesses(law: Any, u: Any, out: Any) -> None:
+def _stiffnesses(law: Any, u: Floats, out: Floats) -> None:
     known = at(law)
     for i in range(len(u)):
         out[i] = known.stiffness(u[i])
@@ -198,7 +198,7 @@ def _breakpoints(law: Any, out: Any) -> None:
     put_at(out, at(law).breakpoints())
 
 
-def _torques_loops(law: Any, u: Any, out: Any) -> None:
+def _torques_loops(law: Any, u: Floats, out: Floats) -> None:
     call(law.torques_at, law.words, (u, out))
 
 
@@ -208,7 +208,7 @@ def torques(law: Any, u: Floats, out: Floats) -> None:
     out[:] = law.torque(u)
 
 
-def _stiffnesses_loops(law: Any, u: Any, out: Any) -> None:
+def _stiffnesses_loops(law: Any, u: Floats, out: Floats) -> None:
     call(law.stiffnesses_at, law.words, (u, out))
 
 
@@ -218,7 +218,7 @@ def stiffnesses(law: Any, u: Floats, out: Floats) -> None:
     out[:] = law.stiffness(u)
 
 
-def _kinks_loops(law: Any, out: Any) -> int:
+def _kinks_loops(law: Any, out: Floats) -> int:
     if law.kinks > 0:
         call(law.breakpoints_at, law.words, (pointer(out),))
     return int(law.kinks)
@@ -239,13 +239,13 @@ class FunctionAt(NamedTuple):
     values_at: int
 
 
-def _values_of_error(error: Any, angles: Any, out: Any) -> None:
+def _values_of_error(error: Any, angles: Floats, out: Floats) -> None:
     known = at(error)
     for i in range(len(angles)):
         out[i] = known.value(angles[i])
 
 
-def _values_loops(function: Any, angles: Any, out: Any) -> None:
+def _values_loops(function: Any, angles: Floats, out: Floats) -> None:
     call(function.values_at, function.words, (angles, out))
 
 
@@ -298,7 +298,7 @@ def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[
     return OscillatorAt(*own, places["law"], torque, error, slot), place, places["law"]
 
 
-def _varied_loops(system: Any, leaf: int, value: Any) -> Any:
+def _varied_loops(system: Any, leaf: int, value: float) -> Any:
     if leaf == IN_SLOT:
         system.slot[0] = value
     return with_leaf(system, leaf, value)
@@ -325,13 +325,13 @@ class EquationsAt(NamedTuple):
     error: Floats
     spare: Floats
 
-    def residual(self, z: Any, r: Any) -> None:
+    def residual(self, z: Floats, r: Floats) -> None:
         """Write what the equations lack at z."""
         if self.prepare_at != 0:
             call(self.prepare_at, self.words, (z,))
         call(self.equations_at, self.words, (z, r))
 
-    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
+    def linearise(self, z: Floats, jacobian: Floats, slope: Floats) -> None:
         """Write its derivatives by the coefficients and by the parameter; follows `residual` at the same z."""
         call(self.stiffness_at, self.words, (z, jacobian))
         if self.slope_at != 0:
@@ -343,7 +343,7 @@ class EquationsAt(NamedTuple):
         """Number of harmonics of a block."""
         return len(self.error) // 2
 
-    def harmonic(self, z: Any, k: int) -> Any:
+    def harmonic(self, z: Floats, k: int) -> Any:
         """Cosine and sine coefficient of the first state's k-th harmonic."""
         h = len(self.error) // 2
         return z[k] + self.error[k], z[h + k] + self.error[h + k]
@@ -359,7 +359,7 @@ def equations_at(native: Any, words: Callable[[Any], int], prepare: Any, slope: 
 
 
 @routine
-def difference(problem: Any, z: Any, slope: Any, spare: Any) -> None:
+def difference(problem: Any, z: Floats, slope: Floats, spare: Floats) -> None:
     """Write the derivative of a problem's residual by its parameter, the last entry of z: a central difference."""
     n = len(slope)
     value = z[n]

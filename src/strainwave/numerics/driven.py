@@ -87,16 +87,16 @@ def places_of(model: Any) -> list[int]:
     return found
 
 
-def _places(thing: Any, at: int) -> tuple[list[int], int]:
+def _places(thing: Any, place: int) -> tuple[list[int], int]:
     if isinstance(thing, Signal):
-        return [at], at + len(thing)
+        return [place], place + len(thing)
     if isinstance(thing, tuple):
-        found: list[int] = []
+        places: list[int] = []
         for item in thing:
-            more, at = _places(item, at)
-            found += more
-        return found, at
-    return [], at + (not isinstance(thing, int | np.integer))
+            inner, place = _places(item, place)
+            places += inner
+        return places, place
+    return [], place if isinstance(thing, int | np.integer) else place + 1
 
 
 def pieces(samples: Floats, parts: int, between: Between, delay: float = 0.0) -> Floats:
@@ -117,22 +117,22 @@ def pieces(samples: Floats, parts: int, between: Between, delay: float = 0.0) ->
         In samples; before the first sample the signal goes on by its point reflection there.
     """
     nodes = np.arange(parts * (len(samples) - 1) + 1) / parts - delay
-    out = np.zeros((len(nodes) - 1, DEGREE + 1))
+    table = np.zeros((len(nodes) - 1, DEGREE + 1))
     if between == "held":
-        out[:, 0] = samples[np.clip(np.floor(nodes[:-1] + 1e-9), 0, len(samples) - 1).astype(int)]
-        return out
+        table[:, 0] = samples[np.clip(np.floor(nodes[:-1] + 1e-9), 0, len(samples) - 1).astype(int)]
+        return table
     if between == "linear":
         values = np.interp(nodes, np.arange(len(samples)), samples)
-        out[:, 0], out[:, 1] = values[:-1], np.diff(values)
-        return out
+        table[:, 0], table[:, 1] = values[:-1], np.diff(values)
+        return table
     u, du, ddu = resampled(samples, parts, delay)
     du, ddu = du / parts, ddu / parts**2
     rise, c, d, e, f = np.diff(u), du[:-1], du[1:], ddu[:-1], ddu[1:]
-    out[:, 0], out[:, 1], out[:, 2] = u[:-1], c, 0.5 * e
-    out[:, 3] = 10.0 * rise - 6.0 * c - 4.0 * d - 1.5 * e + 0.5 * f
-    out[:, 4] = -15.0 * rise + 8.0 * c + 7.0 * d + 1.5 * e - f
-    out[:, 5] = 6.0 * rise - 3.0 * (c + d) - 0.5 * (e - f)
-    return out
+    table[:, 0], table[:, 1], table[:, 2] = u[:-1], c, 0.5 * e
+    table[:, 3] = 10.0 * rise - 6.0 * c - 4.0 * d - 1.5 * e + 0.5 * f
+    table[:, 4] = -15.0 * rise + 8.0 * c + 7.0 * d + 1.5 * e - f
+    table[:, 5] = 6.0 * rise - 3.0 * (c + d) - 0.5 * (e - f)
+    return table
 
 
 def resampled(samples: Floats, parts: int = 1, delay: float = 0.0) -> tuple[Floats, Floats, Floats]:
@@ -142,23 +142,23 @@ def resampled(samples: Floats, parts: int = 1, delay: float = 0.0) -> tuple[Floa
     """
     n = len(samples)
     line = samples[0] + (samples[-1] - samples[0]) * np.arange(n) / max(n - 1, 1)
-    rest = samples - line
+    remainder = samples - line
     whole = int(np.floor(-delay))
     reach = TAPS + 1 + abs(whole)
-    around = _reflected(rest, reach)
+    around = _reflected(remainder, reach)
     count = parts * (n - 1) + 1
-    out = np.empty((3, count))
+    table = np.empty((3, count))
     for k in range(parts):
         extra, place = divmod(k / parts - delay - whole, 1.0)
         first = reach + whole + int(extra) - TAPS
         many = -(-(count - k) // parts)
         stretch = around[first : first + many + 2 * TAPS]
-        for row, weights in zip(out, _weights(place), strict=True):
+        for row, weights in zip(table, _weights(place), strict=True):
             row[k::parts] = np.convolve(stretch, weights[::-1], "valid")
     slope = (samples[-1] - samples[0]) / max(n - 1, 1)
-    out[0] += samples[0] + slope * (np.arange(count) / parts - delay)
-    out[1] += slope
-    return out[0], out[1], out[2]
+    table[0] += samples[0] + slope * (np.arange(count) / parts - delay)
+    table[1] += slope
+    return table[0], table[1], table[2]
 
 
 def _reflected(rest: Floats, reach: int) -> Floats:
@@ -195,19 +195,19 @@ def first_lanes(lanes: int) -> Any:
 
 @kernel
 def march_driven(
-    model: Any, start: Any, rows: Any, lanes: int, pieces: Any, places: Any, seen: Any, begin: int, samples: int,
-    parts: int, step: float, out: Any,
+    model: Any, start: Any, rows: Floats, lanes: int, pieces: Floats, places: Any, picked: Any, begin: int,
+    samples: int, parts: int, step: float, states: Floats,
 ) -> None:  # fmt: skip
-    """March lanes over samples from `begin` on, `parts` fourth-order steps between two, and keep the states `seen`.
+    """March lanes over samples from `begin` on, `parts` fourth-order steps between two, and keep the states `picked`.
 
     Rows are the leaves of the model and its states; the signals at `places` get their `pieces` one after the other.
     """
-    rows, pieces, places, seen, out = borrowed((rows, pieces, places, seen, out))
-    at, h = count(model), step / parts
+    rows, pieces, places, picked, states = borrowed((rows, pieces, places, picked, states))
+    offset, h = count(model), step / parts
     for k in range(samples):
-        for i in range(len(seen)):
+        for i in range(len(picked)):
             for j in first_lanes(lanes):
-                out[i, k, j] = load(rows, at + seen[i], j)
+                states[i, k, j] = load(rows, offset + picked[i], j)
         if k + 1 < samples:
             for p in range(k * parts, (k + 1) * parts):
                 t = (begin * parts + p) * h
@@ -218,8 +218,8 @@ def march_driven(
                         for j in first_lanes(lanes):
                             rows[places[q] + COEFFICIENTS + c, j] = pieces[q, p, c]
                 for j in first_lanes(lanes):
-                    one, y = lane(model, rows, 0, j), lane(start, rows, at, j)
-                    store(rk4_step(one, one.omega * t, one.omega * h, y, h), rows, at, j)
+                    model_j, y = lane(model, rows, 0, j), lane(start, rows, offset, j)
+                    store(rk4_step(model_j, model_j.omega * t, model_j.omega * h, y, h), rows, offset, j)
 
 
 @dataclass(frozen=True)
@@ -231,9 +231,9 @@ class Lanes:
     places: Any
 
     def run(
-        self, starts: Floats, pieces: Floats, seen: Any, samples: int, parts: int, step: float, begin: int = 0
+        self, starts: Floats, pieces: Floats, picked: Any, samples: int, parts: int, step: float, begin: int = 0
     ) -> Floats:
-        """States `seen` (seen, samples, lanes) from the states `starts` (states, lanes) at the sample `begin`.
+        """States `picked` (picked, samples, lanes) from the states `starts` (states, lanes) at the sample `begin`.
 
         The samples are `step` [s] apart, and time counts from the first of all.
         """
@@ -242,13 +242,14 @@ class Lanes:
         rows = np.empty((len(self.table) + len(starts), LANES))
         rows[:, :lanes] = np.concatenate([self.table, starts])
         rows[:, lanes:wide] = rows[:, :1]
-        out = np.empty((len(seen), samples, wide))
+        states = np.empty((len(picked), samples, wide))
         start = (0.0,) * len(starts)
         with np.errstate(all="ignore"):
             run(
-                march_driven, self.model, start, rows, wide, pieces, self.places, seen, begin, samples, parts, step, out
-            )
-        return out[:, :, :lanes]
+                march_driven, self.model, start, rows, wide, pieces, self.places, picked, begin, samples, parts,
+                step, states,
+            )  # fmt: skip
+        return states[:, :, :lanes]
 
 
 def lanes_of(systems: list[Any]) -> Lanes:

@@ -76,7 +76,7 @@ def slow_path(
     for _ in range(DOUBLINGS):
         run = _twisted(law, state, target, length, speed, rtol, counter)
         path = _Path(law, run.sol, direction * speed)
-        end, done = path.first(target, float(run.t[-1]), run.status == 1)
+        end, arrived = path.first(target, float(run.t[-1]), run.status == 1)
         x, t = path.at(np.linspace(0.0, end, SAMPLES))
         xs.append(x)
         ts.append(t)
@@ -84,7 +84,7 @@ def slow_path(
         before = run.t_events[1] <= end
         if before.any():
             at_zero = float(run.y_events[1][before][-1][0])
-        if done:
+        if arrived:
             x, t = np.concatenate(xs), np.concatenate(ts)
             pick = np.linspace(0, len(x) - 1, SAMPLES).round().astype(int)
             return x[pick], t[pick], state, at_zero
@@ -159,7 +159,7 @@ class _Path(NamedTuple):
         def missing(s: Any) -> Any:
             return side * (self.at(np.ravel(s))[1].reshape(np.shape(s)) - target)
 
-        low, high = (float(place[0]) for place in first_reached(missing, np.linspace(0.0, end, SAMPLES)[:, None]))
+        (low,), (high,) = first_reached(missing, np.linspace(0.0, end, SAMPLES)[:, None])
         if math.isnan(high):
             return end, reached
-        return root_between(lambda s: float(missing(s)), low, high, xtol=1e-16 * end), True
+        return root_between(lambda s: float(missing(s)), float(low), float(high), xtol=1e-16 * end), True

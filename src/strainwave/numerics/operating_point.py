@@ -19,7 +19,8 @@ from ..base.sentences import Angle, Sentence
 from ..compile.jit import routine
 
 # Torsions looked at, over that of the linear law: 1.2 % apart, and 5 % for means over a vibration, which are smooth.
-FINE, COARSE = (np.concatenate([[0.0], np.geomspace(1e-6, 1e6, count)]) for count in (2401, 601))
+FINE = np.append(0.0, np.geomspace(1e-6, 1e6, 2401))
+COARSE = np.append(0.0, np.geomspace(1e-6, 1e6, 601))
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 SHRINKINGS, HALVINGS = 80, 60  # of an interval around a largest torque, and of one around a root: to the last bit
 ROUNDING = 4e-16  # share of the mean torque by which a largest torque may fall short of it
@@ -142,14 +143,14 @@ def operating_point(law: Any, mean: float) -> float:
         return law.torque(x) - mean
 
     way = _way(law, np.array([offset]), np.array([float(law.stiffness(0.0))]), FINE)
-    low, high = (float(end[0]) for end in _bracket(missing, way, ROUNDING * abs(mean)))
+    (low,), (high,) = _bracket(missing, way, ROUNDING * abs(mean))
     if math.isnan(high):
         at, missed = _largest(lambda x: way.toward * missing(x), way.places)
         raise ValueError(too_much(law, mean, mean + float((way.toward * missed)[0]), float(at[0])))
-    return root_between(lambda x: float(missing(x)), low, high, xtol=1e-300)
+    return root_between(lambda x: float(missing(x)), float(low), float(high), xtol=1e-300)
 
 
-def operating_points(law: Any, mean: Any, wave: Any = 0.0) -> Floats:
+def operating_points(law: Any, mean: Floats, wave: Any = 0.0) -> Floats:
     """Torsions (lanes,) [rad] nearest to zero at which springs carry their mean torques; nan where none does.
 
     Parameters
@@ -163,7 +164,7 @@ def operating_points(law: Any, mean: Any, wave: Any = 0.0) -> Floats:
     """
     mean, wave = np.asarray(mean, float), np.asarray(wave, float)
 
-    def missing(x: Any) -> Any:
+    def missing(x: Floats) -> Any:
         if not wave.ndim:
             return law.torque(x) - mean
         return np.mean(law.torque(x + wave.reshape(len(wave), *[1] * (np.ndim(x) - 1), -1)), axis=0) - mean
@@ -191,7 +192,7 @@ def too_much(law: Any, mean: float, largest: float, at: float) -> str:
     )
 
 
-def first_reached(f: Function, places: Floats, slack: Any = 0.0) -> tuple[Floats, Floats]:
+def first_reached(f: Function, places: Floats, slack: Floats | float = 0.0) -> tuple[Floats, Floats]:
     """Places (lanes,) between which functions first reach zero from below on their ways; nan where they do not.
 
     A summit between two places counts too.
@@ -213,7 +214,7 @@ def first_reached(f: Function, places: Floats, slack: Any = 0.0) -> tuple[Floats
         if some.all():
             values = values[: first.max() + 2]
         lanes = np.arange(values.shape[1])
-        low, high = (np.where(some, places[i, lanes], np.nan) for i in (first - 1, first))
+        low, high = np.where(some, [places[first - 1, lanes], places[first, lanes]], np.nan)
         first = np.where(some, first, len(values))
         tops = _summits(values, first)
         while tops.any():
@@ -250,18 +251,18 @@ def _way(law: Any, offset: Floats, slope: Floats, grid: Floats) -> _Way:
     return _Way(toward * reach * grid[:, None], toward, slope < 0.0)
 
 
-def _bracket(missing: Function, way: _Way, slack: Any) -> tuple[Floats, Floats]:
+def _bracket(missing: Function, scan: _Way, slack: Floats | float) -> tuple[Floats, Floats]:
     """Bracket of the root nearest to zero; a law that falls at rest may have it on either side."""
 
-    def below(x: Any) -> Any:
-        return way.toward * missing(x)
+    def crossed(x: Floats) -> Any:
+        return scan.toward * missing(x)
 
-    low, high = first_reached(below, way.places, slack)
-    if not way.falls.any():
+    low, high = first_reached(crossed, scan.places, slack)
+    if not scan.falls.any():
         return low, high
-    other = first_reached(below, -way.places, slack)
-    nearer = way.falls & ~np.isnan(other[1]) & ~(np.abs(high) <= np.abs(other[1]))
-    return np.where(nearer, other[0], low), np.where(nearer, other[1], high)
+    opposite = first_reached(crossed, -scan.places, slack)
+    nearer = scan.falls & ~np.isnan(opposite[1]) & ~(np.abs(high) <= np.abs(opposite[1]))
+    return np.where(nearer, opposite[0], low), np.where(nearer, opposite[1], high)
 
 
 def _summits(values: Floats, first: Any) -> Any:

@@ -276,16 +276,16 @@ def find_orbit(
     def balanced(h: int, aim: float) -> tuple[tuple[Any, Any, Any], float]:
         nonlocal start
         problem = balance_of(system, leaf, leaf, h, period, start is None)
-        found = _balanced(problem, omega, start)
-        if found is None:
+        point = _balanced(problem, omega, start)
+        if point is None:
             return (problem, None, None), 0.0
-        start, tail = problem.whole(problem.table(found)), tail_along(problem, found[None, :], aim)
-        return (problem, found, tail), tail.worst
+        start, tail = problem.whole(problem.table(point)), tail_along(problem, point[None, :], aim)
+        return (problem, point, tail), tail.worst
 
-    problem, found, tail = grown(balanced, h, most if harmonics is None else h, ORBIT)
-    if found is None:
+    problem, point, tail = grown(balanced, h, most if harmonics is None else h, ORBIT)
+    if point is None:
         return raised(_missing(problem, omega), throw)
-    orbit = _described(problem, found, tail)
+    orbit = _described(problem, point, tail)
     smooth = is_spring(system) and not breakpoints_of(system)
     corners = harmonics is None and tail.worst > ORBIT and not smooth
     return raised(_refined(system, orbit, period) if corners else orbit, throw)

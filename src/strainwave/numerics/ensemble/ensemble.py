@@ -46,27 +46,27 @@ REST = 1e-15  # what is smaller than this share of the initial state has come to
 
 
 def dataset_of(
-    system: Any, varied: dict[str, Floats], batch: Batch, found: Block, measures: Any, method: Method
+    system: Any, varied: dict[str, Floats], batch: Batch, block: Block, measures: Any, method: Method
 ) -> xr.Dataset:
     """Variables over the lanes, with units, from what came of them."""
     periods = batch.settle + batch.periods
-    good, short = found.ended == periods, found.ended < 0.0
-    ended = np.where(short, -1.0 - found.ended, found.ended)
+    good, short = block.ended == periods, block.ended < 0.0
+    ended = np.where(short, -1.0 - block.ended, block.ended)
     turn = 2.0 * np.pi / batch.omega
     units = {p.path: p.unit for p in parameters(system)}
     names = names_of(system) or [f"y{i}" for i in range(len(batch.y0))]
     angle = {} if lacking(system, "torsion") else {"units": "rad"}
     data = xr.Dataset(coords={path: ("lane", v, {"units": units[path]}) for path, v in varied.items()})
-    at = 0
+    row = 0
     for measure in batch.measures:
         n = len(leaves(measure.start()))
         with np.errstate(all="ignore"):
-            variables = measure.results(found.sums[at : at + n], batch.periods * turn)
-        at += n
+            variables = measure.results(block.sums[row : row + n], batch.periods * turn)
+        row += n
         for name, values in variables.items():
             data[name] = ("lane", np.where(good, values, np.nan), _unit(measure, angle))
-    inside = np.arange(len(found.points))[:, None, None] < ended
-    states = {"of_end": np.where(good, found.last[-1], np.nan), "of_turns": np.where(inside, found.points, np.nan)}
+    inside = np.arange(len(block.points))[:, None, None] < ended
+    states = {"of_end": np.where(good, block.last[-1], np.nan), "of_turns": np.where(inside, block.points, np.nan)}
     for part, measure in itertools.product(states, measures):
         if not lacking(measure, part):
             for name, values in getattr(measure, part)(states[part]).items():
@@ -79,7 +79,7 @@ def dataset_of(
     data["ended"] = ("lane", ended * turn, {"units": "s", "long_name": "bounded until"})
     data["period"] = (
         "lane",
-        _periods_of(batch, found, good, method),
+        _periods_of(batch, block, good, method),
         {"units": "turn", "long_name": "0: not settled"},
     )
     return data
@@ -89,26 +89,26 @@ def _unit(measure: Any, unit: dict[str, str]) -> dict[str, str]:
     return dict(unit) if lacking(measure, "unit") else {"units": measure.unit()}
 
 
-def _periods_of(batch: Batch, found: Block, good: Any, method: Method) -> Any:
+def _periods_of(batch: Batch, block: Block, good: Any, method: Method) -> Any:
     """Turns after which a state comes back (lanes,): the smallest number up to 8; 0 where there is none.
 
     To a share of its size, in which a rate counts as what it is at the base frequency; closer than the tolerance of
     adaptive steps, or than 1e-15 of the start, is back.
     """
-    settled, near = stepping_of(method).near()
-    last = found.last
+    settled, tolerance = stepping_of(method).near()
+    last = block.last
     size = np.max(np.abs(last), axis=0)
     start = np.abs(batch.y0)
     if isinstance(batch.kind, Smooth):
-        for both in (size, start):
-            both[0] = np.maximum(both[0], both[1] / batch.omega)
-            both[1] = batch.omega * both[0]
-    out = np.zeros(last.shape[2], np.int64)
+        for sizes in (size, start):
+            sizes[0] = np.maximum(sizes[0], sizes[1] / batch.omega)
+            sizes[1] = batch.omega * sizes[0]
+    turns = np.zeros(last.shape[2], np.int64)
     for n in range(len(last) - 1, 0, -1):
         with np.errstate(all="ignore"):
-            back = np.all(np.abs(last[-1] - last[-1 - n]) <= settled * size + REST * start + near, axis=0)
-        out[back & good] = n
-    return out
+            back = np.all(np.abs(last[-1] - last[-1 - n]) <= settled * size + REST * start + tolerance, axis=0)
+        turns[back & good] = n
+    return turns
 
 
 def ensemble(
@@ -212,21 +212,12 @@ def _batch(
     points: bool,
 ) -> Batch:  # fmt: skip
     members = replace(system, varied)
-    own = prepared(members)
-    table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in leaves(own)]).reshape(-1, lanes)
+    numbers = prepared(members)
+    table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in leaves(numbers)]).reshape(-1, lanes)
     omega = np.broadcast_to(np.asarray(omega_of(members), float), (lanes,))
     kind = Smooth() if _is_smooth(system, len(y0)) else General()
-    return Batch(
-        mapped(lambda number: float(np.ravel(number)[0]), own),
-        table,
-        omega,
-        y0,
-        kind,
-        measures,
-        settle,
-        periods,
-        points,
-    )
+    template = mapped(lambda number: float(np.ravel(number)[0]), numbers)
+    return Batch(template, table, omega, y0, kind, measures, settle, periods, points)
 
 
 def _is_smooth(system: Any, states: int) -> bool:
@@ -238,8 +229,8 @@ def _is_smooth(system: Any, states: int) -> bool:
 def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Block, Any]:
     """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
     lanes, stepping = len(batch.omega), stepping_of(method)
-    if (given := stepping.given(lanes)) is not None:
-        return _march_all(batch, given, method, machine), given
+    if (fixed := stepping.given(lanes)) is not None:
+        return _march_all(batch, fixed, method, machine), fixed
     order = max(1, *members.orders(), stepping.order_for(max(map(order_of, batch.measures), default=0)))
     margin = _error_reach(members, lanes)
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
@@ -253,22 +244,22 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
             "or integrate part of a period with simulate",
             endless,
         )
-    found = _march_all(batch, steps, method, machine)
+    block = _march_all(batch, steps, method, machine)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
     for _ in range(MOST_TRIES):
-        reach = np.maximum(reach, 1.02 * np.where(np.isfinite(found.reach), found.reach, 0.0))
+        reach = np.maximum(reach, 1.02 * np.where(np.isfinite(block.reach), block.reach, 0.0))
         needed = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
-        stayed = found.ended == periods
+        stayed = block.ended == periods
         finer = np.where(stayed, needed, np.minimum(needed, 2 * steps))  # a lane that explodes asks for any number
-        again = np.flatnonzero((finer > steps) & (stayed | (steps < MOST_STEPS)) & ~lost)
-        if not len(again):
+        repeated = np.flatnonzero((finer > steps) & (stayed | (steps < MOST_STEPS)) & ~lost)
+        if not len(repeated):
             break
-        steps[again] = finer[again]
-        better = _march_all(_some(batch, again), steps[again], method, machine)
-        lost[again] = ~stayed[again] & (better.ended == found.ended[again])
+        steps[repeated] = finer[repeated]
+        better = _march_all(_some(batch, repeated), steps[repeated], method, machine)
+        lost[repeated] = ~stayed[repeated] & (better.ended == block.ended[repeated])
         for name in ("sums", "last", "points", "ended", "reach"):
-            getattr(found, name)[..., again] = getattr(better, name)
-    return found, steps
+            getattr(block, name)[..., repeated] = getattr(better, name)
+    return block, steps
 
 
 def _error_reach(members: Any, lanes: int) -> Floats:
@@ -288,9 +279,9 @@ def _march_all(batch: Batch, steps: Any, method: Method, machine: Machine) -> Bl
     for number in np.unique(steps):
         places = np.flatnonzero(steps == number)
         jobs += [(places[i : i + machine.lanes], int(number)) for i in range(0, len(places), machine.lanes)]
-    said, done, blocks = monotonic(), 0, []
+    logged, ready, blocks = monotonic(), 0, []
 
-    def job(item: Any) -> Block:
+    def job(item: tuple[Any, int]) -> Block:
         return machine.march(batch, item[0], method, item[1])
 
     def results() -> Any:
@@ -307,10 +298,10 @@ def _march_all(batch: Batch, steps: Any, method: Method, machine: Machine) -> Bl
 
     for (places, _), block in zip(jobs, results(), strict=True):
         blocks.append(block)
-        done += len(places)
-        if monotonic() - said >= 1.0:
-            said = monotonic()
-            log.info("%d of %d trajectories (%.0f %%)", done, len(steps), 100.0 * done / len(steps))
+        ready += len(places)
+        if monotonic() - logged >= 1.0:
+            logged = monotonic()
+            log.info("%d of %d trajectories (%.0f %%)", ready, len(steps), 100.0 * ready / len(steps))
     order = np.concatenate([places for places, _ in jobs])
     back = np.empty_like(order)
     back[order] = np.arange(len(order))

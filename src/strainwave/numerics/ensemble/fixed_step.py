@@ -54,13 +54,13 @@ def measure(
     j: Any,
 ) -> None:  # fmt: skip
     """Update the measures of lane j by the pair of steps from the states in rows `source` to those in rows `target`."""
-    at = count(system) + 1 + 2 * count(y0)
+    offset = count(system) + 1 + 2 * count(y0)
     s, h = lane(system, rows, 0, j), load(rows, count(system), j)
     y, y1, end = lane(y0, rows, source, j), lane(y0, rows, target, j), phase + 2.0 * turn
     v, v1 = s.rhs(phase, y)[0], s.rhs(end, y1)[0]
     extreme = vertex(y[0], v, y1[0], v1, 2.0 * h)
     piece = Piece(Even(), phase, y[0], v, end, y1[0], v1, 2.0 * h, turn / h, extreme)
-    store(updated(measures, lane(sums, rows, at, j), piece), rows, at, j)
+    store(updated(measures, lane(sums, rows, offset, j), piece), rows, offset, j)
 
 
 @kernel
@@ -68,17 +68,17 @@ def measured_step(
     scheme: Any, system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any
 ) -> None:
     """One step and its measures, of lane j."""
-    at, n = count(system) + 1, count(y0)
-    s, h, y = lane(system, rows, 0, j), load(rows, at - 1, j), lane(y0, rows, at, j)
+    offset, n = count(system) + 1, count(y0)
+    s, h, y = lane(system, rows, 0, j), load(rows, offset - 1, j), lane(y0, rows, offset, j)
     end = phase + turn
     y1 = scheme.step(s, phase, turn, y, h)
-    store(y1, rows, at, j)
+    store(y1, rows, offset, j)
     before, after = s.rhs(phase, y), s.rhs(end, y1)
     extreme = extreme_between(kind, y, before, y1, after, h)
     piece = Piece(Even(), phase, y[0], before[0], end, y1[0], after[0], h, turn / h, extreme)
-    reach = at + 3 * n + count(sums)
+    reach = offset + 3 * n + count(sums)
     store(larger(abs(y1[0]), load(rows, reach, j)), rows, reach, j)
-    store(updated(measures, lane(sums, rows, at + 2 * n, j), piece), rows, at + 2 * n, j)
+    store(updated(measures, lane(sums, rows, offset + 2 * n, j), piece), rows, offset + 2 * n, j)
 
 
 @kernel
@@ -89,14 +89,14 @@ def remember(system: Any, y0: Any, sums: Any, rows: Any, j: Any) -> None:
 
 
 @kernel
-def close(system: Any, y0: Any, measures: Any, sums: Any, rows: Any, turn: float, many: float, j: Any) -> None:
-    """Add to the measures of lane j what the even pieces, `many` steps each, lack: the first state, and sums' ends."""
-    at, n = count(system) + 1, count(y0)
-    s, h = lane(system, rows, 0, j), load(rows, at - 1, j)
-    first, last = lane(y0, rows, at + 2 * n + count(sums), j), lane(y0, rows, at, j)
+def close(system: Any, y0: Any, measures: Any, sums: Any, rows: Any, turn: float, steps: float, j: Any) -> None:
+    """Add to the measures of lane j what the even pieces, `steps` each, lack: the first state, and sums' ends."""
+    offset, n = count(system) + 1, count(y0)
+    s, h = lane(system, rows, 0, j), load(rows, offset - 1, j)
+    first, last = lane(y0, rows, offset + 2 * n + count(sums), j), lane(y0, rows, offset, j)
     v0, v1 = s.rhs(0.0, first)[0], s.rhs(0.0, last)[0]
-    ends = Piece(Ends(), 0.0, first[0], v0, 0.0, last[0], v1, many * h, turn / h, first[0])
-    store(updated(measures, lane(sums, rows, at + 2 * n, j), ends), rows, at + 2 * n, j)
+    ends = Piece(Ends(), 0.0, first[0], v0, 0.0, last[0], v1, steps * h, turn / h, first[0])
+    store(updated(measures, lane(sums, rows, offset + 2 * n, j), ends), rows, offset + 2 * n, j)
 
 
 @kernel
@@ -114,13 +114,13 @@ def strobe(y0: Any, rows: Any, at: int, period: int, last: Any, points: Any, end
 
 @kernel
 def march_pairs(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, waiting: Any, settle: int,
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rule: Any, waiting: Any, settle: int,
     periods: int, last: Any, points: Any, ended: Any,
 ) -> None:  # fmt: skip
-    """March a block by pairs of steps; `how` is the scheme and the steps a period (fours). Measure pairs of steps."""
-    scheme, steps = how
+    """March a block by pairs of steps; `rule` is the scheme and the steps a period (fours). Measure pairs of steps."""
+    scheme, steps = rule
     rows, last, points, ended = borrowed((rows, last, points, ended))
-    turn, at, n = 2.0 * math.pi / steps, count(system) + 1, count(y0)
+    turn, offset, n = 2.0 * math.pi / steps, count(system) + 1, count(y0)
     for period in range(settle + periods):
         if period == settle:
             for j in every_lane():
@@ -128,30 +128,30 @@ def march_pairs(
         for i in range(0, steps, 4):
             phase, later = i * turn, (i + 2) * turn
             for j in every_lane():
-                pair(scheme, system, y0, sums, rows, at, at + n, phase, turn, j)
+                pair(scheme, system, y0, sums, rows, offset, offset + n, phase, turn, j)
             if period >= settle:
                 for j in every_lane():
-                    measure(system, y0, measures, sums, rows, at, at + n, phase, turn, j)
+                    measure(system, y0, measures, sums, rows, offset, offset + n, phase, turn, j)
             for j in every_lane():
-                pair(scheme, system, y0, sums, rows, at + n, at, later, turn, j)
+                pair(scheme, system, y0, sums, rows, offset + n, offset, later, turn, j)
             if period >= settle:
                 for j in every_lane():
-                    measure(system, y0, measures, sums, rows, at + n, at, later, turn, j)
+                    measure(system, y0, measures, sums, rows, offset + n, offset, later, turn, j)
         for j in every_lane():
-            strobe(y0, rows, at, period, last, points, ended, j)
+            strobe(y0, rows, offset, period, last, points, ended, j)
     for j in every_lane():
         close(system, y0, measures, sums, rows, turn, 2.0, j)
 
 
 @kernel
 def march_steps(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, waiting: Any, settle: int,
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rule: Any, waiting: Any, settle: int,
     periods: int, last: Any, points: Any, ended: Any,
 ) -> None:  # fmt: skip
-    """March a block step by step; `how` is the scheme and the steps a period. Measure after the first periods."""
-    scheme, steps = how
+    """March a block step by step; `rule` is the scheme and the steps a period. Measure after the first periods."""
+    scheme, steps = rule
     rows, last, points, ended = borrowed((rows, last, points, ended))
-    turn, at = 2.0 * math.pi / steps, count(system) + 1
+    turn, offset = 2.0 * math.pi / steps, count(system) + 1
     for period in range(settle + periods):
         if period == settle:
             for j in every_lane():
@@ -164,6 +164,6 @@ def march_steps(
                 for j in every_lane():
                     measured_step(scheme, system, y0, kind, measures, sums, rows, i * turn, turn, j)
         for j in every_lane():
-            strobe(y0, rows, at, period, last, points, ended, j)
+            strobe(y0, rows, offset, period, last, points, ended, j)
     for j in every_lane():
         close(system, y0, measures, sums, rows, turn, 1.0, j)

@@ -92,23 +92,25 @@ def march(batch: Batch, places: Any, method: Method, steps: int) -> Block:
     full = np.concatenate([places, np.repeat(places[-1:], LANES - n)])
     starts = tuple(measure.start() for measure in batch.measures)
     sums = np.array(leaves(starts), float)
-    at = floats + 1 + 2 * states
-    rows = np.zeros((at + len(sums) + states + 3, LANES))
+    first = floats + 1 + 2 * states
+    rows = np.zeros((first + len(sums) + states + 3, LANES))
     rows[:floats], rows[floats + 1 : floats + 1 + states] = batch.numbers[:, full], batch.y0[:, full]
-    rows[at : at + len(sums)] = sums[:, None]
+    rows[first : first + len(sums)] = sums[:, None]
     periods = batch.settle + batch.periods
     last, ended = np.zeros((KEPT, states, LANES)), np.zeros(LANES)
     points = np.empty((periods if batch.points else 0, states, LANES))
     common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
     stepping, waiting = stepping_of(method), np.zeros(LANES, np.int64)
-    how, rows[floats] = stepping.arguments(batch.omega[full], steps)
+    rule, rows[floats] = stepping.arguments(batch.omega[full], steps)
     with np.errstate(all="ignore"):
         attempts = run(
-            stepping.kernel, *common, how, waiting, batch.settle, batch.periods, last, points, ended
+            stepping.kernel, *common, rule, waiting, batch.settle, batch.periods, last, points, ended
         )  # fmt: skip
     newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
-    reach = rows[at + len(sums) + states, :n]
-    return Block(rows[at : at + len(sums), :n], last[newest, :, :n], points[:, :, :n], ended[:n], reach, attempts or 0)
+    end = first + len(sums)
+    return Block(
+        rows[first:end, :n], last[newest, :, :n], points[:, :, :n], ended[:n], rows[end + states, :n], attempts or 0
+    )
 
 
 LAUNCHED = 2**20  # lanes of a launch, at most
@@ -136,23 +138,23 @@ def machine_of(device: str, threads: int) -> Machine:
 
 
 @kernel
-def begin(system: Any, y0: Any, sums: Any, inputs: Any, rows: Any) -> None:
+def begin(system: Any, y0: Any, sums: Any, inputs: Floats, rows: Any) -> None:
     """Fetch the numbers, steps and states of a thread's lanes.
 
     The rows are those of `lanes` (or `adaptive_lanes`), then the periods ended and what the adaptive steps wait for.
     """
-    at, n = count(system) + 1, count(y0)
+    offset, n = count(system) + 1, count(y0)
     for j in every_lane():
         store(lane(system, inputs, 0, j), rows, 0, j)
-        store(load(inputs, at - 1, j), rows, at - 1, j)
-        store(lane(y0, inputs, at, j), rows, at, j)
-        store(sums, rows, at + 2 * n, j)
-        store(0.0, rows, at + 3 * n + count(sums), j)
-        store(0.0, rows, at + 3 * n + count(sums) + 3, j)
+        store(load(inputs, offset - 1, j), rows, offset - 1, j)
+        store(lane(y0, inputs, offset, j), rows, offset, j)
+        store(sums, rows, offset + 2 * n, j)
+        store(0.0, rows, offset + 3 * n + count(sums), j)
+        store(0.0, rows, offset + 3 * n + count(sums) + 3, j)
 
 
 @kernel
-def finish(system: Any, y0: Any, sums: Any, rows: Any, outputs: Any) -> None:
+def finish(system: Any, y0: Any, sums: Any, rows: Any, outputs: Floats) -> None:
     """Hand over the sums of the measures, the largest |x| and the periods ended of a thread's lanes."""
     at, n = count(system) + 1, count(y0)
     for j in every_lane():
@@ -161,7 +163,7 @@ def finish(system: Any, y0: Any, sums: Any, rows: Any, outputs: Any) -> None:
         store(load(rows, at + 3 * n + count(sums) + 3, j), outputs, count(sums) + 1, j)
 
 
-def placed(march: Any) -> Any:
+def placed(march: Callable[..., Any]) -> Any:
     """The march with the periods ended, and what adaptive steps wait for, in rows of the block."""
 
     def march_block(
@@ -195,25 +197,25 @@ def march_on_gpu(batch: Batch, places: Any, method: Method, steps: int) -> Block
     sums = len(leaves(starts))
     rows = floats + 1 + 3 * states + sums + 5
     stepping = stepping_of(method)
-    own = stepping.of_thread if rows <= FEW_ROWS else 1
+    per_thread = stepping.of_thread if rows <= FEW_ROWS else 1
     n = len(places)
-    threads = min(cuda.THREADS, -(-n // own))
-    blocks = -(-n // (own * threads))
-    full = np.concatenate([places, np.repeat(places[-1:], blocks * threads * own - n)])
-    how, times = stepping.arguments(batch.omega[full], steps)
+    threads = min(cuda.THREADS, -(-n // per_thread))
+    blocks = -(-n // (per_thread * threads))
+    full = np.concatenate([places, np.repeat(places[-1:], blocks * threads * per_thread - n)])
+    rule, times = stepping.arguments(batch.omega[full], steps)
     device = cuda.load()
-    cuda.expose_methods((batch.template, batch.kind, batch.measures, how))
+    cuda.expose_methods((batch.template, batch.kind, batch.measures, rule))
     start = np.concatenate([batch.numbers[:, full], times[None], batch.y0[:, full]])
     shapes = (sums + 2, len(full)), (KEPT, states, len(full)), (periods if batch.points else 1, states, len(full))
     with memory_told(n):
         inputs = device.to_device(start)
-        outputs, last, points = (device.device_array(shape) for shape in shapes)
+        outputs, last, points = map(device.device_array, shapes)
         arguments = (
-            batch.template, (0.0,) * states, batch.kind, batch.measures, starts, how, batch.settle, batch.periods,
+            batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rule, batch.settle, batch.periods,
             inputs, outputs, last, points if batch.points else points[:0],
         )  # fmt: skip
-        cuda.launch((begin, stepping.kernel, placed, finish), rows, own, (blocks, threads), arguments)
+        cuda.launch((begin, stepping.kernel, placed, finish), rows, per_thread, (blocks, threads), arguments)
     newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
-    found, kept = outputs.copy_to_host()[:, :n], last.copy_to_host()[newest, :, :n]
+    values, finals = outputs.copy_to_host()[:, :n], last.copy_to_host()[newest, :, :n]
     strobes = points.copy_to_host()[:, :, :n] if batch.points else np.empty((0, states, n))
-    return Block(found[:sums], kept, strobes, found[sums + 1], found[sums])
+    return Block(values[:sums], finals, strobes, values[sums + 1], values[sums])

@@ -87,26 +87,26 @@ def spans(periods: Any, settle: Any) -> tuple[int, int]:
 
 def what_and_how(system: Any, measures: Any, method: Any) -> tuple[tuple[Any, ...], Method]:
     """Return the measures that are accumulated, and the method, whose steps resolve them."""
-    kept, chosen = summed_measures(measures), method_of(system, method)
+    accumulated, chosen = summed_measures(measures), method_of(system, method)
     k, orders = max(map(order_of, measures)), orders_of(system)
     most, remedy = stepping_of(chosen).resolved(k, orders)
     if k > most:  # it would be the amplitude of another order
         name = next(type(m).__name__ for m in measures if order_of(m) == k)
         raise ValueError(f"{name}({k}) is of an order that the steps of {chosen} do not resolve; take {remedy}")
-    return kept, chosen
+    return accumulated, chosen
 
 
 def lanes_of(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], Floats, int]:
     """Return the values that vary by path, the states (states, lanes) and the number of lanes."""
     if not isinstance(parameters, dict):
         raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every lane")
-    known = {p.path: p.value for p in parameters_of(system)}
+    values_of = {p.path: p.value for p in parameters_of(system)}
     varied = {}
     for path, values in parameters.items():
-        if path not in known:
+        if path not in values_of:
             name = type(system).__name__
-            raise ValueError(f"{name} has no parameter {shown(path)}; it has {', '.join(known)}")
-        if not isinstance(known[path], float):
+            raise ValueError(f"{name} has no parameter {shown(path)}; it has {', '.join(values_of)}")
+        if not isinstance(values_of[path], float):
             raise ValueError(
                 f"{path} is a whole number, which all lanes share; make one ensemble for each of its values"
             )
@@ -120,8 +120,8 @@ def lanes_of(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], 
     lanes = lengths.pop() if lengths else 1
     varied = {path: np.full(lanes, v[0]) if len(v) == 1 else v for path, v in varied.items()}
     if len(states) != len(names := names_of(system) or states):
-        said = f"{type(system).__name__} has {len(names)}: {', '.join(map(str, names))}"
-        raise ValueError(f"y0 has {len(states)} states; {said}; give each one")
+        text = f"{type(system).__name__} has {len(names)}: {', '.join(map(str, names))}"
+        raise ValueError(f"y0 has {len(states)} states; {text}; give each one")
     check_lanes(system, varied)
     omega = varied.get("omega", np.full(lanes, float(omega_of(system))))
     if not (omega > 0.0).all():

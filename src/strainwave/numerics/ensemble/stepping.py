@@ -83,18 +83,18 @@ def begin(
 
     The measures see the state with which they begin.
     """
-    at, n = count(system), count(y0)
-    place = at + 1 + 2 * n + count(sums)
-    y = lane(y0, rows, at + 1, j)
+    base, n = count(system), count(y0)
+    place = base + 1 + 2 * n + count(sums)
+    y = lane(y0, rows, base + 1, j)
     store(select(y[0] == y[0], 0.0, TURN), rows, place, j)
     if period == 0:
-        store(lane(system, rows, 0, j).rhs(0.0, y), rows, at + 1 + n, j)
-        store(FIRST + 0.0 * load(rows, at, j), rows, place + 1, j)
-        store(-13.0 + 0.0 * load(rows, at, j), rows, place + 2, j)
-        store(most + 0.0 * load(rows, at, j), rows, place + 3, j)
+        store(lane(system, rows, 0, j).rhs(0.0, y), rows, base + 1 + n, j)
+        store(FIRST + 0.0 * load(rows, base, j), rows, place + 1, j)
+        store(-13.0 + 0.0 * load(rows, base, j), rows, place + 2, j)
+        store(most + 0.0 * load(rows, base, j), rows, place + 3, j)
     if period == settle:
         first = Piece(Whole(), 0.0, y[0], 0.0, 0.0, y[0], 0.0, 0.0, 1.0, y[0])
-        store(updated(measures, lane(sums, rows, at + 1 + 2 * n, j), first), rows, at + 1 + 2 * n, j)
+        store(updated(measures, lane(sums, rows, base + 1 + 2 * n, j), first), rows, base + 1 + 2 * n, j)
 
 
 @kernel
@@ -103,10 +103,10 @@ def attempt(
     measuring: float, waiting: Any, j: Any,
 ) -> None:  # fmt: skip
     """Attempt one step of lane j; a lane at the end of its period takes a step of no length."""
-    at, n = count(system), count(y0)
-    place, order, part = at + 1 + 2 * n + count(sums), scheme.error_order(), 1.0 / scheme.error_order()
-    s, per_omega = lane(system, rows, 0, j), load(rows, at, j)
-    y, k, before = lane(y0, rows, at + 1, j), lane(y0, rows, at + 1 + n, j), lane(sums, rows, at + 1 + 2 * n, j)
+    base, n = count(system), count(y0)
+    place, order, part = base + 1 + 2 * n + count(sums), scheme.error_order(), 1.0 / scheme.error_order()
+    s, per_omega = lane(system, rows, 0, j), load(rows, base, j)
+    y, k, before = lane(y0, rows, base + 1, j), lane(y0, rows, base + 1 + n, j), lane(sums, rows, base + 1 + 2 * n, j)
     phase, step, past = load(rows, place, j), load(rows, place + 1, j), load(rows, place + 2, j)
     left = TURN - phase
     q = smaller(step, left)
@@ -117,8 +117,8 @@ def attempt(
         scaled = error[i] * about_one_over(atol + rtol * larger(abs(y[i]), abs(y1[i])))
         e = e + scaled * scaled / n
     good, moving = e <= 1.0, left > 0.0
-    now = 0.5 * about_log2(larger(e, 1e-20))
-    grown, shrunk = SAFETY + 0.2 / order * past - 0.85 * part * now, select(e > 1.0, SAFETY - part * now, -3.3)
+    size = 0.5 * about_log2(larger(e, 1e-20))
+    grown, shrunk = SAFETY + 0.2 / order * past - 0.85 * part * size, select(e > 1.0, SAFETY - part * size, -3.3)
     power = select(good, grown, shrunk)  # shrunk also where the error is no number
     next_step = q * about_two_to(smaller(larger(power, select(e == e, -2.3, -3.3)), 3.3))
     after = smaller(select(good, larger(next_step, select(left > step, 0.0, step)), next_step), MOST)
@@ -129,14 +129,14 @@ def attempt(
     tries = load(rows, place + 3, j) - select(moving, 1.0, 0.0)
     lost = select(smaller(after - LEAST, tries + 1.0) > 0.0, 0.0, select(moving, 1.0, 0.0))
     new_phase = select(lost > 0.0, TURN, select(go > 0.0, end, phase))
-    store(kept(go > 0.0, y1, y), rows, at + 1, j)
-    store(kept(go > 0.0, k1, k), rows, at + 1 + n, j)
-    store(kept(go * measuring > 0.0, sums1, before), rows, at + 1 + 2 * n, j)
+    store(kept(go > 0.0, y1, y), rows, base + 1, j)
+    store(kept(go > 0.0, k1, k), rows, base + 1 + n, j)
+    store(kept(go * measuring > 0.0, sums1, before), rows, base + 1 + 2 * n, j)
     store(new_phase, rows, place, j)
     store(select(moving, after, step), rows, place + 1, j)
-    store(select(go > 0.0, larger(now, -13.0), past), rows, place + 2, j)
+    store(select(go > 0.0, larger(size, -13.0), past), rows, place + 2, j)
     store(tries, rows, place + 3, j)
-    store(select(lost > 0.0, math.nan, load(rows, at + 1, j)), rows, at + 1, j)
+    store(select(lost > 0.0, math.nan, load(rows, base + 1, j)), rows, base + 1, j)
     waiting[j] = select(new_phase < TURN, 1, 0)
 
 
@@ -149,24 +149,24 @@ def judge(system: Any, y0: Any, sums: Any, rows: Any, ended: Any, j: Any) -> Non
 
 @kernel
 def march_adaptive(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, waiting: Any, settle: int,
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rule: Any, waiting: Any, settle: int,
     periods: int, last: Any, points: Any, ended: Any,
 ) -> int:  # fmt: skip
-    """March a block through its periods; `how` is scheme, tolerances and steps at most. Returns the attempts made."""
-    scheme, rtol, atol, most = how
+    """March a block through its periods; `rule` is scheme, tolerances and steps at most. Returns the attempts made."""
+    scheme, rtol, atol, most = rule
     rows, waiting, last, points, ended = borrowed((rows, waiting, last, points, ended))
-    at, attempts = count(system) + 1, 0
+    base, attempts = count(system) + 1, 0
     for period in range(settle + periods):
         for j in every_lane():
             begin(system, y0, measures, sums, rows, most, period, settle, j)
-        measuring, way = (1.0 if period >= settle else 0.0), 1
-        while way > 0:
+        measuring, running = (1.0 if period >= settle else 0.0), 1
+        while running > 0:
             for j in every_lane():
                 attempt(scheme, system, y0, kind, measures, sums, rows, rtol, atol, measuring, waiting, j)
             attempts += 1
-            way = total(waiting)
+            running = total(waiting)
         for j in every_lane():
-            strobe(y0, rows, at, period, last, points, ended, j)
+            strobe(y0, rows, base, period, last, points, ended, j)
     for j in every_lane():
         judge(system, y0, sums, rows, ended, j)
     return attempts
@@ -289,7 +289,7 @@ def fastest_rates(system: Any, reach: Floats) -> Floats:
     with np.errstate(all="ignore"):
         x = PLACES[:, None] * reach[None, :]
         rows = system.jacobian(0.0, (x, np.zeros_like(x)))
-        stiffness, damping = (-np.broadcast_to(np.asarray(entry, float), x.shape) for entry in rows[1])
+        stiffness, damping = [-np.broadcast_to(np.asarray(entry, float), x.shape) for entry in rows[1]]
         half = 0.5 * np.abs(damping)
         fast = np.where(half * half > stiffness, half + np.sqrt(np.abs(half * half - stiffness)), np.sqrt(stiffness))
     return np.asarray(np.max(np.where(np.isfinite(fast), fast, 0.0), axis=0))

@@ -126,8 +126,8 @@ def steps_by_address(scheme: Any, system: Any, states: int) -> ByAddress:
 
 
 def _attempt(
-    pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, y: Any, rate: Any, y1: Any, k1: Any, error: Any,
-    dense: Any,
+    pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, y: Any, rate: Any, y1: Any, k1: Any,
+    error: Any, dense: Any,
 ) -> Any:  # fmt: skip
     scheme, system = at(pair)
     begin = at(y)
@@ -139,7 +139,7 @@ def _attempt(
     return _outcome(begin, end, missed, rtol, atol)
 
 
-def _step(pair: Any, phase: Any, turn: Any, h: Any, y: Any, y1: Any, k1: Any) -> Any:
+def _step(pair: Any, phase: float, turn: float, h: float, y: Any, y1: Any, k1: Any) -> Any:
     scheme, system = at(pair)
     end = scheme.step(system, phase, turn, at(y), h)
     rate = system.rhs(phase + turn, end)
@@ -159,7 +159,7 @@ def _sound(y: Any, rate: Any) -> float:
     return 1.0 if bounded(y, BOUND) and bounded(rate, math.inf) else 0.0
 
 
-def _attempt_loops(pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, w: Any) -> Any:
+def _attempt_loops(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Any) -> Any:
     ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
     return value(pair.step_at, pair.words, (phase, turn, h, rtol, atol, *ends, row(w, ERROR), row(w, DENSE)))
 
@@ -175,7 +175,7 @@ def attempt(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: f
     return _outcome(y, w[Y1], w[ERROR], rtol, atol)
 
 
-def _step_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any) -> Any:
+def _step_loops(pair: Any, phase: float, turn: float, h: float, w: Any) -> Any:
     return value(pair.step_at, pair.words, (phase, turn, h, row(w, Y), row(w, Y1), row(w, K1)))
 
 
@@ -188,13 +188,13 @@ def step(pair: Any, phase: float, turn: float, h: float, w: Floats) -> float:
     return _sound(y, rate)
 
 
-def _torsion_inside(system: Any, phase: Any, s: Any, h: Any, y: Any, k: Any, y1: Any, k1: Any, dense: Any) -> Any:
+def _torsion_inside(system: Any, phase: float, s: float, h: float, y: Any, k: Any, y1: Any, k1: Any, dense: Any) -> Any:
     a, system = dense_weights(s, h), at(system)
     begin, end = axpy(times(a[0], at(y)), a[1], at(k)), axpy(times(a[2], at(y1)), a[3], at(k1))
     return 1.0 * torsion_of(system, phase, axpy(axpy(begin, 1.0, end), a[4], at(dense)))
 
 
-def _inside_loops(pair: Any, phase: Any, s: Any, h: Any, w: Any) -> Any:
+def _inside_loops(pair: Any, phase: float, s: float, h: float, w: Any) -> Any:
     ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
     return value(pair.inside_at, pair.system, (phase, s, h, *ends, row(w, DENSE)))
 
@@ -213,18 +213,18 @@ TINY = 1e-200  # products of rates below it count as rest
 
 @routine
 def widen(
-    system: Any, omega: float, most: Any, seen: Any, w: Any, t: float, place: int, t1: float, place1: int
+    system: Any, omega: float, most: Any, watch: Any, w: Any, t: float, place: int, t1: float, place1: int
 ) -> None:
     """Raise `most` to the largest |value| after t until t1, from the states in two rows.
 
-    The rows of `seen` are for what is watched, with its rates, at both.
+    The rows of `watch` are for what is watched, with its rates, at both.
     """
     raise_to(most, 0, t1 - t, w, place, place1)
-    if length(seen) > 0 and t1 > t:
+    if length(watch) > 0 and t1 > t:
         d = inside(omega, t1 - t)
-        see(system, omega, t, w, place, d, seen, 0)
-        see(system, omega, t1, w, place1, -d, seen, 2)
-        raise_to(most, length(w), t1 - t, seen, 0, 2)
+        see(system, omega, t, w, place, d, watch, 0)
+        see(system, omega, t1, w, place1, -d, watch, 2)
+        raise_to(most, length(w), t1 - t, watch, 0, 2)
 
 
 @kernel
@@ -234,13 +234,13 @@ def inside(omega: float, length: Any) -> Any:
 
 
 @routine
-def see(system: Any, omega: float, t: float, w: Any, place: int, d: float, seen: Any, to: int) -> None:
+def see(system: Any, omega: float, t: float, w: Any, place: int, d: float, watch: Any, first: int) -> None:
     """Write what is watched at a state to a row, and by a difference of d [s] its rates to the next."""
-    x, v = row(seen, to), row(seen, to + 1)
+    x, v = row(watch, first), row(watch, first + 1)
     shift(w, place, d)
     watched(system, omega * t, row(w, place), x)
     watched(system, omega * (t + d), row(w, SHIFTED), v)
-    for i in range(length(seen)):
+    for i in range(length(watch)):
         v[i] = (v[i] - x[i]) / d
 
 

@@ -52,15 +52,15 @@ def stretches(system: Any, omega: float, start: float, end: float) -> list[tuple
     margin = NEXT * float(np.spacing(max(abs(start), abs(end))))
     times = np.sort(corners / omega)
     times = times[(times > start - margin) & (times < end + margin)]
-    found: list[tuple[float, float]] = []
+    spans: list[tuple[float, float]] = []
     begin = start
     for time in times.tolist():
         if time - margin > begin + 2.0 * margin:
-            found.append((begin, time - margin))
+            spans.append((begin, time - margin))
         begin = max(begin, time + margin)
     if end > begin + 2.0 * margin:
-        found.append((begin, end))
-    return found
+        spans.append((begin, end))
+    return spans
 
 
 def across(system: Any, omega: float, t: float, y: Any, begin: float) -> tuple[float, Any, Any]:

@@ -75,16 +75,16 @@ def torsion_rate(system: Any, omega: float, t: float, w: Any, place: int) -> flo
 def first_switch(pair: Any, omega: float, t: float, h: float, w: Any, kinks: Any) -> Any:
     """First fraction of the step at which the torsion changes side of a breakpoint, and that breakpoint (-1: none)."""
     breakpoints, sides = row(kinks, 0), row(kinks, 1)
-    low, below, above = 0.0, -math.inf, math.inf  # the torsion is between two breakpoints
+    low, lower, upper = 0.0, -math.inf, math.inf  # the torsion is between two breakpoints
     for j in range(length(kinks)):
         if sides[j] > 0.0:
-            below = max(below, breakpoints[j])
+            lower = max(lower, breakpoints[j])
         else:
-            above = min(above, breakpoints[j])
+            upper = min(upper, breakpoints[j])
     for i in range(1, SCAN + 1):
-        high, best, at = i / SCAN, 2.0, -1
+        high, best, index = i / SCAN, 2.0, -1
         u = torsion_inside(pair, omega * (t + high * h), high, h, w)
-        if u < below or u > above:
+        if u < lower or u > upper:
             for j in range(length(kinks)):
                 if (u - breakpoints[j]) * sides[j] < 0.0:
                     a, b = low, high
@@ -96,8 +96,8 @@ def first_switch(pair: Any, omega: float, t: float, h: float, w: Any, kinks: Any
                         else:
                             a = s
                     if b < best:
-                        best, at = b, j
-            return best, at
+                        best, index = b, j
+            return best, index
         low = high
     return 2.0, -1
 
@@ -139,20 +139,20 @@ def calm_step(stable: float, system: Any, omega: float, t: float, w: Any, place:
     eigenvalue of the Jacobian by power iteration, two rounds together because those of a vibration are a pair.
     """
     n, y, k, near_y, change = length(w), row(w, place), row(w, place + 1), row(w, SHIFTED), row(w, CHANGE)
-    near = NEAR * (1.0 + largest(n, y))
+    distance = NEAR * (1.0 + largest(n, y))
     grown, before, size = 0.0, 0.0, 1.0
     for i in range(n):
         change[i] = 1.0
     for _ in range(min(ROUNDS, ROUNDS * n)):  # of a number that it knows the compiler would write out every round
         for i in range(n):
-            near_y[i] = y[i] + near / size * change[i]
+            near_y[i] = y[i] + distance / size * change[i]
         rates(system, omega * t, near_y, change)
         for i in range(n):
             change[i] -= k[i]
         size = largest(n, change)
         if not 0.0 < size < math.inf:
             return span / IDLE
-        before, grown = grown, size / near
+        before, grown = grown, size / distance
     rate = math.sqrt(grown * before)
     return stable / rate if rate * span > stable else span / IDLE
 
@@ -162,15 +162,8 @@ def undisturbed(
     looks: Any, system: Any, omega: float, t: float, h: float, w: Any, rtol: float, atol: float
 ) -> bool:  # fmt: skip
     """Whether the system follows the interpolant of a step between its stages too: at the fractions `looks`."""
-    n, y, k, y1, k1, dense, missed = (
-        length(w),
-        row(w, Y),
-        row(w, K),
-        row(w, Y1),
-        row(w, K1),
-        row(w, DENSE),
-        row(w, RATE),
-    )
+    n, dense, missed = length(w), row(w, DENSE), row(w, RATE)
+    y, k, y1, k1 = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
     for j in range(length(looks)):
         s = row(looks, 0)[j]
         look(w, s, h)
@@ -210,15 +203,15 @@ def store(table: Any, place: int, t: float, w: Any, start: int) -> None:
 @routine
 def calmed(
     stable: float, system: Any, omega: float, t: float, w: Any, span: float, h: float, h_next: float, calm: float,
-    known: float,
+    calm_to: float,
 ) -> Any:  # fmt: skip
     """Step after one of h, no longer than a calm one where nothing limits it, and what is known of that."""
-    if h_next > known:
+    if h_next > calm_to:
         calm = calm_step(stable, system, omega, t, w, Y1, span)
-        known = max(calm, 2.0 * h_next)
+        calm_to = max(calm, 2.0 * h_next)
     if h_next > 2.0 * h:
         h_next = max(h, min(h_next, calm))
-    return h_next, calm, known
+    return h_next, calm, calm_to
 
 
 @kernel
@@ -231,58 +224,58 @@ def shortened(h: float, e: float, power: float) -> float:
 
 @routine
 def store_inside(
-    system: Any, omega: float, t: float, h: float, t1: float, w: Any, samples: Any, filled: int, most: Any, seen: Any,
+    system: Any, omega: float, t: float, h: float, t1: float, w: Any, samples: Any, filled: int, most: Any, watch: Any,
     table: Any,
 ) -> int:  # fmt: skip
     """Write the samples inside a step, each with the largest values since the one before; how many there are then."""
     t0, before = t, Y
     while filled < length(samples) and row(samples, 0)[filled] <= t1:
-        here = row(samples, 0)[filled]
-        look(w, (here - t) / h, h)
-        rates(system, omega * here, row(w, INSIDE), row(w, RATE))
-        widen(system, omega, most, seen, w, t0, before, here, INSIDE)
-        store(table, filled, here, w, INSIDE)
+        time = row(samples, 0)[filled]
+        look(w, (time - t) / h, h)
+        rates(system, omega * time, row(w, INSIDE), row(w, RATE))
+        widen(system, omega, most, watch, w, t0, before, time, INSIDE)
+        store(table, filled, time, w, INSIDE)
         put(most, table, 1 + 2 * length(w), filled)
         move(w, INSIDE, w, BEFORE)
-        t0, before = here, BEFORE
+        t0, before = time, BEFORE
         filled += 1
-    widen(system, omega, most, seen, w, t0, before, t1, Y1)
+    widen(system, omega, most, watch, w, t0, before, t1, Y1)
     return filled
 
 
 @kernel
 def adaptive(
     pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float,
-    h: float, longest: float, span: float, rtol: float, atol: float, kinks: Any, at: int, samples: Any, filled: int,
-    budget: int, most: Any, seen: Any, table: Any,
+    h: float, longest: float, span: float, rtol: float, atol: float, kinks: Any, kink: int, samples: Any, filled: int,
+    budget: int, most: Any, watch: Any, table: Any,
 ) -> Any:  # fmt: skip
     """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them.
 
     The state is in the workspace. No step is longer than `longest`. `span` is the length of the whole integration.
     """
     w, look_at, kinks_at, samples_at = rows(workspace), rows(looks), rows(kinks), rows(samples)
-    most_at, seen_at, table_at = rows(most), rows(seen), rows(table)
-    power, every, kinked = 1.0 / order, length(samples_at) == 0, length(kinks_at) > 0
+    most_at, seen_at, table_at = rows(most), rows(watch), rows(table)
+    power, recording, kinked = 1.0 / order, length(samples_at) == 0, length(kinks_at) > 0
     rates(system, omega * t, row(w, Y), row(w, K))
     if kinked:
-        set_sides(system, omega, t, w, kinks_at, at)
+        set_sides(system, omega, t, w, kinks_at, kink)
     status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
-    calm = known = calm_step(stable, system, omega, t, w, Y, span)
+    calm = calm_to = calm_step(stable, system, omega, t, w, Y, span)
     between = True  # look between the stages of this step too
     if h <= 0.0:
         h = min(first_step(order, system, omega, t, w, rtol, atol), calm)
     while status == PAUSED and steps + rejected < budget:
-        h = wanted = min(h, longest)
+        h = target = min(h, longest)
         last = t + 1.0000001 * h >= t_end
         if last:
             h = t_end - t
         square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
-        tried, at = h, -1
+        tried, kink = h, -1
         if kinked and square >= 0.0:
-            s, at = first_switch(pair, omega, t, h, w, kinks_at)
-            if at >= 0:
-                there, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, row(kinks_at, 0)[at], t_end)
-                last, at = False, at if there else -1
+            s, kink = first_switch(pair, omega, t, h, w, kinks_at)
+            if kink >= 0:
+                met, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, row(kinks_at, 0)[kink], t_end)
+                last, kink = False, kink if met else -1
         good = 0.0 <= square <= 1.0
         if not good or (between and not undisturbed(look_at, system, omega, t, h, w, rtol, atol)):
             rejected += 1
@@ -295,15 +288,15 @@ def adaptive(
         h_next = h * min(10.0, max(0.2, 0.9 * math.exp(0.2 / order * old - 0.85 * power * log_e)))
         old = max(log_e, LEAST)
         t1 = t_end if last else t + h
-        if at >= 0:
+        if kink >= 0:
             switches += 1
             h_next = tried
-        elif h_next > known or h_next > 2.0 * h:
-            h_next, calm, known = calmed(stable, system, omega, t1, w, span, h, h_next, calm, known)
-        known, between = min(known, FAR * tried), h_next > STAGES * calm
+        elif h_next > calm_to or h_next > 2.0 * h:
+            h_next, calm, calm_to = calmed(stable, system, omega, t1, w, span, h, h_next, calm, calm_to)
+        calm_to, between = min(calm_to, FAR * tried), h_next > STAGES * calm
         if last:
-            h_next = max(h_next, wanted)
-        if not every:
+            h_next = max(h_next, target)
+        if not recording:
             filled = store_inside(system, omega, t, h, t1, w, samples_at, filled, most_at, seen_at, table_at)
         elif t1 > t:
             store(table_at, filled, t1, w, Y1)
@@ -313,39 +306,39 @@ def adaptive(
         if t >= t_end:
             status = DONE
         elif kinked:
-            set_sides(system, omega, t, w, kinks_at, at)
+            set_sides(system, omega, t, w, kinks_at, kink)
     move(w, Y, rows(workspace), Y)
-    return t, h, at, filled, status, steps, rejected, switches
+    return t, h, kink, filled, status, steps, rejected, switches
 
 
 @kernel
 def fixed(
     pair: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float, h: float, samples: Any, filled: int,
-    budget: int, most: Any, seen: Any, table: Any,
+    budget: int, most: Any, watch: Any, table: Any,
 ) -> Any:  # fmt: skip
     """Integrate from sample to sample until t_end, in at most `budget` steps, with equal steps no longer than h.
 
     The state is in the workspace. The largest values between samples are noted where `most` has places for them.
     """
-    w, samples_at, most_at, seen_at, table_at = rows(workspace), rows(samples), rows(most), rows(seen), rows(table)
+    w, samples_at, most_at, seen_at, table_at = rows(workspace), rows(samples), rows(most), rows(watch), rows(table)
     status, steps, sound = PAUSED, 0, 1.0
     rates(system, omega * t, row(w, Y), row(w, K))
     while status == PAUSED and steps < budget:
         goal = min(row(samples_at, 0)[filled], t_end) if filled < length(samples_at) else t_end
         n = max(1, math.ceil((goal - t) / h * (1.0 - 1e-12)))
         size = (goal - t) / n
-        now = min(n, budget - steps)
-        for i in range(now):
+        count = min(n, budget - steps)
+        for i in range(count):
             t0 = t + i * size
             sound = step(pair, omega * t0, omega * size, size, w)
             if length(most_at) > 0:
                 widen(system, omega, most_at, seen_at, w, t0, Y, goal if i + 1 == n else t + (i + 1) * size, Y1)
             w = turned(w)
-        steps += now
-        t = goal if now == n else t + now * size
+        steps += count
+        t = goal if count == n else t + count * size
         if sound == 0.0:
             status = DIVERGED
-        elif now == n:
+        elif count == n:
             if filled < length(samples_at) and goal == row(samples_at, 0)[filled]:
                 store(table_at, filled, t, w, Y)
                 put(most_at, table_at, 1 + 2 * length(w), filled)

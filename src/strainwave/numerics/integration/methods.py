@@ -102,9 +102,8 @@ class Record:
         if self.filled < self.table.shape[1] or self.full:
             self.table = np.concatenate([*self.full, self.table[:, : self.filled]], axis=1)
         n = self.states
-        times, y, rate, most = (
-            self.table[i] for i in (0, slice(1, 1 + n), slice(1 + n, 1 + 2 * n), slice(1 + 2 * n, None))
-        )
+        times, most = self.table[0], self.table[1 + 2 * n :]
+        y, rate = self.table[1 : 1 + n], self.table[1 + n : 1 + 2 * n]
         if self.sampled:
             times[:] = self.times[: self.filled]
         message = status.value
@@ -180,7 +179,7 @@ class AdaptiveStep:
         kinks = np.array([breakpoints, [1.0] * len(breakpoints)])
         longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
         limits = longest, span, float(self.rtol), float(self.atol)
-        t, h, at, w = spans[0][0], 0.0, -1, workspace(y)
+        t, h, kink, w = spans[0][0], 0.0, -1, workspace(y)
         scheme = attempts_by_address(self.scheme, system, len(y), len(breakpoints) > 0)
         constants = self.scheme.error_order(), float(self.scheme.stable()), np.array([self.scheme.looks()], float)
         by_address = system_by_address(system, len(y), torsion=len(breakpoints) > 0)
@@ -193,8 +192,8 @@ class AdaptiveStep:
                 status = PAUSED
                 while status == PAUSED and steps + rejected < self.max_steps:
                     budget = record.room(min(BUDGET, self.max_steps - steps - rejected))
-                    t, h, at, filled, status, new, bad, crossed = run(
-                        adaptive, scheme, *constants, by_address, omega, t, w, end, h, *limits, kinks, at,
+                    t, h, kink, filled, status, new, bad, crossed = run(
+                        adaptive, scheme, *constants, by_address, omega, t, w, end, h, *limits, kinks, kink,
                         record.samples, record.filled, budget, *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)

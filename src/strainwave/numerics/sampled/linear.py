@@ -145,11 +145,11 @@ def loop_response(
     C = _slopes(lambda d: error(base + d), n)
     z = np.exp(1j * grid * quiet.period())
     inside = np.linalg.solve(z[:, None, None] * np.eye(n) - A + 0.0j, np.broadcast_to(B + 0.0j, (len(z), n, 2)))
-    found = np.einsum("i,kij->kj", C, inside)
-    return LoopResponse(grid, found[:, 0], found[:, 1], np.linalg.eigvals(A).astype(complex), quiet.period())
+    response = np.einsum("i,kij->kj", C, inside)
+    return LoopResponse(grid, response[:, 0], response[:, 1], np.linalg.eigvals(A).astype(complex), quiet.period())
 
 
-def _slopes(function: Any, size: int) -> Any:
+def _slopes(function: Callable[..., Any], size: int) -> Any:
     """Slopes (..., size) of a function of so many differences, at 0."""
     each = STEP * np.eye(size)
     return np.stack([(function(d) - function(-d)) / (2.0 * STEP) for d in each], axis=-1)
@@ -183,22 +183,22 @@ def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, fl
     y, memory = after(quiet, tuple(y0.tolist()), quiet.start(), 0.0, 0.0, steps)
     base = np.array([*y, *leaves(memory[:-COUNTS])], float)
 
-    def one(d: Floats, time: float) -> Floats:
+    def single(d: Floats, time: float) -> Floats:
         y, held = after(quiet, *_parted(base + d, states, memory), 0.0, 0.0, steps, time)
         return np.array([*y, *leaves(held[:-COUNTS])], float)
 
-    def many(d: Floats) -> Floats:
-        seen = np.empty((states, 1)), np.empty((4, 1))
-        y, held = marched(quiet, *_parted(base + d, states, memory), samples, steps, *seen, every=samples)
+    def whole_turn(d: Floats) -> Floats:
+        buffers = np.empty((states, 1)), np.empty((4, 1))
+        y, held = marched(quiet, *_parted(base + d, states, memory), samples, steps, *buffers, stride=samples)
         return np.array([*y, *leaves(held[:-COUNTS])], float)
 
     period, samples, n = quiet.period(), 1, len(base)
-    found, later = (_slopes(lambda d, at=at: one(d, at), n) for at in (0.0, ELSEWHERE * turn))
-    if np.max(np.abs(found - later)) > SAME * np.max(np.abs(found)):
+    slopes, later = _slopes(lambda d: single(d, 0.0), n), _slopes(lambda d: single(d, ELSEWHERE * turn), n)
+    if np.max(np.abs(slopes - later)) > SAME * np.max(np.abs(slopes)):
         samples = round(np.ceil(LEAST * period / turn) * turn / period)
-        found = _slopes(many, n)
-    kept = np.any(np.abs(found - np.eye(n)) > SAME, axis=1)
-    return np.linalg.eigvals(found[kept][:, kept]).astype(complex), samples * period
+        slopes = _slopes(whole_turn, n)
+    moving = np.any(np.abs(slopes - np.eye(n)) > SAME, axis=1)
+    return np.linalg.eigvals(slopes[moving][:, moving]).astype(complex), samples * period
 
 
 def after(loop: Any, y: Any, memory: Any, torque: float, angle: float, steps: int, time: float = 0.0) -> Any:

@@ -191,23 +191,23 @@ def run_loop(
     """
     loop, y, steps = _ready(loop, y0, steps)
     samples, every = _samples(loop, duration), positive_count("every", every)
-    kept = -(-samples // every)
-    states, seen = np.full((len(y), kept), np.nan), np.full((4, kept), np.nan)
-    _, memory = marched(loop, y, loop.start(), samples, steps, states, seen, unit=unit, every=every)
-    t, torque, error, gear_torque = seen
+    columns = -(-samples // every)
+    states, traces = np.full((len(y), columns), np.nan), np.full((4, columns), np.nan)
+    _, memory = marched(loop, y, loop.start(), samples, steps, states, traces, unit=unit, stride=every)
+    t, torque, error, gear_torque = traces
     return LoopRun(t, error, torque, gear_torque, states, mapped(float, memory), steps)
 
 
 def marched(
-    loop: Any, y: Any, memory: Any, samples: int, steps: int, states: Floats, seen: Floats, *, unit: int = 0,
-    every: int = 1,
+    loop: Any, y: Any, memory: Any, samples: int, steps: int, states: Floats, traces: Floats, *, unit: int = 0,
+    stride: int = 1,
 ) -> Any:  # fmt: skip
-    """State and memory of one loop so many samples after a state and a memory; `states` and `seen` are filled."""
+    """State and memory of one loop so many samples after a state and a memory; `states` and `traces` are filled."""
     first = leaves((loop, y, memory))
     rows = np.empty((len(first), LANES))
     rows[:, 0] = first
     with np.errstate(all="ignore"):
-        return run(march, loop, y, memory, rows, unit, 1, samples, every, steps, states, seen, NO_SUMS)
+        return run(march, loop, y, memory, rows, unit, 1, samples, stride, steps, states, traces, NO_SUMS)
 
 
 def loop_ensemble(
@@ -264,18 +264,18 @@ def loop_ensemble(
     starts = np.broadcast_to(np.array(y if y0 is None else y0, float).reshape(len(y), -1), (len(y), lanes))
     held, memories = loop.start(), [leaves(lane(loop, table, 0, j).start()) for j in range(lanes)]
     table = np.concatenate([table, starts, np.array(memories, float).T])
-    wanted = numbers("orders", orders) if np.size(orders) else np.zeros(0)
+    lines = numbers("orders", orders) if np.size(orders) else np.zeros(0)
     jobs = [(i, min(i + LANES_OF_JOB, lanes)) for i in range(0, lanes, LANES_OF_JOB)]
-    sums = np.zeros((SUMS + 2 * len(wanted), lanes))
+    sums = np.zeros((SUMS + 2 * len(lines), lanes))
 
     def job(span: tuple[int, int]) -> None:
         low, high = span
-        rows, out, seen = np.zeros((len(table), LANES)), np.zeros((len(sums), high - low)), np.empty((SEEN, BLOCK))
+        rows, totals, traces = np.zeros((len(table), LANES)), np.zeros((len(sums), high - low)), np.empty((SEEN, BLOCK))
         rows[:, : high - low] = table[:, low:high]
-        summed = sums_by_address(Sums(before, samples, wanted, seen, out))
+        summed = sums_by_address(Sums(before, samples, lines, traces, totals))
         with np.errstate(all="ignore"):
-            run(march, loop, y, held, rows, low, high - low, samples, 1, steps, np.empty((0, 0)), seen, summed)
-        sums[:, low:high] = out
+            run(march, loop, y, held, rows, low, high - low, samples, 1, steps, np.empty((0, 0)), traces, summed)
+        sums[:, low:high] = totals
 
     workers = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     job(jobs[0])  # compiles
@@ -286,7 +286,7 @@ def loop_ensemble(
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    return _measured(sums, wanted, samples, steps, 0.0 if lacking(loop, "finest") else loop.finest())
+    return _measured(sums, lines, samples, steps, 0.0 if lacking(loop, "finest") else loop.finest())
 
 
 def _table(loop: Any, varied: Any) -> Floats:

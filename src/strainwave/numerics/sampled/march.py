@@ -59,34 +59,34 @@ def sums_by_address(sums: Sums) -> ByAddress:
 
 
 def _added(model: Any, j: int, first: int, samples: int, limited: float, lost: float) -> None:
-    settle, end, orders, seen, out = at(model)
-    orders, seen, out = borrowed((orders, seen, out))
-    most = out[11, j]
+    settle, end, orders, traces, totals = at(model)
+    orders, traces, totals = borrowed((orders, traces, totals))
+    most = totals[11, j]
     for i in range(samples):
-        most = larger(abs(seen[2, i]), most)
-    out[7, j], out[8, j], out[11, j] = limited, lost, most
+        most = larger(abs(traces[2, i]), most)
+    totals[7, j], totals[8, j], totals[11, j] = limited, lost, most
     begin = min(max(settle - first, 0), samples)
     for i in range(begin, samples):
-        k, given, error = first + i, seen[1, i], seen[2, i]
+        k, torque, error = first + i, traces[1, i], traces[2, i]
         late = 1.0 * (2 * k >= end + settle)
-        out[0, j] += 1.0
-        out[1, j] += error
-        out[2, j] += error * error
-        out[3, j] = larger(abs(error), out[3, j])
-        out[4, j] += given * given
-        out[5, j] = larger(abs(given), out[5, j])
-        out[6, j] = larger(abs(seen[3, i]), out[6, j])
-        out[9, j] += late * error * error
-        out[10, j] += late
-        out[12, j] += late * error
-        out[13, j] += (k - 0.5 * (end + settle - 1)) * error
+        totals[0, j] += 1.0
+        totals[1, j] += error
+        totals[2, j] += error * error
+        totals[3, j] = larger(abs(error), totals[3, j])
+        totals[4, j] += torque * torque
+        totals[5, j] = larger(abs(torque), totals[5, j])
+        totals[6, j] = larger(abs(traces[3, i]), totals[6, j])
+        totals[9, j] += late * error * error
+        totals[10, j] += late
+        totals[12, j] += late * error
+        totals[13, j] += (k - 0.5 * (end + settle - 1)) * error
         for row in range(len(orders)):
-            angle = orders[row] * seen[4, i]
-            out[SUMS + 2 * row, j] += error * math.cos(angle)
-            out[SUMS + 2 * row + 1, j] += error * math.sin(angle)
+            angle = orders[row] * traces[4, i]
+            totals[SUMS + 2 * row, j] += error * math.cos(angle)
+            totals[SUMS + 2 * row + 1, j] += error * math.sin(angle)
 
 
-def _add_loops(sums: Any, j: Any, first: Any, samples: Any, limited: Any, lost: Any) -> None:
+def _add_loops(sums: Any, j: int, first: int, samples: int, limited: float, lost: float) -> None:
     call(sums.add_at, sums.words, (j, first, samples, limited, lost))
 
 
@@ -123,16 +123,16 @@ def between(loop: Any, t: float, y: Any, memory: Any, steps: int) -> Any:
 
 @kernel
 def march(
-    model: Any, start: Any, held: Any, rows: Any, first: int, lanes: int, samples: int, every: int, steps: int,
-    states: Any, seen: Any, sums: Any,
+    model: Any, start: Any, held: Any, rows: Floats, first: int, lanes: int, samples: int, stride: int, steps: int,
+    states: Floats, traces: Floats, sums: Any,
 ) -> Any:  # fmt: skip
     """Run lanes of a block of loops, whose numbers, first states and memories are rows; return those of the last one.
 
     Every so many samples what is seen of a lane is written (before `settle` the error alone), and its state; without
     rows of `states` it is summed.
     """
-    rows, states, seen = borrowed((rows, states, seen))
-    block = every * seen.shape[1]
+    rows, states, traces = borrowed((rows, states, traces))
+    block = stride * traces.shape[1]
     y, memory = start, held
     for j in range(lanes):
         loop, y = lane(model, rows, 0, j), lane(start, rows, count(model), j)
@@ -145,15 +145,15 @@ def march(
                 if k == due:
                     phase = loop.plant().omega * t
                     error, torque = loop.watched(phase, y)
-                    seen[2, n] = error
+                    traces[2, n] = error
                     if k >= sums.settle:
-                        seen[0, n], seen[1, n], seen[3, n] = t, memory.torques[0], torque
+                        traces[0, n], traces[1, n], traces[3, n] = t, memory.torques[0], torque
                         if len(states) > 0:
                             for i in range(len(y)):
                                 states[i, n] = y[i]
                         else:
-                            seen[4, n] = loop.plant().reference.value(phase)
-                    n, due = n + 1, due + every
+                            traces[4, n] = loop.plant().reference.value(phase)
+                    n, due = n + 1, due + stride
                 y = between(loop, t, y, memory, steps)
             if len(states) == 0:
                 add(sums, j, begin, n, memory.limited, memory.lost)
