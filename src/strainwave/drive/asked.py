@@ -44,7 +44,7 @@ def motor_findings(
 
     `holding` is the part of the torque that loads and friction take at steady speed, `remedies` what helps beyond.
     """
-    found = []
+    findings = []
     rpm = None if speed is None else speed / RPM
     parts = (("torque", torque, limits.torque, "N*m"), ("speed", rpm, limits.speed / RPM, "rpm"))
     for (name, value, bound, unit), remedy in zip(parts, remedies, strict=True):
@@ -57,8 +57,8 @@ def motor_findings(
             alone = f" (loads and friction alone take {holding:.4g} N*m)" if steady else ""
             end = f"above its limit of {bound:.4g} {unit}{alone}; {remedy}"
         sentence = f"The {name} of the motor reaches {value:.4g} {unit}, {end}."
-        found.append(Finding(f"motor {name}", value, bound, unit, sentence))
-    return tuple(found)
+        findings.append(Finding(f"motor {name}", value, bound, unit, sentence))
+    return tuple(findings)
 
 
 class Payload(NamedTuple):

@@ -82,7 +82,7 @@ def most_used(*some: Usage) -> Usage:
 
 
 def limit_findings(
-    gear: Gear | None, used: Usage, fastest: float | None, limits: MotorLimits | None = None,
+    gear: Gear | None, usage: Usage, fastest: float | None, limits: MotorLimits | None = None,
     motor: MotorUse | None = None,
 ) -> tuple[Finding, ...]:  # fmt: skip
     """Compare motions with the limits of the gear and of the motor; `Finding.fails` says by which a drive fails.
@@ -90,16 +90,16 @@ def limit_findings(
     `fastest` is the largest input speed [rad/s], None where it is not known. It counts as the mean speed too: every
     speed of the range may be kept up.
     """
-    found: tuple[Finding, ...] = ()
+    findings: tuple[Finding, ...] = ()
     if gear is not None:
-        found = check_limits(
-            gear, peak_torque=used.peak_torque, average_torque=used.average_torque, max_speed=fastest,
+        findings = check_limits(
+            gear, peak_torque=usage.peak_torque, average_torque=usage.average_torque, max_speed=fastest,
             average_speed=fastest,
         )  # fmt: skip
     if limits is None:
-        return found
+        return findings
     torque, holding = (None, 0.0) if motor is None else (motor.torque, motor.holding)
-    return found + motor_findings(limits, torque, fastest, holding)
+    return findings + motor_findings(limits, torque, fastest, holding)
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,15 +270,15 @@ class DriveResponse(Result):
 
         The curve is for the `mean` torque of the load; over the ratio `N` the motor holds the others too.
         """
-        used, motor = self.usage, self.motor
-        used = replace(used, peak_torque=max(used.peak_torque, *map(abs, loads)))
+        usage, motor = self.usage, self.motor
+        usage = replace(usage, peak_torque=max(usage.peak_torque, *map(abs, loads)))
         if motor is not None and self.motor_mean is not None:
             means = np.abs(self.motor_mean[self.visited()] + (mean - np.array(loads)[:, None]) / N)
             holding, at = float(np.max(means)), self.omega[self.visited()][int(np.argmax(np.max(means, axis=0)))]
             motor = motor._replace(holding=holding)
             if holding > motor.torque:
                 motor = motor._replace(torque=holding, at=float(at))
-        return used, motor
+        return usage, motor
 
     def __str__(self) -> str:
         if not len(self.torque):

@@ -94,22 +94,22 @@ def bands_between(up: list[Leg], down: list[Leg]) -> tuple[HysteresisBand, ...]:
         if len(here) == 1 or None in here:
             continue
         apart.append((apart.pop()[0] if apart and apart[-1][1] == low else low, high))
-    found: list[HysteresisBand] = []
+    bands: list[HysteresisBand] = []
     for low, high in apart:
-        forth, back = (
+        forth, back = [
             {(a.piece, b.piece): a.jump for a, b in pairwise(legs) if a.jump and low <= a.jump.value <= high}
             for legs in (up, down)
-        )
+        ]
         pairs = [(forth.pop(way), back.pop(way[::-1])) for way in list(forth) if way[::-1] in back]
-        found += [HysteresisBand(again.value, there.value, (there,), (again,)) for there, again in pairs]
-        first, last = (tuple(some.values()) for some in (forth, back))
+        bands += [HysteresisBand(again.value, there.value, (there,), (again,)) for there, again in pairs]
+        first, last = tuple(forth.values()), tuple(back.values())
         if pairs and last:
             low = min(jump.value for jump in last)
         if pairs and first:
             high = max(jump.value for jump in first)
         if first or last or not pairs:
-            found.append(HysteresisBand(low, high, first, last))
-    return tuple(sorted(found, key=lambda band: band.low))
+            bands.append(HysteresisBand(low, high, first, last))
+    return tuple(sorted(bands, key=lambda band: band.low))
 
 
 def _largest(some: list[Jump]) -> float:
@@ -120,15 +120,15 @@ def told_bands(parameter: str, bands: tuple[HysteresisBand, ...]) -> str:
     """Width and ends of every band in words."""
     if not bands:
         return "No hysteresis."
-    told = []
+    sentences = []
     for band in bands:
         ends = f"{parameter} = {band.low:.9g} to {band.high:.9g}"
         if band.whole:
-            told.append(f"Hysteresis {band.width:.6g} wide{f', from {ends}' if len(bands) > 1 else ''}.")
+            sentences.append(f"Hysteresis {band.width:.6g} wide{f', from {ends}' if len(bands) > 1 else ''}.")
             continue
         missing = "The jump of the other direction lies" if band.on_run_up or band.on_run_down else "Both jumps lie"
-        told.append(f"The sweeps are on different motions from {ends}. {missing} outside the range.")
-    return " ".join(told)
+        sentences.append(f"The sweeps are on different motions from {ends}. {missing} outside the range.")
+    return " ".join(sentences)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,13 +183,13 @@ class Jumps(Result):
 
     def variables(self) -> Labelled:
         """Every jump, those of the run-up first: where, the largest |x| before and after, the sweep, the cause."""
-        some = (*self.on_run_up, *self.on_run_down)
+        runs = (*self.on_run_up, *self.on_run_down)
         return {
-            self.parameter: ("jump", np.array([j.value for j in some]), "rad/s" if self.parameter == "omega" else ""),
-            "before": ("jump", np.array([j.before for j in some]), "rad"),
-            "after": ("jump", np.array([j.after for j in some]), "rad"),
-            "up": ("jump", np.arange(len(some)) < len(self.on_run_up), ""),
-            "cause": ("jump", np.array([j.cause for j in some], str), ""),
+            self.parameter: ("jump", np.array([j.value for j in runs]), "rad/s" if self.parameter == "omega" else ""),
+            "before": ("jump", np.array([j.before for j in runs]), "rad"),
+            "after": ("jump", np.array([j.after for j in runs]), "rad"),
+            "up": ("jump", np.arange(len(runs)) < len(self.on_run_up), ""),
+            "cause": ("jump", np.array([j.cause for j in runs], str), ""),
             "run_up": ("visited on the run-up", self.run_up, ""),
             "run_down": ("visited on the run-down", self.run_down, ""),
         }
@@ -324,33 +324,35 @@ def _sweep(
     values = sign * branch.values
     begin, ends = sorted(sign * end for end in branch.span)
     ahead = [p if values[p[-1]] > values[p[0]] else p[::-1] for p in pieces]
-    here = min(range(len(ahead)), key=lambda k: max(begin, float(values[ahead[k][0]])))
+    current = min(range(len(ahead)), key=lambda k: max(begin, float(values[ahead[k][0]])))
     if not branch.closed:
         start = 0 if values[0] <= values[-1] else len(values) - 1
-        here = next((k for k, p in enumerate(ahead) if p[0] == start), here)
-    visited = [i for i in ahead[here] if values[i] >= begin]
+        current = next((k for k, p in enumerate(ahead) if p[0] == start), current)
+    visited = [i for i in ahead[current] if values[i] >= begin]
     legs: list[Leg] = []
-    begun, whole = max(begin, float(values[ahead[here][0]])), False
+    begun, whole = max(begin, float(values[ahead[current][0]])), False
     while True:
-        last, leg = visited[-1], here
-        at = float(values[last])
-        whole = at >= ends
+        last, leg = visited[-1], current
+        edge = float(values[last])
+        whole = edge >= ends
         onto = [
-            k for k, p in enumerate(ahead) if k != here and values[p[0]] <= at < values[p[-1]] and last not in p[:-1]
+            k
+            for k, p in enumerate(ahead)
+            if k != current and values[p[0]] <= edge < values[p[-1]] and last not in p[:-1]
         ]
         jump = None
         if not whole and onto and len(legs) <= len(pieces):
             before = float(branch.peak[last])
-            landings = [float(np.interp(at, values[ahead[k]], branch.peak[ahead[k]])) for k in onto]
+            landings = [float(np.interp(edge, values[ahead[k]], branch.peak[ahead[k]])) for k in onto]
             best = int(np.argmin(np.abs(np.array(landings) - before)))
-            jump = Jump(sign * at, before, landings[best], _cause(branch, sign * at), len(onto))
-            here = onto[best]
-            visited += list(ahead[here][values[ahead[here]] > at])
-        low, high = sorted((sign * begun, sign * min(at, ends)))
+            jump = Jump(sign * edge, before, landings[best], _cause(branch, sign * edge), len(onto))
+            current = onto[best]
+            visited += list(ahead[current][values[ahead[current]] > edge])
+        low, high = sorted((sign * begun, sign * min(edge, ends)))
         legs.append(Leg(leg, low, high, jump))
         if jump is None:
             break
-        begun = at
+        begun = edge
     inside = [i for i in visited if values[i] <= ends]
     found = tuple(leg.jump for leg in legs if leg.jump is not None)
     return np.array(inside or visited), found, whole, legs

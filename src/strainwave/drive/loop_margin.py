@@ -194,7 +194,7 @@ def _at_amplitude(
         first = orbit.coefficients[1] - 1j * orbit.coefficients[2]
         if free:  # (x, x', w, p, ...) to the states of the train
             first = np.concatenate([first[:2], [0.0, first[2]], first[4:]])
-        (motor[i],), (load[i],) = (speed / amplitude for speed in _speeds(train, first[:, None]))
+        motor[i], load[i] = np.ravel(_speeds(train, first[:, None])) / amplitude
     return motor, load, tuple(messages)
 
 
@@ -238,14 +238,14 @@ def unstable(train: DriveTrain, inertia: float) -> str:
     if not isinstance(control, Lagged) or not _grows(train, control) or _grows(train, control.loop):
         return ""
     pole = fastest_growth(train)
-    said = f"is unstable with this gear: a vibration of {abs(pole) / HERTZ:.3g} Hz grows by {pole.real:.3g} 1/s"
+    sentence = f"is unstable with this gear: a vibration of {abs(pole) / HERTZ:.3g} Hz grows by {pole.real:.3g} 1/s"
     tuning = tuning_of(control, inertia)
     limit = None if tuning is None else _largest_stable(train, tuning, inertia)
     if tuning is None or limit is None:
         lag = f"a lag below {1e3 * control.lag:.3g} ms"
-        return f"{said}; give the loop more damping (K_d by position, K_p by speed) or {lag}"
+        return f"{sentence}; give the loop more damping (K_d by position, K_p by speed) or {lag}"
     return (
-        f"{said}; with this damping and lag it is stable up to a bandwidth of {limit / HERTZ:.3g} Hz and has "
+        f"{sentence}; with this damping and lag it is stable up to a bandwidth of {limit / HERTZ:.3g} Hz and has "
         f"{tuning.bandwidth / HERTZ:.3g} Hz"
     )
 

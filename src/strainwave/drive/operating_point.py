@@ -82,7 +82,7 @@ def _near(train: DriveTrain, near: Any) -> tuple[float, ...]:
     return tuple(numbers("near", near, count=1 + states_of(train.law)).tolist())
 
 
-def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], enough: float) -> bool:
+def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], tolerance: float) -> bool:
     """Newton's method on a state, the internal states of laws with memory as they are; whether the rates vanish."""
     rates = _rates(train, angle, state)
     for _ in range(ROUNDS):
@@ -92,7 +92,7 @@ def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], e
         rates = _rates(train, angle, state)
         if not np.all(np.isfinite(rates)):
             return False
-        if float(np.max(np.abs(rates))) <= enough:
+        if float(np.max(np.abs(rates))) <= tolerance:
             return True
     return False
 
@@ -113,14 +113,14 @@ def _torque_at_load(train: DriveTrain, names: tuple[str, ...], state: Floats, an
     return float(drag - end.excitation.torque(0.0))
 
 
-def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, near: tuple[float, ...], torque: float) -> str:
+def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, guess: tuple[float, ...], torque: float) -> str:
     """Set the twists to those that carry a torque [N*m] at the load; a sentence where a law cannot."""
     for i, law in enumerate((train.law, *train.load.couplings())):
         if lacking(law, "stiffness"):
             continue
         places = [names.index(f"coupling {i}") if i else 0, *_memory(names, i)]
         try:
-            state[places] = near if near and i == 0 else loaded_state(law, torque)
+            state[places] = guess if guess and i == 0 else loaded_state(law, torque)
         except (ValueError, SolveError) as error:
             return str(error)
     return ""
@@ -132,7 +132,9 @@ def _rates(train: DriveTrain, angle: float, state: Floats) -> Floats:
 
 def with_mean_torques(train: DriveTrain) -> DriveTrain:
     """Return the train with the mean torques alone."""
-    motor, end = (shaft._replace(excitation=mean_torque(shaft.excitation)) for shaft in (train.motor, train.load.end()))
+    motor, end = train.motor, train.load.end()
+    motor = motor._replace(excitation=mean_torque(motor.excitation))
+    end = end._replace(excitation=mean_torque(end.excitation))
     return train._replace(motor=motor, load=train.load.with_end(end))
 
 

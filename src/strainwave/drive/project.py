@@ -279,14 +279,14 @@ class Project:
         if self.train is not None:
             refuse_free(self.train)
             if has_curve(self.train):
-                found = self.train_response(harmonics, coexisting=coexisting, points=points or OF_TRAIN)
-                if found is None:
+                result = self.train_response(harmonics, coexisting=coexisting, points=points or OF_TRAIN)
+                if result is None:
                     raise SolveError(NO_MOTION)
-                return found
-        found = self.equation_response(harmonics, coexisting=coexisting, points=points or POINTS)
-        if not len(found.curve):
-            raise SolveError(found.message)
-        return found
+                return result
+        result = self.equation_response(harmonics, coexisting=coexisting, points=points or POINTS)
+        if not len(result.curve):
+            raise SolveError(result.message)
+        return result
 
     def train_response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int = OF_TRAIN
@@ -330,7 +330,7 @@ def with_mean(torque: Harmonics | None, mean: float) -> Harmonics:
     return Harmonics((*(torque.terms if torque else ()), Harmonic(0.0, mean=mean - mean_of(torque))))
 
 
-def train_of(project: Any, what: str) -> tuple[str, DriveTrain]:
+def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:
     """The whole train of a project, or a train itself, for a purpose in words; and what drives its motor, in words.
 
     Where the file names no motor it is in the position loop of `motors`.
@@ -345,11 +345,11 @@ def train_of(project: Any, what: str) -> tuple[str, DriveTrain]:
     if isinstance(project, DriveTrain):
         return "", checked(project)
     if lacking(project, "motors"):
-        raise TypeError(f"{what} takes a Project or a DriveTrain, not {shown(project)}; read_project gives a project")
+        raise TypeError(f"{task} takes a Project or a DriveTrain, not {shown(project)}; read_project gives a project")
     trains: list[tuple[str, DriveTrain]] = list(project.motors().items())
     if not trains:
         raise ValueError(
             "this project has no whole drive train, as its damping or stiffness varies or its speeds are those of a "
-            f"forcing; {what} needs one: leave the variation out, and give the speeds of the motor or the load"
+            f"forcing; {task} needs one: leave the variation out, and give the speeds of the motor or the load"
         )
     return trains[-1]

@@ -59,16 +59,16 @@ class Reductions:
         same = np.flatnonzero(np.abs(self.difference) < APART)
         if len(same) == 0:
             return "No periodic motion of the whole drive train was found to compare the error equation with."
-        at = same[int(np.argmax(np.abs(self.difference[same])))]
+        worst = same[int(np.argmax(np.abs(self.difference[same])))]
         apart = self.omega[np.abs(self.difference) >= APART]
         said = "; at {} one of them has jumped and the other not yet"
         jumped = Sentence(said, Speed(*apart, digits=5, between=", ")) if len(apart) else ""
         return Sentence(
             "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
-            f"{self.error_slope:.2g}, and the speed ripple, up to {np.max(self.ripple[same]):.2g} of the speed: the "
-            f"largest |x| differs from that of the whole drive train by up to {100.0 * abs(self.difference[at]):.2g} % "
-            "({}){}.",
-            Speed(self.omega[at], digits=5), jumped,
+            f"{self.error_slope:.2g}, and the speed ripple, up to {np.max(self.ripple[same]):.2g} of the speed: "
+            "the largest |x| differs from that of the whole drive train by up to "
+            f"{100.0 * abs(self.difference[worst]):.2g} % ({{}}){{}}.",
+            Speed(self.omega[worst], digits=5), jumped,
         )  # fmt: skip
 
     def __str__(self) -> str:

@@ -77,8 +77,8 @@ ExactResponse = DriveResponse  # its name in results that were saved when it was
 
 @one_thread
 def exact_response(
-    system: Any, speeds: tuple[float, float], points: int = POINTS, given: int | None = None, coexisting: bool = True,
-    has_reference: bool = True, train: DriveTrain | None = None,
+    system: Any, speeds: tuple[float, float], points: int = POINTS, harmonics: int | None = None,
+    coexisting: bool = True, has_reference: bool = True, train: DriveTrain | None = None,
 ) -> DriveResponse:  # fmt: skip
     """Follow the response of an error equation through a range of base-angle speeds [rad/s].
 
@@ -90,7 +90,7 @@ def exact_response(
         The range.
     points : int
         About so many, and more where the curve bends.
-    given : int, optional
+    harmonics : int, optional
         Harmonics. Default: grown until those left out do not show; `curve.tail` says how large these are.
     coexisting : bool
         Whether motions that do not join the curve are looked for at its ends.
@@ -99,7 +99,7 @@ def exact_response(
     train : DriveTrain, optional
         The same drive with its ratio, for the torque of the motor.
     """
-    return of_equation(system, turn_response(system, speeds, points, given, coexisting).curve, has_reference, train)
+    return of_equation(system, turn_response(system, speeds, points, harmonics, coexisting).curve, has_reference, train)
 
 
 class TurnResponse(NamedTuple):
@@ -111,23 +111,23 @@ class TurnResponse(NamedTuple):
 
 
 def turn_response(
-    system: Any, speeds: tuple[float, float], points: int, given: int | None, coexisting: bool, locate: bool = True
+    system: Any, speeds: tuple[float, float], points: int, harmonics: int | None, coexisting: bool, locate: bool = True
 ) -> TurnResponse:  # fmt: skip
     """Response of any system through a range of speeds [rad/s], whose curve may be empty; see `traced_turn`.
 
     `locate`: the speeds where stability changes are located between points of the curve; of springs they are always.
     """
-    problem, found, tail, origin = traced_turn(system, speeds, points, given, coexisting)
-    placed, labels = with_crests(problem, found.points, found.labels)
-    found = replace(found, points=placed, labels=labels)
-    curve = describe(problem, "omega", found, tail, origin, locate=False)
+    problem, traced, tail, origin = traced_turn(system, speeds, points, harmonics, coexisting)
+    placed, labels = with_crests(problem, traced.points, traced.labels)
+    traced = replace(traced, points=placed, labels=labels)
+    curve = describe(problem, "omega", traced, tail, origin, locate=False)
     if problem.hill():
-        return TurnResponse(problem, placed, with_all_said(problem, curve, found))
+        return TurnResponse(problem, placed, with_all_said(problem, curve, traced))
     if locate and np.any(np.diff(curve.stable)):
         placed, labels, floquet = with_special_points(problem, placed, labels, curve.multipliers)
-        found = replace(found, points=placed, labels=labels)
-        curve = describe(problem, "omega", found, tail, origin, locate=False, floquet=floquet)
-    return TurnResponse(problem, placed, with_others(problem, curve, found.elsewhere, []))
+        traced = replace(traced, points=placed, labels=labels)
+        curve = describe(problem, "omega", traced, tail, origin, locate=False, floquet=floquet)
+    return TurnResponse(problem, placed, with_others(problem, curve, traced.elsewhere, []))
 
 
 def sweep_on(curve: Branch) -> Jumps | None:

@@ -117,7 +117,7 @@ class DriveRun(Result):
         ValueError
             If nothing was put in by the motor side.
         """
-        motor, control, load = (self._since(name, after) for name in list(self.work)[:INPUTS])
+        motor, control, load = [self._since(name, after) for name in list(self.work)[:INPUTS]]
         if not motor + control > 0.0:
             raise ValueError(f"the motor gave {motor + control:g} J after t = {after:g} s; it drives in no efficiency")
         return -load / (motor + control)
@@ -216,13 +216,13 @@ def drive_run(
     states = tuple(y)
     torque = np.broadcast_to(train.torque(phase, states), run.t.shape)
     speed = np.broadcast_to(train.motor_speed(phase, states), run.t.shape)
-    own = replace(run, y=y, rate=run.rate[: len(names)])
+    trimmed = replace(run, y=y, rate=run.rate[: len(names)])
     peaks = _peaks(train, run, len(names))
     findings: tuple[Finding, ...] = ()
     if gear is not None:
         findings = check_limits(gear, peak_torque=peaks[2], max_speed=peaks[3])
     return DriveRun(
-        train, own, speed, np.broadcast_to(train.load_speed(phase, states), run.t.shape),
+        train, trimmed, speed, np.broadcast_to(train.load_speed(phase, states), run.t.shape),
         train.pointing_error(states), train.load_error(states), torque,
         np.broadcast_to(train.energy(phase, states), run.t.shape),
         dict(zip(powers, run.y[len(names) :], strict=True)), findings,
@@ -267,8 +267,7 @@ def holds_its_place(motor: Motor) -> bool:
     control = motor.control.loop if isinstance(motor.control, Lagged) else motor.control
     if motor.held or depends(control) == 3:
         return True
-    left, right = (float(torque_of(control, x, 0.0, ())) for x in (-ASIDE, ASIDE))
-    return left != right
+    return float(torque_of(control, -ASIDE, 0.0, ())) != float(torque_of(control, ASIDE, 0.0, ()))
 
 
 def _begun(train: DriveTrain, phase: float) -> DriveTrain:
@@ -280,5 +279,9 @@ def _begun(train: DriveTrain, phase: float) -> DriveTrain:
         at = np.array([phase]) if lacking(torque, "orders") else TURN
         return Harmonic(0.0, mean=float(np.mean(np.broadcast_to(torque.torque(at), at.shape))))
 
-    motor, end = (shaft._replace(excitation=constant(shaft.excitation)) for shaft in (train.motor, train.load.end()))
+    motor, end = train.motor, train.load.end()
+    motor, end = (
+        motor._replace(excitation=constant(motor.excitation)),
+        end._replace(excitation=constant(end.excitation)),
+    )
     return train._replace(motor=motor, load=train.load.with_end(end))

@@ -110,7 +110,9 @@ class StateSpace(Result):
         for kind, names in (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs)):
             lines.append(f"  {kind}: " + ", ".join(f"{name} [{_unit(name) or '-'}]" for name in names))
         poles = sorted((p for p in self.poles.tolist() if p.imag >= 0.0), key=abs)
-        lines.append("  poles [1/s]: " + ", ".join(f"{p.real:.4g}" + f" ± {p.imag:.4g}j" * (p.imag > 0) for p in poles))
+        lines.append(
+            "  poles [1/s]: " + ", ".join(f"{p.real:.4g}" + (f" ± {p.imag:.4g}j" if p.imag > 0 else "") for p in poles)
+        )
         return on_screen("\n".join(lines))
 
 
@@ -167,18 +169,18 @@ def driven(train: DriveTrain, source: str, torque: Harmonic) -> DriveTrain:
 
 def _of_unit_torque(train: DriveTrain, source: str, state: Floats) -> Floats:
     """Rates (states,) for a unit torque on a shaft; a torque acts linearly."""
-    up, down = (
-        np.array(driven(train, source, Harmonic(0.0, mean=mean)).rhs(0.0, tuple(state.tolist()))) for mean in (1, -1)
-    )
+    up = np.array(driven(train, source, Harmonic(0.0, mean=1.0)).rhs(0.0, tuple(state.tolist())))
+    down = np.array(driven(train, source, Harmonic(0.0, mean=-1.0)).rhs(0.0, tuple(state.tolist())))
     return np.asarray(0.5 * (up - down))
 
 
 def _outputs_by_state(train: DriveTrain, state: Floats, j: int) -> Floats:
     """Derivatives (outputs,) of the outputs by a state: all but the torque in the gear are linear."""
-    unit = 1.0 * (np.arange(len(state)) == j)
+    unit = np.eye(len(state))[j]
     (angle, rate), (twist, twist_rate) = motor_states(train.motor.control, unit)[0], coupling_twist(train, unit)
     load = rate / train.N - unit[1] - twist_rate
-    up, down = (float(train.torque(0.0, tuple((state + d * unit).tolist()))) for d in (DIFFERENCE, -DIFFERENCE))
+    up = float(train.torque(0.0, tuple((state + DIFFERENCE * unit).tolist())))
+    down = float(train.torque(0.0, tuple((state - DIFFERENCE * unit).tolist())))
     return np.array([rate, load, angle, unit[0] + twist, (up - down) / (2.0 * DIFFERENCE)], float)
 
 

@@ -131,16 +131,16 @@ def of_train(system: AtLoad, found: TurnResponse, without_angle: bool = False) -
     problem, points, curve = found
     flow, orbits, times = problem.disturbed(np.ascontiguousarray(points))
     omega, series, turn = orbits[:, -1], flow.series(orbits), 2.0 * np.pi * problem.turns / times
-    own = np.array(own_state(system, tuple(np.moveaxis(series, 1, 0))))  # linear in the state, so of coefficients too
+    state = np.array(own_state(system, tuple(np.moveaxis(series, 1, 0))))  # linear in the state, so of coefficients too
     h = series.shape[2] // 2
     samples = PER_HARMONIC * max(h, FEWEST)
     each: Any = omega[:, None]
-    there = tuple(own @ synthesis(h, samples))
+    there = tuple(state @ synthesis(h, samples))
     train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
     torque = np.asarray(train.torque(angles, there))
     motor = train.motor_torque(angles, there) + 0.0 * torque
     return DriveResponse(
-        curve, sweep_on(curve), displacement_peaks(own[0]), largest_of_samples(torque), cubic_means(torque),
+        curve, sweep_on(curve), displacement_peaks(state[0]), largest_of_samples(torque), cubic_means(torque),
         not system.train.motor.free, without_angle, largest_of_samples(motor), np.mean(motor, axis=1),
     )  # fmt: skip
 

@@ -53,20 +53,22 @@ def readable(measure: Any) -> str:
 def check_spec(path: Path, attributes: Mapping[str, Any]) -> None:
     """Refuse a folder that is no store, or that of another sweep than the one with these attributes (ValueError)."""
     try:
-        found = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"]
-        spec = found["spec"]
+        stored = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"]
+        spec = stored["spec"]
     except (OSError, ValueError, KeyError, TypeError):
         raise ValueError(f"{path} is there already and is no store of a sweep; give another path") from None
     if spec == attributes["spec"]:
         return
-    begun, own = ([name for name in of.get("installed", ()) if name[:6] == "Python"] for of in (found, attributes))
-    if begun and own and begun != own:
+    begun, present = [
+        [name for name in record.get("installed", ()) if name[:6] == "Python"] for record in (stored, attributes)
+    ]
+    if begun and present and begun != present:
         raise ValueError(
-            f"{path} was begun with {begun[0]}, this is {own[0]}, in which its functions are not recognised; finish it "
-            f"with {begun[0]}, or give another path"
+            f"{path} was begun with {begun[0]}, this is {present[0]}, in which its functions are not recognised; "
+            f"finish it with {begun[0]}, or give another path"
         )
     raise ValueError(
-        f"{path} holds another sweep ({found.get('measure')} over {', '.join(found.get('parameters', ()))}; hash "
+        f"{path} holds another sweep ({stored.get('measure')} over {', '.join(stored.get('parameters', ()))}; hash "
         f"{spec[:8]}, this one has {attributes['spec'][:8]}); give another path, or delete it"
     )
 

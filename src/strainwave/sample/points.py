@@ -117,13 +117,13 @@ def compute(job: Job, first: int, values: Mapping[str, Floats], stopped: Callabl
     status = np.zeros(count, np.uint8)
     arrays: dict[str, Array] = {}
     estimates: dict[str, float] = {}
-    for places, found in pieces:
+    for places, result in pieces:
         if stopped():
             raise KeyboardInterrupt
         try:
-            if isinstance(found, BaseException):
-                raise found
-            dataset = _as_arrays(found, len(places), job.whole_chunks)
+            if isinstance(result, BaseException):
+                raise result
+            dataset = _as_arrays(result, len(places), job.whole_chunks)
             variables = variables or tuple(_variable(name, *item) for name, item in dataset.items())
             _check_names(variables, dataset)
             if not arrays:
@@ -177,7 +177,7 @@ def _whole(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
         try:
             part = {path: array[places] for path, array in values.items()}
             check_lanes(job.system, part)
-            found = job.measure(job.system, part, **_random(job, first + int(places[0]), random))
+            result = job.measure(job.system, part, **_random(job, first + int(places[0]), random))
         except LaneError as error:
             yield places[error.lanes], error
             waiting += [places[~error.lanes]] if not error.lanes.all() else []
@@ -188,7 +188,7 @@ def _whole(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
                 middle = len(places) // 2
                 waiting += [places[middle:], places[:middle]]
         else:
-            yield places, found
+            yield places, result
 
 
 def _takes_random(measure: Any) -> bool:
@@ -204,18 +204,18 @@ def _random(job: Job, point: int, wanted: bool) -> dict[str, Any]:
     return {"rng": np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(point,)))}
 
 
-def _as_arrays(found: Any, count: int, whole: bool) -> dict[str, tuple[Array, tuple[str, ...], dict[str, Any]]]:
+def _as_arrays(returned: Any, count: int, whole: bool) -> dict[str, tuple[Array, tuple[str, ...], dict[str, Any]]]:
     """Arrays (count, ...), further dimensions and attributes, by name, of whatever a measure returned."""
     if not whole:
-        if isinstance(found, Mapping):
-            return {str(name): (np.array([_real(name, value)]), (), {}) for name, value in found.items()}
-        return {"value": (np.array([_real("the value", found)]), (), {})}
+        if isinstance(returned, Mapping):
+            return {str(name): (np.array([_real(name, value)]), (), {}) for name, value in returned.items()}
+        return {"value": (np.array([_real("the value", returned)]), (), {})}
     result = {}
-    for name, value in (found.data_vars if hasattr(found, "data_vars") else dict(found)).items():
+    for name, value in (returned.data_vars if hasattr(returned, "data_vars") else dict(returned)).items():
         labelled = hasattr(value, "dims")
         if labelled and "lane" in value.dims:
             value = value.transpose("lane", ...)
-        elif labelled and "lane" in found.dims:
+        elif labelled and "lane" in returned.dims:
             continue  # a number of the whole chunk, not of its points
         array = np.asarray(value)
         if array.ndim == 0 or len(array) != count or array.dtype.kind not in "fciub":
@@ -255,15 +255,15 @@ def _plain(value: Any) -> Any:
     return value if isinstance(value, int | float | str) else str(value)
 
 
-def _check_names(variables: tuple[Variable, ...], found: Mapping[str, Any]) -> None:
-    if taken := sorted(set(OWN_NAMES) & set(found)):
+def _check_names(variables: tuple[Variable, ...], returned: Mapping[str, Any]) -> None:
+    if taken := sorted(set(OWN_NAMES) & set(returned)):
         raise _AnotherShape(f"the measure returned a variable {taken[0]!r}, a name that the sweep uses; choose another")
-    if strange := [name for name in found if not name or name[0] == "." or not set(name).isdisjoint("/\\\0")]:
+    if strange := [name for name in returned if not name or name[0] == "." or not set(name).isdisjoint("/\\\0")]:
         raise _AnotherShape(f"the measure returned a variable {strange[0]!r}, which names no file; choose another name")
     names = [variable.name for variable in variables]
-    if not names or set(names) != set(found):
+    if not names or set(names) != set(returned):
         raise _AnotherShape(
-            f"the measure returned {', '.join(found) or 'nothing'}; it must return {', '.join(names) or 'a number'} "
+            f"the measure returned {', '.join(returned) or 'nothing'}; it must return {', '.join(names) or 'a number'} "
             "at every point"
         )
 

@@ -166,13 +166,13 @@ def two_groups(sample: Floats) -> TwoGroups | None:
     n, least = len(logs), max(FEWEST, -(-len(logs) // PART))
     if n < max(2 * least, len(sample)):
         return None
-    at = least + int(np.argmax(np.diff(logs)[least - 1 : n - least]))
-    gap, width = logs[at] - logs[at - 1], max(np.std(logs[:at], ddof=1), np.std(logs[at:], ddof=1))
+    cut = least + int(np.argmax(np.diff(logs)[least - 1 : n - least]))
+    gap, width = logs[cut] - logs[cut - 1], max(np.std(logs[:cut], ddof=1), np.std(logs[cut:], ddof=1))
     if gap < np.log(LOUDER) or gap < WIDER * width:
         return None
-    share = 1.0 - at / n
+    share = 1.0 - cut / n
     return TwoGroups(
-        float(np.exp(logs[at - 1])), float(np.exp(logs[at])), share, float(np.sqrt(share * (1 - share) / n))
+        float(np.exp(logs[cut - 1])), float(np.exp(logs[cut])), share, float(np.sqrt(share * (1 - share) / n))
     )
 
 

@@ -91,16 +91,16 @@ class JumpSpread:
     def quantiles(self) -> tuple[Floats, Floats]:
         """Quantiles of the speeds of the jumps up and down; nan where no drive jumps."""
         none = np.full(len(self.shares), np.nan)
-        some = (values[np.isfinite(values)] for values in (self.up, self.down))
-        up, down = (np.quantile(values, self.shares) if len(values) else none for values in some)
-        return up, down
+        up, down = self.up[np.isfinite(self.up)], self.down[np.isfinite(self.down)]
+        quantiles_up = np.quantile(up, self.shares) if len(up) else none
+        return quantiles_up, np.quantile(down, self.shares) if len(down) else none
 
     def errors(self) -> tuple[Floats, Floats]:
         """Their standard errors (bootstrap); nan where fewer than two drives jump."""
         rng, none = np.random.default_rng(0), np.full(len(self.shares), np.nan)
-        some = (values[np.isfinite(values)] for values in (self.up, self.down))
-        up, down = (quantile_errors(values, self.shares, rng) if len(values) > 1 else none for values in some)
-        return up, down
+        up, down = self.up[np.isfinite(self.up)], self.down[np.isfinite(self.down)]
+        errors_up = quantile_errors(up, self.shares, rng) if len(up) > 1 else none
+        return errors_up, quantile_errors(down, self.shares, rng) if len(down) > 1 else none
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,17 +243,17 @@ def _speed_lines(spread: SpeedSpread) -> list[str]:
     return lines
 
 
-def _jump_lines(found: JumpSpread) -> list[str]:
+def _jump_lines(spread: JumpSpread) -> list[str]:
     lines = []
-    n = len(found.up)
-    ways = zip(("up", "down"), (found.up, found.down), found.quantiles(), found.errors(), strict=True)
+    n = len(spread.up)
+    ways = zip(("up", "down"), (spread.up, spread.down), spread.quantiles(), spread.errors(), strict=True)
     for name, values, quantiles, errors in ways:
         jumping = int(np.count_nonzero(np.isfinite(values)))
         text = ", ".join(
             f"{q:.0%}: {v:.6g}" + (f" +- {e:.1g}" if np.isfinite(e) else "")
-            for q, v, e in zip(found.shares, quantiles, errors, strict=True)
+            for q, v, e in zip(spread.shares, quantiles, errors, strict=True)
         )
         lines.append(f"  jump {name}: {jumping} of {n} drives{', at [rad/s] ' + text if jumping else ''}")
-    if found.failed:
-        lines.append(f"  {found.failed} of {n} response curves could not be used")
+    if spread.failed:
+        lines.append(f"  {spread.failed} of {n} response curves could not be used")
     return lines

@@ -141,20 +141,20 @@ def named(key: Any) -> str:
 
 def check_names(system: Any, names: Iterable[str]) -> dict[str, str]:
     """Units of the parameters by name ("" of a factor), or one sentence on the first that cannot vary (ValueError)."""
-    known = {parameter.path: parameter for parameter in parameters(system)}
+    leaves = {parameter.path: parameter for parameter in parameters(system)}
     units: dict[str, str] = {}
-    seen: set[str] = set()
+    varied: set[str] = set()
     for name in names:
         paths = name.split(TOGETHER)
         for path in paths:
-            if path not in known:
-                raise ValueError(f"{type(system).__name__} has no parameter {shown(path)}; it has {', '.join(known)}")
-            if path in seen:
+            if path not in leaves:
+                raise ValueError(f"{type(system).__name__} has no parameter {shown(path)}; it has {', '.join(leaves)}")
+            if path in varied:
                 raise ValueError(f"{path} is given twice; vary it once")
-            if len(paths) > 1 and not isinstance(known[path].value, float):
+            if len(paths) > 1 and not isinstance(leaves[path].value, float):
                 raise ValueError(f"{path} is a whole number, which no factor scales; vary it by itself")
-            seen.add(path)
-        units[name] = known[name].unit if len(paths) == 1 else ""
+            varied.add(path)
+        units[name] = leaves[name].unit if len(paths) == 1 else ""
     return units
 
 

@@ -248,14 +248,14 @@ class SweepStore:
 
     def _found(self) -> Array:
         """Which chunks are done: those that say so and whose files are whole."""
-        done = np.zeros(self.layout.chunks, bool)
-        for chunk in range(len(done)):
+        finished = np.zeros(self.layout.chunks, bool)
+        for chunk in range(len(finished)):
             with contextlib.suppress(Exception):
-                done[chunk] = self._at(DONE)[chunk] == 1
-            if done[chunk] and (wrong := self._damage(chunk)):
+                finished[chunk] = self._at(DONE)[chunk] == 1
+            if finished[chunk] and (wrong := self._damage(chunk)):
                 log.warning("chunk %d of %s is damaged (%s); it is computed again", chunk, self.path, wrong)
-                done[chunk] = False
-        return done
+                finished[chunk] = False
+        return finished
 
     def _damage(self, chunk: int) -> str:
         """Return what is wrong with the files of a chunk, "" if nothing is."""

@@ -182,31 +182,31 @@ def sweep(
         "parameters": list(points.paths), "seed": seed, "installed": used,
     }  # fmt: skip
     axes = points.axes if isinstance(points, GridPoints) else {}
-    kept = SweepStore(folder, layout, points.dims, axes, attributes, parameter_units, job.whole_chunks)
+    stored = SweepStore(folder, layout, points.dims, axes, attributes, parameter_units, job.whole_chunks)
     try:
-        if not kept.done.all():
-            run = _Run(job, layout, points, kept, dict(units or {}), progress)
+        if not stored.done.all():
+            run = _Run(job, layout, points, stored, dict(units or {}), progress)
             _fill(run, partial(_pool, client, spec, workers, processes, job))
-        kept.finish()
-        return kept.dataset()
+        stored.finish()
+        return stored.dataset()
     finally:
-        kept.close()
+        stored.close()
 
 
 class _Run:
     """A sweep under way: what is to be done, and word of its progress."""
 
     def __init__(
-        self, job: Job, layout: Layout, points: Points, kept: SweepStore, units: dict[str, str],
+        self, job: Job, layout: Layout, points: Points, store: SweepStore, units: dict[str, str],
         progress: Callable[[str, float], None],
     ) -> None:  # fmt: skip
-        self.job, self.layout, self.points, self.kept, self.units = job, layout, points, kept, units
-        self.computed, self.left = 0, int((~kept.done).sum())
+        self.job, self.layout, self.points, self.kept, self.units = job, layout, points, store, units
+        self.computed, self.left = 0, int((~store.done).sum())
         self.progress = partial(progress, f"{self.left} of {layout.chunks} chunks")
         self.progress(0.0)
-        if kept.variables is not None:
-            self._check_units(kept.variables)
-            self.job = Job(job.measure, job.system, job.seed, kept.variables)
+        if store.variables is not None:
+            self._check_units(store.variables)
+            self.job = Job(job.measure, job.system, job.seed, store.variables)
 
     def values(self, chunk: int) -> tuple[int, dict[str, Floats]]:
         """First point and values of a chunk."""
@@ -234,13 +234,13 @@ class _Run:
     def _named(self, name: str) -> dict[str, Any]:
         return {"units": self.units[name]} if name in self.units else {}
 
-    def stopped(self, why: str) -> str:
+    def stopped(self, reason: str) -> str:
         """Return the sentence for a run that ends early."""
         if self.kept.path is None:
-            return f"{why}; nothing is kept: give the sweep a store to be able to resume it"
+            return f"{reason}; nothing is kept: give the sweep a store to be able to resume it"
         done = int(self.kept.done.sum())
         kept = f"{done} of {self.layout.chunks} chunks are kept in {self.kept.path}"
-        return f"{why}; {kept}: run the same sweep again to go on"
+        return f"{reason}; {kept}: run the same sweep again to go on"
 
 
 def _fill(run: _Run, start: Callable[[], Any]) -> None:

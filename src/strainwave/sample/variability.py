@@ -104,8 +104,8 @@ def variability(
     shares = np.sort(numbers("quantiles", quantiles))
     if not (shares[0] > 0.0 and shares[-1] < 1.0):
         raise ValueError(f"quantiles are {shown(quantiles)}; they must be shares between 0 and 1")
-    at = numbers("speeds", system.omega if speeds is None else speeds)
-    if not np.all((at >= 1.0 / LARGEST) & (at <= LARGEST)):
+    grid = numbers("speeds", system.omega if speeds is None else speeds)
+    if not np.all((grid >= 1.0 / LARGEST) & (grid <= LARGEST)):
         raise ValueError(
             f"speeds are {shown(speeds)}; they must be positive, from {1 / LARGEST:g} to {LARGEST:g} rad/s"
         )
@@ -132,7 +132,7 @@ def variability(
             seed,
             {"settle": settle, "longest": longest, "threads": threads},
         )
-        for omega in at
+        for omega in grid
     )
     jumping = None if span is None else _jumps(system, apart, span, follow, shares)
     band = None if bounds is None else _band(system, apart, *bounds, float(amplitude))
@@ -200,7 +200,7 @@ def _at_speed(
 def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, shares: Floats) -> JumpSpread:
     few: dict[str, Any] = {path: v[:follow] for path, v in drives.items() if path != "omega"}
     follow = len(next(iter(few.values()))) if few else 0
-    found = {"up": np.full(follow, np.nan), "down": np.full(follow, np.nan)}
+    jump_speeds = {"up": np.full(follow, np.nan), "down": np.full(follow, np.nan)}
     failed = 0
     branches = response_family(system, span, few) if few else []
     for i, branch in enumerate(branches):
@@ -212,8 +212,8 @@ def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, share
         except ValueError:  # no stable orbit on the curve
             failed += 1
             continue
-        found["up"][i], found["down"][i] = said.jump_up, said.jump_down
-    return JumpSpread(span, shares, found["up"], found["down"], failed)
+        jump_speeds["up"][i], jump_speeds["down"][i] = said.jump_up, said.jump_down
+    return JumpSpread(span, shares, jump_speeds["up"], jump_speeds["down"], failed)
 
 
 def _band(system: Any, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
