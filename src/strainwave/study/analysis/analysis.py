@@ -92,39 +92,40 @@ def gear_loop(law: Any, torque: float, rated: bool) -> GearLoop:
     """
     widths = [p.value for p in parameters(law) if p.path.endswith("width") and p.unit == "rad/s"]
     speed = max([SPEED, *(ABOVE * width for width in widths)])
-    full, small = (hysteresis_loop(law, share * torque, speed=speed) for share in (1.0, SMALL_LOOP))
+    full = hysteresis_loop(law, torque, speed=speed)
+    small = hysteresis_loop(law, SMALL_LOOP * torque, speed=speed)
     return GearLoop(full, small, torque, rated)
 
 
-def cautions(found: Any) -> Iterator[str]:
+def cautions(analysis: Any) -> Iterator[str]:
     """Sentences on an `Analysis`, the gravest first."""
-    yield from found.doubts
-    exact, study, every = found.exact, found.train, (*found.run_up.up, *found.run_up.down)
-    if found.point.omega_0 == 0.0:
+    yield from analysis.doubts
+    exact, study, motions = analysis.exact, analysis.train, (*analysis.run_up.up, *analysis.run_up.down)
+    if analysis.point.omega_0 == 0.0:
         yield (
             "The law has no stiffness where the mean torque holds the drive (backlash), so there is no natural "
             "frequency to resonate with and multiple scales does not apply; everything here is from integration."
         )
-    if not loses_energy(found.system):
+    if not loses_energy(analysis.system):
         yield (
             "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
             "nonlinearity alone, and simulated points depend on the start; give a damping, a damping ratio or a "
             "quality factor."
         )
     yield from not_exact("The response curve", exact.curve)
-    difference = found.run_up.difference()
+    difference = analysis.run_up.difference()
     if difference is not None and difference > DISAGREE:
         yield (
             f"The run-up and run-down by integration differ from the response curve by up to {100.0 * difference:.2g} "
             "% in the largest |x| at one speed: the drive can settle on another motion there."
         )
-    if failed := [motion for motion in every if not motion.status]:
-        yield f"{len(failed)} of {len(every)} simulated speeds have no steady motion: {failed[0].message}."
-    for case in found.cases:
+    if failed := [motion for motion in motions if not motion.status]:
+        yield f"{len(failed)} of {len(motions)} simulated speeds have no steady motion: {failed[0].message}."
+    for case in analysis.cases:
         if not case.transient.status:
             text = f" ({case.name}) the simulation from rest {case.transient.message}."
             yield "At " + Speed(case.omega, digits=5) + text
-    if found.load_cases and not searched(found.system.law):
+    if analysis.load_cases and not searched(analysis.system.law):
         yield (
             "Motions that do not join the response curve are looked for at the ends of the speed range under the mean "
             "load torque alone; for those of another torque give it as the mean."
@@ -293,14 +294,14 @@ class Analysis(Result):
 
         Of the error equation it is on the curve, or simulated where the curve has no motion as large.
         """
-        of = "error equation" if self.train_curve is None else "whole drive train"
-        found = []
+        model = "error equation" if self.train_curve is None else "whole drive train"
+        peaks = []
         for torque, drive in self.curves:
             at = drive.largest()
             if at is not None:
                 peak, omega = float(drive.peak[at]), float(drive.omega[at])
-                found.append(Largest(peak, omega, of, drive.method, torque))
-        best = max(found, key=lambda largest: largest.peak, default=None)
+                peaks.append(Largest(peak, omega, model, drive.method, torque))
+        best = max(peaks, key=lambda largest: largest.peak, default=None)
         if (ramp := self.run_alone) is not None:
             run = Largest(*ramp.largest(ramp.run.pointing), "run-up of the whole drive train", "integration")
             return run if best is None or self.train_curve is None or run.peak > LESS * best.peak else best

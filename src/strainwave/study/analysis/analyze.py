@@ -48,7 +48,7 @@ ROUNDING = 1.05  # of a fit to the printed value
 RATCHETING = 16.0  # times the rated torque: CSF/CSG catalogue, p. 14, has 4.8 (CSG-17-120) to 15.7 (CSG-14-50)
 
 
-def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, used: Usage) -> Iterator[str]:
+def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, run_usage: Usage) -> Iterator[str]:
     """Sentences about the hysteresis loop and the largest torque of a run.
 
     Parameters
@@ -60,7 +60,7 @@ def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, u
         Rated torque [N*m].
     loop : GearLoop or None
         Hysteresis loop of the law.
-    used : Usage
+    run_usage : Usage
         Largest torques of the run.
     """
     most = LOSS if gear is None or gear.hysteresis_loss is None else gear.hysteresis_loss
@@ -73,47 +73,47 @@ def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, u
             Angle(most, digits=3),
         )
     known = gear is not None and gear.ratcheting_torque is not None  # then it is among the limits
-    if not known and rated is not None and used.peak_torque > RATCHETING * rated:
+    if not known and rated is not None and run_usage.peak_torque > RATCHETING * rated:
         yield Sentence(
-            f"The torque in the gear reaches {used.peak_torque:.4g} N*m at {{}}, "
-            f"{used.peak_torque / rated:.3g} times the rated torque, and gears ratchet from 5 to 16 times on: the "
+            f"The torque in the gear reaches {run_usage.peak_torque:.4g} N*m at {{}}, "
+            f"{run_usage.peak_torque / rated:.3g} times the rated torque, and gears ratchet from 5 to 16 times on: the "
             "teeth skip, which this model does not do, and the error is no result; check load, damping and torques.",
-            Speed(used.at_peak, digits=5),
+            Speed(run_usage.at_peak, digits=5),
         )
 
 
 def with_tops(
-    found: tuple[Regime, ...], system: Any, exact: DriveResponse, close: dict[Resonance, DriveResponse]
+    all_regimes: tuple[Regime, ...], system: Any, exact: DriveResponse, close: dict[Resonance, DriveResponse]
 ) -> tuple[Regime, ...]:
     """Add to every resonance p:1 its maximum on the computed curve, or on the one drawn for it alone.
 
     Looked for between the neighbouring resonances, where a slow run-up or run-down goes; an end of the range is none.
     """
-    places = sorted(regime.omega for regime in found if regime.resonance.q == 1)
-    out = []
-    for regime in found:
-        near = close.get(regime.resonance, exact)
-        top = None if regime.resonance.q != 1 else _top(regime, places, system, near)
+    places = sorted(regime.omega for regime in all_regimes if regime.resonance.q == 1)
+    topped = []
+    for regime in all_regimes:
+        response = close.get(regime.resonance, exact)
+        top = None if regime.resonance.q != 1 else _top(regime, places, system, response)
         met = top is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
-        out.append(replace(regime, top=top, inside=regime.inside or met))
-    return tuple(out)
+        topped.append(replace(regime, top=top, inside=regime.inside or met))
+    return tuple(topped)
 
 
-def _top(regime: Regime, places: list[float], system: Any, near: DriveResponse) -> tuple[float, float] | None:
+def _top(regime: Regime, places: list[float], system: Any, response: DriveResponse) -> tuple[float, float] | None:
     i = places.index(regime.omega)
     low = max([regime.omega / FARTHEST, *((w * regime.omega) ** 0.5 for w in places[:i])])
     high = min([regime.omega * FARTHEST, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
-    visited = near.swept
-    omega = near.omega[visited]
+    visited = response.swept
+    omega = response.omega[visited]
     inside = (omega >= low) & (omega <= high)
     if not np.any(inside):
         return None
-    here, omega = visited[inside], omega[inside]
-    amplitude = near.torsion_amplitude(system, regime.resonance.p)[here]
-    at = int(np.argmax(amplitude))
-    if not np.min(omega) < omega[at] < np.max(omega) or amplitude[at] < FAINT * np.max(near.curve.peak[visited]):
+    indices, omega = visited[inside], omega[inside]
+    amplitude = response.torsion_amplitude(system, regime.resonance.p)[indices]
+    top = int(np.argmax(amplitude))
+    if not np.min(omega) < omega[top] < np.max(omega) or amplitude[top] < FAINT * np.max(response.curve.peak[visited]):
         return None
-    return float(omega[at]), float(amplitude[at])
+    return float(omega[top]), float(amplitude[top])
 
 
 @one_thread
@@ -146,11 +146,11 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     stability = _proof(system, point)
     progress("response curve", 0.02)
     exact = project.equation_response(coexisting=train is None or searched(system.law))
-    found, close = _resonances(system, limits, point, exact, progress)
+    all_regimes, close = _resonances(system, limits, point, exact, progress)
     sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share))
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
         raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
-    cases = _in_time(system, speeds, point, found, sweep, progress)
+    cases = _in_time(system, speeds, point, all_regimes, sweep, progress)
     single = tuple(case.omega for case in cases)
     study = None if train is None else _whole_train(project, train, system, point, exact, single, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
@@ -163,29 +163,29 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         by_load = load_cases(project, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)
     motors = {} if project.motor_named else project.motors()
-    others = motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87))
+    other_motors = motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87))
     progress("hysteresis and varying stiffness", 0.88)
-    used = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
-    loop, no_loop = loop_of(system.law, used.peak_torque, project.rated_torque)
+    largest = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
+    loop, no_loop = loop_of(system.law, largest.peak_torque, project.rated_torque)
     parametric, not_searched = parametric_of(system, limits)
     subject = Subject(system, None if curve is None else train, limits, project)
     motor = _asked_of_motor(drive, by_load, study)
     fastest = speeds.given[-1] if speeds.by_motor else None
-    findings = limit_findings(project.gear, used, fastest, project.motor_limits, motor)
+    findings = limit_findings(project.gear, largest, fastest, project.motor_limits, motor)
     if advice:
         progress("what would help", 0.9)
     helps, not_tried = (
-        what_helps(subject, drive, avoid, by_load, used, lambda what: progress(f"what would help: {what}", 0.9))
+        what_helps(subject, drive, avoid, by_load, largest, lambda what: progress(f"what would help: {what}", 0.9))
         if advice
         else ((), ())
     )
-    change = smallest_change(subject, drive, avoid, by_load, used.peak_torque, helps)
+    change = smallest_change(subject, drive, avoid, by_load, largest.peak_torque, helps)
     curves = tuple(case.drive for case in by_load) or (drive,)
-    verdict = verdict_of(limits, curves, avoid, used, findings, change, motor)
+    verdict = verdict_of(limits, curves, avoid, largest, findings, change, motor)
     return Analysis(
-        system, limits, point, stability, found, exact, close, sweep, cases, drive, by_load, others, used, findings,
-        loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
-        tuple(implausible(project.gear, project.rated_torque, loop, used)), motor,
+        system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
+        largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
+        tuple(implausible(project.gear, project.rated_torque, loop, largest)), motor,
     )  # fmt: skip
 
 

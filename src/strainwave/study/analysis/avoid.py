@@ -237,10 +237,10 @@ def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = 
 
 def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:
     """Bands of speed, ascending and apart."""
-    out: list[list[float]] = []
+    bands_apart: list[list[float]] = []
     for low, high in sorted(bands):
-        if out and low <= out[-1][1]:
-            out[-1][1] = max(out[-1][1], high)
+        if bands_apart and low <= bands_apart[-1][1]:
+            bands_apart[-1][1] = max(bands_apart[-1][1], high)
         else:
-            out.append([low, high])
-    return tuple((low, high) for low, high in out)
+            bands_apart.append([low, high])
+    return tuple((low, high) for low, high in bands_apart)

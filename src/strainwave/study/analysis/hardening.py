@@ -196,24 +196,24 @@ def _third(system: Any, curve: Branch, order: int, omega_0: float) -> tuple[floa
     """
     near = curve.stable & (curve.omega * order > WINDOW[0] * omega_0) & (curve.omega * order < WINDOW[1] * omega_0)
     sizes = np.where(near, curve.amplitude(3 * order), 0.0)
-    at = int(np.argmax(sizes))
-    found, place = float(sizes[at]), float(curve.omega[at])
-    beside = curve.omega[max(at - 1, 0) : at + 2]
-    if len(beside) < 3 or not (np.all(np.diff(beside) > 0.0) or np.all(np.diff(beside) < 0.0)):
-        return found, place
+    top = int(np.argmax(sizes))
+    size, place = float(sizes[top]), float(curve.omega[top])
+    neighbours = curve.omega[max(top - 1, 0) : top + 2]
+    if len(neighbours) < 3 or not (np.all(np.diff(neighbours) > 0.0) or np.all(np.diff(neighbours) < 0.0)):
+        return size, place
 
     def less(omega: float) -> float:
-        orbit = find_orbit(system._replace(omega=omega), guess=with_velocity(curve.coefficients[at], omega))
+        orbit = find_orbit(system._replace(omega=omega), guess=with_velocity(curve.coefficients[top], omega))
         return -orbit.amplitude(3 * order) if orbit.status.found and orbit.stable else 0.0
 
-    ends = float(beside.min()), float(beside.max())
+    ends = float(neighbours.min()), float(neighbours.max())
     best = minimize_scalar(less, bounds=ends, method="bounded", options={"xatol": FINE * place})
-    return max((found, place), (-float(best.fun), float(best.x)))
+    return max((size, place), (-float(best.fun), float(best.x)))
 
 
 def _at(system: Any, curve: Branch) -> float:
     """Largest oscillation [rad] of the stable motions of a curve at the system's speed."""
-    found = []
+    sizes = []
     for i, j in pairwise(range(len(curve.omega))):
         first, second = curve.omega[i] - system.omega, curve.omega[j] - system.omega
         if first * second > 0.0 or first == second or not (curve.stable[i] or curve.stable[j]):
@@ -222,7 +222,7 @@ def _at(system: Any, curve: Branch) -> float:
         x = (1.0 - share) * curve.coefficients[i] + share * curve.coefficients[j]
         orbit = find_orbit(system, guess=with_velocity(x, system.omega))
         if orbit.status.found and orbit.stable:
-            found.append(float(oscillation(orbit.coefficients[None, :, 0])[0]))
-    if not found:
+            sizes.append(float(oscillation(orbit.coefficients[None, :, 0])[0]))
+    if not sizes:
         raise SolveError(Sentence("no stable motion is found at {} with {}", Speed(system.omega), str(system.law)))
-    return max(found)
+    return max(sizes)

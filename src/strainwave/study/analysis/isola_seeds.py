@@ -22,7 +22,7 @@ PER_OCTAVE, FEWEST, FINEST = 8, 8, 4096
 PHASES = 8
 
 
-def speeds(own: float, lo: float, hi: float) -> Floats:
+def speeds(speed: float, lo: float, hi: float) -> Floats:
     """Speeds [rad/s] in a range at which orbits are looked for, rising."""
     per_octave = PER_OCTAVE
     while True:
@@ -31,19 +31,19 @@ def speeds(own: float, lo: float, hi: float) -> Floats:
             break
         per_octave *= 2
     grid = 2.0 ** (np.arange(first, last + 1) / per_octave)
-    inside = [own] if lo <= own <= hi else []
+    inside = [speed] if lo <= speed <= hi else []
     return np.unique(np.concatenate([[lo, hi], inside, grid[(grid > lo) & (grid < hi)]]))
 
 
-def slow_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple[Floats, str]]:
+def slow_seeds(problem: Any, resonance: Resonance, grid: Floats) -> Iterator[tuple[Floats, str]]:
     """Orbits at the ends of the range; steady states of the slow flow, stable and unstable."""
     if resonance.q == 1:
-        for omega in (float(at[0]), float(at[-1])):
+        for omega in (float(grid[0]), float(grid[-1])):
             for table in connected(problem, omega, []).tables:
                 guess = problem.fitted(table, omega)
                 if guess is not None:
                     yield guess, f"seeded by an orbit of the excitation at other strengths, omega = {omega:.6g} rad/s"
-    for omega in at.tolist():
+    for omega in grid.tolist():
         try:
             states = slow_flow(replace(problem.system, {"omega": omega}), resonance).steady_states()
         except (ValueError, SolveError):
@@ -57,13 +57,13 @@ def slow_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple
                 yield _with_component(problem, omega, resonance.p, s.amplitude, s.phase), origin
 
 
-def free_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple[Floats, str]]:
+def free_seeds(problem: Any, resonance: Resonance, grid: Floats) -> Iterator[tuple[Floats, str]]:
     """Free vibrations of the frequency p omega/q, with phases all around."""
-    size = float(np.linalg.norm(problem.linear_response(np.sqrt(at[0] * at[-1]))[:-1])) or 1.0
+    size = float(np.linalg.norm(problem.linear_response(np.sqrt(grid[0] * grid[-1]))[:-1])) or 1.0
     curve = backbone(
         problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=max(7, highest_order(problem.system))
     )
-    for omega in at.tolist():
+    for omega in grid.tolist():
         side = curve.omega - resonance.p * omega / resonance.q
         for i in np.flatnonzero(side[1:] * side[:-1] < 0.0):
             share = side[i] / (side[i] - side[i + 1])

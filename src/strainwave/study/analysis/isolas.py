@@ -74,7 +74,8 @@ def are_copies(x: Floats, y: Floats, period: int) -> bool:
     """Whether two series (blocks) are one motion but for whole forcing periods, or half turns and a mirror."""
     h = len(x) // 2
     k = np.arange(h + 1)
-    a, b = (np.append(z[0], z[1 : h + 1] - 1j * z[h + 1 :]) for z in (x, y))
+    a = np.append(x[0], x[1 : h + 1] - 1j * x[h + 1 :])
+    b = np.append(y[0], y[1 : h + 1] - 1j * y[h + 1 :])
     halves = np.arange(2 * period)[:, None]
     shifted = b * np.exp(1j * np.pi * k * halves / period) * (-1.0) ** halves
     return bool(np.min(np.linalg.norm(shifted - a, axis=1)) < 1e-5 * np.linalg.norm(a))
@@ -147,23 +148,23 @@ def isolas(
             "the excitation and the kinematic error are constant: without forcing no resonance responds; give one of "
             "them an amplitude"
         )
-    at = speeds(system.omega, lo, hi)
-    found = [frequency_response(system, (lo, hi), harmonics=harmonics)] if period == 1 else []
-    main = len(found)
-    search = settled_motions(problem, at)
+    grid = speeds(system.omega, lo, hi)
+    branches = [frequency_response(system, (lo, hi), harmonics=harmonics)] if period == 1 else []
+    main = len(branches)
+    search = settled_motions(problem, grid)
     lost: list[Motion] = []
     seeds = chain(
-        _points(problem, slow_seeds(problem, resonance, at)),
-        _points(problem, free_seeds(problem, resonance, at)),
+        _points(problem, slow_seeds(problem, resonance, grid)),
+        _points(problem, free_seeds(problem, resonance, grid)),
         _settled_points(problem, search, harmonics, lost),
     )
     for here, point, origin in seeds:
-        if not takes(point, period) or any(lies_on(here, point, branch) for branch in found):
+        if not takes(point, period) or any(lies_on(here, point, branch) for branch in branches):
             continue
         branch = _followed(here, point, lo, hi, harmonics, 4.0 / points, origin)
-        if not any(lies_on(here, probe, known) for known in found for probe in _probes(here, branch)):
-            found.append(branch)
-    return Isolas(found[main:], _sentence(search, period, len(found) - main, lost))
+        if not any(lies_on(here, probe, known) for known in branches for probe in _probes(here, branch)):
+            branches.append(branch)
+    return Isolas(branches[main:], _sentence(search, period, len(branches) - main, lost))
 
 
 def _points(problem: Any, seeds: Iterator[tuple[Floats, str]]) -> Iterator[tuple[Any, Floats, str]]:
@@ -183,17 +184,17 @@ def _settled_points(
             continue
         point, table, h = None, table_of(motion), problem.harmonics()
         while point is None:
-            here = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
-            guess = here.point(table, motion.omega)
+            finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
+            guess = finer.point(table, motion.omega)
             if harmonics is not None or h >= MOST or tail_along(problem, guess[None], 0.0).worst <= ENOUGH:
-                point = solve(here, guess)
+                point = solve(finer, guess)
                 if harmonics is not None or h >= MOST:
                     break
             h = min(2 * h + 1, MOST)
         if point is None:
             lost.append(motion)
             continue
-        yield here, point, f"settled on by random starts at omega = {motion.omega:.6g} rad/s"
+        yield finer, point, f"settled on by random starts at omega = {motion.omega:.6g} rad/s"
 
 
 def _probes(problem: Any, branch: Branch) -> Iterator[Floats]:
@@ -208,29 +209,31 @@ def _probes(problem: Any, branch: Branch) -> Iterator[Floats]:
 def _sentence(search: Search, period: int, branches: int, lost: list[Motion]) -> str:
     """What was searched, and what was met that is not in the list."""
     at = search.omegas
-    said = [
+    sentences = [
         f"{branches} branch(es) of orbits of {_turns(period)}; searched at {len(at)} speeds, omega = {at[0]:.6g} .. "
         f"{at[-1]:.6g} rad/s, by the slow flow, by free vibrations, and from {search.starts} random starts each up to "
         f"|x| = {search.reach:.3g} rad that ran for at most {search.turns} turns"
     ]
     for turns in sorted({m.turns for m in search.motions} - {period}):
         here = [m.omega for m in search.motions if m.turns == turns]
-        said.append(
+        sentences.append(
             f"starts also settled on motions of {_turns(turns)} at omega = {_band(here)} rad/s: "
             f"see isolas with Resonance(1, {turns})" + (" and frequency_response" if turns == 1 else "")
         )
     if lost:
-        some = ", ".join(f"{w:.6g}" for w in dict.fromkeys(m.omega for m in lost))
-        said.append(f"settled motions at omega = {some} rad/s were not found by harmonic balance: take more harmonics")
+        listing = ", ".join(f"{w:.6g}" for w in dict.fromkeys(m.omega for m in lost))
+        sentences.append(
+            f"settled motions at omega = {listing} rad/s were not found by harmonic balance: take more harmonics"
+        )
     if search.unsettled:
-        some = ", ".join(f"{w:.6g}" for w in search.loose)
-        said.append(
-            f"{search.unsettled} starts, at omega = {some} rad/s, did not settle on a period of up to {SEEN} turns "
+        listing = ", ".join(f"{w:.6g}" for w in search.loose)
+        sentences.append(
+            f"{search.unsettled} starts, at omega = {listing} rad/s, did not settle on a period of up to {SEEN} turns "
             "(chaos, a longer period or a slow transient)"
         )
     if search.diverged:
-        said.append(f"{search.diverged} starts left every bound")
-    return "; ".join(said)
+        sentences.append(f"{search.diverged} starts left every bound")
+    return "; ".join(sentences)
 
 
 def _band(values: list[float]) -> str:

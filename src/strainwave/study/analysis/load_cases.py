@@ -45,14 +45,14 @@ class LoadCase:
         return () if self.avoid is None else self.avoid.bands
 
 
-def load_cases(project: Project, own: LoadCase, progress: Callable[[float], None]) -> tuple[LoadCase, ...]:
+def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float], None]) -> tuple[LoadCase, ...]:
     """Follow the motions at torques spread over those of the load, their ends among them, and where bands lie apart.
 
     Parameters
     ----------
     project : Project
         The drive, with torques of its load.
-    own : LoadCase
+    mean_case : LoadCase
         The drive under its own mean torque.
     progress : callable
         Told every torque [N*m] before its curve is computed.
@@ -63,24 +63,24 @@ def load_cases(project: Project, own: LoadCase, progress: Callable[[float], None
         If the law cannot carry a torque of the range.
     """
     low, high = project.load_torques
-    found = {own.torque: own}
+    cases = {mean_case.torque: mean_case}
 
     def computed(torque: float) -> None:
         progress(torque)
-        found[torque] = _case(project.under(torque), torque)
+        cases[torque] = _case(project.under(torque), torque)
 
     spring = not project.has_memory
     for torque in np.linspace(low, high, LEAST if spring else WITH_MEMORY).tolist():
-        if abs(torque - own.torque) > ROUNDING * (high - low):
+        if abs(torque - mean_case.torque) > ROUNDING * (high - low):
             computed(torque)
-    while spring and len(found) < MOST:
-        rows = sorted(found)
-        apart = [(a, b) for a, b in pairwise(rows) if _gap(found[a].bands, found[b].bands) > 0.0]
+    while spring and len(cases) < MOST:
+        rows = sorted(cases)
+        apart = [(a, b) for a, b in pairwise(rows) if _gap(cases[a].bands, cases[b].bands) > 0.0]
         if not apart:
             break
-        a, b = max(apart, key=lambda pair: _gap(found[pair[0]].bands, found[pair[1]].bands))
+        a, b = max(apart, key=lambda pair: _gap(cases[pair[0]].bands, cases[pair[1]].bands))
         computed(0.5 * (a + b))
-    return tuple(found[torque] for torque in sorted(found))
+    return tuple(cases[torque] for torque in sorted(cases))
 
 
 def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
@@ -88,14 +88,14 @@ def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
 
     `avoid` is that of the drive under its own mean torque; largest and peaks are those of all torques.
     """
-    every = [found for found in (avoid, *(case.avoid for case in cases)) if found is not None]
-    if not every:
+    per_torque = [avoided for avoided in (avoid, *(case.avoid for case in cases)) if avoided is not None]
+    if not per_torque:
         return None
-    bands = [band for found in every for band in found.bands]
+    bands = [band for avoided in per_torque for band in avoided.bands]
     for a, b in pairwise(cases):
         bands += hulls_between(a.bands, b.bands)
-    worst = max(every, key=lambda found: found.largest)
-    return replace(every[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
+    worst = max(per_torque, key=lambda avoided: avoided.largest)
+    return replace(per_torque[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
 
 
 def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:

@@ -184,13 +184,13 @@ def regimes(system: Any, point: OperatingPoint, speeds: tuple[float, float]) -> 
     if point.omega_0 == 0.0:
         return ()
     kinds = [(1, 1), (3, 1), (1, 3)] + ([] if point.odd else [(2, 1), (1, 2)])
-    found: dict[Resonance, Regime] = {}
+    by_resonance: dict[Resonance, Regime] = {}
     for p, q in kinds:
         for order in active_orders(system):
             resonance = Resonance(order * p, q).checked()
-            if resonance not in found:
-                found[resonance] = _regime(system, point, speeds, NAMES[p, q], order, resonance)
-    return tuple(sorted(found.values(), key=lambda regime: regime.omega))
+            if resonance not in by_resonance:
+                by_resonance[resonance] = _regime(system, point, speeds, NAMES[p, q], order, resonance)
+    return tuple(sorted(by_resonance.values(), key=lambda regime: regime.omega))
 
 
 def active_orders(system: Any) -> tuple[int, ...]:
@@ -210,9 +210,9 @@ def _regime(
 ) -> Regime:
     omega = resonance.q * point.omega_0 / resonance.p
     inside = speeds[0] <= omega <= speeds[1]
-    here = (name, order, resonance, omega, inside)
+    identity = (name, order, resonance, omega, inside)
     if reason := no_multiple_scales(system):
-        return Regime(*here, (), "", None, None, None, None, None, reason)
+        return Regime(*identity, (), "", None, None, None, None, None, reason)
     try:
         flow = slow_flow(system._replace(omega=omega), resonance)
         states = tuple(flow.steady_states())
@@ -227,8 +227,8 @@ def _regime(
         existence = flow.existence
     except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
-        return Regime(*here, (), "", None, None, None, None, None, reason)
-    return Regime(*here, states, existence, certificate, first_at_peak, at_peak, response, backbone, "")
+        return Regime(*identity, (), "", None, None, None, None, None, reason)
+    return Regime(*identity, states, existence, certificate, first_at_peak, at_peak, response, backbone, "")
 
 
 def _at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:

@@ -95,7 +95,7 @@ class Ramp(NamedTuple):
 
     def largest(self, values: Floats) -> tuple[float, float]:
         """Largest size of what was sampled over the run, once it has begun, and the motor speed [rad/s] there."""
-        at = int(np.argmax(np.abs(values) * (self.run.trajectory.t >= self.begin)))
+        at = int(np.argmax(np.where(self.run.trajectory.t >= self.begin, np.abs(values), 0.0)))
         return float(abs(values[at])), float(self.run.motor_speed[at])
 
     @property
@@ -222,14 +222,14 @@ def train_study(
     grid = np.geomspace(0.2 * low, 1.5 * top * high, FREQUENCIES)
     source: Literal["motor", "load"] = "load" if train.motor.held else "motor"
     plot = bode(train, grid, source=source, at=state, speed=speed)
-    left_out, at, whole, reduced = None, np.empty(0), np.empty(0), np.empty(0)
+    left_out, probes, whole, reduced = None, np.empty(0), np.empty(0), np.empty(0)
     ramp = None
     if train.motor.free:
         remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
         if curve is None:
-            at = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
+            probes = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
             progress("comparison with the error equation")
-            left_out = compare_with_train(train, system, None, at, min(MOST_HARMONICS, max(top + 2, 4 * top)))
+            left_out = compare_with_train(train, system, None, probes, min(MOST_HARMONICS, max(top + 2, 4 * top)))
             whole, reduced = left_out.exact, left_out.free
     else:
         progress("run-up")
@@ -244,11 +244,11 @@ def train_study(
                 "no motion with it repeats with every turn: the steady curve leaves it out, the run-up has it."
             )
     if curve is not None:
-        at = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
-        whole, reduced = along(curve, at), along(exact, at)
+        probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
+        whole, reduced = along(curve, probes), along(exact, probes)
     progress("single speeds in time")
     motions = tuple(_motion(train, omega) for omega in single)
-    return TrainStudy(train, curve, state, speed, plot, at, whole, reduced, ramp, left_out, motions, tuple(remarks))
+    return TrainStudy(train, curve, state, speed, plot, probes, whole, reduced, ramp, left_out, motions, tuple(remarks))
 
 
 def _motion(train: DriveTrain, omega: float) -> DriveMotion | None:

@@ -193,8 +193,8 @@ def validity_map(system: Any, resonance: Resonance, speeds: ArrayLike, amplitude
     flows = [slow_flow(near, resonance, order=order)._flow for order in ORDERS]
     for w in speeds.tolist():
         flows[0].setting.refuse_on_resonance(w)
-    omega, factor = (grid.ravel() for grid in np.meshgrid(speeds, amplitudes, indexing="ij"))
     shape = len(speeds), len(amplitudes)
+    omega, factor = np.repeat(speeds, shape[1]), np.tile(amplitudes, shape[0])
     everywhere = flows[0].setting.scaled(factor).at(omega)
     cells = _Cells(replace(balance_of(flows[0].setting), setting=everywhere), omega)
     motions = []
@@ -231,19 +231,19 @@ class _Cells:
         """Amplitude [rad] of the component near omega_0; 0 where there is none, or no true motion was met."""
         return np.asarray(np.nan_to_num(np.abs(self.c[:, self.balance.fast])))
 
-    def improve(self, which: Any, motion: Complexes) -> Any:
+    def improve(self, cells: Any, motion: Complexes) -> Any:
         """Start from motions (all cells) in some cells; return in which a larger stable motion was met."""
-        better = [self._improve(part, motion[part]) for part in np.array_split(which, len(which) // TOGETHER + 1)]
+        better = [self._improve(part, motion[part]) for part in np.array_split(cells, len(cells) // TOGETHER + 1)]
         return np.concatenate(better)
 
-    def _improve(self, which: Any, start: Complexes) -> Any:
-        if not len(which):
-            return which
-        balance, omega = self.balance.of(which), self.omega[which]
-        found = corrected(balance, start, omega, None)
-        good = np.flatnonzero(found.converged)
-        good = good[balance.of(good).holds_still(found.c[good], omega[good])] if len(good) else good
-        where, c = which[good], found.c[good]
+    def _improve(self, cells: Any, start: Complexes) -> Any:
+        if not len(cells):
+            return cells
+        balance, omega = self.balance.of(cells), self.omega[cells]
+        solution = corrected(balance, start, omega, None)
+        good = np.flatnonzero(solution.converged)
+        good = good[balance.of(good).holds_still(solution.c[good], omega[good])] if len(good) else good
+        where, c = cells[good], solution.c[good]
         fast = self.balance.fast
         missing = ~np.isfinite(self.c[where, fast])
         larger = missing | (np.abs(c[:, fast]) > (1.0 + REST) * np.nan_to_num(np.abs(self.c[where, fast])))
@@ -258,13 +258,13 @@ class _Cells:
             changed = np.zeros(len(self.omega), bool)
             changed[new] = True
             size, new = self.size(), np.zeros(0, int)
-            for here, there in (
+            for cells, neighbours in (
                 (cell[1:], cell[:-1]),
                 (cell[:-1], cell[1:]),
                 (cell[:, 1:], cell[:, :-1]),
                 (cell[:, :-1], cell[:, 1:]),
             ):
-                mine, its = here.ravel(), there.ravel()
+                mine, its = cells.ravel(), neighbours.ravel()
                 try_it = changed[its] & (size[its] > LARGER * size[mine])
                 start = np.full_like(self.c, np.nan)
                 start[mine[try_it]] = self.c[its[try_it]]
@@ -352,7 +352,8 @@ def _peak(flow: Any, torque: Floats, a: Floats, omega: Floats) -> tuple[Floats, 
         for _ in range(ROUNDS):
             z: Any = -1j * a
             rate, by_z = rates_of(at(flow, omega, torque), z)
-            up, down = (rates_of(at(flow, omega + d, torque), z)[0] for d in (STEP, -STEP))
+            up = rates_of(at(flow, omega + STEP, torque), z)[0]
+            down = rates_of(at(flow, omega - STEP, torque), z)[0]
             by_a = -(by_z[:, 0, 1] + 1j * by_z[:, 1, 1])
             step = newton_step(real_matrix(by_a, (up - down) / (2.0 * STEP)), rate)
             share = np.minimum(1.0, 0.3 / np.maximum(np.abs(step.real) / a, np.abs(step.imag) / omega))

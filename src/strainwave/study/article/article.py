@@ -189,7 +189,7 @@ def _table_3() -> list[Cell]:
             "follows omega_0: the printed pair 37.2 rad/s, 5.92 Hz agrees with itself only (N2)",
         ),
     )
-    cells = [_compared("Table 3", "", "derived", *row[:4], why=row[4]) for row in rows]
+    cells = [_compared("Table 3", "", "derived", *row[:4], reason=row[4]) for row in rows]
     why = "A = T_m/(N J_m) of Table 3 does not depend on the frequency (N3)"
     varies = "varies with omega"
     cells.append(Cell("Table 3", "", "derived", "A", "rad/s^2", amplitude, varies, "not reproducible", why))
@@ -201,18 +201,19 @@ def _table_3() -> list[Cell]:
 
 
 def _compared(
-    table: str, case: str, parameters: str, quantity: str, unit: str, value: float, printed: Printed, why: str
+    table: str, case: str, parameters: str, quantity: str, unit: str, value: float, printed: Printed, reason: str
 ) -> Cell:
     """Apply the rule to one number."""
     difference = abs(value - printed.value)
     verdict: Verdict
     if difference <= printed.half_digit * (1.0 + 1e-9):
-        verdict, why = "reproduced", "agrees within half the last printed digit"
+        verdict, reason = "reproduced", "agrees within half the last printed digit"
     elif unit == "rad" and difference <= CLOSE * abs(value):
-        verdict, why = "close", f"the printed value is {100.0 * (printed.value - value) / value:+.1f} % off: {why}"
+        verdict = "close"
+        reason = f"the printed value is {100.0 * (printed.value - value) / value:+.1f} % off: {reason}"
     else:
         verdict = "not reproducible"
-    return Cell(table, case, parameters, quantity, unit, value, printed.value, verdict, why)
+    return Cell(table, case, parameters, quantity, unit, value, printed.value, verdict, reason)
 
 
 def _row(parameters: str, system: Oscillator, case: Case) -> list[Cell]:
@@ -263,7 +264,8 @@ def _from_rest(
     if not exact.status:
         raise RuntimeError(f"the article's case at {system.omega:.4g} rad/s {exact.message}")
     window = t <= 5.0 / mu
-    first, second = (slow_flow(system, resonance, order=order).x(t, (0.0, 0.0)) for order in (1, 2))
+    first = slow_flow(system, resonance, order=1).x(t, (0.0, 0.0))
+    second = slow_flow(system, resonance, order=2).x(t, (0.0, 0.0))
     size = float(np.mean(exact.y[0, window] ** 2))
 
     def rms(x: Floats) -> float:
@@ -277,7 +279,7 @@ def _peak(x: Floats) -> float:
     at = int(np.argmax(np.abs(x)))
     if at in (0, len(x) - 1):
         return float(abs(x[at]))
-    left, middle, right = (abs(float(x[at + i])) for i in (-1, 0, 1))
+    left, middle, right = map(float, np.abs(x[at - 1 : at + 2]))
     bend = left - 2.0 * middle + right
     return middle if bend == 0.0 else middle - (left - right) ** 2 / (8.0 * bend)
 
@@ -288,22 +290,22 @@ def _harmonics(place: tuple[str, str, str], system: Oscillator, case: Case, mu: 
     cells = [Cell(*place, "steady peak", "rad", steady.peak, None, "not printed", "the article gives no steady value")]
     for quantity, k in (("omega", 1.0), ("3 omega", 3.0), ("omega/3", 1 / 3)):
         if k < 1.0 and steady.period == 1:
-            why = "the steady motion repeats with the forcing, so it has no such component"
+            reason = "the steady motion repeats with the forcing, so it has no such component"
             value = None
         else:
-            why, value = "the article gives no number", steady.amplitude(k)
+            reason, value = "the article gives no number", steady.amplitude(k)
         name = f"steady amplitude at {quantity}"
         claim = {("superharmonic", 3.0): "dominating", ("subharmonic", 1 / 3): "a steady component"}.get((case.name, k))
         if claim is None or value is None:
-            cells.append(Cell(*place, name, "rad", value, None, "not printed", why))
+            cells.append(Cell(*place, name, "rad", value, None, "not printed", reason))
             continue
         share = value / steady.amplitude(1)
         if k > 1.0:
-            why = f"it is {100.0 * share:.2g} % of the component at omega, not dominating (N6)"
+            reason = f"it is {100.0 * share:.2g} % of the component at omega, not dominating (N6)"
         else:
-            why = "no steady subharmonic exists at this amplitude; the beats are the decaying free vibration (N7)"
+            reason = "no steady subharmonic exists at this amplitude; the beats are the decaying free vibration (N7)"
         verdict: Verdict = "reproduced" if share > (1.0 if k > 1.0 else 1e-3) else "not reproducible"
-        cells.append(Cell(*place, name, "rad", value, claim, verdict, why))
+        cells.append(Cell(*place, name, "rad", value, claim, verdict, reason))
     return cells
 
 

@@ -145,17 +145,17 @@ def bench_of(
             "this drive has no kinematic error, so that there is nothing to cancel; give excitation: {kinematic_error: "
             "...} in the project file"
         )
-    own = _sampling(project, sampling, remarks)
+    timing = _sampling(project, sampling, remarks)
     control, lag = train.motor.control, 0.0
     if isinstance(control, Lagged):
         control, lag = control.loop, control.lag
-        own = own._replace(delay=own.delay + lag)
+        timing = timing._replace(delay=timing.delay + lag)
         remarks.append(
             f"The lag of the current loop, {1e3 * lag:.3g} ms, counts as delay: the torque acts "
-            f"{1e3 * own.delay:.3g} ms after its sample."
+            f"{1e3 * timing.delay:.3g} ms after its sample."
         )
     if loop is None:
-        loop = _sampled(control, inertia, own, remarks)
+        loop = _sampled(control, inertia, timing, remarks)
     else:
         for method in ("start", "update"):
             if lacking(loop, method):
@@ -165,7 +165,7 @@ def bench_of(
     motor = train.motor._replace(control=COMMANDED)
     model = checked(train._replace(motor=motor, reference=Steady()))
     other = model if plant is None else plant._replace(motor=plant.motor._replace(control=COMMANDED))
-    return Bench(model, checked(other), checked(loop), checked(own), gear, tuple(remarks))
+    return Bench(model, checked(other), checked(loop), checked(timing), gear, tuple(remarks))
 
 
 def steady_bench_of(
@@ -199,14 +199,14 @@ def steady_bench_of(
 def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
     """The train with a constant torque [N*m] in place of gravity, that of an angle of the load [rad]."""
     end = train.load.end()
-    own, law = end.excitation, end.drag
+    original, law = end.excitation, end.drag
     parts = law if isinstance(law, Parallel) else (law,)
     torque = 0.0 - sum(float(part.torque(load_angle)) for part in parts if isinstance(part, AngleTorque))
     plain = without_gravity(train)
-    if isinstance(own, Harmonic):
-        excitation: Any = own._replace(mean=own.mean + torque)
+    if isinstance(original, Harmonic):
+        excitation: Any = original._replace(mean=original.mean + torque)
     else:
-        excitation = Harmonics((*terms_of(own), Harmonic(0.0, mean=torque)))
+        excitation = Harmonics((*terms_of(original), Harmonic(0.0, mean=torque)))
     return plain._replace(load=plain.load.with_end(plain.load.end()._replace(excitation=excitation))), torque
 
 

@@ -135,13 +135,13 @@ def compensation_bench(
         raise ValueError("there is nothing to run; give at least one controller and one speed")
     for speed in grid:
         _refuse_slow(next(iter(benches.values())), float(speed))
-    results, done = [], 0
+    results, finished = [], 0
     for design in designs:
         row = []
         for speed in grid.tolist():
             row.append(_worst(benches, design, speed, robust, 0, 0, silent))
-            done += 1
-            progress(f"{design.name} at {speed / RPM:.4g} rpm", done / (len(designs) * len(grid)))
+            finished += 1
+            progress(f"{design.name} at {speed / RPM:.4g} rpm", finished / (len(designs) * len(grid)))
         results.append(tuple(row))
     return CompensationBench(grid, tuple(design.name for design in designs), tuple(results))
 
@@ -169,15 +169,15 @@ def _worst(
     if len(benches) == 1:
         ((angle, bench),) = benches.items()
         return replace(_one(bench, design, speed, robust, units, seed, progress), load_angle=angle)
-    found = {angle: _one(bench, design, speed, False, 0, 0, silent) for angle, bench in benches.items()}
-    angle = max(found, key=lambda angle: (not found[angle].stable, found[angle].after.rms))
-    least, most = (f(one.after.rms for one in found.values()) / ARCSEC for f in (min, max))
-    one = _one(benches[angle], design, speed, robust, units, seed, progress) if robust or units else found[angle]
-    said = (
-        f"Of {len(found)} load angles that of {np.degrees(angle):.4g} deg is the worst: {design.name} leaves "
-        f"{most:.3g} arcsec there, {least:.3g} at the best."
+    by_angle = {angle: _one(bench, design, speed, False, 0, 0, silent) for angle, bench in benches.items()}
+    angle = max(by_angle, key=lambda angle: (not by_angle[angle].stable, by_angle[angle].after.rms))
+    sizes = [result.after.rms / ARCSEC for result in by_angle.values()]
+    result = _one(benches[angle], design, speed, robust, units, seed, progress) if robust or units else by_angle[angle]
+    remark = (
+        f"Of {len(by_angle)} load angles that of {np.degrees(angle):.4g} deg is the worst: {design.name} leaves "
+        f"{max(sizes):.3g} arcsec there, {min(sizes):.3g} at the best."
     )
-    return replace(one, load_angle=angle, remarks=(*one.remarks, said))
+    return replace(result, load_angle=angle, remarks=(*result.remarks, remark))
 
 
 def compensator_of(controller: Any) -> Compensator:
@@ -253,10 +253,10 @@ def _one(
     after = _run(bench, controller, speed, settle, end)
     progress("the drive", 0.3 if robust or units else 1.0)
     robustness = _robustness(bench, design, speed, settle, end) if robust else ()
-    many = units_of(bench, controller, speed, settle, end, units, seed) if units else None
+    scatter = units_of(bench, controller, speed, settle, end, units, seed) if units else None
     progress("units of the type", 1.0)
     excluded = _excluded(bench, after)
-    found = Compensation(
+    result = Compensation(
         name=design.name,
         title=design.title,
         speed=speed,
@@ -273,14 +273,14 @@ def _one(
         condition=design.stable,
         load_encoder=design.load_encoder,
         excluded=excluded,
-        units=many,
+        units=scatter,
         controller=controller,
         warnings=(),
         remarks=(*bench.remarks, *_long(design, speed, settle, rate)),
     )
     own = [*_given_up(bench, design, controller, speed, end, before, after)] if rate else []
     own += [*_beyond(bench, design, speed)]
-    return replace(found, warnings=(*own, *_warnings(design, found, float(growth))))
+    return replace(result, warnings=(*own, *_warnings(design, result, float(growth))))
 
 
 def _long(design: Compensator, speed: float, settle: float, rate: float) -> Any:
@@ -305,7 +305,7 @@ def _torque(found: LoopEnsemble) -> TorqueUse:
 
 
 def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, end: float) -> tuple[Robustness, ...]:
-    found = []
+    cases = []
     for share in SHARES:
         if stiffer(bench.plant.law, share) is None:
             return ()
@@ -315,8 +315,8 @@ def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, 
         after = _run(other, controller, speed, settle, end)
         decays = after.stable[0] and other.growth(controller, speed) < 0.0
         rms = float(after.rms[0]) if decays else float("inf")
-        found.append(Robustness(share, float(before.rms[0]), rms))
-    return tuple(found)
+        cases.append(Robustness(share, float(before.rms[0]), rms))
+    return tuple(cases)
 
 
 def _excluded(bench: Bench, after: LoopEnsemble) -> str:
@@ -361,29 +361,29 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
         )
 
 
-def _warnings(design: Compensator, found: Compensation, growth: float) -> Any:
+def _warnings(design: Compensator, result: Compensation, growth: float) -> Any:
     """What is wrong with a result, on the drive and on other gears, as sentences."""
-    at, share = f"at {found.speed / RPM:.4g} rpm", found.after.rms / found.before.rms
+    place, share = f"at {result.speed / RPM:.4g} rpm", result.after.rms / result.before.rms
     if growth >= 0.0:
         yield (
-            f"{design.name}: small motions of the sampled loop grow {at}, by a factor e every "
+            f"{design.name}: small motions of the sampled loop grow {place}, by a factor e every "
             f"{1.0 / max(growth, 1e-9):.3g} s; the controller is unstable on this drive, and what a run leaves is no "
             "steady error."
         )
-    elif not found.stable:
-        yield f"{design.name}: the error grows {at}; the controller is unstable on this drive."
-    elif grows(found.before.rms, found.after.rms):
-        yield f"{design.name}: the error is {share:.3g} times that of the plain loop {at}; do not use it there."
-    elif not found.gains and design.name != PLAIN:
+    elif not result.stable:
+        yield f"{design.name}: the error grows {place}; the controller is unstable on this drive."
+    elif grows(result.before.rms, result.after.rms):
+        yield f"{design.name}: the error is {share:.3g} times that of the plain loop {place}; do not use it there."
+    elif not result.gains and design.name != PLAIN:
         left = f"{100.0 * share:.3g} % of the error is left, and two runs differ by up to {100.0 * DIFFER:.0f} %"
-        yield f"{design.name}: no gain {at}: {left}; compare the model with the drive, or let the controller adapt."
-    for r in found.robustness if design.name != PLAIN else ():
+        yield f"{design.name}: no gain {place}: {left}; compare the model with the drive, or let the controller adapt."
+    for r in result.robustness if design.name != PLAIN else ():
         gear = f"on a gear {abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
         change = f"{r.before / ARCSEC:.3g} to {r.after / ARCSEC:.3g} arcsec"
         if grows(r.before, r.after):
             yield (
-                f"{design.name}: {gear} than the model the error grows from {change} {at}; measure the stiffness, or "
-                "let the controller adapt."
+                f"{design.name}: {gear} than the model the error grows from {change} {place}; measure the stiffness, "
+                "or let the controller adapt."
             )
-        elif not gains(r.before, r.after) and found.gains:
-            yield f"{design.name}: no gain {gear} than the model, from {change} {at}."
+        elif not gains(r.before, r.after) and result.gains:
+            yield f"{design.name}: no gain {gear} than the model, from {change} {place}."

@@ -292,9 +292,9 @@ def given(controller: Any) -> Compensator:
 
 def sees_load(controller: Any) -> bool:
     """Whether what a controller does depends on the load's angle."""
-    seen = [Measurement(0.3, 0.0, 0.0, 0.3, load, 0.0, 0.0) for load in (0.0, 1e-3)]
-    one, other = (leaves(controller.update(controller.start(), m)) for m in seen)
-    return bool(one != other)
+    measurements = [Measurement(0.3, 0.0, 0.0, 0.3, load, 0.0, 0.0) for load in (0.0, 1e-3)]
+    without, shifted = [leaves(controller.update(controller.start(), m)) for m in measurements]
+    return bool(without != shifted)
 
 
 def own_rate(bench: Bench, speed: float, controller: Any) -> float:

@@ -152,17 +152,17 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     decays with s c_k, c_k = 1 - cos(2 pi k/M): the error keeps s c_k/(r_k + s c_k) of itself. In a turn no order
     changes by more than half of itself.
     """
-    period, own = bench.sampling.period, np.array(bench.orders)
+    period, orders = bench.sampling.period, np.array(bench.orders)
     turn = 2.0 * pi / abs(speed)
     k = np.arange(int(min(CELLS // 2, 0.9 * pi / period / abs(speed))) + 1)
     G = -bench.response(speed, k).error_of_torque / np.max(np.abs(bench.response(speed).error_of_torque))
     c = 1.0 - np.cos(2.0 * pi * k / CELLS)
     best: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    for lead in np.linspace(-pi, pi, LEADS) / min(own):
+    for lead in np.linspace(-pi, pi, LEADS) / min(orders):
         r = np.real(G * np.exp(1j * k * lead))
         s = MARGIN * float(np.max(-r[1:] / c[1:], initial=SMOOTH))
-        if r[0] > STANDING and np.all(r[own] > 0.0):
-            kept = float(np.max(s * c[own] / (r[own] + s * c[own])))
+        if r[0] > STANDING and np.all(r[orders] > 0.0):
+            kept = float(np.max(s * c[orders] / (r[orders] + s * c[orders])))
             best = min(best, (kept, float(lead), s))
     kept, lead, s = best
     if kept == 1.0:

@@ -126,7 +126,7 @@ def monitor(
         If arrays differ in length, samples are not even or too slow for an order, the angle does not move, or neither
         an angle nor a range of frequencies is given.
     """
-    t, y = (np.asarray(thing, float) for thing in (time, signal))
+    t, y = np.asarray(time, float), np.asarray(signal, float)
     if t.ndim != 1 or t.shape != y.shape or len(t) < 4:
         raise ValueError(f"time has the shape {t.shape} and signal {y.shape}; give as many numbers of both, at least 4")
     if not np.all(np.isfinite(t)):
@@ -171,16 +171,16 @@ def _demodulated(
     for k in ordered:
         chain = Demodulator(chain, rate, period, order=k)
     chain = checked(chain)
-    out, left = np.zeros((1 + 2 * len(ordered), len(t))), np.zeros(len(t))
-    run(demodulate, chain, angle, y, out, left)
-    amplitudes = out[1::2] - 1j * out[2::2]
+    rows, left = np.zeros((1 + 2 * len(ordered), len(t))), np.zeros(len(t))
+    run(demodulate, chain, angle, y, rows, left)
+    amplitudes = rows[1::2] - 1j * rows[2::2]
     settle = chain.settling(SETTLED)
     return Monitored(
         time=t,
         orders=np.array(ordered, float),
         amplitude=np.abs(amplitudes),
         phase=np.angle(amplitudes),
-        mean=out[0],
+        mean=rows[0],
         frequency=np.gradient(angle, period) * ordered[0],
         settled_from=float(t[0] + settle),
         standard_error=_error(t, left, settle, chain.noise_gain()),
@@ -198,18 +198,18 @@ def _tracked(
     low, high = interval("frequencies [rad/s]", frequencies, positive=True)
     rate = 0.05 * low if bandwidth is None else number("bandwidth [1/s]", bandwidth, positive=True)
     tracker = checked(Tracker(low, high, rate, period))
-    out, left = np.zeros((4, len(t))), np.zeros(len(t))
-    run(track, tracker, y, out, left)
+    rows, left = np.zeros((4, len(t))), np.zeros(len(t))
+    run(track, tracker, y, rows, left)
     settle = tracker.settling(SETTLED)
     return Monitored(
         time=t,
         orders=np.ones(1),
-        amplitude=np.hypot(out[0], out[1])[None],
-        phase=np.arctan2(out[1], out[0])[None],
-        mean=out[2],
-        frequency=out[3],
+        amplitude=np.hypot(rows[0], rows[1])[None],
+        phase=np.arctan2(rows[1], rows[0])[None],
+        mean=rows[2],
+        frequency=rows[3],
         settled_from=float(t[0] + settle),
-        standard_error=_error(t, left, settle, tracker.noise_gain(float(np.mean(out[3])))),
+        standard_error=_error(t, left, settle, tracker.noise_gain(float(np.mean(rows[3])))),
         lost=int(np.sum(np.isnan(y))),
     )
 
@@ -222,23 +222,23 @@ def _error(t: Floats, left: Floats, settle: float, gain: float) -> float:
 
 
 @kernel
-def demodulate(chain: Any, angle: Any, signal: Any, out: Any, left: Any) -> None:
+def demodulate(chain: Any, angle: Any, signal: Any, rows: Any, left: Any) -> None:
     """Run nested demodulators over a record; write their numbers, and what was not expected."""
-    angle, signal, out, left = borrowed((angle, signal, out, left))
+    angle, signal, rows, left = borrowed((angle, signal, rows, left))
     state = chain.start()
     for k in range(len(signal)):
         left[k] = signal[k] - chain.expected(state, angle[k])
         state = chain.update(state, angle[k], signal[k])
-        chain.written(state, out, k)
+        chain.written(state, rows, k)
 
 
 @kernel
-def track(tracker: Any, signal: Any, out: Any, left: Any) -> None:
+def track(tracker: Any, signal: Any, rows: Any, left: Any) -> None:
     """Run a tracker over a record; write its numbers, and what was not expected."""
-    signal, out, left = borrowed((signal, out, left))
+    signal, rows, left = borrowed((signal, rows, left))
     state = tracker.start()
     for k in range(len(signal)):
         state = tracker.update(state, signal[k])
         left[k] = signal[k] - state[0] - state[2]
         for i in range(4):
-            out[i, k] = state[i]
+            rows[i, k] = state[i]

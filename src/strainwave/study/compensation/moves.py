@@ -176,7 +176,7 @@ def compensate_move(
     response = loop_response(closed, [SLOW], at=bench.start(SLOW, model=True))
     tail = DECAY * response.slowest if tail is None else number("tail [s]", tail, positive=True)
     references: list[tuple[str, Any, Any]] = [(*chosen, motion) for chosen in on_the_way(bench, controllers)]
-    pole = response.poles[int(np.argmax(np.abs(response.poles) * (np.abs(response.poles.imag) > 0.0)))]
+    pole = response.poles[int(np.argmax(np.where(response.poles.imag != 0.0, np.abs(response.poles), 0.0)))]
     s = np.log(complex(pole)) / response.period
     references += [
         (f"loop, {kind}", bench.loop, shaped(motion, abs(s), -s.real / abs(s), kind=kind)) for kind in shaping
@@ -229,8 +229,8 @@ def _run(bench: Bench, controller: Any, motion: Any, duration: float) -> Any:
 
 def _score(name: str, time: Floats, error: Floats, run: Any, duration: float, window: float) -> MoveScore:
     moving, last = time <= duration, time >= time[-1] - 0.1 * (time[-1] - duration)
-    rest = float(np.mean(error[last]))
-    outside = np.flatnonzero((np.abs(error - rest) > window) & ~moving)
+    remaining = float(np.mean(error[last]))
+    outside = np.flatnonzero((np.abs(error - remaining) > window) & ~moving)
     settled: float | None = 0.0
     if len(outside):
         i = int(outside[-1])
@@ -238,6 +238,6 @@ def _score(name: str, time: Floats, error: Floats, run: Any, duration: float, wi
     off = error[moving]
     limited = float(run.memory.limited) / len(time)
     return MoveScore(
-        name, settled, float(np.sqrt(np.mean(off * off))), float(np.max(np.abs(off))), rest,
+        name, settled, float(np.sqrt(np.mean(off * off))), float(np.max(np.abs(off))), remaining,
         float(np.max(np.abs(run.torque))), limited,
     )  # fmt: skip

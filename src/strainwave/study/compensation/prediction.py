@@ -75,53 +75,53 @@ def closed_form(system: Any, motions: Motions) -> ClosedForm:
         The curve.
     """
     shape = motions.amplitudes.shape
-    found = ClosedForm(np.full(shape, np.nan + 0.0j), np.zeros(shape[1], bool), ())
+    forms = ClosedForm(np.full(shape, np.nan + 0.0j), np.zeros(shape[1], bool), ())
     if not isinstance(system, Oscillator):
         said = "There is no closed form, as the damping or the stiffness varies with the angle."
-        return found._replace(remarks=(said,))
+        return forms._replace(remarks=(said,))
     try:
         natural, lines = operating_point(system).omega_0, np.array(active_orders(system))
     except (ValueError, SolveError) as error:
-        return found._replace(remarks=(f"There is no closed form: {error}.",))
+        return forms._replace(remarks=(f"There is no closed form: {error}.",))
     if not len(lines) or not natural:
-        return found._replace(remarks=("There is no closed form without an excitation and a stiffness at rest.",))
+        return forms._replace(remarks=("There is no closed form without an excitation and a stiffness at rest.",))
     nearest = lines[np.argmin(np.abs(np.log(np.outer(motions.omega, lines) / natural)), axis=1)]
     remarks = []
     for k in np.unique(nearest).tolist():
         at = np.flatnonzero(nearest == k)
         try:
-            remarks += _about(system._replace(omega=natural / k), k, at, motions, found)
+            remarks += _about(system._replace(omega=natural / k), k, at, motions, forms)
         except (ValueError, SolveError) as error:
-            low, high = (f(motions.omega[at]) / RPM for f in (np.min, np.max))
+            low, high = np.min(motions.omega[at]) / RPM, np.max(motions.omega[at]) / RPM
             remarks.append(
                 f"There is no closed form about order {k}'s resonance, {low:.4g} to {high:.4g} rpm: {error}."
             )
-    return found._replace(remarks=tuple(remarks))
+    return forms._replace(remarks=tuple(remarks))
 
 
-def _about(system: Any, k: int, at: Any, motions: Motions, found: ClosedForm) -> list[str]:
-    """Write the motions `at` about the resonance of order k to `found`; return what is to be said."""
-    omega = motions.omega[at]
+def _about(system: Any, k: int, indices: Any, motions: Motions, forms: ClosedForm) -> list[str]:
+    """Write the motions of these indices, about the resonance of order k, to `forms`; return sentences on them."""
+    omega = motions.omega[indices]
     flow = slow_flow(system, Resonance(k, 1), order=2)
     predictor = flow.predictor(speeds=((1.0 - WIDER) * float(np.min(omega)), (1.0 + WIDER) * float(np.max(omega))))
     states, flags = flow.states_at(np.unique(omega)), np.full(len(omega), -1)
-    for n, i in enumerate(at.tolist()):
+    for n, i in enumerate(indices.tolist()):
         w, others = float(omega[n]), motions.others(i)
         for j in np.flatnonzero((states.omega == w) & (states.stable == motions.stable[i])).tolist():
             z = states.amplitude[j] * np.exp(-1j * states.phase[j])
             rows, flag = _steady(predictor, w, complex(z), motions.orders)
             off = float(np.linalg.norm(rows - motions.amplitudes[:, i]))
             if off <= np.min(np.linalg.norm(rows[:, None] - others, axis=0), initial=np.inf):
-                found.amplitudes[:, i], flags[n] = rows, flag
-    found.valid[at] = flags == OK
+                forms.amplitudes[:, i], flags[n] = rows, flag
+    forms.valid[indices] = flags == OK
     several = f"of the {len(omega)} motions about order {k}'s resonance"
-    said = [
+    sentences = [
         f"At {np.sum(flags == flag)} {several} the closed form is not valid: {predictor.meaning(flag)}."
         for flag in np.unique(flags[flags > OK]).tolist()
     ]
     if np.any(flags < OK):
-        said.append(f"At {np.sum(flags < OK)} {several} the closed form has no such motion.")
-    return said
+        sentences.append(f"At {np.sum(flags < OK)} {several} the closed form has no such motion.")
+    return sentences
 
 
 def _steady(predictor: Any, omega: float, z: complex, orders: NDArray[np.int64]) -> tuple[Complexes, int]:
@@ -216,15 +216,15 @@ class PredictionTable(Result):
     def variables(self) -> Labelled:
         """Amplitudes, phases and stability; those of the closed forms and their validity."""
         dims = ("order", "point")
-        found: Labelled = {
+        columns: Labelled = {
             "amplitude": (dims, np.abs(self.amplitudes), "rad"),
             "phase": (dims, np.angle(self.amplitudes), "rad"),
             "stable": ("point", self.stable, ""),
         }
         if self.closed is None or self.valid is None:
-            return found
+            return columns
         return {
-            **found,
+            **columns,
             "closed_amplitude": (dims, np.abs(self.closed), "rad"),
             "closed_phase": (dims, np.angle(self.closed), "rad"),
             "closed_valid": ("point", self.valid, ""),
@@ -288,7 +288,7 @@ def prediction_table(
     """
     if lacking(project, "response", "motors"):
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
-    own = bench_of(project).orders if orders is None else tuple(orders)
+    chosen = bench_of(project).orders if orders is None else tuple(orders)
     if speeds is not None:
         limits = interval("speeds [rad/s]", speeds, positive=True)
         project = replace(project, speeds=replace(project.speeds, limits=limits, single=()))
@@ -297,13 +297,13 @@ def prediction_table(
     x = curve.coefficients
     way = slice(None, None, 1 if curve.omega[0] <= curve.omega[-1] else -1)
     most = x.shape[1] // 2
-    if not own or any(not isinstance(k, int) or isinstance(k, bool) or not 1 <= k <= most for k in own):
+    if not chosen or any(not isinstance(k, int) or isinstance(k, bool) or not 1 <= k <= most for k in chosen):
         raise ValueError(f"orders is {shown(orders)}; give integers from 1 to {most}, the harmonics of this response")
-    omega, rows = curve.omega[way], np.array([x[way, 2 * k - 1] - 1j * x[way, 2 * k] for k in own], complex)
+    omega, rows = curve.omega[way], np.array([x[way, 2 * k - 1] - 1j * x[way, 2 * k] for k in chosen], complex)
     stable = curve.stable[way] | np.isin(omega, [fold.omega for fold in curve.folds])
     table = PredictionTable(
         omega=omega,
-        orders=np.array(own),
+        orders=np.array(chosen),
         amplitudes=rows,
         stable=stable,
         jumps_up=() if sweep is None else tuple(jump.value for jump in sweep.on_run_up),
@@ -349,7 +349,7 @@ def speed_table(
         If the table has no prediction at one of the speeds: the sentence says why.
     """
     low, high = interval("speeds [rad/s]", speeds, positive=True)
-    own: Bench = bench_of(project, bench.get("sampling"), bench.get("loop"))
+    test_bench: Bench = bench_of(project, bench.get("sampling"), bench.get("loop"))
     predicted = prediction_table(project, closed=False) if table is None else table
     grid = np.linspace(low, high, MOST)
     torque = np.empty((len(predicted.orders), MOST), complex)
@@ -357,8 +357,8 @@ def speed_table(
         amplitudes, flag = predicted.at(speed, direction)
         if flag:
             raise ValueError(f"there is no prediction at {speed / RPM:.4g} rpm: {flag}")
-        torque[:, i] = -amplitudes / own.response(speed, predicted.orders).error_of_torque
-    loop: Any = own.loop
+        torque[:, i] = -amplitudes / test_bench.response(speed, predicted.orders).error_of_torque
+    loop: Any = test_bench.loop
     for k, row in zip(predicted.orders.tolist(), torque, strict=True):
         loop = SpeedTable(loop, tuple(grid.tolist()), tuple(row.real.tolist()), tuple((-row.imag).tolist()), order=k)
     return loop

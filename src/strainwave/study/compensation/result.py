@@ -111,7 +111,7 @@ class Units(Result):
         }
 
     def __str__(self) -> str:
-        low, middle, high = (value / ARCSEC for value in self.quantiles())
+        low, middle, high = [value / ARCSEC for value in self.quantiles()]
         return on_screen(
             f"Units: {len(self.after.rms)}, {len(self.unstable)} not compensated; rms after {middle:.3g} arcsec "
             f"(5 to 95 %: {low:.3g} to {high:.3g}), before {np.median(self.before.rms) / ARCSEC:.3g} arcsec"
@@ -282,15 +282,15 @@ class CompensationBench(Result):
         """Residuals and torques."""
 
         def table(value: Any) -> Floats:
-            return np.array([[value(one) for one in row] for row in self.results])
+            return np.array([[value(cell) for cell in row] for row in self.results])
 
         dims = ("controller", "speed")
         return {
-            "before": (dims, table(lambda one: one.before.rms), "rad"),
-            "after": (dims, table(lambda one: one.after.rms), "rad"),
-            "peak": (dims, table(lambda one: one.after.peak), "rad"),
-            "torque": (dims, table(lambda one: one.torque.peak), "N*m"),
-            "stable": (dims, table(lambda one: one.stable), ""),
+            "before": (dims, table(lambda cell: cell.before.rms), "rad"),
+            "after": (dims, table(lambda cell: cell.after.rms), "rad"),
+            "peak": (dims, table(lambda cell: cell.after.peak), "rad"),
+            "torque": (dims, table(lambda cell: cell.torque.peak), "N*m"),
+            "stable": (dims, table(lambda cell: cell.stable), ""),
         }
 
     def __str__(self) -> str:

@@ -66,7 +66,7 @@ class CompensatedRunup(OnTheWay):
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of the controllers, once."""
-        low, high = (number(speed / RPM) for speed in self.speed[[0, -1]].tolist())
+        low, high = number(float(self.speed[0]) / RPM), number(float(self.speed[-1]) / RPM)
         return (
             Fact("", f"{low} to {high} rpm and back", "Compensated run-up: {}"),
             Fact("acceleration_rpm_per_s", self.acceleration, "acceleration {}"),
@@ -141,10 +141,10 @@ def compensate_run_up(
             f"{low / RPM:.4g} rpm; give a longer time"
         )
     edges = np.linspace(low, high, CELLS + 1)
-    up, down = (
+    up, down = [
         np.array([_cells(_run(bench, c, ends, time), ends, time, edges, lowest) for _, c in chosen])
         for ends in ((low, high), (high, low))
-    )
+    ]
     calm = CALM * float(np.max(np.maximum(up, down)))
     angle = None if load_angle is None else checked("load_angle [rad]", load_angle)
     held = steady_bench_of(project, sampling, loop, plant, angle)
@@ -207,9 +207,9 @@ def _at_last(bench: Bench, controller: Any, ends: tuple[float, float], time: flo
     """Rms [rad] of the error about its mean where a run that waits has settled: near a fold that takes long."""
     for _ in range(LONGER):
         run = _run(bench, controller, ends, time, waits)
-        early, late = (
-            float(np.std(run.error[np.abs(run.time - run.time[-1] + at * waits) < 0.1 * waits])) for at in (0.3, 0.1)
-        )
+        before_end = run.time[-1] - run.time
+        early = float(np.std(run.error[np.abs(before_end - 0.3 * waits) < 0.1 * waits]))
+        late = float(np.std(run.error[np.abs(before_end - 0.1 * waits) < 0.1 * waits]))
         if abs(late - early) <= SAME * late:
             break
         waits *= 2.0

@@ -242,18 +242,18 @@ def _coupling(drives: Drives, line: Any, swing: Floats, K: Floats, frequency: Fl
     return np.asarray(0.5 * swing * motion / (np.abs(Z) * line.amplitude))
 
 
-def _parabola(x: Floats, inverse: Floats, at: Any) -> tuple[Floats, Floats]:
+def _parabola(x: Floats, inverse: Floats, index: Any) -> tuple[Floats, Floats]:
     """1/sqrt of the least value by a parabola through the least sample and its neighbours, and exp(x) there."""
-    inner = np.clip(at, 1, len(x) - 2)
+    inner = np.clip(index, 1, len(x) - 2)
     rows = np.arange(len(inverse))
-    before, here, after = (inverse[rows, inner + d] for d in (-1, 0, 1))
-    bend, slope = before - 2.0 * here + after, 0.5 * (after - before)
-    shift = np.where((bend > 0.0) & (at == inner), -slope / np.where(bend > 0.0, bend, 1.0), 0.0)
+    before, middle, after = inverse[rows, inner - 1], inverse[rows, inner], inverse[rows, inner + 1]
+    bend, slope = before - 2.0 * middle + after, 0.5 * (after - before)
+    shift = np.where((bend > 0.0) & (index == inner), -slope / np.where(bend > 0.0, bend, 1.0), 0.0)
     shift = np.clip(shift, -0.5, 0.5)
-    least = np.where(at == inner, here + shift * (slope + 0.5 * bend * shift), inverse[rows, at])
-    place = np.where(at == inner, x[inner] + shift * (x[1] - x[0]), x[at])
+    least = np.where(index == inner, middle + shift * (slope + 0.5 * bend * shift), inverse[rows, index])
+    place = np.where(index == inner, x[inner] + shift * (x[1] - x[0]), x[index])
     # samples of a parabola that dips below what damping allows have no minimum of their own
-    least = np.where(least > 0.0, least, here)
+    least = np.where(least > 0.0, least, middle)
     return 1.0 / np.sqrt(least), np.exp(place)
 
 
@@ -285,27 +285,27 @@ class Worth(NamedTuple):
     size: float
 
 
-def worth(drives: Drives, found: Largest, at: int) -> Worth:
+def worth(drives: Drives, peaks: Largest, row: int) -> Worth:
     """Relative error of averaging by the certificate of the first-order slow flow, at one drive's largest oscillation.
 
     Near k omega the drive is one oscillator with its own mass and damping. The certificate is about the component at
     k omega and counts with its share of the oscillation, at most all. Of a motor in a loop the closed form also leaves
     out what the changing ratio does to the motor: N e' of its speed, which is added.
     """
-    mass, order = float(found.mass[at]), int(found.order[at])
+    mass, order = float(peaks.mass[row]), int(peaks.order[row])
     slope = sum(line.order * line.amplitude for line in drives.error.lines)
     ripple = 0.0 if drives.loop is None else drives.N * slope
     if not mass > 0.0:
         return Worth(UNKNOWN)
     near = Oscillator(
-        mass, float(found.damping[at]), drives.law, Harmonic(0.0, mean=drives.torque), float(found.omega[at]),
+        mass, float(peaks.damping[row]), drives.law, Harmonic(0.0, mean=drives.torque), float(peaks.omega[row]),
         drives.error,
     )  # fmt: skip
     try:
         seen = slow_flow(near, Resonance(order, 1)).certificate()
     except (SolveError, ValueError):
         return Worth(UNKNOWN)
-    share = min(1.0, float(found.amplitude[at] / found.oscillation[at]))
+    share = min(1.0, float(peaks.amplitude[row] / peaks.oscillation[row]))
     size = max(seen.amplitude, seen.waveform) * share
     return Worth(size + ripple if math.isfinite(size) else UNKNOWN)
 
@@ -350,10 +350,11 @@ CHANGES: dict[str, Callable[[Drives, float], Drives]] = {
 
 def sensitivities(designs: list[tuple[str, float, Drives]]) -> tuple[Sensitivity, ...]:
     """Slopes of designs: name of the gear, inertia of the motor, and the drive; damping and loop stay as they are."""
-    found = []
+    slopes = []
     for gear, motor, drives in designs:
-        here = float(largest(drives).oscillation[0])
+        base = float(largest(drives).oscillation[0])
         for name, changed in CHANGES.items():
-            up, down = (float(largest(changed(drives, 1.0 + s)).oscillation[0]) for s in (STEP, -STEP))
-            found.append(Sensitivity(gear, motor, name, (up - down) / (2.0 * STEP * here)))
-    return tuple(found)
+            up = float(largest(changed(drives, 1.0 + STEP)).oscillation[0])
+            down = float(largest(changed(drives, 1.0 - STEP)).oscillation[0])
+            slopes.append(Sensitivity(gear, motor, name, (up - down) / (2.0 * STEP * base)))
+    return tuple(slopes)

@@ -121,7 +121,7 @@ class _Search:
             self.misses.pop(option.gear.name, None)
         nearest = "" if feasible else self._nearest(gears)
         chosen = [(o, self._drives(o.gear, [o.motor], [o.load])) for o in best[:BEST]]
-        found = Design(
+        result = Design(
             self.spec,
             tuple(feasible),
             tuple(map(self._candidate, best)),
@@ -135,9 +135,9 @@ class _Search:
         if self.stopped:
             raise Interrupted(
                 f"interrupted; {len(self.known)} designs were computed by harmonic balance, the others by averaging",
-                found,
+                result,
             )
-        return found
+        return result
 
     def _drives(self, gear: Gear, motors: Any, loads: Any) -> Drives:
         """Drives of a gear: every motor with every load."""
@@ -148,7 +148,7 @@ class _Search:
         loop = spec.control(1.0)
         tuned = loop is not None and loop is not spec.loop
         gain = J_m + J_l / ratio**2 if tuned else 1.0
-        low, high = (ratio * speed for speed in spec.speeds)
+        low, high = ratio * spec.speeds[0], ratio * spec.speeds[1]
         return Drives(
             gear.law, ratio, spec.average_load, _error(gear, spec), (low, high), J_m, J_l,
             spec.damping(gear.law.K1, J_l), loop, gain,
@@ -159,16 +159,14 @@ class _Search:
         spec, loads = self.spec, self.spec.load_inertias
         each = max(1, MOST_DRIVES // len(loads))
         options: list[Option] = []
-        near: tuple[float, Drives, Largest, int] | None = None
+        nearest: tuple[float, Drives, Largest, int] | None = None
         for start in range(0, len(spec.motor_inertias), each):
             motors = spec.motor_inertias[start : start + each]
             drives = self._drives(gear, motors, loads)
-            found = largest(drives)
+            result = largest(drives)
             self.drives += len(drives.J_l)
-            size, low, high, speed = (
-                np.reshape(values, (len(motors), len(loads)))
-                for values in (found.oscillation, found.low, found.high, found.omega)
-            )
+            values = np.array([result.oscillation, result.low, result.high, result.omega])
+            size, low, high, speed = values.reshape(4, len(motors), len(loads))
             worst = np.argmax(size, axis=1)
             rows = np.arange(len(motors))
             for row, column in zip(rows.tolist(), worst.tolist(), strict=True):
@@ -177,10 +175,10 @@ class _Search:
                 options.append(Option(gear, rules, motors[row], loads[column], *there, 0.0, -spec.average_load))
             distance = np.abs(np.log(size[rows, worst] / spec.limit))
             row = int(np.argmin(distance))
-            if near is None or distance[row] < near[0]:
-                near = float(distance[row]), drives, found, int(row * len(loads) + worst[row])
-        assert near is not None
-        certified = worth(*near[1:])
+            if nearest is None or distance[row] < nearest[0]:
+                nearest = float(distance[row]), drives, result, int(row * len(loads) + worst[row])
+        assert nearest is not None
+        certified = worth(*nearest[1:])
         return [_bounded(option, certified) for option in options]
 
     def _decide(self, options: list[Option]) -> None:
@@ -251,16 +249,16 @@ class _Search:
         speeds = self._drives(option.gear, [option.motor], [option.load]).speeds
         lines = _error(option.gear, self.spec).lines
         alike = self.spec.loop is None and len({line.order & -line.order for line in lines if line.amplitude}) < 2
-        found = []
+        cases = []
         for torque in (option.torque,) if alike or not option.torque else (option.torque, -option.torque):
             try:
-                one = balanced(self._train(option, torque), speeds)
+                motion = balanced(self._train(option, torque), speeds)
             except SolveError:
                 return None
-            if one is None:
+            if motion is None:
                 return None
-            found.append((one, torque))
-        return max(found, key=lambda both: both[0].oscillation)
+            cases.append((motion, torque))
+        return max(cases, key=lambda both: both[0].oscillation)
 
     def _train(self, option: Option, torque: float) -> DriveTrain:
         """The whole drive of an option, under a mean torque [N*m] on its load."""
@@ -326,17 +324,21 @@ class _Search:
         return f"No gear serves. The nearest is {best[0]}: {_told(best[1])}"
 
     def _remarks(self) -> list[str]:
-        said = []
+        sentences = []
         if self.spec.accuracy is None and self.spec.kinematic_error is None:
-            said.append(
+            sentences.append(
                 "The kinematic error is each gear's accuracy class, shared by the orders 1, 2, 4 as 1 : 4 : 1 by "
                 "assumption; units of one type differ by a factor of about 3."
             )
         if self.stopped:
-            said.append(f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging.")
+            sentences.append(
+                f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging."
+            )
         if len(self.known) >= MOST_BALANCED:
-            said.append(f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging.")
-        return said
+            sentences.append(
+                f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging."
+            )
+        return sentences
 
 
 def _error(gear: Gear, spec: Specification) -> KinematicError:
@@ -362,6 +364,6 @@ def _told(check: Check) -> str:
 def _lacking(names: list[str]) -> str:
     """What no source gives, where every gear lacks a number that the specification needs."""
     counts = Counter(WORDS.get(name, name.replace("_", " ")) for name in names)
-    said = listed(f"the {name} of {count} gear{'s' * (count > 1)}" for name, count in counts.most_common())
-    ways = ["leave out what needs it"] + ["give excitation.accuracy"] * ("accuracy" in names)
+    said = listed(f"the {name} of {count} gear{'s' if count > 1 else ''}" for name, count in counts.most_common())
+    ways = ["leave out what needs it", *(["give excitation.accuracy"] if "accuracy" in names else [])]
     return f"No gear serves: no source gives {said}, which the specification needs; {' or '.join(ways)}."

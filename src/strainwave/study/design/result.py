@@ -163,8 +163,8 @@ class Design(Result):
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of the designs, once."""
-        gears, more = len({c.gear for c in self.feasible}), len(self.pareto) - SHOWN
-        low, high = (number(speed / RPM) for speed in self.specification.speeds)
+        gears, unlisted = len({c.gear for c in self.feasible}), len(self.pareto) - SHOWN
+        low, high = [number(speed / RPM) for speed in self.specification.speeds]
         serve = f"{len(self.feasible)} designs of {gears} gears serve, {len(self.rejected)} gears do not"
         first = (s for s in self.sensitivities if s[:2] == self.sensitivities[0][:2])
         return (
@@ -176,7 +176,7 @@ class Design(Result):
             Fact("feasible", tuple((*c.facts(), Fact("pareto", c in self.pareto)) for c in self.feasible)),
             Fact("", (BEST,) if self.pareto else (), "{}"),
             Fact("", tuple(c.facts() for c in self.pareto[:SHOWN]), "{}"),
-            Fact("", (f"and {more} more; `pareto` has all",) if more > 0 else (), "{}"),
+            Fact("", (f"and {unlisted} more; `pareto` has all",) if unlisted > 0 else (), "{}"),
             Fact("rejected", dict(self.rejected)),
             Fact("sensitivities", tuple(one.facts() for one in self.sensitivities)),
             Fact("", tuple(map(str, first)), "{}"),

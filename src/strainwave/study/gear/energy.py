@@ -120,7 +120,7 @@ def energy_balance(
     sizes = np.max(np.abs(coarse), axis=1)
     smallest = float(np.min(sizes[sizes > 0.0], initial=1.0))
     y = _run(system, begin, duration, Dopri5(rtol=rtol, atol=max(1e-2 * rtol * smallest, 1e-300)))
-    work, error_work, *losses = (float(w) for w in y[states:, -1])
+    work, error_work, *losses = map(float, y[states:, -1])
     omega, end = system.omega, y[:states, -1]
     stored = _stored(system, omega * duration, end) - _stored(system, 0.0, y[:states, 0])
     return EnergyBalance(duration, work, error_work, dict(zip(names, losses, strict=True)), stored)
@@ -130,7 +130,7 @@ def _check_duration(system: Any, duration: float) -> None:
     """Refuse stretches in which nothing moves, or that no computer steps through (ValueError)."""
     stiffness = 0.0 if lacking(system.law, "stiffness") else abs(float(system.law.stiffness(0.0)))
     fastest = max(abs(system.omega) * max((1, *system.orders())), math.sqrt(stiffness / system.J))
-    shortest, longest = (cycles * 2.0 * math.pi / (fastest or 1.0) for cycles in CYCLES)
+    shortest, longest = [cycles * 2.0 * math.pi / (fastest or 1.0) for cycles in CYCLES]
     if not shortest <= duration <= longest:
         raise ValueError(
             f"duration [s] is {duration:g}; give one from {shortest:.3g} to {longest:.3g} s, {CYCLES[0]:g} to "
@@ -153,7 +153,7 @@ def _stored(system: Any, phase: float, y: Floats) -> float:
 
 def _names(law: Any) -> list[str]:
     """Names of the parts of a law that lose energy, in the order of its losses."""
-    found: list[str] = []
+    names: list[str] = []
 
     def visit(part: Any) -> None:
         for inner in parts_of(part):
@@ -166,8 +166,8 @@ def _names(law: Any) -> list[str]:
                     f"{name} has no method {' and no method '.join(missing)}; an energy balance needs energy(x, z) and "
                     "losses(x, v, z) of a law with memory"
                 )
-            count = sum(other.partition(" ")[0] == name for other in found)
-            found.append(f"{name} {count + 1}" if count else name)
+            count = sum(other.partition(" ")[0] == name for other in names)
+            names.append(f"{name} {count + 1}" if count else name)
 
     visit(law)
-    return found
+    return names

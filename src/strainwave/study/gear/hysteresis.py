@@ -215,13 +215,13 @@ def fit_hysteresis(
             "example catalogue.gear('CSG-40-50').law"
         )
     spring = checked(spring)
-    wanted = {"hysteresis loss": number("hysteresis_loss [rad]", hysteresis_loss, positive=True)}
+    datasheet = {"hysteresis loss": number("hysteresis_loss [rad]", hysteresis_loss, positive=True)}
     if lost_motion is not None:
-        wanted["lost motion"] = number("lost_motion [rad]", lost_motion, positive=True)
+        datasheet["lost motion"] = number("lost_motion [rad]", lost_motion, positive=True)
     rated = number("rated_torque [N*m]", rated_torque, positive=True)
     tolerance = number("tolerance", tolerance, positive=True)
     full = rated if load is None else number("load [N*m]", load, positive=True)
-    loss, target = wanted["hysteresis loss"], _Target(spring, wanted, full, SMALL_LOOP * rated)
+    loss, target = datasheet["hysteresis loss"], _Target(spring, datasheet, full, SMALL_LOOP * rated)
 
     def fitted(gap: bool) -> tuple[Any, dict[str, float], str]:
         """Best law with or without a gap, its misfit, and the name of the worst number."""
@@ -231,18 +231,18 @@ def fit_hysteresis(
             return np.array([*target.misfit(law_of(p), RTOL_OF_FIT).values()][:counted])
 
         found = law_of(least_squares(misfit, p0, bounds=(p0 - 12.0, p0 + 12.0), xtol=1e-6, diff_step=1e-3).x)
-        off = target.misfit(found, RTOL)
-        return found, off, max([*off][:counted], key=lambda name: abs(off[name]))
+        misfits = target.misfit(found, RTOL)
+        return found, misfits, max([*misfits][:counted], key=lambda name: abs(misfits[name]))
 
     gap = not replace_spring and target.beyond_spring()
-    law, off, worst = fitted(gap)
-    if abs(off[worst]) > tolerance and not gap and not replace_spring and off.get("lost motion", 0.0) < 0.0:
-        law, off, worst = fitted(True)
-    if abs(off[worst]) > tolerance:
+    law, misfits, worst = fitted(gap)
+    if abs(misfits[worst]) > tolerance and not gap and not replace_spring and misfits.get("lost motion", 0.0) < 0.0:
+        law, misfits, worst = fitted(True)
+    if abs(misfits[worst]) > tolerance:
         why = target.why(replace_spring)
-        raise SolveError(f"no such law meets the datasheet: {worst} is off by {100.0 * off[worst]:+.3g} %; {why}")
+        raise SolveError(f"no such law meets the datasheet: {worst} is off by {100.0 * misfits[worst]:+.3g} %; {why}")
     motion = hysteresis_loop(law, target.small).span
-    return HysteresisFit(law, loss * (1.0 + off["hysteresis loss"]), motion, off)
+    return HysteresisFit(law, loss * (1.0 + misfits["hysteresis loss"]), motion, misfits)
 
 
 class _Target(NamedTuple):
@@ -256,21 +256,21 @@ class _Target(NamedTuple):
     def misfit(self, law: Any, rtol: float) -> dict[str, float]:
         """Relative differences: first those of the values wanted, then those of the torsions."""
         loop = hysteresis_loop(law, self.full, rtol=rtol)
-        off = {"hysteresis loss": loop.loss / self.wanted["hysteresis loss"] - 1.0}
+        differences = {"hysteresis loss": loop.loss / self.wanted["hysteresis loss"] - 1.0}
         if "lost motion" in self.wanted:
             motion = hysteresis_loop(law, self.small, rtol=rtol).span
-            off["lost motion"] = motion / self.wanted["lost motion"] - 1.0
+            differences["lost motion"] = motion / self.wanted["lost motion"] - 1.0
         for T in sorted({self.spring.T1, self.spring.T2, 0.5 * self.full}):
             if self.full * INSIDE >= T:
-                off[f"torsion at {T:g} N*m"] = loop.middle(T) / _torsion(self.spring, T) - 1.0
-        return off
+                differences[f"torsion at {T:g} N*m"] = loop.middle(T) / _torsion(self.spring, T) - 1.0
+        return differences
 
     def unknowns(self, replace_spring: bool, gap: bool, n: int) -> tuple[Floats, int | None, Callable[[Floats], Any]]:
         """Start values (logarithms), the count of numbers to meet (None: all), and the law of the unknowns."""
         spring, loss = self.spring, self.wanted["hysteresis loss"]
 
         def one(p: Floats) -> Any:
-            K, twist = (float(value) for value in np.exp(p[:2]))
+            K, twist = np.exp(p[:2]).tolist()
             return BoucWen(K, float(1.0 / (1.0 + np.exp(-p[2]))), twist, 1.0, 0.5, 0.5, n)
 
         def beside(p: Floats) -> Any:
@@ -278,7 +278,7 @@ class _Target(NamedTuple):
             return Parallel(spring, BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
 
         def behind_gap(p: Floats) -> Any:  # the element yields over a quarter of the loss, as without a lost motion
-            limit, half_gap = (float(value) for value in np.exp(p))
+            limit, half_gap = np.exp(p).tolist()
             twist = YIELD * loss
             return Parallel(Play(half_gap, spring), BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
 

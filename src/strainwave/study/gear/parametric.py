@@ -73,13 +73,13 @@ class ParametricResonance:
     turns: int
 
     def __str__(self) -> str:
-        what = (
+        behaviour = (
             f"unstable from {self.low:.6g} to {self.high:.6g} rad/s, growing by {self.growth:.3g} 1/s"
             if self.unstable
             else f"motions decay by {-self.growth:.3g} 1/s"
         )
         return (
-            f"{self.cause} at {self.omega:.5g} rad/s: {what}; damping ratio {self.damping_ratio:.3g}, needed "
+            f"{self.cause} at {self.omega:.5g} rad/s: {behaviour}; damping ratio {self.damping_ratio:.3g}, needed "
             f"{self.damping_needed:.3g}"
         )
 

@@ -113,21 +113,21 @@ def compare_laws(
             "both parts"
         )
     first = {name: values[:cut] for name, values in channels.items()}
-    rest = {name: values[cut:] for name, values in channels.items()}
-    found, left = [], []
+    later = {name: values[cut:] for name, values in channels.items()}
+    identified, left = [], []
     for i, (name, (system, free)) in enumerate(candidates.items()):
         progress(name, i / len(candidates))
         one = identify(system, first, free, **options)
-        (channel, computed), *_ = one.simulate(rest, rest).items()
-        error = (np.asarray(rest[channel]) - computed)[MOST_OF_START:]
+        (channel, computed), *_ = one.simulate(later, later).items()
+        error = (np.asarray(later[channel]) - computed)[MOST_OF_START:]
         left.append(float(np.sqrt(np.nanmean(error * error))))
-        found.append(one)
-    order = sorted(range(len(left)), key=lambda i: (bool(found[i].notes), not np.isfinite(left[i]), left[i]))
+        identified.append(one)
+    order = sorted(range(len(left)), key=lambda i: (bool(identified[i].notes), not np.isfinite(left[i]), left[i]))
     names = list(candidates)
     return LawComparison(
         tuple(names[i] for i in order),
-        np.array([float(len(found[i].names)) for i in order]),
-        np.array([float(found[i].rms[0]) for i in order]),
+        np.array([float(len(identified[i].names)) for i in order]),
+        np.array([float(identified[i].rms[0]) for i in order]),
         np.array(left)[order],
-        tuple(found[i] for i in order),
+        tuple(identified[i] for i in order),
     )

@@ -161,19 +161,19 @@ def _missing(
     basis = np.linalg.qr(jacobian / np.linalg.norm(jacobian, axis=0))[0]
     own = columns - basis @ (basis.T @ columns)
     lengths = np.linalg.norm(own, axis=0)
-    there = lengths > SAME
-    coefficients = residual @ own / np.where(there, lengths, 1.0) ** 2
+    distinct = lengths > SAME
+    coefficients = residual @ own / np.where(distinct, lengths, 1.0) ** 2
     left = np.array([whitened(residual - c * one, a, parts) for c, one in zip(coefficients, own.T, strict=True)]).T
     scores = backwards(own, a, parts) * left
-    power, found = float(residual @ residual), {}
+    power, terms = float(residual @ residual), {}
     for i, name in enumerate(names):
-        if not (there[i] and power > 0.0):
-            found[name] = MissingTerm(0.0, np.inf, 1.0, 0.0)
+        if not (distinct[i] and power > 0.0):
+            terms[name] = MissingTerm(0.0, np.inf, 1.0, 0.0)
             continue
         coefficient = float(coefficients[i])
         score = float(long_run(scores[:, i : i + 1], parts)[0, 0])
         deviation = math.sqrt(score) / float(lengths[i]) ** 2
         chance = math.erfc(abs(coefficient) / deviation / math.sqrt(2.0)) if deviation > 0.0 else 0.0
         share = (coefficient * lengths[i]) ** 2 / power
-        found[name] = MissingTerm(coefficient / float(sizes[i]), deviation / float(sizes[i]), chance, float(share))
-    return found
+        terms[name] = MissingTerm(coefficient / float(sizes[i]), deviation / float(sizes[i]), chance, float(share))
+    return terms

@@ -179,13 +179,15 @@ def experiment(
     return ready
 
 
-def _able(of: Experiment) -> list[str]:
+def _able(setup: Experiment) -> list[str]:
     """Paths of the numbers that may be free."""
-    parts = [f"{path}." for path in of.inputs]
+    parts = [f"{path}." for path in setup.inputs]
     own = [
-        path for path, *_, value in numbers(of.driven) if isinstance(value, float) and not path.startswith(tuple(parts))
+        path
+        for path, *_, value in numbers(setup.driven)
+        if isinstance(value, float) and not path.startswith(tuple(parts))
     ]
-    return own + [f"{signal}.{what}" for signal in (*of.inputs, *of.outputs) for what in OF_OUTPUT]
+    return own + [f"{signal}.{what}" for signal in (*setup.inputs, *setup.outputs) for what in OF_OUTPUT]
 
 
 @dataclass(frozen=True)
@@ -247,16 +249,16 @@ def start_states(of: Experiment, outputs: Floats, at: int, step: float) -> Float
     return start
 
 
-def sizes_of(of: Experiment, record: Record) -> Floats:
+def sizes_of(setup: Experiment, record: Record) -> Floats:
     """How large the states (states,) are: of a measured one its scatter, of its rate that of its steps; 0 of others."""
-    sizes = np.zeros(len(of.states()))
-    for name, row in zip(of.outputs, record.outputs, strict=True):
+    sizes = np.zeros(len(setup.states()))
+    for name, row in zip(setup.outputs, record.outputs, strict=True):
         known = np.flatnonzero(np.isfinite(row))
         if len(known) < 2:
             continue
-        sizes[of.states().index(name)] = np.std(row[known])
-        if f"{name}'" in of.states():
-            sizes[of.states().index(f"{name}'")] = change_of(row) / record.step
+        sizes[setup.states().index(name)] = np.std(row[known])
+        if f"{name}'" in setup.states():
+            sizes[setup.states().index(f"{name}'")] = change_of(row) / record.step
     return sizes
 
 

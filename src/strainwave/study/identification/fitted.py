@@ -60,16 +60,17 @@ def unidentifiable(
         return None
     change = _simplest(lost / (sizes * scale))
     part = np.abs(change) > SMALL * np.max(np.abs(change))
-    found = [name for name, on in zip(names, part, strict=True) if on]
+    involved = [name for name, on in zip(names, part, strict=True) if on]
     sizes_of_change = change[part] * np.sign(change[part][0])
     if values is not None and np.all(np.abs(sizes_of_change / sizes_of_change[0] - 1.0) < EQUAL):
         return (
-            f"the data tell {listed(found)} up to a common factor only: their ratios are identifiable; fix one of them"
+            f"the data tell {listed(involved)} up to a common factor only: their ratios are identifiable; fix one of "
+            "them"
         )
     largest = np.max(np.abs(sizes_of_change))
     unit = " %" if values is not None else ""
-    changes = [f"{name} by {value / largest:+.3g}{unit}" for name, value in zip(found, sizes_of_change, strict=True)]
-    return f"the data do not tell {listed(found)} apart: changing {listed(changes)} changes nothing; fix one of them"
+    changes = [f"{name} by {value / largest:+.3g}{unit}" for name, value in zip(involved, sizes_of_change, strict=True)]
+    return f"the data do not tell {listed(involved)} apart: changing {listed(changes)} changes nothing; fix one of them"
 
 
 def _simplest(lost: Floats) -> Floats:

@@ -36,46 +36,46 @@ def channels_of(log: Any) -> dict[str, Any]:
     return {"time": log.time, **log.channels}
 
 
-def record_of(of: Experiment, channels: Mapping[str, Any], number_of: int | None) -> Record:
+def record_of(setup: Experiment, channels: Mapping[str, Any], number_of: int | None) -> Record:
     """Record of the channels that an experiment needs."""
-    where = "log" if number_of is None else f"log {number_of}"
-    for name in ("time", *of.inputs.values(), *of.outputs.values()):
+    label = "log" if number_of is None else f"log {number_of}"
+    for name in ("time", *setup.inputs.values(), *setup.outputs.values()):
         if name not in channels:
-            raise ValueError(f"{where} has no channel {name!r}; it has {', '.join(channels)}")
-    time = numbers(f"{where}: time", channels["time"])
+            raise ValueError(f"{label} has no channel {name!r}; it has {', '.join(channels)}")
+    time = numbers(f"{label}: time", channels["time"])
     if len(time) < FEWEST:
-        raise ValueError(f"{where} has {len(time)} samples; give {FEWEST} at least")
-    step = even_step(where, time)
-    rows = {name: input_row(where, name, channels[name]) for name in of.inputs.values()}
-    rows |= {name: row_of(where, name, channels[name]) for name in of.outputs.values()}
-    refuse_lengths(where, rows, len(time))
-    for state, name in of.outputs.items():
-        known = rows[name][np.isfinite(rows[name])]
-        if len(known) < FEWEST:
-            raise ValueError(f"{where}: {name} has {len(known)} values; give {FEWEST} at least")
-        if not np.ptp(known) > LEAST:
-            raise ValueError(f"{where}: {name} is {known[0]:g} throughout; nothing moves: give a record with motion")
-        if f"{state}.delay" in of.free and len(known) < len(time):
+        raise ValueError(f"{label} has {len(time)} samples; give {FEWEST} at least")
+    step = even_step(label, time)
+    rows = {name: input_row(label, name, channels[name]) for name in setup.inputs.values()}
+    rows |= {name: row_of(label, name, channels[name]) for name in setup.outputs.values()}
+    refuse_lengths(label, rows, len(time))
+    for state, name in setup.outputs.items():
+        measured = rows[name][np.isfinite(rows[name])]
+        if len(measured) < FEWEST:
+            raise ValueError(f"{label}: {name} has {len(measured)} values; give {FEWEST} at least")
+        if not np.ptp(measured) > LEAST:
+            raise ValueError(f"{label}: {name} is {measured[0]:g} throughout; nothing moves: give a record with motion")
+        if f"{state}.delay" in setup.free and len(measured) < len(time):
             raise ValueError(
-                f"{where}: {name} has {len(time) - len(known)} gaps, and a delay of it is free: fill or cut them"
+                f"{label}: {name} has {len(time) - len(measured)} gaps, and a delay of it is free: fill or cut them"
             )
-    inputs = np.array([rows[name] for name in of.inputs.values()]).reshape(len(of.inputs), len(time))
-    outputs = np.array([rows[name] for name in of.outputs.values()])
+    inputs = np.array([rows[name] for name in setup.inputs.values()]).reshape(len(setup.inputs), len(time))
+    outputs = np.array([rows[name] for name in setup.outputs.values()])
     outputs[~np.isfinite(outputs)] = np.nan
     return Record(inputs, outputs, step)
 
 
-def row_of(where: str, name: str, values: Any) -> Floats:
+def row_of(label: str, name: str, values: Any) -> Floats:
     """One channel (n,) of real numbers, NaN where nothing was measured (ValueError)."""
-    given = np.asarray(values)
-    if given.ndim != 1 or given.dtype.kind not in "iufb":
+    array = np.asarray(values)
+    if array.ndim != 1 or array.dtype.kind not in "iufb":
         raise ValueError(
-            f"{where}: {name} has the shape {given.shape} and values such as {shown(values)[:40]}; give one row of "
+            f"{label}: {name} has the shape {array.shape} and values such as {shown(values)[:40]}; give one row of "
             "real numbers"
         )
-    row = given.astype(float)
+    row = array.astype(float)
     if np.any(np.abs(row[np.isfinite(row)]) > LARGEST):
-        raise ValueError(f"{where}: {name} has values beyond {LARGEST:g}; give it in SI")
+        raise ValueError(f"{label}: {name} has values beyond {LARGEST:g}; give it in SI")
     return row
 
 
@@ -95,16 +95,16 @@ def refuse_lengths(where: str, rows: Mapping[str, Floats], samples: int) -> None
             raise ValueError(f"{where}: {name} has {len(row)} samples and time {samples}; give equally many")
 
 
-def even_step(where: str, time: Floats) -> float:
+def even_step(label: str, time: Floats) -> float:
     """Mean step [s] of two times or more, which must ascend by equal steps (ValueError)."""
     steps = np.diff(time)
     if not np.all(steps > 0.0):
         i = int(np.flatnonzero(steps <= 0.0)[0])
-        raise ValueError(f"{where}: time {time[i + 1]:g} s of sample {i + 1} stands after {time[i]:g} s; let it ascend")
+        raise ValueError(f"{label}: time {time[i + 1]:g} s of sample {i + 1} stands after {time[i]:g} s; let it ascend")
     step = float(time[-1] - time[0]) / (len(time) - 1)
     if np.max(np.abs(time - time[0] - step * np.arange(len(time)))) > UNEVEN * float(np.median(steps)):
         raise ValueError(
-            f"{where}: time has steps from {np.min(steps):g} to {np.max(steps):g} s; resample to equal steps"
+            f"{label}: time has steps from {np.min(steps):g} to {np.max(steps):g} s; resample to equal steps"
         )
     return step
 
@@ -194,12 +194,12 @@ class Identified(Fitted):
         SolveError
             If the motion leaves every bound.
         """
-        of, step = self.experiment, self.step
+        setup, step = self.experiment, self.step
         channels = channels_of(inputs)
-        missing = [name for name in of.inputs.values() if name not in channels]
+        missing = [name for name in setup.inputs.values() if name not in channels]
         if missing:
             raise ValueError(f"inputs have no channel {missing[0]!r}; they have {', '.join(channels) or 'none'}")
-        rows = {name: input_row("inputs", name, channels[name]) for name in of.inputs.values()}
+        rows = {name: input_row("inputs", name, channels[name]) for name in setup.inputs.values()}
         samples = len(next(iter(rows.values()), channels.get("time", ())))
         if samples < 2:
             raise ValueError(f"inputs have {samples} samples; give 2 at least")
@@ -212,26 +212,26 @@ class Identified(Fitted):
         refuse_lengths("inputs", rows, samples)
         first = self._first(start)
         table = np.array(list(rows.values())).reshape(len(rows), samples)
-        nothing = np.full((len(of.outputs), samples), np.nan)
+        nothing = np.full((len(setup.outputs), samples), np.nan)
         if isinstance(first, tuple):
-            y = numbers("start", first, count=len(of.states()))
+            y = numbers("start", first, count=len(setup.states()))
         else:
             many = min(samples, *(len(values) for values in first))
             nothing[:, :many] = [values[:many] for values in first]
-            y = fitted_start(of, self.values, Record(table, nothing, step), many, self.parts)
+            y = fitted_start(setup, self.values, Record(table, nothing, step), many, self.parts)
         record = Record(table, nothing, step)
-        lanes = of.lanes([self.values], step, self.parts)
-        pieces = record.pieces(of, self.values, self.parts)
-        seen = lanes.run(y[:, None], pieces, of.seen(), samples, self.parts, step)[:, :, 0]
-        if not np.all(np.isfinite(seen)):
-            at = int(np.flatnonzero(~np.all(np.isfinite(seen), axis=0))[0])
+        lanes = setup.lanes([self.values], step, self.parts)
+        pieces = record.pieces(setup, self.values, self.parts)
+        outputs = lanes.run(y[:, None], pieces, setup.seen(), samples, self.parts, step)[:, :, 0]
+        if not np.all(np.isfinite(outputs)):
+            at = int(np.flatnonzero(~np.all(np.isfinite(outputs), axis=0))[0])
             raise SolveError(
                 f"the motion leaves every bound before sample {at}, {at * step:.4g} s: give inputs as large as those "
                 "of the log, and a start on the motion"
             )
-        given = of.of_outputs(self.values)
-        seen = given["offset"][:, None] + given["gain"][:, None] * seen
-        return {name: row for name, row in zip(of.outputs.values(), seen, strict=True)}
+        given = setup.of_outputs(self.values)
+        outputs = given["offset"][:, None] + given["gain"][:, None] * outputs
+        return {name: row for name, row in zip(setup.outputs.values(), outputs, strict=True)}
 
     def _first(self, start: Any) -> Any:
         if isinstance(start, tuple | list | np.ndarray):
@@ -276,14 +276,14 @@ class Identified(Fitted):
 
 def _number_of(function: Callable[[Any], float], system: Any) -> float:
     """What a function says of a system: one finite number (ValueError)."""
-    found = function(system)
+    answer = function(system)
     try:
-        value = float(found)
+        value = float(answer)
     except (TypeError, ValueError):
         value = math.nan
     if not math.isfinite(value):
         raise ValueError(
-            f"the function gives {shown(found)[:60]} for the system found, or one within its deviations; give one that "
-            "has a finite number there"
+            f"the function gives {shown(answer)[:60]} for the system found, or one within its deviations; give one "
+            "that has a finite number there"
         )
     return value

@@ -93,7 +93,7 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
     model = problem.of.model(point.values, first.step, problem.parts, problem.of.delays(point.values))
 
     def with_terms(on: int) -> Any:
-        c = [EFFECT * amount * (i == on) for i, amount in enumerate(amounts)]
+        c = [EFFECT * amount if i == on else 0.0 for i, amount in enumerate(amounts)]
         springs = Parallel(TwistPower(c[0], 2), Parallel(TwistPower(c[1], 3), TwistPower(c[2], 5)))
         terms = Parallel(springs, Parallel(QuadraticDamping(c[3]), RateTerm(c[5], c[4], width)))
         return model._replace(law=Parallel(model.law, terms))
@@ -176,15 +176,15 @@ def identify(
     if inputs is None:
         inputs = {"excitation": "input"} if "input" in logs[0] else {}
     first_state = (list(getattr(system, "state_names", tuple)()) or ["x"])[0]
-    of = experiment(system, inputs, {first_state: "output"} if outputs is None else outputs, free, between)
-    records = [record_of(of, channels, i if len(logs) > 1 else None) for i, channels in enumerate(logs)]
+    setup = experiment(system, inputs, {first_state: "output"} if outputs is None else outputs, free, between)
+    records = [record_of(setup, channels, i if len(logs) > 1 else None) for i, channels in enumerate(logs)]
     if len({round(record.step, 12) for record in records}) > 1:
         steps_of = ", ".join(f"{record.step:g} s" for record in records)
         raise ValueError(f"the records have different steps, {steps_of}; resample them to one")
     noise = _spread_of(records)
-    values = _first(of, records, noise)
-    _refuse_common_delay(of, records[0], values)
-    parts = positive_count("steps", steps) if steps is not None else _parts(of, records, values, noise)
+    values = _first(setup, records, noise)
+    _refuse_common_delay(setup, records[0], values)
+    parts = positive_count("steps", steps) if steps is not None else _parts(setup, records, values, noise)
     most = parts if steps is not None else MOST_PARTS
     length, longest = FIRST_WINDOW, max(len(record) for record in records)
     early = [
@@ -192,20 +192,22 @@ def identify(
     ]
     while length < min(longest, EARLY):
         progress(f"windows of {length} samples", 0.5 * length / EARLY)
-        problem = LeastSquares(of, windows_of(early, length), noise, parts)
+        problem = LeastSquares(setup, windows_of(early, length), noise, parts)
         problem, point = _solved(problem, values, EARLY_STEPS, CAUTIOUS, most)
         values, parts, length = point.values, problem.parts, length * GROWTH
     progress("whole records", 0.5)
-    problem = LeastSquares(of, [Window(record, 0, len(record)) for record in records], noise, parts)
+    problem = LeastSquares(setup, [Window(record, 0, len(record)) for record in records], noise, parts)
     problem, point = _solved(problem, values, WHOLE_STEPS, DAMPED, most)
     if len(noise) > 1:
         problem = reweighted(problem, point)
         point = problem.at(point.values, point.starts)
-    point, converged = solve(problem, point, LATE_STEPS, told=lambda i, _c: progress("whole records", 0.8 + 0.01 * i))
+    point, converged = solve(
+        problem, point, LATE_STEPS, DAMPED, lambda i, _c: progress("whole records", 0.8 + 0.01 * i)
+    )
     if steps is None:
         problem, point, converged = _finer(problem, point, converged, progress)
     progress("identified", 1.0)
-    return _result(of, problem, point, converged, records)
+    return _result(setup, problem, point, converged, records)
 
 
 def _solved(
@@ -241,16 +243,16 @@ def _moves_little(finer: LeastSquares, point: Point) -> bool:
     windows = [Window(w.record.parted(most, 1)[0], w.first, min(w.stop, most)) for w in finer.windows]
     rows = [int(np.sum(np.isfinite(w.record.outputs[:, w.first : w.stop]))) for w in windows]
     residuals = replace(finer, windows=windows).residuals(point.values, point.starts)
-    columns, rest = replace(
+    columns, residual = replace(
         point,
         residuals=residuals,
         by_value=[j[:n] for j, n in zip(point.by_value, rows, strict=True)],
         by_start=[j[:n] for j, n in zip(point.by_start, rows, strict=True)],
     ).reduced()
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    change = np.linalg.lstsq(columns / size, -rest, rcond=None)[0] / size
+    change = np.linalg.lstsq(columns / size, -residual, rcond=None)[0] / size
     whole = sum(len(r) for r in point.residuals)
-    return small(columns, rest, change - _now(point, columns, rows), MOVED * np.sqrt(len(rest) / whole))
+    return small(columns, residual, change - _now(point, columns, rows), MOVED * np.sqrt(len(residual) / whole))
 
 
 def _now(point: Point, columns: Floats, rows: Sequence[int]) -> Floats:
@@ -261,25 +263,26 @@ def _now(point: Point, columns: Floats, rows: Sequence[int]) -> Floats:
     return np.asarray(np.linalg.lstsq(columns / size, -rest, rcond=None)[0] / size)
 
 
-def _first(of: Experiment, records: Sequence[Record], size: Floats) -> Floats:
+def _first(setup: Experiment, records: Sequence[Record], size: Floats) -> Floats:
     """First values (free,); an offset that is larger than the motion begins at the mean of its output."""
-    values = of.first()
+    values = setup.first()
     means = [float(np.nanmean(row)) for row in np.concatenate([record.outputs for record in records], axis=1)]
-    for name, mean, own in zip(of.outputs, means, size, strict=True):
-        if abs(mean) > own and f"{name}.offset" in of.free:
-            values[of.free.index(f"{name}.offset")] = mean
+    for name, mean, own in zip(setup.outputs, means, size, strict=True):
+        if abs(mean) > own and f"{name}.offset" in setup.free:
+            values[setup.free.index(f"{name}.offset")] = mean
     return values
 
 
-def _refuse_common_delay(of: Experiment, record: Record, values: Floats) -> None:
+def _refuse_common_delay(setup: Experiment, record: Record, values: Floats) -> None:
     """Refuse delays of all signals of a system that does not depend on the time otherwise (ValueError)."""
-    if not all(f"{signal}.delay" in of.free for signal in (*of.inputs, *of.outputs)):
+    if not all(f"{signal}.delay" in setup.free for signal in (*setup.inputs, *setup.outputs)):
         return
     part = record.parted(LOOKED_AT, 1)[0]
-    start, lanes = start_states(of, part.outputs, 0, part.step), of.lanes([values], part.step, 1)
-    many = part.pieces(of, values, 1), of.seen(), len(part), 1, part.step
-    now, later = (lanes.run(start[:, None], *many, begin=begin) for begin in (0, 7 * len(part) + 1))
-    if np.allclose(now, later, rtol=0.0, atol=ACCURATE * float(np.max(np.abs(now))), equal_nan=True):
+    start, lanes = start_states(setup, part.outputs, 0, part.step), setup.lanes([values], part.step, 1)
+    inputs = part.pieces(setup, values, 1), setup.seen(), len(part), 1, part.step
+    first = lanes.run(start[:, None], *inputs, begin=0)
+    later = lanes.run(start[:, None], *inputs, begin=7 * len(part) + 1)
+    if np.allclose(first, later, rtol=0.0, atol=ACCURATE * float(np.max(np.abs(first))), equal_nan=True):
         raise ValueError(
             "the delays of all inputs and outputs are free, and a common delay changes nothing; fix one of them"
         )
@@ -320,17 +323,17 @@ def _liveliest(records: Sequence[Record], noise: Floats) -> Window:
 
 
 def _result(
-    of: Experiment, problem: LeastSquares, point: Point, converged: bool, records: Sequence[Record]
+    setup: Experiment, problem: LeastSquares, point: Point, converged: bool, records: Sequence[Record]
 ) -> Identified:  # fmt: skip
-    point = replace(point, values=_turned(of.free, point.values))
-    columns, rest = point.reduced()
+    point = replace(point, values=_turned(setup.free, point.values))
+    columns, left_over = point.reduced()
     size = np.linalg.norm(columns, axis=0)
-    refuse_unidentifiable(columns, of.free, point.values, tolerance=20.0 * EFFECT)
+    refuse_unidentifiable(columns, setup.free, point.values, tolerance=20.0 * EFFECT)
     many = [len(r) for r in point.residuals]
-    found: Spread = spread(columns / size, rest, many)
+    scatter: Spread = spread(columns / size, left_over, many)
     unit = float(problem.noise[0]) if len(problem.noise) == 1 else 1.0
     lacking = {name: unit * column for name, column in candidate_columns(problem, point).items()}
-    told = discrepancy(-unit * rest, unit * columns / size, lacking, records=many, interval=records[0].step)
+    unexplained = discrepancy(-unit * left_over, unit * columns / size, lacking, records=many, interval=records[0].step)
     residual = []
     for w, r in zip(problem.windows, point.residuals, strict=True):
         every = np.full(w.record.outputs.shape, np.nan)
@@ -338,26 +341,26 @@ def _result(
         residual.append(every * problem.noise[:, None])
     left = np.concatenate(residual, axis=1)
     return Identified(
-        system=of.found(point.values),
-        names=of.free,
+        system=setup.found(point.values),
+        names=setup.free,
         values=point.values,
-        covariance=found.covariance / np.outer(size, size),
-        freedom=np.broadcast_to(found.freedom, len(size)).copy(),
-        outputs=tuple(of.outputs),
+        covariance=scatter.covariance / np.outer(size, size),
+        freedom=np.broadcast_to(scatter.freedom, len(size)).copy(),
+        outputs=tuple(setup.outputs),
         rms=np.sqrt(np.nanmean(left**2, axis=1)),
         size=_spread_of(records),
         residual=left,
-        discrepancy=told,
-        between=of.between,
+        discrepancy=unexplained,
+        between=setup.between,
         parts=problem.parts,
         converged=converged,
         notes=(
-            *_notes(of.found(point.values), converged),
-            *_late(of, point.values, records[0].step),
-            *_unexplained(of, left, _spread_of(records)),
+            *_notes(setup.found(point.values), converged),
+            *_late(setup, point.values, records[0].step),
+            *_unexplained(setup, left, _spread_of(records)),
         ),
         step=records[0].step,
-        experiment=of,
+        experiment=setup,
     )
 
 

@@ -45,13 +45,13 @@ def slices(records: Any, rows: int) -> list[slice]:
         return [slice(0, rows)]
     items = list(records)
     if all(isinstance(item, slice) for item in items):
-        found = [slice(*item.indices(rows)[:2]) for item in items]
+        parts = [slice(*item.indices(rows)[:2]) for item in items]
     else:
         ends = np.cumsum([0, *items])
-        found = [slice(int(a), int(b)) for a, b in pairwise(ends)]
-    if sum(part.stop - part.start for part in found) != rows or any(part.stop <= part.start for part in found):
+        parts = [slice(int(a), int(b)) for a, b in pairwise(ends)]
+    if sum(part.stop - part.start for part in parts) != rows or any(part.stop <= part.start for part in parts):
         raise ValueError(f"records are {shown(records)}; they must share out all {rows} rows, at least one to each")
-    return found
+    return parts
 
 
 def whitener(residual: Floats, parts: Sequence[slice]) -> Floats:

@@ -83,7 +83,7 @@ class Candidate(NamedTuple):
 
 
 def compared(
-    fits: Sequence[tuple[str, int]], errors: Floats, unit: float, where: str, most: float = math.inf
+    fits: Sequence[tuple[str, int]], errors: Floats, unit: float, place: str, most: float = math.inf
 ) -> tuple[int, tuple[Candidate, ...], str]:
     """The simplest candidate within two standard errors of the best, the table, and the reason.
 
@@ -95,7 +95,7 @@ def compared(
         Squared errors of parts that were left out.
     unit : float
         Of their roots [N*m].
-    where : str
+    place : str
         What was left out, in words.
     most : float
         Mean squared error of the best up to which others are near it, relative.
@@ -106,17 +106,17 @@ def compared(
     spreads = np.std(difference, axis=1, ddof=1) / np.sqrt(errors.shape[1])
     worse = np.divide(difference.mean(axis=1), spreads, out=np.zeros(len(fits)), where=spreads > 0.0)
     near = np.flatnonzero((worse <= WITHIN) & (means <= most))
-    taken = min(near.tolist(), key=lambda i: (fits[i][1], means[i]))
+    choice = min(near.tolist(), key=lambda i: (fits[i][1], means[i]))
     rows = tuple(
-        Candidate(fits[i][0], fits[i][1], unit * float(means[i]) ** 0.5, float(worse[i]), i == taken)
+        Candidate(fits[i][0], fits[i][1], unit * float(means[i]) ** 0.5, float(worse[i]), i == choice)
         for i in np.argsort(means, kind="stable").tolist()
     )
-    said = f"{fits[taken][0]}: error {unit * means[taken] ** 0.5:.3g} N*m {where}"
-    if taken == best:
-        return taken, rows, f"{said}, the smallest of {len(fits)} candidates"
-    return taken, rows, (
+    said = f"{fits[choice][0]}: error {unit * means[choice] ** 0.5:.3g} N*m {place}"
+    if choice == best:
+        return choice, rows, f"{said}, the smallest of {len(fits)} candidates"
+    return choice, rows, (
         f"{said}, within two standard errors of the smallest, {unit * means[best] ** 0.5:.3g} N*m, of {fits[best][0]}, "
-        f"which has {fits[best][1] - fits[taken][1]} more unknowns"
+        f"which has {fits[best][1] - fits[choice][1]} more unknowns"
     )  # fmt: skip
 
 

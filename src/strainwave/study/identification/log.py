@@ -101,19 +101,19 @@ def _pieces(t: Floats, v: Floats, tolerance: float, least: float) -> list[tuple[
     corners = {0, len(at) - 1}
     _corners(t[at], v[at], tolerance, least, corners)
     order = [int(at[i]) for i in sorted(corners)]
-    found = []
+    pieces = []
     for a, b in pairwise(order):
         size, change = np.abs(v[a : b + 1]), v[b] - v[a]
         bound = max(tolerance * float(np.max(size)), least)
         if abs(change) <= bound:
-            found.append(("still" if np.mean(size) <= least else "constant speed", a, b))
+            pieces.append(("still" if np.mean(size) <= least else "constant speed", a, b))
         elif v[a] * v[b] < 0.0 and min(abs(v[a]), abs(v[b])) > bound:  # through rest, and on in the other direction
             middle = a + int(np.argmin(size))
-            found += [("run-down", a, middle), ("run-up", middle, b)]
+            pieces += [("run-down", a, middle), ("run-up", middle, b)]
         else:
-            found.append(("run-up" if abs(v[b]) > abs(v[a]) else "run-down", a, b))
-    found[-1] = (*found[-1][:2], len(t))
-    return found
+            pieces.append(("run-up" if abs(v[b]) > abs(v[a]) else "run-down", a, b))
+    pieces[-1] = (*pieces[-1][:2], len(t))
+    return pieces
 
 
 def _corners(t: Floats, v: Floats, tolerance: float, least: float, corners: set[int]) -> None:
@@ -139,13 +139,13 @@ def _joined(rows: list[tuple[str, slice]], time: Floats, shortest: float) -> lis
 
 
 def _neighbours(rows: list[tuple[str, slice]]) -> list[tuple[str, slice]]:
-    found: list[tuple[str, slice]] = []
+    merged: list[tuple[str, slice]] = []
     for kind, r in rows:
-        if found and found[-1][0] == kind:
-            found[-1] = (kind, slice(found[-1][1].start, r.stop))
+        if merged and merged[-1][0] == kind:
+            merged[-1] = (kind, slice(merged[-1][1].start, r.stop))
         else:
-            found.append((kind, r))
-    return found
+            merged.append((kind, r))
+    return merged
 
 
 def _segment(kind: str, rows: slice, time: Floats, speed: Floats) -> LogSegment:
@@ -232,13 +232,13 @@ class Log(Result):
         The gear's ratio, where both shafts were measured on their own.
         """
         for kind in ("angle", "speed"):
-            motor, load = (self.channels.get(f"{shaft}_{kind}") for shaft in ("motor", "load"))
+            motor, load = self.channels.get(f"motor_{kind}"), self.channels.get(f"load_{kind}")
             if motor is None or load is None:
                 continue
             shift = np.mean(load) if kind == "angle" else 0.0
             far = load - shift
             if np.any(far != 0.0):
-                return float(abs(np.dot(far, motor - np.mean(motor) * (kind == "angle")) / np.dot(far, far)))
+                return float(abs(np.dot(far, motor - (np.mean(motor) if kind == "angle" else 0.0)) / np.dot(far, far)))
         return None
 
     @property
@@ -282,7 +282,7 @@ class Log(Result):
     def _motion(self) -> tuple[Floats, Floats | None]:
         """Speed [rad/s], and angle [rad] if there is one, of the shaft that was measured."""
         for shaft in ("load", "motor"):
-            angle, speed = (self.channels.get(f"{shaft}_{kind}") for kind in ("angle", "speed"))
+            angle, speed = self.channels.get(f"{shaft}_angle"), self.channels.get(f"{shaft}_speed")
             if speed is not None:
                 return speed, angle
             if angle is not None:

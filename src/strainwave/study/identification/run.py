@@ -84,19 +84,19 @@ class Run:
         return angle_before(self.time, self.angle, delay)
 
 
-def column(name: str, values: Any, of: str = "sample") -> Floats:
+def column(name: str, values: Any, item: str = "sample") -> Floats:
     """Finite real numbers as a new array, or say which of the samples is none (ValueError)."""
     try:
-        found = np.array(values, complex if np.iscomplexobj(values) else float)
+        array = np.array(values, complex if np.iscomplexobj(values) else float)
     except (TypeError, ValueError, OverflowError):
-        found = np.empty(0, complex)
-    if np.iscomplexobj(found):
+        array = np.empty(0, complex)
+    if np.iscomplexobj(array):
         raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")
-    good = np.abs(found) <= LARGEST
+    good = np.abs(array) <= LARGEST
     if not np.all(good):
         i = int(np.flatnonzero(~good)[0])
-        raise ValueError(f"{name} of {of} {i} is {found.flat[i]}; remove the {of}")
-    return found
+        raise ValueError(f"{name} of {item} {i} is {array.flat[i]}; remove the {item}")
+    return array
 
 
 def refuse_descending(time: Floats) -> None:
@@ -108,12 +108,12 @@ def refuse_descending(time: Floats) -> None:
 
 def angle_before(time: Floats, angle: Floats, delay: float) -> Floats:
     """Angle (n,) [rad] a time [s] before each of two samples or more; beyond the ends at the mean speed there."""
-    at = time - delay
-    found = np.interp(at, time, angle)
+    moments = time - delay
+    delayed = np.interp(moments, time, angle)
     many = max(2, len(time) // 50)
     for end, near in ((0, slice(0, many)), (-1, slice(-many, None))):
         t, a = time[near], angle[near]
         rate = float(a[-1] - a[0]) / float(t[-1] - t[0])
-        out = at < time[0] if end == 0 else at > time[-1]
-        found[out] = angle[end] + rate * (at[out] - time[end])
-    return np.asarray(found)
+        out = moments < time[0] if end == 0 else moments > time[-1]
+        delayed[out] = angle[end] + rate * (moments[out] - time[end])
+    return np.asarray(delayed)

@@ -125,21 +125,21 @@ class LeastSquares:
             self._window(w, self._ready(w.record, values), lanes, values, start)
             for w, start in zip(self.windows, starts, strict=True)
         ]
-        residuals, by_value, by_start = (list(items) for items in zip(*found, strict=True))
+        residuals, by_value, by_start = map(list, zip(*found, strict=True))
         return Point(values, list(starts), residuals, by_value, by_start)
 
     def residuals(self, values: Floats, starts: Sequence[Floats]) -> list[Floats]:
         """Residuals alone, of each window."""
         lanes = self.of.lanes([values], self.windows[0].record.step, self.parts)
         outputs = self.of.of_outputs(values)
-        found = []
+        rows = []
         for w, start in zip(self.windows, starts, strict=True):
             pieces, measured, _ = self._ready(w.record, values)
             seen = self._run(w, pieces, lanes, start[:, None])[:, :, 0]
             model = outputs["offset"][:, None] + outputs["gain"][:, None] * seen
             residual = (model - measured[:, w.first : w.stop]) / self.noise[:, None]
-            found.append(residual[np.isfinite(residual) | ~np.isfinite(seen)])
-        return found
+            rows.append(residual[np.isfinite(residual) | ~np.isfinite(seen)])
+        return rows
 
     def _ready(self, record: Record, values: Floats) -> tuple[Floats, Floats, Floats]:
         """Pieces of the inputs, outputs as they are compared, and their rates."""
@@ -191,19 +191,19 @@ class LeastSquares:
         starts = np.repeat(start[:, None], 1 + free + states, axis=1)
         delta = EFFECT * self.sizes(w.record)
         starts[np.arange(states), 1 + free + np.arange(states)] += delta
-        seen = self._run(w, pieces, lanes, starts)
-        at = slice(w.first, w.stop)
+        motion = self._run(w, pieces, lanes, starts)
+        samples = slice(w.first, w.stop)
         gain, noise = outputs["gain"][:, None], self.noise[:, None]
-        residual = (outputs["offset"][:, None] + gain * seen[:, :, 0] - measured[:, at]) / noise
-        by_lane = gain[:, :, None] * (seen[:, :, 1:] - seen[:, :, :1]) / noise[:, :, None]
+        residual = (outputs["offset"][:, None] + gain * motion[:, :, 0] - measured[:, samples]) / noise
+        by_lane = gain[:, :, None] * (motion[:, :, 1:] - motion[:, :, :1]) / noise[:, :, None]
         by_value, by_start = by_lane[:, :, :free] / self.variations, by_lane[:, :, free:] / delta
         for i, own in self.of.columns():
             if own is None:
                 continue
             by_value[:, :, i] = 0.0
-            change = {"gain": seen[own[0], :, 0], "offset": 1.0, "delay": -rates[own[0], at]}[own[1]]
+            change = {"gain": motion[own[0], :, 0], "offset": 1.0, "delay": -rates[own[0], samples]}[own[1]]
             by_value[own[0], :, i] = change / self.noise[own[0]]
-        good = np.isfinite(residual) | ~np.isfinite(seen[:, :, 0])  # what was not measured tells nothing
+        good = np.isfinite(residual) | ~np.isfinite(motion[:, :, 0])  # what was not measured tells nothing
         return residual[good], by_value[good], by_start[good]
 
 
@@ -215,7 +215,7 @@ def cleared(columns: Floats, by_start: Floats) -> Floats:
 
 def solve(
     problem: LeastSquares, point: Point, most: int, damping: float = DAMPED,
-    told: Callable[[int, float], None] = lambda _i, _c: None, keep_signs: bool = False,
+    progress: Callable[[int, float], None] = lambda _i, _c: None, keep_signs: bool = False,
 ) -> tuple[Point, bool]:  # fmt: skip
     """Minimise the sum of squares from a point by Levenberg and Marquardt's method; and whether it converged.
 
@@ -225,12 +225,12 @@ def solve(
     Moré 1978, Lecture Notes in Mathematics 630, 105-116 (scaling by the columns' sizes).
     """
     for i in range(most):
-        told(i, point.cost())
-        columns, rest = point.reduced()
+        progress(i, point.cost())
+        columns, residual = point.reduced()
         size = _scale(columns, point.values)
         while True:
             stacked = np.concatenate([columns / size, np.sqrt(damping) * np.eye(len(size))])
-            wanted = np.concatenate([-rest, np.zeros(len(size))])
+            wanted = np.concatenate([-residual, np.zeros(len(size))])
             if not np.all(np.isfinite(stacked)):
                 raise SolveError(
                     "the motion leaves every bound beside the numbers reached; start from others, or fix some of them"
@@ -244,9 +244,9 @@ def solve(
                 break
             damping *= 10.0
             if damping > LARGEST_DAMPING:
-                return point, small(columns, rest, change)
+                return point, small(columns, residual, change)
         damping = max(damping / 10.0, 1e-12)
-        done = small(columns, rest, change)
+        done = small(columns, residual, change)
         point = trial
         if done:
             return point, True
@@ -303,14 +303,14 @@ def reweighted(problem: LeastSquares, point: Point) -> LeastSquares:
 
 
 def _sizes(problem: LeastSquares, point: Point) -> Floats:
-    total, many = np.zeros(len(problem.noise)), np.zeros(len(problem.noise))
+    total, counts = np.zeros(len(problem.noise)), np.zeros(len(problem.noise))
     for w, r in zip(problem.windows, point.residuals, strict=True):
         good = np.isfinite(w.record.outputs[:, w.first : w.stop])
         at = 0
         for i, n in enumerate(np.sum(good, axis=1)):
-            total[i], many[i] = total[i] + np.sum(r[at : at + n] ** 2), many[i] + n
+            total[i], counts[i] = total[i] + np.sum(r[at : at + n] ** 2), counts[i] + n
             at += n
-    return np.sqrt(total / np.maximum(many, 1))
+    return np.sqrt(total / np.maximum(counts, 1))
 
 
 def finite(point: Point) -> Point:

@@ -64,9 +64,9 @@ class Path:
             angles.append(part.angle + start)
             knots.append(part.knots[1:] + knots[-1][-1])
             start += part.last
-        speed, acceleration, jerk = (
-            np.concatenate([getattr(part, name) for part in parts]) for name in ("speed", "acceleration", "jerk")
-        )
+        speed = np.concatenate([part.speed for part in parts])
+        acceleration = np.concatenate([part.acceleration for part in parts])
+        jerk = np.concatenate([part.jerk for part in parts])
         return cls(np.concatenate(knots), np.concatenate(angles), speed, acceleration, jerk, start)
 
     @property
@@ -91,7 +91,7 @@ class Path:
         over = np.asarray(t) >= self.knots[-1]
         values = (part.value(t), part.slope(t), part.curvature(t))
         rest = (self.last, 0.0, 0.0)
-        angle, speed, acceleration = (np.where(over, end, value) for value, end in zip(values, rest, strict=True))
+        angle, speed, acceleration = [np.where(over, end, value) for value, end in zip(values, rest, strict=True)]
         return angle, speed, acceleration
 
     def segments(self, i: Any, N: float) -> Segment:
@@ -205,7 +205,7 @@ class Followed:
     def seen(self) -> tuple[Floats, Floats, Floats, Floats]:
         """What `Watched` watches, at the samples (n,)."""
         values = Watched(self.train).watched(self.t, tuple(self.y))
-        error, motor, gear, speed = (np.broadcast_to(value, self.t.shape) for value in values)
+        error, motor, gear, speed = [np.broadcast_to(value, self.t.shape) for value in values]
         return error, motor, gear, speed
 
     def peaks(self) -> list[float]:
@@ -232,13 +232,13 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
     SolveError
         If the integration stops before the end, with the reason, or has more steps than memory should hold.
     """
-    rest = Segment(path.duration, train.N * path.last, 0.0, 0.0, 0.0)
+    standstill = Segment(path.duration, train.N * path.last, 0.0, 0.0, 0.0)
     segments = [Segment(*row) for row in np.array(path.segments(np.arange(len(path.angle)), train.N)).T.tolist()]
     knots, states = [*path.knots.tolist(), path.duration + tail], len(y0)
     y = np.append(y0, np.zeros(len(train.power_names()) + len(MEANS)))
     most = min(MOST, method.max_steps) if isinstance(method, AdaptiveStep) else MOST
     t, values, rates, means, left = [], [], [], y[-len(MEANS) :], most
-    for i, segment in enumerate([*segments, rest]):
+    for i, segment in enumerate([*segments, standstill]):
         system, span = Watched(train._replace(reference=segment)), (knots[i], knots[i + 1])
         run = finished_or_interrupted(simulate(system, y, span, method=_within(method, left)))
         left -= len(run.t)
@@ -255,7 +255,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
         rates.append(run.rate[:states])
         means, y = y[-len(MEANS) :], run.y[:, -1]  # those before the rest at the end
     which = np.repeat(np.arange(len(t)), [len(part) for part in t])
-    columns: Any = [np.array(field)[which] for field in zip(*segments, rest, strict=True)]
+    columns: Any = [np.array(field)[which] for field in zip(*segments, standstill, strict=True)]
     joined, whole = train._replace(reference=Segment(*columns)), np.concatenate(values, axis=1)
     return Followed(
         joined, np.concatenate(t), whole[:states], np.concatenate(rates, axis=1), whole[states:], means, which

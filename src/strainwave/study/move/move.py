@@ -80,14 +80,14 @@ class Quintic(NamedTuple):
         return self.of_share((t - self.begin[which]) / self.length[which], which)
 
 
-def settling(error: Quintic, rest: float, window: float, begin: float, end: float) -> float | None:
+def settling(error: Quintic, final: float, window: float, begin: float, end: float) -> float | None:
     """Time [s] after `begin` from which on |error - rest| stays within the window until `end`; None if it does not.
 
     Parameters
     ----------
     error : Quintic
         Pointing error [rad] over the time [s].
-    rest : float
+    final : float
         Where it comes to rest [rad].
     window : float
         Largest distance from there [rad].
@@ -100,14 +100,14 @@ def settling(error: Quintic, rest: float, window: float, begin: float, end: floa
     shares = np.linspace(0.0, 1.0, WITHIN + 2)
     which, s = np.repeat(steps, len(shares)), np.tile(shares, len(steps))
     t = error.begin[which] + s * error.length[which]
-    off = np.abs(error.of_share(s, which) - rest) - window
+    off = np.abs(error.of_share(s, which) - final) - window
     outside = np.flatnonzero((off > 0.0) & (t >= begin) & (t <= end))
     if not len(outside):
         return 0.0
     at = int(outside[-1])
     if at + 1 == len(t) or t[at + 1] > end:
         return None
-    return _crossing(error, rest, window, float(t[at]), float(t[at + 1])) - begin
+    return _crossing(error, final, window, float(t[at]), float(t[at + 1])) - begin
 
 
 def _crossing(error: Quintic, rest: float, window: float, low: float, high: float) -> float:
@@ -205,7 +205,8 @@ def move(
     passed: tuple[Pass, ...] = ()
     if crossed:
         smooth = follow(_without_error(mover.train), path, y0, tail, method)
-        whole, plain = (Quintic.through(f.t, *f.pointing(), f.steps) for f in (run, smooth))
+        whole = Quintic.through(run.t, *run.pointing(), run.steps)
+        plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
         t = whole.dense(WITHIN)
         passed = passes(crossed, mover.train.error, path, t, whole.at(t) - plain.at(t))
     rests = _rests(mover, path, run, decay, method)

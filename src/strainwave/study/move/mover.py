@@ -62,17 +62,17 @@ def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
 
 def refuse_heavy(train: DriveTrain, path: Path) -> None:
     """Refuse a load that is beyond what the law of the gear carries (ValueError)."""
-    asked = demand_of(train, path)
-    at = int(np.argmax(np.abs(asked.holding)))
-    pull = float(asked.holding[at])
+    demand = demand_of(train, path)
+    worst = int(np.argmax(np.abs(demand.holding)))
+    pull = float(demand.holding[worst])
     if lacking(train.law, "stiffness"):
         return
     try:
         loaded_state(train.law, pull)
     except (ValueError, SolveError) as error:
         raise ValueError(
-            f"the load pulls with {abs(pull):.4g} N*m at {np.degrees(asked.angle[at]):.4g} deg, which the gear does "
-            f"not hold: {error}; take a lighter payload, a shorter arm or a larger gear"
+            f"the load pulls with {abs(pull):.4g} N*m at {np.degrees(demand.angle[worst]):.4g} deg, which the gear "
+            f"does not hold: {error}; take a lighter payload, a shorter arm or a larger gear"
         ) from error
 
 
@@ -149,27 +149,27 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
     ValueError
         If it has no whole train, or nothing makes its motor follow a reference.
     """
-    given, remarks = _train(project)
-    if given.motor.free:
+    drive, remarks = _train(project)
+    if drive.motor.free:
         raise ValueError(
             "the motor of this drive is free and follows no profile; give it a loop, such as motor: {loop: "
             "{bandwidth: 30 Hz}} in the project file"
         )
-    if not holds_its_place(given.motor):
+    if not holds_its_place(drive.motor):
         raise ValueError(
-            f"{given.motor.control} answers no deviation of the motor's angle, so that the load falls behind or sags; "
+            f"{drive.motor.control} answers no deviation of the motor's angle, so that the load falls behind or sags; "
             "give a position loop, or a speed loop with K_i"
         )
-    end, motor = given.load.end(), given.motor
+    end, motor = drive.load.end(), drive.motor
     repeating = [torque for torque in (motor.excitation, end.excitation) if _repeats(torque)]
     if any(term.amplitude for torque in repeating for term in terms_of(torque)):
         remarks = (*remarks, LINES_LEFT_OUT)
-    motor, end = (
-        shaft._replace(excitation=mean_torque(shaft.excitation)) if _repeats(shaft.excitation) else shaft
-        for shaft in (motor, end)
-    )
-    given = given._replace(motor=motor, load=given.load.with_end(end))
-    train = given._replace(omega=1.0)
+    if _repeats(motor.excitation):
+        motor = motor._replace(excitation=mean_torque(motor.excitation))
+    if _repeats(end.excitation):
+        end = end._replace(excitation=mean_torque(end.excitation))
+    drive = drive._replace(motor=motor, load=drive.load.with_end(end))
+    train = drive._replace(omega=1.0)
     if payload is not None:
         if not isinstance(payload, Payload):
             raise TypeError(f"payload is {shown(payload)}; give a Payload(mass, radius)")

@@ -192,7 +192,8 @@ def _symmetric(angle: float, ramp: float, rise: float, cruise: float) -> Path:
         pieces = [(ramp, a, 0.0), (cruise, 0.0, 0.0), (ramp, -a, 0.0)]
     else:
         j, flat = a / rise, ramp - 2.0 * rise
-        up, down = ([(rise, 0.0, s * j), (flat, s * a, 0.0), (rise, s * a, -s * j)] for s in (1.0, -1.0))
+        up = [(rise, 0.0, j), (flat, a, 0.0), (rise, a, -j)]
+        down = [(rise, 0.0, -j), (flat, -a, 0.0), (rise, -a, j)]
         pieces = [*up, (cruise, 0.0, 0.0), *down]
     whole = 2.0 * ramp + cruise
     return Path.of_pieces([piece for piece in pieces if piece[0] > 1e-12 * whole], angle)

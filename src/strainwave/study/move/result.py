@@ -106,14 +106,14 @@ def passes(crossed: list[Any], error: Any, path: Path, t: Floats, ripple: Floats
     """Costs of crossings, from what of the pointing error (n,) [rad] the kinematic error causes at times [s]."""
     slow = float(np.max(np.abs(error.value(TURN))))
     ends = [end for _, end in path.motions()]
-    found = []
+    costs = []
     for i, (time, speed, order, frequency) in enumerate(crossed):
         following = [crossed[i + 1][0]] if i + 1 < len(crossed) else []
         until = min([*following, *(end for end in ends if end >= time)])
         inside = (t >= time) & (t <= until)
         largest = float(np.max(np.abs(ripple[inside]), initial=0.0))
-        found.append(Pass(time, speed, order, frequency, largest, slow))
-    return tuple(found)
+        costs.append(Pass(time, speed, order, frequency, largest, slow))
+    return tuple(costs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,13 +249,13 @@ class Move(Result):
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a move, once."""
         times = self.settling_times
-        each = f" after each of {len(times)} motions" if len(times) > 1 else ""
+        suffix = f" after each of {len(times)} motions" if len(times) > 1 else ""
         settled = ", ".join("not within the run" if time is None else f"{number(time)} s" for time in times)
         return (
             Fact("failures", self.failures, "FAIL: {}"),
             Fact("passes", self.within_limits),
             Fact("duration_s", self.duration, "Move of {}"),
-            Fact("window_rad", self.window, f"settling time{each}, to {{}} about the error at rest: {settled}"),
+            Fact("window_rad", self.window, f"settling time{suffix}, to {{}} about the error at rest: {settled}"),
             Fact("settling_time_s", self.settling_time),
             Fact("settling_times_s", times),
             Fact("pointing_error_rad.peak", self.peak_error, "at most {}"),
@@ -274,14 +274,14 @@ class Move(Result):
             Fact("limits", tuple(finding.data() for finding in self.findings)),
             Fact("speeds_to_avoid", tuple(band.facts() for band in self._in_bands())),
             Fact("", tuple(str(band) for band in self._in_bands()), "in speeds to avoid, {}"),
-            Fact("resonances_passed", tuple(one.facts() for one in self.passes)),
+            Fact("resonances_passed", tuple(item.facts() for item in self.passes)),
             Fact("", tuple(self._resonances()), "{}"),
             Fact("energy_J.work", self.work),
             Fact("energy_J.dissipated", self.dissipated, "heat {}"),
             Fact("energy_J.stored", self.stored, "stored {}"),
             Fact("energy_J.imbalance", self.imbalance, f"balance closed to {number(self.imbalance, 1)}"),
             Fact("warnings", self.warnings),
-            Fact("", tuple(one for one in self.warnings if one not in self.failures), "warning: {}"),
+            Fact("", tuple(item for item in self.warnings if item not in self.failures), "warning: {}"),
             Fact("remarks", tuple(map(str, self.remarks)), "note: {}"),
         )
 

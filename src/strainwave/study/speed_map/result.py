@@ -160,25 +160,25 @@ class SpeedMap(Result):
     def variables(self) -> Labelled:
         """Cells, bands, jumps and lines."""
         grid = ("load", "speed")
-        found: dict[str, Any] = {
+        columns: dict[str, Any] = {
             "oscillation": (grid, self.oscillation, "rad"), "torque": (grid, self.torque, "N*m"),
             "motions": (grid, self.motions, ""), "subharmonic": (grid, self.subharmonic, ""),
             "quasi_static": ("load", self.quasi_static, "rad"),
         }  # fmt: skip
         for name, some in (("forbidden", self.forbidden), ("allowed", self.allowed)):
             counts = [len(bands) for bands in some]
-            found[f"{name}_load"] = (name, np.repeat(self.loads, counts), self.load_unit)
+            columns[f"{name}_load"] = (name, np.repeat(self.loads, counts), self.load_unit)
             for j, end in enumerate(("low", "high")):
-                found[f"{name}_{end}"] = (name, np.concatenate(some)[:, j], "rad/s")
-        found["jump_load"] = ("jump", np.array([self.loads[j.load] for j in self.jumps]), self.load_unit)
-        found["jump_speed"] = ("jump", np.array([j.speed for j in self.jumps]), "rad/s")
+                columns[f"{name}_{end}"] = (name, np.concatenate(some)[:, j], "rad/s")
+        columns["jump_load"] = ("jump", np.array([self.loads[j.load] for j in self.jumps]), self.load_unit)
+        columns["jump_speed"] = ("jump", np.array([j.speed for j in self.jumps]), "rad/s")
         for name in ("up", "rises"):
-            found[f"jump_{name}"] = ("jump", np.array([getattr(j, name) for j in self.jumps], bool), "")
+            columns[f"jump_{name}"] = ("jump", np.array([getattr(j, name) for j in self.jumps], bool), "")
         if self.scatter is not None:
-            found["quantile"] = (("share", *grid), self.scatter.oscillation, "rad")
-            found["worst"] = (grid, self.scatter.worst, "rad")
-            found["forbidden_share"] = (grid, self.scatter.forbidden, "")
-        return found
+            columns["quantile"] = (("share", *grid), self.scatter.oscillation, "rad")
+            columns["worst"] = (grid, self.scatter.worst, "rad")
+            columns["forbidden_share"] = (grid, self.scatter.forbidden, "")
+        return columns
 
     def to_xarray(self) -> xr.Dataset:
         """Cells over load and speed; bands, jumps, each a table of its own; units in `attrs["units"]`."""
@@ -231,13 +231,13 @@ class SpeedMap(Result):
 
     def _sentence(self, i: int) -> str:
         """What is forbidden under a load, and where the error jumps, in the words of a response."""
-        said = []
+        parts = []
         for rises, way in WAYS.items():
             speeds = sorted({j.speed for j in self.jumps if j.load == i and j.rises == rises})
             each = dict.fromkeys(number(speed / RPM, 5) for speed in speeds)
-            said += [f"{way} at {', '.join(each)} rpm"] if speeds else []
+            parts += [f"{way} at {', '.join(each)} rpm"] if speeds else []
         text = f"{self.load_text(i)}: forbidden {listed(self.forbidden[i]) or 'none'}"
-        return text + (f"; the error {' and '.join(said)}" if said else "")
+        return text + (f"; the error {' and '.join(parts)}" if parts else "")
 
     @property
     def units_sentence(self) -> str:
@@ -255,15 +255,15 @@ class SpeedMap(Result):
     def rule(self) -> str:
         """What forbids a speed, in words."""
         rules = self.rules
-        said = []
+        conditions = []
         if rules.limit is not None:
-            said.append(f"oscillation above {rules.limit / ARCSEC:.4g} arcsec")
+            conditions.append(f"oscillation above {rules.limit / ARCSEC:.4g} arcsec")
         if rules.amplification is not None:
-            said.append(f"oscillation above {rules.amplification:g} times that of quasi-static rotation")
+            conditions.append(f"oscillation above {rules.amplification:g} times that of quasi-static rotation")
         if rules.margin is not None:
-            said.append(f"nearer than {100.0 * rules.margin:g} % to a resonance")
+            conditions.append(f"nearer than {100.0 * rules.margin:g} % to a resonance")
         if rules.speed is not None:
-            said.append(f"faster than {rules.speed / RPM:.5g} rpm")
+            conditions.append(f"faster than {rules.speed / RPM:.5g} rpm")
         if rules.motor_torque is not None:
-            said.append(f"motor torque above {rules.motor_torque:.4g} N*m")
-        return "forbidden: " + " or ".join(said)
+            conditions.append(f"motor torque above {rules.motor_torque:.4g} N*m")
+        return "forbidden: " + " or ".join(conditions)

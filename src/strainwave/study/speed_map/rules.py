@@ -77,7 +77,9 @@ class Rules:
         return min(np.inf if self.limit is None else self.limit, amplified)
 
 
-def rules_of(limit: float | None, amplification: float | None, margin: float | None, own: float | None) -> Rules:
+def rules_of(
+    limit: float | None, amplification: float | None, margin: float | None, limit_of_project: float | None
+) -> Rules:
     """Rules from the arguments of the verb, or the project's own limit; by themselves twice the quasi-static error."""
     limit = None if limit is None else number("limit [rad]", limit, positive=True)
     amplification = None if amplification is None else number("amplification", amplification, positive=True)
@@ -85,7 +87,7 @@ def rules_of(limit: float | None, amplification: float | None, margin: float | N
     if margin is not None and not margin < 1.0:
         raise ValueError(f"margin is {margin:g}; it is a share of the speed and must be less than 1, as 0.1 for 10 %")
     if limit is None and amplification is None and margin is None:
-        return Rules(limit=own) if own is not None else Rules(amplification=AMPLIFIED)
+        return Rules(limit=limit_of_project) if limit_of_project is not None else Rules(amplification=AMPLIFIED)
     return Rules(limit, amplification, margin)
 
 
@@ -96,12 +98,12 @@ class Bands(NamedTuple):
     allowed: Floats
 
 
-def bands_of(under: UnderLoad, rules: Rules, span: Span, resonances: list[Span], apart: float) -> Bands:
+def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: list[Span], apart: float) -> Bands:
     """Apply the rules to all stable motions under a load.
 
     Parameters
     ----------
-    under : UnderLoad
+    loaded : UnderLoad
         The motions.
     rules : Rules
         What is forbidden.
@@ -112,17 +114,17 @@ def bands_of(under: UnderLoad, rules: Rules, span: Span, resonances: list[Span],
     apart : float
         Distance of the speeds that were searched, relative to each: how far a motion that no curve has may reach.
     """
-    level = rules.level(under.quasi_static)
-    found: list[Span] = [band for run, _ in under.runs for band in above(run, level)]
-    found += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in under.runs], span)
-    found += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, _, _ in under.loose if size > level]
+    level = rules.level(loaded.quasi_static)
+    bands: list[Span] = [band for run, _ in loaded.runs for band in above(run, level)]
+    bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in loaded.runs], span)
+    bands += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, _, _ in loaded.loose if size > level]
     if rules.motor_torque is not None:
-        found += [band for run, _ in under.runs for band in above(run, rules.motor_torque, MOTOR)]
+        bands += [band for run, _ in loaded.runs for band in above(run, rules.motor_torque, MOTOR)]
     if rules.speed is not None:
-        found.append((rules.speed, span[1]))
+        bands.append((rules.speed, span[1]))
     if rules.margin is not None:
-        found += [((1.0 - rules.margin) * low, (1.0 + rules.margin) * high) for low, high in resonances]
-    forbidden = clipped(found, span)
+        bands += [((1.0 - rules.margin) * low, (1.0 + rules.margin) * high) for low, high in resonances]
+    forbidden = clipped(bands, span)
     return Bands(forbidden, complement(forbidden, span))
 
 
@@ -133,8 +135,8 @@ def above(run: Floats, level: float, what: int = OSCILLATION) -> list[Span]:
 
 def swept(first: Floats, second: Floats) -> list[Span]:
     """Bands of two loads, and what those that belong together pass between the loads."""
-    one, other = (tuple((float(low), float(high)) for low, high in bands) for bands in (first, second))
-    return [*one, *other, *hulls_between(one, other)]
+    left, right = [tuple((float(low), float(high)) for low, high in bands) for bands in (first, second)]
+    return [*left, *right, *hulls_between(left, right)]
 
 
 def gaps(spans: list[Span], within: Span) -> list[Span]:
@@ -223,11 +225,9 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
     if len(rules) < 2:
         return rules[0].sentence if rules else ""
     ends = [min(rules, key=lambda rule: rule.speed), max(rules, key=lambda rule: rule.speed)]
-    f_n, speed = (
-        " to ".join(dict.fromkeys(f"{value:.{digits}g}" for value in values))
-        for values, digits in (([rule.frequency for rule in ends], 4), ([rule.speed / RPM for rule in ends], 5))
-    )
-    said = []
+    f_n = " to ".join(dict.fromkeys(f"{rule.frequency:.4g}" for rule in ends))
+    speed = " to ".join(dict.fromkeys(f"{rule.speed / RPM:.5g}" for rule in ends))
+    parts = []
     for name, text in (
         ("needless", "forbids {1}{0} needlessly under {2} of {3} loads"),
         ("misleading", "allows {0}, {1}which the map forbids under {2} of {3} loads"),
@@ -236,9 +236,9 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
         if some:
             spans = merged((float(low), float(high)) for low, high in np.concatenate(some))
             same = all(np.array_equal(own, spans) for own in some)
-            said.append(text.format(listed(np.array(spans)), "" if same else "parts of ", len(some), len(rules)))
+            parts.append(text.format(listed(np.array(spans)), "" if same else "parts of ", len(some), len(rules)))
     return f"The vendors' rule (f_n = {f_n} Hz, {speed} rpm) " + (
-        ", and ".join(said) + "." if said else "agrees with the map under every load."
+        ", and ".join(parts) + "." if parts else "agrees with the map under every load."
     )
 
 
@@ -266,26 +266,26 @@ def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
 
 
 def beyond_ratings(
-    project: Project, speeds: Floats, loads: Floats, torque: Floats, found: list[UnderLoad], unit: str
+    project: Project, speeds: Floats, loads: Floats, torque: Floats, by_load: list[UnderLoad], unit: str
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences about limits that the map passes: those by which the drive fails, and others.
 
     Speeds (m,) [rad/s] and loads (n,) of cells, torques (n, m) [N*m] in the gear, and the motions under each load.
     """
     known = np.where(np.isfinite(torque), torque, 0.0)
-    load, at = np.unravel_index(np.argmax(known), known.shape)
-    used = replace(NOTHING, peak_torque=float(known[load, at]))
-    tops = [(run[np.argmax(run[:, MOTOR])], own.load) for own in found for run, _ in own.runs]
+    load, column = np.unravel_index(np.argmax(known), known.shape)
+    usage = replace(NOTHING, peak_torque=float(known[load, column]))
+    tops = [(run[np.argmax(run[:, MOTOR])], loaded.load) for loaded in by_load for run, _ in loaded.runs]
     top, under = max(tops, key=lambda one: float(one[0][MOTOR]), default=(np.zeros(MOTOR + 1), 0.0))
     motor = MotorUse(float(top[MOTOR]), float(top[OMEGA]), 0.0)
     places = {"motor torque": (motor.at, under)}
 
     def said(finding: Finding) -> str:
-        omega, value = places.get(finding.limit, (speeds[at], loads[load]))
+        omega, value = places.get(finding.limit, (speeds[column], loads[load]))
         where = "" if finding.unit == "rpm" else f" (at {omega / RPM:.5g} rpm under {value:.4g} {unit})"
         return finding.sentence + where
 
-    passed = gravest(_findings(project, float(speeds[-1]), used, motor))
+    passed = gravest(_findings(project, float(speeds[-1]), usage, motor))
     return tuple(said(f) for f in passed if f.fails), tuple(said(f) for f in passed if not f.fails)
 
 

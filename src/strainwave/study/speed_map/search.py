@@ -49,7 +49,7 @@ class Found(NamedTuple):
 
 
 def search(
-    case: Any, known: tuple[Motions, ...], speeds: Floats, seeds: tuple[Settling, ...], span: tuple[float, float]
+    case: Any, known_curves: tuple[Motions, ...], speeds: Floats, seeds: tuple[Settling, ...], span: tuple[float, float]
 ) -> Found:
     """Look for stable motions that no known curve has, and follow them.
 
@@ -57,7 +57,7 @@ def search(
     ----------
     case : Case
         The drive under its load.
-    known : tuple of Motions
+    known_curves : tuple of Motions
         Curves that are known.
     speeds : (n,) array
         Speeds [rad/s] at which starts are integrated; may be empty.
@@ -66,31 +66,31 @@ def search(
     span : (float, float)
         Range of speeds [rad/s].
     """
-    curves, loose, new, settled = known, list[Loose](), list[Settling](), True
-    fresh = known if len(speeds) else ()
+    curves, loose, new, settled = known_curves, list[Loose](), list[Settling](), True
+    fresh = known_curves if len(speeds) else ()
     while len(speeds) or seeds:
-        found = _searched(case, curves, speeds, seeds, span, len(curves) - len(known))
+        found = _searched(case, curves, speeds, seeds, span, len(curves) - len(known_curves))
         curves, loose, new = (*curves, *found.curves), [*loose, *found.loose], [*new, *found.seeds]
         settled = settled and found.settled
         ends = (seed for curve in (*fresh, *found.curves) for seed in beyond_ends(case.system, curve, span))
         seeds = (*ends, *(beside(found.seeds, span) if len(speeds) and not is_spring(case.equation) else ()))
         fresh, speeds = (), np.empty(0)
-    return Found(curves[len(known) :], tuple(loose), settled, tuple(new))
+    return Found(curves[len(known_curves) :], tuple(loose), settled, tuple(new))
 
 
 def _searched(
-    case: Any, known: tuple[Motions, ...], speeds: Floats, seeds: tuple[Settling, ...], span: tuple[float, float],
-    found: int,
+    case: Any, known_curves: tuple[Motions, ...], speeds: Floats, seeds: tuple[Settling, ...],
+    span: tuple[float, float], earlier: int,
 ) -> Found:  # fmt: skip
-    """`search` from starts at these speeds and from these seeds alone; `found` of the curves are from it already."""
+    """`search` from starts at these speeds and from these seeds alone; `earlier` of the curves are from it already."""
     system, spring = case.system, is_spring(case.equation)
     omega, start = starts_at(case, speeds) if len(speeds) else (np.empty(0), np.empty((0, 0)))
     if seeds:
         given = np.array([seed.state for seed in seeds]).T
         omega = np.append(omega, [seed.omega for seed in seeds])
         start = np.concatenate([start.reshape(len(given), -1), given], axis=1)
-    ends, whole = _settle(system, omega, start, known)
-    curves, kept, new, before = known, list[Loose](), list[Settling](), len(known) - found
+    ends, whole = _settle(system, omega, start, known_curves)
+    curves, loose, new, before = known_curves, list[Loose](), list[Settling](), len(known_curves) - earlier
     while len(rest := _unknown(curves, omega, ends)):
         lane = int(max(rest, key=lambda i: ends.highest[i] - ends.lowest[i]))
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
@@ -101,16 +101,16 @@ def _searched(
         orbit = solved(system, seed, most) if followed else None
         if orbit is not None and not _on(curves, orbit):
             reach = _reach(seed, span, whole_range)
-            curves, new = (*curves, follow(system, orbit, reach, known[0].every, case.train)), [*new, seed]
+            curves, new = (*curves, follow(system, orbit, reach, known_curves[0].every, case.train)), [*new, seed]
         elif orbit is None and whole:
             apart = _loose(system, seed, 0.5 * (high - low), curves)
-            kept += apart
+            loose += apart
             new += [seed] if apart and seed.turns and not spring else []
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
         if not (spring and seed.turns):  # the largest of those that are not followed stands for all at its speed
             same |= (ends.period == 0) | (not spring)
         ends.diverged[same & (omega == seed.omega)] = True  # looked at once
-    return Found(curves[len(known) :], tuple(kept), whole, tuple(new))
+    return Found(curves[len(known_curves) :], tuple(loose), whole, tuple(new))
 
 
 def _reach(seed: Settling, span: tuple[float, float], whole: bool) -> tuple[float, float]:
@@ -132,13 +132,13 @@ class Start(NamedTuple):
 def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
     """The orbit on which a trajectory settled, with so many harmonics a turn; None where there is another or none."""
     leaf, turns = leaf_of(system, "omega"), seed.turns
-    here = system._replace(omega=seed.omega)
+    at_speed = system._replace(omega=seed.omega)
     h = min(MOST, turns * per_turn)
     if h < turns * highest_order(system):
         return None
-    problem: Any = balance_of(here, leaf, leaf, h, turns, folded=False)
+    problem: Any = balance_of(at_speed, leaf, leaf, h, turns, folded=False)
     angles = problem.angles
-    run = simulate(here, seed.state, np.append(angles, 2.0 * angles[-1] - angles[-2]) / seed.omega)
+    run = simulate(at_speed, seed.state, np.append(angles, 2.0 * angles[-1] - angles[-2]) / seed.omega)
     if not run.status:
         return None
     point = solve(problem, problem.sampled(run.y[:, : len(angles)], seed.omega))
@@ -151,15 +151,15 @@ def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
 
 
 def follow(
-    system: Any, start: Start, span: tuple[float, float], every: int, train: DriveTrain | None = None
+    system: Any, start: Start, span: tuple[float, float], per_turn: int, train: DriveTrain | None = None
 ) -> Motions:
     """The curve through a solved motion, inside the range; `train` has the ratio of an error equation."""
     found = both_ways(start.problem, start.point, *span, 4.0 / POINTS)
     tail = tail_along(start.problem, found.points)
     branch = describe(start.problem, "omega", found, tail, "settled on", locate=False)
     if isinstance(system, AtLoad):
-        return Motions(of_train(system, TurnResponse(start.problem, found.points, branch)), every)
-    return Motions(of_equation(system, branch, train=train), every)
+        return Motions(of_train(system, TurnResponse(start.problem, found.points, branch)), per_turn)
+    return Motions(of_equation(system, branch, train=train), per_turn)
 
 
 def _on(curves: tuple[Motions, ...], start: Start) -> bool:
@@ -182,15 +182,15 @@ def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ..
     """
     decade = np.floor(np.log10(omega / np.min(omega)))
     groups = [np.flatnonzero(decade == k) for k in np.unique(decade)]
-    each = [_settled(system, omega[own], start[:, own], curves) for own in groups]
+    results = [_settled(system, omega[own], start[:, own], curves) for own in groups]
     order = np.argsort(np.concatenate(groups))
     whole = Settled(
         *(
-            np.concatenate([getattr(ends, name) for ends, _ in each], axis=-1)[..., order]
+            np.concatenate([getattr(ends, name) for ends, _ in results], axis=-1)[..., order]
             for name in ("state", "period", "diverged", "lowest", "highest")
         )
     )
-    return whole, all(enough for _, enough in each)
+    return whole, all(enough for _, enough in results)
 
 
 def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
@@ -221,13 +221,13 @@ def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
 
 def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
     """Whether each lane is on a motion of these curves."""
-    found = np.zeros(len(omega), bool)
+    matched = np.zeros(len(omega), bool)
     for w in np.unique(omega):
         here = np.flatnonzero(omega == w)
         for row in (row for curve in curves for row in curve.at(float(w))):
             apart = np.maximum(np.abs(ends.lowest[here] - row[LOW]), np.abs(ends.highest[here] - row[HIGH]))
-            found[here] |= apart <= SAME * (row[HIGH] - row[LOW])
-    return found
+            matched[here] |= apart <= SAME * (row[HIGH] - row[LOW])
+    return matched
 
 
 def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Settled, lane: int) -> bool:
@@ -245,13 +245,13 @@ def _loose(system: Any, seed: Settling, size: float, curves: tuple[Motions, ...]
 
     One that repeats has the size of its last turns, another that [rad] of the search.
     """
-    here = system._replace(omega=seed.omega)
+    at_speed = system._replace(omega=seed.omega)
     angles = 2.0 * np.pi * np.append(0.0, LEAST_TURNS * STAGES + np.arange(8 * 64 + 1) / 64)
-    run = simulate(here, seed.state, angles / seed.omega)
+    run = simulate(at_speed, seed.state, angles / seed.omega)
     if not run.status:
         return [Loose(seed.omega, size, float("inf"), seed.turns)]
     angles, y = angles[1:], run.y[:, 1:]
-    torque = torque_in(here, angles, tuple(y))
+    torque = torque_in(at_speed, angles, tuple(y))
     lowest, highest = np.min(y[:1], axis=1), np.max(y[:1], axis=1)
     ends = Settled(y[:, -1:], np.zeros(1, np.int64), np.zeros(1, bool), lowest, highest)
     if _matches(curves, np.array([seed.omega]), ends)[0]:

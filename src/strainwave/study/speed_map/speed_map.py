@@ -125,22 +125,22 @@ def speed_map(
     values, name, variants = _loads(project, loads, load_inertias)
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
-    every, drives = len(cases), list(units)
+    total, drives = len(cases), list(units)
     of_loads = 0.5 if drives else 1.0
-    done, found = _all_motions(cases, span, search, count, lambda what, share: progress(what, of_loads * share))
-    cases, variants, values = [cases[i] for i in done], [variants[i] for i in done], values[done]
-    if not any(own.curves for own in found):
-        raise SolveError(found[0].remarks[0])
-    lines = _lines(cases, found, tuple(number("order", k, positive=True) for k in orders))
+    computed, by_load = _all_motions(cases, span, search, count, lambda what, share: progress(what, of_loads * share))
+    cases, variants, values = [cases[i] for i in computed], [variants[i] for i in computed], values[computed]
+    if not any(loaded.curves for loaded in by_load):
+        raise SolveError(by_load[0].remarks[0])
+    lines = _lines(cases, by_load, tuple(number("order", k, positive=True) for k in orders))
     apart = _apart(len(cases))
     bands = [
-        bands_of(own, rules, span, _resonances(own, [line for line in lines if line.load == own.load]), apart)
-        for own in found
+        bands_of(loaded, rules, span, _resonances(loaded, [line for line in lines if line.load == loaded.load]), apart)
+        for loaded in by_load
     ]
-    table = [cells_of(own, cells) for own in found]
-    oscillation, torque, motions, subharmonic = (np.array([row[i] for row in table]) for i in range(4))
-    scatter = _scatter(drives if len(done) == every else [], values, name, cells, span, rules, progress)
-    failures, beyond = beyond_ratings(project, cells, values, torque, found, UNITS[name])
+    table = [cells_of(loaded, cells) for loaded in by_load]
+    oscillation, torque, motions, subharmonic = map(np.array, zip(*table, strict=True))
+    scatter = _scatter(drives if len(computed) == total else [], values, name, cells, span, rules, progress)
+    failures, warnings = beyond_ratings(project, cells, values, torque, by_load, UNITS[name])
     result = SpeedMap(
         speeds=cells,
         loads=values,
@@ -152,28 +152,28 @@ def speed_map(
         forbidden=tuple(one.forbidden for one in bands),
         allowed=tuple(one.allowed for one in bands),
         windows=_windows([one.forbidden for one in bands], span),
-        jumps=tuple(JumpSpeed(i, *jump) for i, own in enumerate(found) for jump in own.jumps),
+        jumps=tuple(JumpSpeed(i, *jump) for i, loaded in enumerate(by_load) for jump in loaded.jumps),
         lines=tuple(lines),
         vendor=tuple(_vendor_rules(variants, values, bands, span)),
         rules=rules,
-        quasi_static=np.array([own.quasi_static for own in found]),
+        quasi_static=np.array([loaded.quasi_static for loaded in by_load]),
         scatter=scatter,
-        remarks=(*_remarks(cases, found, name, lines, span, rules, search), *beyond),
-        failures=(*_unreachable(rules, found, bands), *failures),
+        remarks=(*_remarks(cases, by_load, name, lines, span, rules, search), *warnings),
+        failures=(*_unreachable(rules, by_load, bands), *failures),
     )
     finished = 0 if scatter is None else scatter.units
-    if len(done) < every or finished < len(drives):
-        some = f"the map is that of {len(done)} of {every} loads and {finished} of {len(drives)} units"
+    if len(computed) < total or finished < len(drives):
+        some = f"the map is that of {len(computed)} of {total} loads and {finished} of {len(drives)} units"
         raise Interrupted(f"interrupted; {some}, which were finished", result)
     return result
 
 
-def cells_of(own: UnderLoad, speeds: Floats) -> Cells:
+def cells_of(loaded: UnderLoad, speeds: Floats) -> Cells:
     """Largest oscillation and torque, number of stable motions and flag of subharmonics (m,) at speeds."""
     oscillation, torque = np.full(len(speeds), -np.inf), np.full(len(speeds), -np.inf)
     motions, subharmonic = np.zeros(len(speeds), np.int64), np.zeros(len(speeds), bool)
     counted: list[Floats] = []
-    for run, slower in own.runs:
+    for run, slower in loaded.runs:
         inside = (speeds >= run[0, OMEGA]) & (speeds <= run[-1, OMEGA])
         rows = row_at(run, speeds)
         for out, column in ((oscillation, OSCILLATION), (torque, TORQUE)):
@@ -184,9 +184,9 @@ def cells_of(own: UnderLoad, speeds: Floats) -> Cells:
         counted.append(np.where(inside, rows[:, OSCILLATION], np.nan))
         motions[new] += 1
         subharmonic[inside] |= slower
-    for low, high in own.doubled:
+    for low, high in loaded.doubled:
         subharmonic |= (speeds >= low) & (speeds <= high)
-    for omega, size, strain, turns in own.loose:
+    for omega, size, strain, turns in loaded.loose:
         here = int(np.argmin(np.abs(speeds - omega)))
         oscillation[here], torque[here] = max(oscillation[here], size), max(torque[here], strain)
         motions[here] += 1
@@ -239,13 +239,13 @@ def _all_motions(
     Motions apart from the main curve are tried under the neighbouring loads too.
     """
     apart = _apart(len(cases)) if search else None
-    found: dict[int, UnderLoad] = {}
+    by_load: dict[int, UnderLoad] = {}
     seeds: dict[int, Any] = {}
 
     def one(i: int) -> None:
-        own, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0)
-        found[i] = own
-        progress("motions", len(found) / len(cases))
+        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0)
+        by_load[i] = loaded
+        progress("motions", len(by_load) / len(cases))
 
     with ThreadPoolExecutor(threads) as pool:  # the first compiles, where that is still to do, before threads start
         left: set[Any] = set()
@@ -259,15 +259,15 @@ def _all_motions(
         except BaseException as error:
             for future in left:
                 future.cancel()
-            if not (found and isinstance(error, KeyboardInterrupt)):
+            if not (by_load and isinstance(error, KeyboardInterrupt)):
                 raise
-    known = sorted(found)
-    for way in (known, known[::-1]):
+    computed = sorted(by_load)
+    for way in (computed, computed[::-1]):
         for before, here in pairwise(way):
-            if seeds[before] and found[here].curves:
-                found[here], new = extended(found[here], cases[here], span, np.empty(0), seeds[before])
+            if seeds[before] and by_load[here].curves:
+                by_load[here], new = extended(by_load[here], cases[here], span, np.empty(0), seeds[before])
                 seeds[here] = (*seeds[here], *new)
-    return known, [found[i] for i in known]
+    return computed, [by_load[i] for i in computed]
 
 
 def _lines(cases: list[Case], found: list[UnderLoad], orders: tuple[float, ...]) -> list[CampbellLine]:
@@ -291,14 +291,14 @@ def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> list[Span]:
     return found
 
 
-def _unreachable(rules: Rules, found: list[UnderLoad], bands: list[Bands]) -> tuple[str, ...]:
+def _unreachable(rules: Rules, by_load: list[UnderLoad], bands: list[Bands]) -> tuple[str, ...]:
     """That no speed meets the limit of the oscillation under any load, in one sentence."""
-    if rules.limit is None or any(len(one.allowed) for one in bands) or not any(own.runs for own in found):
+    if rules.limit is None or any(len(one.allowed) for one in bands) or not any(loaded.runs for loaded in by_load):
         return ()
-    least = min(float(np.min(run[:, OSCILLATION])) for own in found for run, _ in own.runs)
+    least = min(float(np.min(run[:, OSCILLATION])) for loaded in by_load for run, _ in loaded.runs)
     if least <= rules.limit:
         return ()
-    slow = max(own.quasi_static for own in found)
+    slow = max(loaded.quasi_static for loaded in by_load)
     return (
         f"The limit of {rules.limit / ARCSEC:.4g} arcsec is met at no speed: the drive oscillates by at least "
         f"{least / ARCSEC:.4g} arcsec in the range, and by {slow / ARCSEC:.4g} arcsec where it turns slowly; "
@@ -313,13 +313,13 @@ def _windows(forbidden: list[Floats], span: Span) -> Floats:
 
 
 def _vendor_rules(variants: list[Any], values: Floats, bands: list[Bands], span: Span) -> list[VendorRule]:
-    found = []
+    rules = []
     for variant, value, own in zip(variants, values.tolist(), bands, strict=True):
         drive = variant.drive
         K1 = drive.J_l * drive.omega_0_held**2 if variant.gear is None else float(variant.gear.law.stiffness(0.0))
         if K1 > 0.0:
-            found.append(vendor_rule(value, K1, drive.J_l, own, span))
-    return found
+            rules.append(vendor_rule(value, K1, drive.J_l, own, span))
+    return rules
 
 
 def _scatter(
@@ -327,20 +327,20 @@ def _scatter(
     progress: Callable[[str, float], None],
 ) -> Scatter | None:  # fmt: skip
     """Quantiles over units, each followed along its main curve; after Ctrl-C over those finished, None without any."""
-    found = []
+    results = []
     inertias = name == "load inertia"
     with suppress(KeyboardInterrupt):
         for i, drive in enumerate(drives):
             variants = _loads(drive, None if inertias else values, values if inertias else None)[2]
             pairs = zip(variants, values, strict=True)
-            found.append([_of_unit(case_of(one, load, span), cells, span, rules) for one, load in pairs])
+            results.append([_of_unit(case_of(one, load, span), cells, span, rules) for one, load in pairs])
             progress("units", 0.5 + 0.5 * (i + 1.0) / len(drives))
-    if not found:
+    if not results:
         return None
-    table, shares = np.array([[size for size, _ in rows] for rows in found]), np.array(QUANTILES)
-    forbidden = np.array([[bad for _, bad in rows] for rows in found], float)
+    table, shares = np.array([[size for size, _ in rows] for rows in results]), np.array(QUANTILES)
+    forbidden = np.array([[bad for _, bad in rows] for rows in results], float)
     quantiles = np.quantile(table, shares, axis=0, method="higher")
-    return Scatter(shares, quantiles, np.max(table, axis=0), np.mean(forbidden, axis=0), len(found))
+    return Scatter(shares, quantiles, np.max(table, axis=0), np.mean(forbidden, axis=0), len(results))
 
 
 def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Any]:
@@ -351,23 +351,25 @@ def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Float
 
 
 def _remarks(
-    cases: list[Case], found: list[UnderLoad], name: str, lines: list[CampbellLine], span: Span, rules: Rules,
+    cases: list[Case], by_load: list[UnderLoad], name: str, lines: list[CampbellLine], span: Span, rules: Rules,
     search: bool,
 ) -> tuple[str, ...]:  # fmt: skip
     """What a reader must know, each once."""
-    said = [remark for own in found if own.curves for remark in own.remarks]
-    if still := [f"{own.load:g}" for own in found if not own.curves]:
-        some = ", ".join(still)
-        said.append(f"no stable steady motion that repeats with every turn is known with a {name} of {some}")
+    remarks = [remark for loaded in by_load if loaded.curves for remark in loaded.remarks]
+    if still := [f"{loaded.load:g}" for loaded in by_load if not loaded.curves]:
+        listing = ", ".join(still)
+        remarks.append(f"no stable steady motion that repeats with every turn is known with a {name} of {listing}")
     if not search or not all(case.searched for case in cases):
-        said.append("motions apart from the main curve were not looked for")
+        remarks.append("motions apart from the main curve were not looked for")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}
     if idle := sorted({line.order for line in lines} - met):
-        some = ", ".join(f"{order:g}" for order in idle)
-        said.append(f"orders that meet no resonance in this range: {some}")
-    slow = max(own.quasi_static for own in found)
+        listing = ", ".join(f"{order:g}" for order in idle)
+        remarks.append(f"orders that meet no resonance in this range: {listing}")
+    slow = max(loaded.quasi_static for loaded in by_load)
     if below := out_of_reach(rules.limit, slow):
-        said.append(below)
-    if any(own.loose for own in found):
-        said.append("some trajectories settled on motions that were not followed; speeds next to them count as they do")
-    return tuple(dict.fromkeys(said))
+        remarks.append(below)
+    if any(loaded.loose for loaded in by_load):
+        remarks.append(
+            "some trajectories settled on motions that were not followed; speeds next to them count as they do"
+        )
+    return tuple(dict.fromkeys(remarks))

@@ -50,13 +50,13 @@ def beyond_ends(system: Any, curve: Motions, span: tuple[float, float]) -> Itera
 
 def beside(seeds: tuple[Settling, ...], span: tuple[float, float]) -> tuple[Settling, ...]:
     """The same states beside their speeds, where the motions that no curve has go on, but towards the next seed."""
-    at, every = np.array([seed.omega for seed in seeds]), list[Settling]()
+    at, moved = np.array([seed.omega for seed in seeds]), list[Settling]()
     for seed in seeds:
         for side in (-1.0, 1.0):
             away = side * (at / seed.omega - 1.0)
             if not np.any((away > 0.0) & (away < NEXT)):
-                every += [seed._replace(omega=seed.omega * (1.0 + side * share)) for share in ASIDE]
-    return tuple(seed for seed in every if span[0] < seed.omega < span[1])
+                moved += [seed._replace(omega=seed.omega * (1.0 + side * share)) for share in ASIDE]
+    return tuple(seed for seed in moved if span[0] < seed.omega < span[1])
 
 
 def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
@@ -70,17 +70,17 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
         equation, case.point.mean_torque, max((box_at(problem, float(w)).size for w in speeds[[0, -1]]), default=0.0)
     )
     orders = active_orders(equation)
-    lanes, some = [], []
+    lanes, blocks = [], []
     for omega in speeds.tolist():
         two = [starts_in(box_at(problem, omega), draws)]
         for nu in sorted({k * omega / q for k in orders for q in TURNS}):
             for a in _crossings(free, nu):
                 two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
         both = np.concatenate(two, axis=1)
-        some.append(both)
+        blocks.append(both)
         lanes.append(np.full(both.shape[1], omega))
     states = number_of_states(system)
-    start = np.concatenate([np.empty((2, 0)), *some], axis=1)
+    start = np.concatenate([np.empty((2, 0)), *blocks], axis=1)
     start = np.concatenate([start, np.zeros((states - 2, start.shape[1]))])
     return np.concatenate([np.empty(0), *lanes]), start
 

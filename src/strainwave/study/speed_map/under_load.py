@@ -121,32 +121,32 @@ def under_load(
     """
     slow = quasi_static(case.equation, case.point)
     try:
-        found = main_curve(case, span)
+        response = main_curve(case, span)
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     every = gcd(*active_orders(case.equation)) or 1
-    curves = (Motions(found, every),)
-    sweep = found.sweep
+    curves = (Motions(response, every),)
+    sweep = response.sweep
     jumps = () if sweep is None else tuple(
         (float(jump.value), up, jump.after > jump.before)
         for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
-    said = () if found.status else (f"{found.message}; a speed without a known motion is forbidden",)
-    own = UnderLoad(case.load, curves, slow, jumps, doubled_spans(found.curve), (), said)
+    said = () if response.status else (f"{response.message}; a speed without a known motion is forbidden",)
+    loaded = UnderLoad(case.load, curves, slow, jumps, doubled_spans(response.curve), (), said)
     if apart is None or not case.searched:
-        return own, ()
-    speeds = searched_at(own, span, apart, shift)
-    return extended(own, case, span, speeds[speeds >= slowest(case)], ())
+        return loaded, ()
+    speeds = searched_at(loaded, span, apart, shift)
+    return extended(loaded, case, span, speeds[speeds >= slowest(case)], ())
 
 
 def extended(
-    own: UnderLoad, case: Case, span: Span, speeds: Floats, seeds: tuple[Settling, ...]
+    loaded: UnderLoad, case: Case, span: Span, speeds: Floats, seeds: tuple[Settling, ...]
 ) -> tuple[UnderLoad, tuple[Settling, ...]]:
     """The motions with those to which random starts at some speeds, and others, lead."""
-    found: Found = search(case, own.curves, speeds, seeds, span)
+    found: Found = search(case, loaded.curves, speeds, seeds, span)
     whole = UnderLoad(
-        own.load, (*own.curves, *found.curves), own.quasi_static, own.jumps, own.doubled, (*own.loose, *found.loose),
-        own.remarks if found.settled else (*own.remarks, TOO_LIGHT),
+        loaded.load, (*loaded.curves, *found.curves), loaded.quasi_static, loaded.jumps, loaded.doubled,
+        (*loaded.loose, *found.loose), loaded.remarks if found.settled else (*loaded.remarks, TOO_LIGHT),
     )  # fmt: skip
     return whole, found.seeds
 
@@ -216,17 +216,17 @@ def campbell(case: Case, largest: float, orders: tuple[float, ...]) -> list[Camp
 
 def orders_of_drive(case: Case) -> tuple[int, ...]:
     """Orders on the motor's turn that something excites."""
-    some = set(active_orders(case.equation))
+    orders = set(active_orders(case.equation))
     if case.train is not None and not case.train.motor.held:
         angles = 2.0 * pi * np.arange(512) / 512
         torque, drag = case.train.motor.excitation, case.train.motor.drag
         size = np.abs(np.fft.rfft(torque.torque(angles) + 0.0 * angles))
         alive = size > 1e-12 * max(float(np.max(size)), 1e-300)
-        some |= {k for k in torque.orders() if k > 0 and (k > 256 or alive[k])}
+        orders |= {k for k in torque.orders() if k > 0 and (k > 256 or alive[k])}
         resting = (0.0 * angles,) * states_of(drag)
         cogging = np.abs(np.fft.rfft(torque_of(drag, angles, case.train.omega, resting) + 0.0 * angles))
-        some |= set((1 + np.flatnonzero(cogging[1:] > 1e-9 * max(float(np.max(cogging)), 1e-300))).tolist())
-    return tuple(sorted(some))
+        orders |= set((1 + np.flatnonzero(cogging[1:] > 1e-9 * max(float(np.max(cogging)), 1e-300))).tolist())
+    return tuple(sorted(orders))
 
 
 def stiffnesses(case: Case, largest: float) -> tuple[Floats, Floats]:

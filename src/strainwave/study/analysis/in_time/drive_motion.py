@@ -161,15 +161,15 @@ def drive_motion(project: Project, omega: float, *, load: float | None = None) -
     if lacking(project, "system", "under", "response"):
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
     omega = number("omega [rad/s]", omega, positive=True)
-    own = project if load is None else project.under(number("load [N*m]", load))
+    loaded = project if load is None else project.under(number("load [N*m]", load))
     low, high = project.load_torques
-    if own.train is not None:
-        refuse_free(own.train)
-        found = train_motion(own.train, omega, own.mean_load_torque)
+    if loaded.train is not None:
+        refuse_free(loaded.train)
+        motion = train_motion(loaded.train, omega, loaded.mean_load_torque)
     else:
-        system = own.system(omega)
-        found = _motion(system, operating_point(system).start, own.mean_load_torque, own.motor == "held")
-    return replace(found, loads=(low, high)) if low < high else found
+        system = loaded.system(omega)
+        motion = _motion(system, operating_point(system).start, loaded.mean_load_torque, loaded.motor == "held")
+    return replace(motion, loads=(low, high)) if low < high else motion
 
 
 def train_motion(train: DriveTrain, omega: float, load_torque: float) -> DriveMotion:

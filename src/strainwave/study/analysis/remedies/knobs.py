@@ -285,14 +285,14 @@ def _stiffness(subject: Subject, name: str, path: str, law: Any) -> Iterator[Kno
 
 def stiffer(law: Any, share: float) -> Any:
     """The law with more torque by a share at every torsion; None where its numbers do not say how."""
-    more = 1.0 + share
+    factor = 1.0 + share
     changes = {}
     for p in parameters(law):
         if "N*m" in p.unit:
-            changes[p.path] = p.value / more if p.unit.startswith("1/") else more * p.value
+            changes[p.path] = p.value / factor if p.unit.startswith("1/") else factor * p.value
     changed = replace(law, changes)
     if depends(law) > 1:
         return changed if changes else None
     x = np.geomspace(1e-5, 1e-1, 9)
-    same = np.allclose(changed.torque(x), more * law.torque(x), rtol=1e-9, atol=0.0)
+    same = np.allclose(changed.torque(x), factor * law.torque(x), rtol=1e-9, atol=0.0)
     return changed if same else None

@@ -71,7 +71,7 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
     drive, old, by_motor = project.drive, project.gear, project.speeds.by_motor
     assert old is not None
     faster = gear.ratio / drive.N if by_motor else 1.0
-    low, high = (faster * speed for speed in subject.speeds)
+    low, high = faster * subject.speeds[0], faster * subject.speeds[1]
     if not _holds(drive.law, old.law):
         return "the drive has another law than the catalogue's"
     if by_motor and gear.max_speed is not None and high > gear.max_speed:
@@ -164,14 +164,14 @@ class Remedy:
 
 
 def what_helps(
-    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], used: Usage,
+    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], usage: Usage,
     progress: Callable[[str], None],
 ) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:  # fmt: skip
     """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
     if avoid is None or not avoid.bands:
         return (), ()
     subject, drive, avoid = at_worst(subject, drive, avoid, cases)
-    return remedies(subject, drive, avoid, used.peak_torque, progress)
+    return remedies(subject, drive, avoid, usage.peak_torque, progress)
 
 
 def at_worst(
@@ -227,7 +227,7 @@ def remedies(
     if trial is None:
         return (), ("what would help: the peak is not found again",)
     allowance = Allowance.of(subject, most)
-    found, left, late = [], [], []
+    helpful, left, late = [], [], []
     for knob in every_knob(subject, response, torque):
         if allowance.left <= 0:
             late.append(knob.what)
@@ -236,10 +236,10 @@ def remedies(
         if best is None:
             left.append(f"{knob.what}: {why}")
         else:
-            found.append(best)
+            helpful.append(best)
     if late:
         left.append(f"{listed(dict.fromkeys(late))}: left out after {allowance.most} changed drives")
-    return tuple(sorted(found, key=lambda remedy: remedy.ratio)), tuple(left)
+    return tuple(sorted(helpful, key=lambda remedy: remedy.ratio)), tuple(left)
 
 
 def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iterator[Knob]:
@@ -294,26 +294,26 @@ class Trial:
         self, knob: Knob, progress: Callable[[str], None], allowance: Allowance
     ) -> tuple[Remedy | None, str]:  # fmt: skip
         """The most helpful change of one thing, which is finished once it is begun; without one, why."""
-        tried, why = [], ""
+        tried, reason = [], ""
         for sign in knob.signs:
             for size in knob.changes:
                 share = sign * size
                 progress(f"{knob.what}, {share:+.0%}" if share else knob.what)
                 changed = knob.turned(share)
                 if isinstance(changed, str):
-                    why = changed
+                    reason = changed
                     break
                 allowance.take()
                 remedy = self.remedy(knob, share, changed)
                 if remedy is None:
-                    why = "no steady motion was found with the change"
+                    reason = "no steady motion was found with the change"
                     break
                 tried.append(remedy)
                 if abs(remedy.ratio - 1.0) >= LITTLE:
                     break
             if tried and tried[-1].ratio < 1.0 - LITTLE:
                 break
-        return min(tried, key=lambda remedy: remedy.ratio, default=None), why
+        return min(tried, key=lambda remedy: remedy.ratio, default=None), reason
 
     def remedy(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
         """What a change of one thing by a share does; None where no steady motion is found with it."""
@@ -324,13 +324,13 @@ class Trial:
         if after is None:
             return None
         ratio, limit = after[1] / self.before[1], self.avoid.limit
-        by = share * knob.by if knob.by else 0.0
+        step = share * knob.by if knob.by else 0.0
         exceeds = None if limit is None else ratio * self.avoid.largest > limit
         if share == 0.0:
             return Remedy(knob.what, 0.0, 0.0, ratio, after[0], gear=knob.unit, exceeds=exceeds)
-        if not by and not knob.value:  # a stiffness of nothing at rest, with backlash
+        if not step and not knob.value:  # a stiffness of nothing at rest, with backlash
             return Remedy(knob.what, share, 0.0, ratio, after[0], exceeds=exceeds)
-        value = knob.value + by if by else (1.0 + share) * knob.value
+        value = knob.value + step if step else (1.0 + share) * knob.value
         return Remedy(
-            knob.what, 0.0 if by else share, by, ratio, after[0], knob.value, value, knob.unit, exceeds=exceeds
+            knob.what, 0.0 if step else share, step, ratio, after[0], knob.value, value, knob.unit, exceeds=exceeds
         )  # fmt: skip

@@ -54,15 +54,15 @@ def smallest_change(
     ratio = limit / avoid.largest
     known = list(every_knob(worst, curve, torque))
     helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELPS]
-    found: list[Remedy] = []
+    steps: list[Remedy] = []
     for remedy in sorted(helpful, key=lambda remedy: _size(_needed(remedy, ratio)))[:THINGS]:
         least = -1.0 if any(other.what == remedy.what and other.share == -1.0 for other in tried) else LEAST
-        found += _steps(trial, _knob_of(remedy, known), remedy, ratio, least, allowance)
-    found.sort(key=lambda remedy: _size(remedy.share))
-    found += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
+        steps += _steps(trial, _knob_of(remedy, known), remedy, ratio, least, allowance)
+    steps.sort(key=lambda remedy: _size(remedy.share))
+    steps += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
     others = [under(subject, t) for c in cases if (t := c.torque) != worst.load_torque]
     other_knobs = [list(every_knob(other, curve, torque)) for other in others]
-    for remedy in found:
+    for remedy in steps:
         if all(_within(limit, trial, _knob_of(remedy, knobs), remedy.share, allowance) for knobs in other_knobs):
             return remedy
     return None
@@ -72,10 +72,10 @@ def _steps(
     trial: Trial, knob: Knob, tried: Remedy, ratio: float, least: float, allowance: Allowance
 ) -> list[Remedy]:  # fmt: skip
     """Computed steps of one thing that reach a relative oscillation, as long as drives may be followed."""
-    every = [tried]
+    steps = [tried]
     for _ in range(STEPS):
-        share = _needed(every[-1], ratio)
-        if not least <= share <= MOST or share == -1.0 or any(share == remedy.share for remedy in every):
+        share = _needed(steps[-1], ratio)
+        if not least <= share <= MOST or share == -1.0 or any(share == remedy.share for remedy in steps):
             break
         changed = knob.turned(share)
         if isinstance(changed, str) or not allowance.take():
@@ -83,8 +83,8 @@ def _steps(
         after = trial.remedy(knob, share, changed)
         if after is None or after.ratio >= HELPS:
             break
-        every.append(after)
-    return [remedy for remedy in every if remedy.ratio <= ratio]
+        steps.append(after)
+    return [remedy for remedy in steps if remedy.ratio <= ratio]
 
 
 def _within(limit: float, trial: Trial, knob: Knob, share: float, allowance: Allowance) -> bool:

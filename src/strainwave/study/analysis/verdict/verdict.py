@@ -57,7 +57,7 @@ class Verdict:
 
 
 def verdict_of(
-    speeds: Speeds, curves: tuple[DriveResponse, ...], avoid: Avoid | None, used: Usage, limits: tuple[Finding, ...],
+    speeds: Speeds, curves: tuple[DriveResponse, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
     change: Remedy | None = None, motor: MotorUse | None = None, turns: int = 1,
 ) -> Verdict:  # fmt: skip
     """Put together what is wrong with a drive and at which speeds.
@@ -70,7 +70,7 @@ def verdict_of(
         Steady motions of the drive, one curve for each load torque.
     avoid : Avoid or None
         Speeds to avoid under any of them; None where no motion is stable.
-    used : Usage
+    usage : Usage
         Largest torques in the gear, which may be of motions that are on no curve.
     limits : tuple of Finding
         The run against each limit of the gear and of the motor.
@@ -83,16 +83,16 @@ def verdict_of(
     """
     exceeded = tuple(finding for finding in limits if finding.fails)
     beyond = merged(band for finding in exceeded for band in _where(finding, speeds, curves, turns))
-    at = {used.peak_torque: used.at_peak, used.average_torque: used.at_average}
+    at = {usage.peak_torque: usage.at_peak, usage.average_torque: usage.at_average}
     if motor is not None:
         at[motor.torque] = motor.at
-    told = all(finding.unit == "rpm" or _in(beyond, at[finding.value]) for finding in exceeded)
+    covered = all(finding.unit == "rpm" or _in(beyond, at[finding.value]) for finding in exceeded)
     bands = merged([*(() if avoid is None else avoid.bands), *beyond])
     allowed = between(bands, speeds, 1e-9)
     if not bands and not exceeded and avoid is not None:
         answer = Answer.ALL_RIGHT
     else:
-        answer = Answer.BUT if allowed and told and avoid is not None else Answer.NOT
+        answer = Answer.BUT if allowed and covered and avoid is not None else Answer.NOT
     return Verdict(answer, bands, allowed, exceeded, change)
 
 
@@ -100,14 +100,14 @@ def _where(finding: Finding, speeds: Speeds, curves: tuple[DriveResponse, ...], 
     """Speeds at which a limit of the gear or the motor is passed."""
     if finding.limit in INPUT_SPEEDS:
         return [(max(speeds[0], turns * finding.bound * RPM), speeds[1])]
-    found = []
+    bands = []
     for curve in curves:
         at = curve.visited()
         torque = _limited(finding.limit, curve)
         if torque is None:
             continue
-        found += Motions(curve.omega[at], torque[at], np.diff(at) == 1).above(finding.bound)
-    return found
+        bands += Motions(curve.omega[at], torque[at], np.diff(at) == 1).above(finding.bound)
+    return bands
 
 
 def _limited(limit: str, curve: DriveResponse) -> Floats | None:
@@ -167,30 +167,30 @@ class Judged(NamedTuple):
         return (f"{said[0].upper()}{said[1:]}.",) if said else ()
 
 
-def judged(project: Project, found: DriveResponse, turns: int = 1) -> Judged:
+def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     """Judge the motions of a curve by the rules of `analyze`.
 
     Parameters
     ----------
     project : Project
         The drive, with its limits.
-    found : DriveResponse
+    response : DriveResponse
         Its curve, under the mean torque of its load.
     turns : int
         Turns of the project's base angle in one of the motor.
     """
     mean, loads, speeds = project.mean_load_torque, project.load_torques, project.speeds
-    used, motor = found.asked(mean, loads, project.drive.N)
+    usage, motor = response.asked(mean, loads, project.drive.N)
     fastest = speeds.given[-1] / turns if speeds.by_motor else None
-    findings = limit_findings(project.gear, used, fastest, project.motor_limits, motor)
-    avoid = _avoid(project, found)
-    verdict = verdict_of(speeds.limits, (found,), avoid, used, findings, motor=motor, turns=turns)
+    findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor)
+    avoid = _avoid(project, response)
+    verdict = verdict_of(speeds.limits, (response,), avoid, usage, findings, motor=motor, turns=turns)
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
         passes = False if verdict.exceeded or avoid is None or avoid.unstable else None
-    jumps = project.limit is not None and found.sweep is not None and bool(found.sweep.jumping)
+    jumps = project.limit is not None and response.sweep is not None and bool(response.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
-    return Judged(verdict, passes, avoid, used, motor, findings, jumps)
+    return Judged(verdict, passes, avoid, usage, motor, findings, jumps)
 
 
 def _avoid(project: Project, found: DriveResponse) -> Avoid | None:

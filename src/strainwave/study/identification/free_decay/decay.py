@@ -155,17 +155,18 @@ def decay(system: Any, start: float, phase: float, least: float) -> Decay:
         Smallest extreme that is reached.
     """
     table = vibrations(system, np.geomspace(min(least, 0.9 * start), start, SIZES))
-    at = np.log(table.extreme)
+    log_extreme = np.log(table.extreme)
     rate = np.maximum(table.rate, SLOWEST * table.omega)
     # With z'' + 2 rate z' + omega^2 z = 0 the frequency is sqrt(omega^2 - rate^2 - d rate/dt).
-    less = rate * (rate - CubicSpline(at, rate).derivative()(at))
+    less = rate * (rate - CubicSpline(log_extreme, rate).derivative()(log_extreme))
     omega = np.sqrt(np.maximum(table.omega**2 - less, (SLOWEST * table.omega) ** 2))
-    nodes = np.linspace(at[-1], at[0], NODES)
-    elapsed, turned = (CubicSpline(at, integrand).antiderivative() for integrand in (1.0 / rate, omega / rate))
-    time, swing = elapsed(at[-1]) - elapsed(nodes), phase + turned(at[-1]) - turned(nodes)
-    size = CubicHermiteSpline(time, nodes, -CubicSpline(at, rate)(nodes))
-    angle = CubicHermiteSpline(time, swing, CubicSpline(at, omega)(nodes))
-    return Decay(size, angle, CubicSpline(at, table.coefficients.T))
+    nodes = np.linspace(log_extreme[-1], log_extreme[0], NODES)
+    elapsed = CubicSpline(log_extreme, 1.0 / rate).antiderivative()
+    turned = CubicSpline(log_extreme, omega / rate).antiderivative()
+    time, swing = elapsed(log_extreme[-1]) - elapsed(nodes), phase + turned(log_extreme[-1]) - turned(nodes)
+    size = CubicHermiteSpline(time, nodes, -CubicSpline(log_extreme, rate)(nodes))
+    angle = CubicHermiteSpline(time, swing, CubicSpline(log_extreme, omega)(nodes))
+    return Decay(size, angle, CubicSpline(log_extreme, table.coefficients.T))
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,24 +269,26 @@ def fit_decay(time: Any, value: Any, system: Any, *, free: Sequence[str] = ("B",
     start = _fitted_to_windows(system, leaves, sizes, waves)
     model = _Model(system, leaves, sizes, SMALLEST * float(np.min(waves.amplitude)), t)
     first = _nuisances(model, start, waves)
-    found = least_squares(lambda p: model.motion(p) - y, first, x_scale=model.steps(first), method="lm", xtol=1e-12)
-    residual = y - model.motion(found.x)
+    solution = least_squares(lambda p: model.motion(p) - y, first, x_scale=model.steps(first), method="lm", xtol=1e-12)
+    residual = y - model.motion(solution.x)
     left = float(residual @ residual) / float(np.sum((y - np.mean(y)) ** 2))
     if not left < ASIDE:
         raise SolveError(
             f"the fitted system leaves {100.0 * left:.2g} % of the motion's power: its law is another one, or two "
             "frequencies beat; free more parameters, change the law, or filter one mode out"
         )
-    jacobian = model.jacobian(found.x)
-    refuse_unidentifiable(jacobian, [*free, "amplitude", "phase", "offset"], np.append(found.x[:-NUISANCES], [1, 1, 1]))
+    jacobian = model.jacobian(solution.x)
+    refuse_unidentifiable(
+        jacobian, [*free, "amplitude", "phase", "offset"], np.append(solution.x[:-NUISANCES], [1, 1, 1])
+    )
     scatter, p = spread(jacobian, residual), len(leaves)
     units = np.outer(sizes, sizes)
-    system = with_values(system, leaves, found.x[:p] * sizes)
+    system = with_values(system, leaves, solution.x[:p] * sizes)
     fitted_omega, fitted_rate = _curves(system, waves.amplitude)
     return DecayFit(
-        system, tuple(free), found.x[:p] * sizes, scatter.covariance[:p, :p] * units, scatter.freedom[:p],
-        discrepancy(residual, jacobian, model.terms(found.x), interval=float(np.mean(np.diff(t)))), waves.time + origin,
-        waves.amplitude, waves.amplitude_deviation, waves.omega, waves.omega_deviation, waves.rate,
+        system, tuple(free), solution.x[:p] * sizes, scatter.covariance[:p, :p] * units, scatter.freedom[:p],
+        discrepancy(residual, jacobian, model.terms(solution.x), interval=float(np.mean(np.diff(t)))),
+        waves.time + origin, waves.amplitude, waves.amplitude_deviation, waves.omega, waves.omega_deviation, waves.rate,
         waves.rate_deviation, fitted_omega, fitted_rate,
     )  # fmt: skip
 
@@ -328,15 +331,15 @@ class _Model:
 
     def terms(self, p: Floats) -> dict[str, Floats]:
         """What terms that the law may lack change in the motion (n,), per unit of their coefficient."""
-        system, base, found = self.at(p), self.motion(p), {}
+        system, base, changes = self.at(p), self.motion(p), {}
         size = float(np.exp(p[-3]))
         pull = float(torque_of(system.law, size, 0.0, ()))
         speed = size * float(vibrations(system, np.array([size])).omega[0])
         for name, field, unit in (("|v| v", "drag", speed**2), ("sign v", "dry", 1.0), ("x^3", "cubic", size**3)):
             step = TERM * pull / unit
             other = system._replace(law=Extended(system.law, **{field: step}))
-            found[name] = (self.motion(p, other) - base) / step
-        return found
+            changes[name] = (self.motion(p, other) - base) / step
+        return changes
 
     def steps(self, p: Floats) -> Floats:
         """Sizes of the unknowns for the solver."""

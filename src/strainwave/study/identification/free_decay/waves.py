@@ -87,17 +87,17 @@ def decaying_waves(time: Floats, value: Floats) -> Waves:
             f"the motion has {len(turns) / 2:g} cycles above the noise; a free decay needs 3 or more, record it longer "
             "or start it larger"
         )
-    at = time[turns]
+    turn_times = time[turns]
     per_cycle = 2.0 * float(np.mean(np.diff(turns)))
     if per_cycle < PER_CYCLE:
         raise ValueError(f"there are {per_cycle:.3g} samples a cycle; a free decay needs {PER_CYCLE:g} or more")
     cycles = min(CYCLES, 0.5 * (len(turns) - 1) / FEWEST)
     count = max(FEWEST, int(0.5 * (len(turns) - 1) / cycles))
-    edges = np.interp(np.linspace(0.0, len(turns) - 1, count + 1), np.arange(len(turns)), at)
+    edges = np.interp(np.linspace(0.0, len(turns) - 1, count + 1), np.arange(len(turns)), turn_times)
     rows = []
     for a, b in pairwise(edges):
         inside = (time >= a) & (time < b)
-        half = np.interp([a, b], at, np.arange(len(turns)))
+        half = np.interp([a, b], turn_times, np.arange(len(turns)))
         rows.append(_window(time[inside], value[inside], 0.5 * (a + b), np.pi * (half[1] - half[0]) / (b - a)))
     table = np.array(rows).T
     left, last = table[9], _lightly_damped(table)
@@ -135,25 +135,25 @@ def _noise(value: Floats) -> float:
 
 def _half_cycles(y: Floats, noise: float) -> tuple[np.ndarray[Any, np.dtype[np.int64]], int]:
     """Samples of the zero crossings, one for each half cycle, and where the motion ends in the noise."""
-    found: list[int] = []
+    crossings: list[int] = []
     side, extreme, crossing, least = 0.0, 0.0, 0, OUT_OF_NOISE * noise
     for i, v in enumerate(y.tolist()):
         if side * v > 0.0 or side == 0.0:
             crossing, extreme = i + 1, max(extreme, abs(v))
             side = side or (1.0 if v > 0.0 else -1.0)
         elif abs(v) > max(TURN * extreme, least):
-            if len(found) > 2 and crossing - found[-1] > MISSED * (found[-1] - found[-2]) + 2:
+            if len(crossings) > 2 and crossing - crossings[-1] > MISSED * (crossings[-1] - crossings[-2]) + 2:
                 break  # half cycles that did not leave the noise lie between
-            found.append(crossing)
+            crossings.append(crossing)
             side, extreme = -side, abs(v)
-    start, end = found[-2] if len(found) > 1 else 0, min(found[-1] + 1 if found else 0, len(y))
-    before, after = (float(np.max(np.abs(part), initial=0.0)) for part in (y[start:end], y[end:]))
-    if len(found) > 2 and after > max(AGAIN * before, least):
+    start, end = crossings[-2] if len(crossings) > 1 else 0, min(crossings[-1] + 1 if crossings else 0, len(y))
+    before, after = float(np.max(np.abs(y[start:end]), initial=0.0)), float(np.max(np.abs(y[end:]), initial=0.0))
+    if len(crossings) > 2 and after > max(AGAIN * before, least):
         raise ValueError(
             f"the motion fades to {before:.4g} and comes back to {after:.4g}: two frequencies beat or it is pushed "
             "again; filter one mode out, or cut the record to one decay"
         )
-    return np.array(found, np.int64), end
+    return np.array(crossings, np.int64), end
 
 
 def _window(t: Floats, y: Floats, middle: float, omega: float) -> list[float]:
@@ -182,15 +182,15 @@ def _window(t: Floats, y: Floats, middle: float, omega: float) -> list[float]:
     ]  # fmt: skip
 
 
-def _refuse(found: Waves, left: Floats) -> None:
+def _refuse(waves: Waves, left: Floats) -> None:
     """Refuse what is no free decay of one frequency (ValueError)."""
-    size, deviation = found.amplitude, found.amplitude_deviation
+    size, deviation = waves.amplitude, waves.amplitude_deviation
     rise = np.diff(size) - RISE * np.hypot(deviation[1:], deviation[:-1]) - STILL * size[:-1]
     if np.any(rise > 0.0):
         at = int(np.argmax(rise))
         raise ValueError(
-            f"the amplitude rises from {size[at]:.4g} at {found.time[at]:.4g} s to {size[at + 1]:.4g} at "
-            f"{found.time[at + 1]:.4g} s: two frequencies beat or the motion is driven; filter one mode out, or cut "
+            f"the amplitude rises from {size[at]:.4g} at {waves.time[at]:.4g} s to {size[at + 1]:.4g} at "
+            f"{waves.time[at + 1]:.4g} s: two frequencies beat or the motion is driven; filter one mode out, or cut "
             "the record to where it is free"
         )
     if size[-1] > (1.0 - STILL) * size[0]:

@@ -131,7 +131,7 @@ def fit_friction(
     Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), 1083-1138 (terms of friction); Canudas de Wit,
     Olsson, Astrom & Lischinsky 1995, IEEE Trans. Automatic Control 40(3), 419-425, eqs. (3)-(6) (LuGre).
     """
-    runs, unidentified, given = _runs(speed, torque, load, deviation, breakaway)
+    runs, unidentified, errors_known = _runs(speed, torque, load, deviation, breakaway)
     sliding = np.abs(runs.speed[runs.speed != 0.0])
     smooth = SHARP * float(np.min(sliding)) if width is None else number("width [rad/s]", width, positive=True)
     fits = [fit for terms in _candidates(runs, load is not None) if (fit := _fitted(terms, runs)) is not None]
@@ -141,15 +141,15 @@ def fit_friction(
             "speed and torque"
         )
     chosen, comparison, reason = _compare(runs, fits)
-    known = restricted(chosen.jacobian, chosen.residual)
-    lack = lack_of_fit(chosen, runs, given)
+    scatter = restricted(chosen.jacobian, chosen.residual)
+    lack = lack_of_fit(chosen, runs, errors_known)
     if lack is not None and lack.found:
-        known = known._replace(covariance=known.covariance * max(lack.ratio, 1.0))
+        scatter = scatter._replace(covariance=scatter.covariance * max(lack.ratio, 1.0))
     stiffness = None
     if presliding is not None:
         p = dict(zip(chosen.terms.names(), chosen.p.tolist(), strict=True))
         stiffness = presliding_stiffness(presliding, p["T_c"] + p.get("rise", 0.0))
-    return _result(runs, chosen, known, unidentified, comparison, reason, smooth, stiffness, lack)
+    return _result(runs, chosen, scatter, unidentified, comparison, reason, smooth, stiffness, lack)
 
 
 def _column(name: str, values: Any, count: int | None = None) -> Floats:
@@ -260,13 +260,13 @@ def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution
 
 def _left_out(runs: Runs, fit: FrictionSolution, fold: Any) -> Floats:
     """Squared weighted error (n,) of every run under the fit to the other folds."""
-    found = np.empty(len(fold))
+    errors = np.empty(len(fold))
     for k in range(int(np.max(fold)) + 1):
         out = fold == k
         p = solve_terms(fit.terms, runs.some(~out), float(fit.p[-1])).p
         there = runs.some(out)
-        found[out] = (there.weight * (there.torque - predicted(fit.terms, p, there))) ** 2
-    return found
+        errors[out] = (there.weight * (there.torque - predicted(fit.terms, p, there))) ** 2
+    return errors
 
 
 def _law(p: dict[str, float], width: float, lowest: float, stiffness: Presliding | None) -> Any:
@@ -280,22 +280,22 @@ def _law(p: dict[str, float], width: float, lowest: float, stiffness: Presliding
 
 
 def _result(
-    runs: Runs, fit: FrictionSolution, known: Spread, unidentified: dict[str, str],
+    runs: Runs, fit: FrictionSolution, scatter: Spread, unidentified: dict[str, str],
     comparison: tuple[Candidate, ...], reason: str, width: float, stiffness: Presliding | None,
     lack: LackOfFit | None,
 ) -> FrictionFit:  # fmt: skip
     names = list(fit.terms.names())
     p = dict(zip(names, fit.p.tolist(), strict=True))
     rows = {name: (np.arange(len(names)) == names.index(name)).astype(float) for name in names}
-    wanted = {"T_c": rows["T_c"]}
+    combinations = {"T_c": rows["T_c"]}
     if "rise" in p:
-        wanted |= {"T_s": rows["T_c"] + rows["rise"], "v_s": rows["v_s"]}
-    wanted |= {name: rows[name] for name in ("B", "D", "mu", "offset", "B_asymmetry", "drift") if name in p}
+        combinations |= {"T_s": rows["T_c"] + rows["rise"], "v_s": rows["v_s"]}
+    combinations |= {name: rows[name] for name in ("B", "D", "mu", "offset", "B_asymmetry", "drift") if name in p}
     if "offset" in p:
-        wanted |= {"T_c_forward": rows["T_c"] + rows["offset"], "T_c_backward": rows["T_c"] - rows["offset"]}
-    R = np.array([*wanted.values()])
-    freedom = derived_freedom(R, known.covariance, known.freedom)
-    values, covariance = dict(zip(wanted, (R @ fit.p).tolist(), strict=True)), R @ known.covariance @ R.T
+        combinations |= {"T_c_forward": rows["T_c"] + rows["offset"], "T_c_backward": rows["T_c"] - rows["offset"]}
+    R = np.array([*combinations.values()])
+    freedom = derived_freedom(R, scatter.covariance, scatter.freedom)
+    values, covariance = dict(zip(combinations, (R @ fit.p).tolist(), strict=True)), R @ scatter.covariance @ R.T
     remarks = []
     if "drift" in p:
         remarks.append(

@@ -145,30 +145,32 @@ def predicted(terms: Terms, p: Floats, runs: Runs) -> Floats:
     return np.asarray(columns(terms, runs, v_s) @ linear)
 
 
-def solve_terms(terms: Terms, runs: Runs, near: float | None = None) -> FrictionSolution:
+def solve_terms(terms: Terms, runs: Runs, guess: float | None = None) -> FrictionSolution:
     """Fit a candidate: linear least squares, in the Stribeck speed a search over its logarithm, or near a value."""
     target = runs.weight * runs.torque
 
-    def at(v_s: float) -> tuple[Floats, float]:
+    def fit(v_s: float) -> tuple[Floats, float]:
         A = runs.weight[:, None] * columns(terms, runs, v_s)
         p = np.asarray(np.linalg.lstsq(A, target, rcond=None)[0], float)
         miss = target - A @ p
         return p, float(miss @ miss)
 
     if not terms.stribeck:
-        p = at(1.0)[0]
+        p = fit(1.0)[0]
         A = runs.weight[:, None] * columns(terms, runs, 1.0)
         return FrictionSolution(terms, p, target - A @ p, A)
     sizes, finest = np.abs(runs.speed[runs.speed != 0.0]), FINEST
-    if near is None:
+    if guess is None:
         tried = np.linspace(np.log(0.5 * np.min(sizes)), np.log(np.max(sizes)), GRID)
-        best = int(np.argmin([at(float(np.exp(u)))[1] for u in tried]))
+        best = int(np.argmin([fit(float(np.exp(u)))[1] for u in tried]))
         ends = float(tried[max(best - 1, 0)]), float(tried[min(best + 1, GRID - 1)])
     else:
-        ends, finest = (np.log(near / NEAR), np.log(near * NEAR)), COARSE
-    found = minimize_scalar(lambda u: at(float(np.exp(u)))[1], bounds=ends, method="bounded", options={"xatol": finest})
+        ends, finest = (np.log(guess / NEAR), np.log(guess * NEAR)), COARSE
+    found = minimize_scalar(
+        lambda u: fit(float(np.exp(u)))[1], bounds=ends, method="bounded", options={"xatol": finest}
+    )
     v_s = float(np.exp(found.x))
-    linear = at(v_s)[0]
+    linear = fit(v_s)[0]
     rise = linear[terms.names().index("rise")]
     share = (runs.speed / v_s) ** 2
     along = rise * runs.side * np.exp(-share) * 2.0 * share / v_s
@@ -180,17 +182,17 @@ def solve_terms(terms: Terms, runs: Runs, near: float | None = None) -> Friction
 
 def lack_of_fit(fit: FrictionSolution, runs: Runs, known: bool) -> LackOfFit | None:
     """Test a candidate against repeated runs, or runs of known standard errors; None where runs are too few."""
-    rest, unit = fit.residual, 1.0 / float(np.median(runs.weight))
+    residual, unit = fit.residual, 1.0 / float(np.median(runs.weight))
     if known:
-        freedom = len(rest) - len(fit.p)
-        square = float(rest @ rest)
+        freedom = len(residual) - len(fit.p)
+        square = float(residual @ residual)
         ratio = square / freedom
         return LackOfFit(unit, unit * ratio**0.5, ratio, float(gammaincc(0.5 * freedom, 0.5 * square)))
     group = _groups(runs)
     count = np.bincount(group)
-    means = np.bincount(group, rest) / count
-    pure, missed = float(np.sum((rest - means[group]) ** 2)), float(np.sum(count * means**2))
-    own, other = len(rest) - len(count), len(count) - len(fit.p)
+    means = np.bincount(group, residual) / count
+    pure, missed = float(np.sum((residual - means[group]) ** 2)), float(np.sum(count * means**2))
+    own, other = len(residual) - len(count), len(count) - len(fit.p)
     if own < FEWEST or other < 1 or not pure > 0.0:
         return None
     ratio = missed / other / (pure / own)

@@ -56,13 +56,13 @@ class Twisted:
 
     def _spring(self, x: float) -> float:
         p = self.given
-        way = max(abs(x) - p.get("half_gap", 0.0), 0.0)
+        distance = max(abs(x) - p.get("half_gap", 0.0), 0.0)
         x1, x2 = p.get("x1", math.inf), p.get("x2", math.inf)
-        value = p["K1"] * min(way, x1)
-        if way > x1:
-            value += p["K2"] * (min(way, x2) - x1)
-        if way > x2:
-            value += p["K3"] * (way - x2)
+        value = p["K1"] * min(distance, x1)
+        if distance > x1:
+            value += p["K2"] * (min(distance, x2) - x1)
+        if distance > x2:
+            value += p["K3"] * (distance - x2)
         return math.copysign(value, x)
 
     def to(self, target: float, direction: float, *, stay: bool = True) -> float:
@@ -115,20 +115,20 @@ class Structure(NamedTuple):
 def structure(loop: Loop, fit: Solution) -> Structure | None:
     """Test a fit for structure along the torsion; None where samples are too few."""
     n, J = len(fit.residual), fit.jacobian[:, np.any(fit.jacobian != 0.0, axis=0)]
-    own, sizes, _ = np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)
-    own = own[:, sizes > RANK * sizes[0]]
+    basis, sizes, _ = np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)
+    basis = basis[:, sizes > RANK * sizes[0]]
     # at the corrected torsion, of which the residual tells nothing: the measured one shares its noise
     columns = _waves(loop, fit.torsion) * fit.weight[:, None]
     columns /= np.linalg.norm(columns, axis=0)
-    left, sizes, _ = np.linalg.svd(columns - own @ (own.T @ columns), full_matrices=False)
+    left, sizes, _ = np.linalg.svd(columns - basis @ (basis.T @ columns), full_matrices=False)
     left = left[:, sizes > LEFT]
-    m, freedom = left.shape[1], n - own.shape[1] - left.shape[1]
+    m, freedom = left.shape[1], n - basis.shape[1] - left.shape[1]
     if m == 0:
         return None
     c = left.T @ fit.residual
     noise = fit.residual - left @ c
     unit = 1.0 / float(np.median(fit.weight))
-    known = restricted(np.column_stack([own, left]), noise)
+    known = restricted(np.column_stack([basis, left]), noise)
     pulls = shifts_of_begins(loop, fit, left)
     sensor = n / m * (SENSOR * float(np.max(np.abs(loop.torque - np.mean(loop.torque)))) / unit) ** 2
     V = known.covariance[-m:, -m:] + pulls @ pulls.T + sensor * np.eye(m)
@@ -140,13 +140,13 @@ def structure(loop: Loop, fit: Solution) -> Structure | None:
 
 def wider(loop: Loop, fit: Solution, found: Structure | None) -> Spread:
     """Scatter of the unknowns; where structure was found at least that of the noise times the ratio."""
-    known = scatter(loop, fit)
+    spread_of_noise = scatter(loop, fit)
     if found is None or not found.lack.found:
-        return known
+        return spread_of_noise
     alone = np.diag(scatter(loop, fit._replace(residual=found.noise)).covariance) * found.lack.ratio
-    own = np.diag(known.covariance)
+    own = np.diag(spread_of_noise.covariance)
     grown = np.sqrt(np.maximum(np.divide(alone, own, out=np.ones(len(own)), where=own > 0.0), 1.0))
-    return known._replace(covariance=known.covariance * np.outer(grown, grown))
+    return spread_of_noise._replace(covariance=spread_of_noise.covariance * np.outer(grown, grown))
 
 
 def _waves(loop: Loop, x: Floats) -> Floats:
@@ -236,7 +236,7 @@ def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
     fits: list[Solution] = []
     plain = Shape(slopes, False, 1, False)
     first = solve(loop, plain, started(loop, plain))
-    given = dict(zip(plain.names(), first.p.tolist(), strict=True))
+    values = dict(zip(plain.names(), first.p.tolist(), strict=True))
     for n, free_beta in ELEMENTS:
         for gap in (False, True):
             shape = Shape(slopes, gap, n, free_beta)
@@ -245,7 +245,7 @@ def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
                 continue
             if n:
                 reach = 0.5 * float(np.ptp(loop.torsion))
-                more = given | {"kappa": 0.2, "half_gap": 0.01 * reach}
+                more = values | {"kappa": 0.2, "half_gap": 0.01 * reach}
                 start = np.array([more.get(name, 0.0) for name in shape.names()])
             else:
                 start = started(loop, shape)
@@ -264,7 +264,7 @@ def _untold(loop: Loop, fit: Solution) -> str:
     if np.count_nonzero(way < p["x1"]) < BEYOND:
         return f"fewer than {BEYOND} samples lie below the first corner; the law continues with {inner}"
     covariance, names = scatter(loop, fit).covariance, fit.shape.names()
-    i, j, k = (names.index(name) for name in (inner, outer, corner))
+    i, j, k = map(names.index, (inner, outer, corner))
     apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
     if not abs(p[outer] - p[inner]) > CLEAR * float(np.sqrt(max(apart, 0.0))):
         return (
@@ -306,41 +306,42 @@ def _law(fit: Solution, reached: float) -> Any:
 
 def _numbers(fit: Solution, p: Floats, rated: float) -> dict[str, float]:
     """Numbers of a result that follow from the unknowns (p,)."""
-    given = dict(zip(fit.shape.names(), p.tolist(), strict=True))
-    found: dict[str, float] = {name: given[name] for name in ("K1", "K2", "K3") if name in given}
-    if "x1" in given:
-        found["T1"] = given["K1"] * given["x1"]
-    if "x2" in given:
-        found["T2"] = found["T1"] + given["K2"] * (given["x2"] - given["x1"])
-    found |= {name: given[name] for name in ("half_gap", "K", "yield_twist") if name in given}
-    if "kappa" in given:
-        found |= {"beta": 0.5 * (1.0 + given["kappa"]), "gamma": 0.5 * (1.0 - given["kappa"])}
-    found |= {name: given[name] for name in ("torsion_offset", "torque_offset") if name in given}
-    found["lost_motion"] = loop_sizes(fit.shape, p, SMALL_LOOP * rated)[1]
-    found["hysteresis_loss"] = loop_sizes(fit.shape, p, rated)[0]
-    return found
+    values = dict(zip(fit.shape.names(), p.tolist(), strict=True))
+    numbers: dict[str, float] = {name: values[name] for name in ("K1", "K2", "K3") if name in values}
+    if "x1" in values:
+        numbers["T1"] = values["K1"] * values["x1"]
+    if "x2" in values:
+        numbers["T2"] = numbers["T1"] + values["K2"] * (values["x2"] - values["x1"])
+    numbers |= {name: values[name] for name in ("half_gap", "K", "yield_twist") if name in values}
+    if "kappa" in values:
+        numbers |= {"beta": 0.5 * (1.0 + values["kappa"]), "gamma": 0.5 * (1.0 - values["kappa"])}
+    numbers |= {name: values[name] for name in ("torsion_offset", "torque_offset") if name in values}
+    numbers["lost_motion"] = loop_sizes(fit.shape, p, SMALL_LOOP * rated)[1]
+    numbers["hysteresis_loss"] = loop_sizes(fit.shape, p, rated)[0]
+    return numbers
 
 
 def _result(
     loop: Loop, fit: Solution, unidentified: dict[str, str], comparison: tuple[Candidate, ...], reason: str,
     rated: float, remarks: tuple[str, ...], ratio: float | None,
 ) -> LoopFit:  # fmt: skip
-    found = structure(loop, fit)
-    covariance, known, _ = wider(loop, fit, found)
+    pattern = structure(loop, fit)
+    covariance, freedoms, _ = wider(loop, fit, pattern)
     values = _numbers(fit, fit.p, rated)
     deviations = np.sqrt(np.diag(covariance))
     rates = np.zeros((len(values), len(fit.p)))
     for i, deviation in enumerate(deviations):
         if deviation > 0.0:
-            h = 0.05 * deviation * (np.arange(len(deviations)) == i)
-            low, high = (np.array([*_numbers(fit, p, rated).values()]) for p in (fit.p - h, fit.p + h))
+            h = 0.05 * deviation * np.eye(len(deviations))[i]
+            low = np.array([*_numbers(fit, fit.p - h, rated).values()])
+            high = np.array([*_numbers(fit, fit.p + h, rated).values()])
             rates[:, i] = (high - low) / (0.1 * deviation)
-    freedom = derived_freedom(rates, covariance, known)
+    freedom = derived_freedom(rates, covariance, freedoms)
     fitted = torque_along(fit.shape, fit.p, loop.path, loop.torsion).value
     reached = float(np.max(np.abs(loop.torque - fit.p[-1])))
     return LoopFit(
         _law(fit, reached), values, rates @ covariance @ rates.T, freedom, unidentified, comparison, reason,
         float(np.sqrt(np.mean((loop.torque - fitted) ** 2))), loop.torque, fitted, remarks,
-        None if found is None else found.lack, rated, loop.cycles,
+        None if pattern is None else pattern.lack, rated, loop.cycles,
         closed_energy(loop.torsion, loop.torque, loop.path), loop.torsion, ratio,
     )  # fmt: skip

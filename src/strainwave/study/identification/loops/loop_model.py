@@ -54,18 +54,18 @@ class Path(NamedTuple):
 def ways(a: Any, s: Any, n: int, kappa: float) -> Any:
     """State a(s) after a way s (...) in yield twists from the state a (...) along the motion."""
     root = math.sqrt(kappa)
-    below = np.minimum(a, 0.0)
+    negative = np.minimum(a, 0.0)
     if n == 1:
-        to_zero = -below if kappa < STEP else np.log1p(-kappa * below) / kappa
-        beyond = np.maximum(s - to_zero, 0.0)
-        rising = below + s if kappa < STEP else (1.0 - (1.0 - kappa * below) * np.exp(-kappa * s)) / kappa
-        settled = 1.0 - (1.0 - np.maximum(a, 0.0)) * np.exp(-beyond)
+        to_zero = -negative if kappa < STEP else np.log1p(-kappa * negative) / kappa
+        past_zero = np.maximum(s - to_zero, 0.0)
+        rising = negative + s if kappa < STEP else (1.0 - (1.0 - kappa * negative) * np.exp(-kappa * s)) / kappa
+        settled = 1.0 - (1.0 - np.maximum(a, 0.0)) * np.exp(-past_zero)
     else:
-        to_zero = -below if kappa < STEP else -np.arctan(root * below) / root
-        beyond = np.maximum(s - to_zero, 0.0)
+        to_zero = -negative if kappa < STEP else -np.arctan(root * negative) / root
+        past_zero = np.maximum(s - to_zero, 0.0)
         short = np.minimum(s, to_zero)
-        rising = below + s if kappa < STEP else np.tan(root * short + np.arctan(root * below)) / root
-        settled = np.tanh(beyond + np.arctanh(np.minimum(np.maximum(a, 0.0), FULL)))
+        rising = negative + s if kappa < STEP else np.tan(root * short + np.arctan(root * negative)) / root
+        settled = np.tanh(past_zero + np.arctanh(np.minimum(np.maximum(a, 0.0), FULL)))
     return np.where(s < to_zero, rising, settled)
 
 
@@ -114,15 +114,15 @@ def torque(shape: Shape, p: Floats, path: Path, torsion: Floats, names: tuple[st
     Its derivatives are those over all unknowns, or over those that are named.
     """
     names = shape.names() if names is None else names
-    given = dict(zip(shape.names(), p.tolist(), strict=True))
+    values = dict(zip(shape.names(), p.tolist(), strict=True))
     columns: dict[str, Floats] = {}
-    value, slope = _spring(shape, given, torsion - given.get("torsion_offset", 0.0), columns)
+    value, slope = _spring(shape, values, torsion - values.get("torsion_offset", 0.0), columns)
     columns["torsion_offset"] = -slope
     columns["torque_offset"] = np.ones_like(torsion)
     if shape.n:
-        element, rise = _element(shape, given, path, torsion, columns, names)
+        element, rise = _element(shape, values, path, torsion, columns, names)
         value, slope = value + element, slope + rise
-    value = value + given["torque_offset"]
+    value = value + values["torque_offset"]
     jacobian = [columns[name] for name in names]
     return Torque(value, slope, np.column_stack(jacobian) if jacobian else np.empty((len(value), 0)))
 
@@ -131,17 +131,18 @@ def _spring(shape: Shape, p: dict[str, float], x: Floats, columns: dict[str, Flo
     """Torque and slope of the spring behind its gap, and its derivatives."""
     K1, K2, K3 = p["K1"], p.get("K2", p["K1"]), p.get("K3", p.get("K2", p["K1"]))
     x1, x2 = p.get("x1", math.inf), p.get("x2", math.inf)
-    side, way = np.sign(x), np.abs(x) - p.get("half_gap", 0.0)
-    touching = way > 0.0 if shape.gap else np.ones(len(x), bool)
-    way = np.maximum(way, 0.0)
-    first, second, third = np.minimum(way, x1), np.clip(way - x1, 0.0, x2 - x1), np.maximum(way - x2, 0.0)
-    slope = np.asarray(np.where(way > x2, K3, np.where(way > x1, K2, K1)) * touching, float)
+    side, depth = np.sign(x), np.abs(x) - p.get("half_gap", 0.0)
+    touching = depth > 0.0 if shape.gap else np.ones(len(x), bool)
+    depth = np.maximum(depth, 0.0)
+    first, second, third = np.minimum(depth, x1), np.clip(depth - x1, 0.0, x2 - x1), np.maximum(depth - x2, 0.0)
+    slope = np.asarray(np.where(depth > x2, K3, np.where(depth > x1, K2, K1)) * touching, float)
     if shape.slopes == 1:
-        second = third = np.zeros_like(way)
+        second = third = np.zeros_like(depth)
     columns |= {"K1": side * first, "K2": side * second, "K3": side * third, "half_gap": -side * slope}
-    columns |= {"x1": side * (K1 - K2) * (way > x1), "x2": side * (K2 - K3) * (way > x2)}
+    columns["x1"] = np.where(depth > x1, side * (K1 - K2), 0.0)
+    columns["x2"] = np.where(depth > x2, side * (K2 - K3), 0.0)
     if shape.slopes == 2:
-        columns["K2"] = side * np.maximum(way - x1, 0.0)
+        columns["K2"] = side * np.maximum(depth - x1, 0.0)
         return side * (K1 * first) + K2 * columns["K2"], slope
     return side * (K1 * first + K2 * second + K3 * third), slope
 
@@ -155,8 +156,8 @@ def _element(
     def z(twist: float, kappa: float, start: float) -> Floats:
         return twist * states(path, x, shape.n, twist, kappa, start)
 
-    here = z(twist, kappa, start)
-    columns["K"] = here
+    state = z(twist, kappa, start)
+    columns["K"] = state
     if "yield_twist" in names:
         h = STEP * twist
         columns["yield_twist"] = K * (z(twist + h, kappa, start) - z(twist - h, kappa, start)) / (2.0 * h)
@@ -167,6 +168,6 @@ def _element(
     if "kappa" in names:
         low, high = max(kappa - 1e-4, 0.0), kappa + 1e-4
         columns["kappa"] = K * (z(twist, high, start) - z(twist, low, start)) / (high - low)
-    along = path.direction[path.branch] * here / twist
+    along = path.direction[path.branch] * state / twist
     slope = K * np.where(along > 0.0, 1.0 - along**shape.n, 1.0 + kappa * np.abs(along) ** shape.n)
-    return K * here, np.maximum(slope, 0.0)
+    return K * state, np.maximum(slope, 0.0)

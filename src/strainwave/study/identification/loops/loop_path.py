@@ -52,7 +52,7 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
         If they are too few or not finite, one axis does not move, nothing reverses, the torque is saturated, or the
         loop runs the wrong way round.
     """
-    x, t = (column(name, values) for name, values in (("torsion [rad]", torsion), ("torque [N*m]", torque)))
+    x, t = column("torsion [rad]", torsion), column("torque [N*m]", torque)
     for name, values in (("torsion [rad]", x), ("torque [N*m]", t)):
         if values.ndim != 1 or len(values) < FEWEST:
             raise ValueError(f"{name} has the shape {values.shape}; give one column of at least {FEWEST} samples")
@@ -95,7 +95,7 @@ def _noise(values: Floats) -> float:
 
 def reversals(x: Floats, threshold: float) -> list[int]:
     """Samples at which a path has its extremes before it goes back by more than a threshold."""
-    found: list[int] = []
+    extremes: list[int] = []
     low = high = 0
     direction = 0
     for i, value in enumerate(x.tolist()):
@@ -105,15 +105,15 @@ def reversals(x: Floats, threshold: float) -> list[int]:
             low = i
         if direction >= 0 and x[high] - value > threshold:
             if direction > 0 or high > 0:
-                found.append(high)
+                extremes.append(high)
             direction, low = -1, i
             high = i
         elif direction <= 0 and value - x[low] > threshold:
             if direction < 0 or low > 0:
-                found.append(low)
+                extremes.append(low)
             direction, high = 1, i
             low = i
-    return [i for i in found if 0 < i < len(x) - 1]
+    return [i for i in extremes if 0 < i < len(x) - 1]
 
 
 def _path(x: Floats, turns: list[int], noise: float) -> tuple[Path, Floats]:

@@ -93,6 +93,6 @@ class LoopFit(LawFit):
     def headline(self) -> str:
         """What was fitted."""
         return (
-            f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycle{'s' * (self.cycles != 1.0)}, up to "
-            f"{np.max(np.abs(self.torque)):.4g} N*m; residual {self.residual_rms:.3g} N*m rms"
+            f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycle{'' if self.cycles == 1.0 else 's'}, "
+            f"up to {np.max(np.abs(self.torque)):.4g} N*m; residual {self.residual_rms:.3g} N*m rms"
         )

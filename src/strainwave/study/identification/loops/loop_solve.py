@@ -57,42 +57,42 @@ class Solution(NamedTuple):
 
 
 def linearised(
-    loop: Loop, shape: Shape, p: Floats, at: Floats | None = None, names: tuple[str, ...] | None = None
+    loop: Loop, shape: Shape, p: Floats, torsions: Floats | None = None, names: tuple[str, ...] | None = None
 ) -> Solution:
     """Residual and Jacobian, over all unknowns or those named, at the measured torsions or others."""
-    at = loop.torsion if at is None else at
-    found = torque(shape, p, loop.path, at, names)
-    variance = loop.torque_noise**2 + (found.slope * loop.torsion_noise) ** 2
+    torsions = loop.torsion if torsions is None else torsions
+    model = torque(shape, p, loop.path, torsions, names)
+    variance = loop.torque_noise**2 + (model.slope * loop.torsion_noise) ** 2
     weight = 1.0 / np.sqrt(np.maximum(variance, 1e-30 * float(np.ptp(loop.torque)) ** 2))
-    miss = loop.torque - found.value - found.slope * (loop.torsion - at)
-    nearest = np.asarray(loop.torsion + found.slope * loop.torsion_noise**2 * weight**2 * miss)
-    return Solution(shape, p, weight * miss, weight[:, None] * found.jacobian, at, weight, nearest)
+    miss = loop.torque - model.value - model.slope * (loop.torsion - torsions)
+    nearest = np.asarray(loop.torsion + model.slope * loop.torsion_noise**2 * weight**2 * miss)
+    return Solution(shape, p, weight * miss, weight[:, None] * model.jacobian, torsions, weight, nearest)
 
 
 def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
     """Fit a candidate from start values (p,)."""
-    now = linearised(loop, shape, _inside(shape, p))
+    solution = linearised(loop, shape, _inside(shape, p))
     damping = 1e-3
     for _ in range(MOST_STEPS):
-        scale = np.sqrt(np.sum(now.jacobian**2, axis=0)) + 1e-300
-        J = now.jacobian / scale
-        gradient = J.T @ now.residual
-        J = J * _free(shape, now.p, gradient)
-        gram, gradient = J.T @ J, J.T @ now.residual
+        scale = np.sqrt(np.sum(solution.jacobian**2, axis=0)) + 1e-300
+        J = solution.jacobian / scale
+        gradient = J.T @ solution.residual
+        J = J * _free(shape, solution.p, gradient)
+        gram, gradient = J.T @ J, J.T @ solution.residual
         for _ in range(12):
             step = np.linalg.solve(gram + damping * np.eye(len(p)), gradient) / scale
-            tried = linearised(loop, shape, _inside(shape, now.p + step), now.torsion, ())
-            if tried.cost <= now.cost:
+            tried = linearised(loop, shape, _inside(shape, solution.p + step), solution.torsion, ())
+            if tried.cost <= solution.cost:
                 break
             damping = max(damping * 8.0, 1e-12)
         else:
             break
-        gain = now.cost - tried.cost
+        gain = solution.cost - tried.cost
         damping *= 0.1
-        now = linearised(loop, shape, tried.p, tried.nearest)
-        if gain <= SMALL_GAIN * now.cost:
+        solution = linearised(loop, shape, tried.p, tried.nearest)
+        if gain <= SMALL_GAIN * solution.cost:
             break
-    return now
+    return solution
 
 
 def _free(shape: Shape, p: Floats, gradient: Floats) -> Floats:
@@ -173,31 +173,31 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
     scale = np.sqrt(np.sum(J**2, axis=0)) + 1e-300
     J = J / scale
     gram = J.T @ J
-    found = []
+    errors = []
     for block in np.array_split(np.arange(len(r)), BLOCKS):
         own = J[block]
         rest = gram - own.T @ own + 1e-12 * np.eye(gram.shape[0])
         step = -np.linalg.solve(rest, own.T @ r[block]) / scale
         p = _inside(solution.shape, solution.p + step)
         miss = linearised(loop, solution.shape, p, solution.torsion, ()).residual[block]
-        found.append(float(np.mean(miss**2)))
-    return np.array(found)
+        errors.append(float(np.mean(miss**2)))
+    return np.array(errors)
 
 
 def scatter(loop: Loop, fit: Solution) -> Spread:
     """Scatter of the unknowns of a fit; 0 for those that stand at a bound."""
-    told = np.sum(fit.jacobian**2, axis=0) > 0.0
-    told &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
-    bound, names = ~told, np.array(fit.shape.names())
+    free = np.sum(fit.jacobian**2, axis=0) > 0.0
+    free &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
+    bound, names = ~free, np.array(fit.shape.names())
     for name in LEAST_TOLD:
-        if not _apart(fit.jacobian[:, told]):
-            told &= names != name
-    J = fit.jacobian[:, told]
+        if not _apart(fit.jacobian[:, free]):
+            free &= names != name
+    J = fit.jacobian[:, free]
     found = restricted(J, fit.residual)
     covariance = found.covariance * repetition(loop, fit.residual) + _of_begins(loop, fit, J)
-    whole, freedom = np.zeros((len(told), len(told))), BOUND * np.ones(len(told))
-    whole[np.diag_indices(len(told))] = np.where(bound, 0.0, (UNTOLD * fit.p) ** 2)
-    whole[np.ix_(told, told)], freedom[told] = covariance, found.freedom
+    whole, freedom = np.zeros((len(free), len(free))), BOUND * np.ones(len(free))
+    whole[np.diag_indices(len(free))] = np.where(bound, 0.0, (UNTOLD * fit.p) ** 2)
+    whole[np.ix_(free, free)], freedom[free] = covariance, found.freedom
     return Spread(whole, freedom, found.whitener)
 
 
@@ -220,8 +220,8 @@ def shifts_of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
     p = fit.p.copy()
     spring = fit.shape._replace(n=0, free_beta=False)
     kept = [fit.shape.names().index(name) for name in spring.names()]
-    both, alone = (torque(s, q, loop.path, fit.torsion).slope for s, q in ((fit.shape, p), (spring, p[kept])))
-    shift = fit.weight * (both - alone)
+    whole = torque(fit.shape, p, loop.path, fit.torsion).slope
+    shift = fit.weight * (whole - torque(spring, p[kept], loop.path, fit.torsion).slope)
     pulls = np.array(
         [J[mine].T @ shift[mine] for mine in (loop.path.branch == j for j in range(1, len(loop.path.begin)))]
     )

@@ -216,7 +216,7 @@ def fit_lines(run: Direction, orders: Sequence[int], drift: bool) -> Fit:
 
 def together(parts: Sequence[Part]) -> Part:
     """A line as the mean over the directions."""
-    values, covariances = (np.array(both) for both in zip(*parts, strict=True))
+    values, covariances = map(np.array, zip(*parts, strict=True))
     return np.mean(values, axis=0), np.sum(covariances, axis=0) / len(parts) ** 2
 
 

@@ -95,17 +95,17 @@ def _next(
     means, freedoms = floor.estimates(np.arange(1, highest + 1))
     ratios = power(left, 1.0, highest) / means
     ratios[np.array(chosen, int) - 1] = 0.0
-    found = []
+    candidates = []
     for order in (1 + np.argsort(ratios)[::-1][:CANDIDATES]).tolist():
         parts = [fit.one_more(run.angle, order) for run, fit in zip(left, fits, strict=True)]
         whole = [part for part in parts if part is not None]
         if order not in chosen and len(whole) == len(parts):
             square = squared_amplitude(whole, samples)
             alarm = probability(square / float(means[order - 1]), float(freedoms[order - 1]), highest)
-            found.append((alarm < false_alarm, square if alarm < false_alarm else -alarm, order))
-    if not found:
+            candidates.append((alarm < false_alarm, square if alarm < false_alarm else -alarm, order))
+    if not candidates:
         return None
-    sure, _, order = max(found)
+    sure, _, order = max(candidates)
     return _Next(order, sure)
 
 
@@ -188,26 +188,26 @@ def error_scan(
     return _scan(runs, [fit_lines(run, chosen, drift) for run in runs], chosen, trials, false_alarm, noise)
 
 
-def _direction(which: str, angle: Any, error: Any, sign: float) -> Direction:
-    theta, e = column(f"{which}angle", angle), column(f"{which}error", error)
+def _direction(prefix: str, angle: Any, error: Any, sign: float) -> Direction:
+    theta, e = column(f"{prefix}angle", angle), column(f"{prefix}error", error)
     if theta.ndim != 1 or theta.shape != e.shape or len(theta) < 4:
         raise ValueError(
-            f"{which}angle and error have the shapes {theta.shape} and {e.shape}; give one length of 4 at least"
+            f"{prefix}angle and error have the shapes {theta.shape} and {e.shape}; give one length of 4 at least"
         )
     steps = np.diff(theta)
     if not np.all(steps > 0.0):
         i = int(np.flatnonzero(steps <= 0.0)[0])
         raise ValueError(
-            f"{which}angle {theta[i + 1]:.9g} rad of sample {i + 1} stands after {theta[i]:.9g} rad; angles must "
+            f"{prefix}angle {theta[i + 1]:.9g} rad of sample {i + 1} stands after {theta[i]:.9g} rad; angles must "
             "ascend: average repeated ones, give the way back as `backward`, its angles ascending too"
         )
-    found = Direction(theta, sign * e)
-    if found.turns < 1.0 - NEARLY:
+    direction = Direction(theta, sign * e)
+    if direction.turns < 1.0 - NEARLY:
         raise ValueError(
-            f"the {which}angles reach over {found.turns:.4g} turns of the base angle; scan at least one whole turn, or "
-            "take a base angle that turns faster (the motor's)"
+            f"the {prefix}angles reach over {direction.turns:.4g} turns of the base angle; scan at least one whole "
+            "turn, or take a base angle that turns faster (the motor's)"
         )
-    return found
+    return direction
 
 
 def _resolution(runs: list[Direction]) -> float:
@@ -257,7 +257,7 @@ def _scan(
     coloured = noise == "autocorrelated" or (noise == "auto" and abs(neighbours) > 3.0 / math.sqrt(samples))
     least = _resolution(runs)
     floors = [noise_floor([run], max(orders, default=1), orders, least) for run in left]
-    both = noise_floor(left, max(trials, *orders, 1), orders, least)
+    common_noise = noise_floor(left, max(trials, *orders, 1), orders, least)
     white = not (coloured and all(floor.enough for floor in floors))
 
     def variances(order: int) -> list[float]:
@@ -265,7 +265,7 @@ def _scan(
             return [max(_white(fit), least) for fit in fits]
         return [floor.variance(order) for floor in floors]
 
-    alarms = false_alarms(fits, orders, both, trials)
+    alarms = false_alarms(fits, orders, common_noise, trials)
     lines = tuple(_line(i, k, fits, variances(k), alarms[i]) for i, k in enumerate(orders))
     middle = [_middle(run, fit) for run, fit in zip(runs, fits, strict=True)]
     reversal = None
@@ -282,7 +282,7 @@ def _scan(
         rms,
         neighbours,
         "white" if white else "autocorrelated",
-        both.threshold(false_alarm, trials),
+        common_noise.threshold(false_alarm, trials),
         samples,
         min(run.turns for run in runs),
         reversal,

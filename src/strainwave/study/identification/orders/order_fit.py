@@ -68,8 +68,8 @@ def fit_run(
     waves = [part for k in orders for part in (np.cos(k * theta), -np.sin(k * theta))]
     slow = slow_columns(run, min(orders, default=highest))
     turns = [2.0 * np.pi * f * (run.time - run.time[0]) for f in frequencies]
-    beside = np.column_stack([slow, *(wave(x) for x in turns for wave in (np.cos, np.sin))])
-    columns = np.column_stack([beside, *waves])
+    nuisances = np.column_stack([slow, *(wave(x) for x in turns for wave in (np.cos, np.sin))])
+    columns = np.column_stack([nuisances, *waves])
     u, s, vt = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
     if s[0] > WORST * s[-1]:
         raise ValueError(
@@ -77,20 +77,20 @@ def fit_run(
             "take longer runs, or orders further apart"
         )
     back = (vt.T / s) / np.linalg.norm(columns, axis=0)[:, None]
-    found = back @ (u.T @ run.value)
-    residual = run.value - columns @ found
+    shares = back @ (u.T @ run.value)
+    residual = run.value - columns @ shares
     ascending = np.sign(run.travel) * run.angle
     standing = [2.0 * np.pi * f / abs(run.speed) for f in frequencies]
     taken = _taken(run, [*orders, *standing], slow.shape[1], highest)
     floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), taken, 0.0)
     inverse, least = back @ back.T, rounding(run.value)
-    at = beside.shape[1]
+    first = nuisances.shape[1]
     values, spreads = [], []
     for i, k in enumerate(orders):
-        place = slice(at + 2 * i, at + 2 * i + 2)
-        values.append(complex(*found[place]))
+        place = slice(first + 2 * i, first + 2 * i + 2)
+        values.append(complex(*shares[place]))
         spreads.append(max(floor.variance(k), least) * inverse[place, place])
-    rest = run.value - columns[:, at:] @ found[at:]
+    rest = run.value - columns[:, first:] @ shares[first:]
     return RunFit(np.array(values), np.array(spreads).reshape(len(values), 2, 2), residual, rest, floor)
 
 
@@ -154,17 +154,17 @@ def together(orders: Floats, speeds: Floats, fits: Sequence[RunFit], delay: floa
     roots = np.array([[_root(spread) for spread in fit.spreads] for fit in fits])  # (runs, lines, 2, 2)
     d = _delay(orders, speeds, values, roots) if delayed else 0.0
     for _ in range(20):
-        jacobian, rest, means = _linear(orders, speeds, values, roots, d, delayed)
-        change = np.linalg.lstsq(jacobian, rest, rcond=None)[0]
+        jacobian, residual, means = _linear(orders, speeds, values, roots, d, delayed)
+        change = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
         if delayed:
             d += float(change[-1])
         if not delayed or abs(change[-1]) < 1e-12 + 1e-6 * abs(d):
             break
-    jacobian, rest, means = _linear(orders, speeds, values, roots, d, delayed)
+    jacobian, residual, means = _linear(orders, speeds, values, roots, d, delayed)
     lines = 2 * len(orders)
     covariance = np.full((lines + 1, lines + 1), np.inf)
     covariance[: jacobian.shape[1], : jacobian.shape[1]] = np.linalg.pinv(jacobian.T @ jacobian)
-    return Joint(means, covariance, delay + d, float(rest @ rest), len(rest) - jacobian.shape[1])
+    return Joint(means, covariance, delay + d, float(residual @ residual), len(residual) - jacobian.shape[1])
 
 
 def _root(spread: Floats) -> Floats:

@@ -163,18 +163,18 @@ class OrderScan(Result):
         size, unit = (ARCSEC, " arcsec") if self.unit == "rad" else (1.0, f" {self.unit}" if self.unit else "")
         speeds = ", ".join(dict.fromkeys(f"{speed:.4g}" for speed in self.speeds))
         lines = [f"Order scan of {len(self.speeds)} runs at {speeds} rad/s"]
-        for one in self.lines:
-            low, high = (number(end / size, 4) for end in one.interval())
+        for line in self.lines:
+            low, high = [number(end / size, 4) for end in line.interval()]
             place = (
-                f"{one.frequency:.4g} Hz"
-                if one.kind == "frequency"
-                else f"order {one.order:g} +- {one.order_error:.2g}"
+                f"{line.frequency:.4g} Hz"
+                if line.kind == "frequency"
+                else f"order {line.order:g} +- {line.order_error:.2g}"
             )
-            phase = f"{number(math.degrees(one.phase))} +- {number(math.degrees(one.phase_error), 2)} deg"
-            told = f"{number(one.amplitude / size)}{unit} (95 %: {low} to {high}), phase {phase}"
-            lines.append(f"  {place}: {told}; {one.why}; false alarm {one.false_alarm:.0e}")
+            phase = f"{number(math.degrees(line.phase))} +- {number(math.degrees(line.phase_error), 2)} deg"
+            told = f"{number(line.amplitude / size)}{unit} (95 %: {low} to {high}), phase {phase}"
+            lines.append(f"  {place}: {told}; {line.why}; false alarm {line.false_alarm:.0e}")
         if math.isfinite(self.delay_error):
-            low, high = (number(1e3 * end) for end in self.delay_interval())
+            low, high = [number(1e3 * end) for end in self.delay_interval()]
             lines.append(f"  the value lags {number(1e3 * self.delay)} ms behind the angle (95 %: {low} to {high})")
         lines.append(f"  left: {number(self.residual / size)}{unit} rms, slow parts and lines taken out")
         return on_screen("\n".join(lines + [f"  {note}" for note in self.notes]))

@@ -71,23 +71,23 @@ def order_scan(
     spread = float(np.ptp(np.abs(speeds))) / float(np.max(np.abs(speeds)))
     several = spread > SAME_SPEED or len({bool(s > 0.0) for s in speeds}) > 1
     if orders is None:
-        found, base = placed_lines(runs, limit, highest, false_alarm)
+        placed, base = placed_lines(runs, limit, highest, false_alarm)
     else:
-        found, base = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)], 0.0
-    over_angle = sorted((line for line in found if line.kind != "frequency"), key=lambda line: line.place)
+        placed, base = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)], 0.0
+    over_angle = sorted((line for line in placed if line.kind != "frequency"), key=lambda line: line.place)
     chosen = np.array([line.place for line in over_angle])
-    standing = [line.place for line in found if line.kind == "frequency"]
+    standing = [line.place for line in placed if line.kind == "frequency"]
     fits, joint = _fitted(runs, chosen, limit, several, standing)
     stays = [orders is not None or _stands_out(fits, i, false_alarm) for i in range(len(chosen))]
     if not all(stays):
         over_angle, chosen = [line for line, on in zip(over_angle, stays, strict=True) if on], chosen[stays]
         fits, joint = _fitted(runs, chosen, limit, several, standing)
     delayed = several and len(chosen) > 0 and abs(joint.delay) <= LONGEST
-    beyond = abs(joint.delay) > LONGEST
-    if beyond:
+    too_long = abs(joint.delay) > LONGEST
+    if too_long:
         fits, joint = _fitted(runs, chosen, limit, delayed, standing)
     lines = _lines(over_angle, fits, joint, several)
-    lines += [_frequency_line(line, runs, fits) for line in found if line.kind == "frequency"]
+    lines += [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
     forward, backward = _ways(over_angle, speeds, fits, joint, several)
     left = np.concatenate([fit.residual for fit in fits])
     return OrderScan(
@@ -97,7 +97,7 @@ def order_scan(
         speeds,
         float(np.sqrt(np.mean(left * left))),
         base,
-        _notes(lines, joint, speeds, several, beyond),
+        _notes(lines, joint, speeds, several, too_long),
         runs[0].unit,
         _freedom(joint),
         forward,
@@ -112,17 +112,17 @@ def _stands_out(fits: Sequence[RunFit], i: int, false_alarm: float) -> bool:
 
 
 def _ways(
-    found: Sequence[FoundLine], speeds: Floats, fits: Sequence[RunFit], joint: Joint, several: bool
+    placed: Sequence[FoundLine], speeds: Floats, fits: Sequence[RunFit], joint: Joint, several: bool
 ) -> tuple[tuple[OrderLine, ...], tuple[OrderLine, ...]]:  # fmt: skip
     """Lines of the runs forward and of those backward, with the delay of all; none where there is one direction."""
-    if not (np.any(speeds > 0.0) and np.any(speeds < 0.0) and found):
+    if not (np.any(speeds > 0.0) and np.any(speeds < 0.0) and placed):
         return (), ()
-    orders, ways = np.array([line.place for line in found]), []
+    orders, ways = np.array([line.place for line in placed]), []
     for way in (1.0, -1.0):
         some = [i for i, speed in enumerate(speeds) if speed * way > 0.0]
         part = [fits[i] for i in some]
         one = together(orders, speeds[some], part, joint.delay, delayed=False)
-        ways.append(tuple(_lines(found, part, one, several)))
+        ways.append(tuple(_lines(placed, part, one, several)))
     return ways[0], ways[1]
 
 
@@ -207,16 +207,16 @@ def _differ(joint: Joint) -> bool:
 
 
 def _lines(
-    found: Sequence[FoundLine], fits: Sequence[RunFit], joint: Joint, several: bool
+    placed: Sequence[FoundLine], fits: Sequence[RunFit], joint: Joint, several: bool
 ) -> list[OrderLine]:  # fmt: skip
-    made = []
-    for i, (line, c) in enumerate(zip(found, joint.values, strict=True)):
+    lines = []
+    for i, (line, c) in enumerate(zip(placed, joint.values, strict=True)):
         place = slice(2 * i, 2 * i + 2)
         covariance = joint.covariance[place, place] * _birge(joint) ** 2
         whole = polar(complex(c), covariance)
-        own = np.array([abs(fit.values[i]) for fit in fits])
+        amplitudes = np.array([abs(fit.values[i]) for fit in fits])
         errors = np.array([math.sqrt(0.5 * float(np.trace(fit.spreads[i]))) for fit in fits])
-        made.append(
+        lines.append(
             OrderLine(
                 order=line.place,
                 order_error=line.error,
@@ -225,13 +225,13 @@ def _lines(
                 why=_why(line, several=several),
                 false_alarm=line.false_alarm,
                 frequency=math.nan,
-                by_run=own,
+                by_run=amplitudes,
                 by_run_error=errors,
-                same=_same(own, errors)[0],
+                same=_same(amplitudes, errors)[0],
                 freedom=_freedom(joint),
             )
         )
-    return made
+    return lines
 
 
 def _same(values: Floats, errors: Floats) -> tuple[float, float, float]:
@@ -258,13 +258,13 @@ def _why(line: FoundLine, *, several: bool) -> str:
 
 def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]) -> OrderLine:
     """A line that stays with the time: its amplitude is the mean of those in the runs."""
-    own, errors = [], []
+    amplitudes, errors = [], []
     for run, beside in zip(runs, fits, strict=True):
         over_time = Run(run.time, 2.0 * np.pi * run.time, beside.without_orders)
         fit = fit_run(over_time, [line.place], 0.0, 2.0 * line.place + 20.0 / over_time.turns)
-        own.append(abs(fit.values[0]))
+        amplitudes.append(abs(fit.values[0]))
         errors.append(math.sqrt(0.5 * float(np.trace(fit.spreads[0]))))
-    a, s = np.array(own), np.array(errors)
+    a, s = np.array(amplitudes), np.array(errors)
     same, mean, excess = _same(a, s)
     error = math.sqrt(max(1.0, excess / max(len(a) - 1, 1)) / float(np.sum(1.0 / s**2)))
     at = 2.0 * math.pi / abs(runs[0].speed)
@@ -288,14 +288,14 @@ def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]
 
 def _growth(lines: Sequence[OrderLine], speeds: Floats) -> list[str]:
     """Sentences on lines whose amplitude is not that of all runs: where they are largest."""
-    told = []
+    sentences = []
     for line in lines:
         if line.kind != "frequency" and len(line.by_run) > 1 and line.same < RARE / len(lines):
             i = int(np.argmax(line.by_run))
             if line.by_run[i] > 1.5 * float(np.median(line.by_run)):
-                told.append(
+                sentences.append(
                     f"order {line.order:g} has {line.by_run[i]:.4g} at {speeds[i]:.4g} rad/s and "
                     f"{float(np.median(line.by_run)):.4g} in the middle of all runs: a resonance may lie near "
                     f"{line.order * abs(speeds[i]) / (2.0 * math.pi):.4g} Hz"
                 )
-    return told
+    return sentences

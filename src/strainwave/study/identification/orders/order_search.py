@@ -84,7 +84,7 @@ class Search:
     def strongest(self, false_alarm: float) -> FoundLine | None:
         """The line that stands out most, taken out; None where noise may have it."""
         ratios = self.angle.ratios(self.rest), self.time.ratios(self.rest)
-        by_angle, by_time = (np.sum(one, axis=0) for one in ratios)
+        by_angle, by_time = np.sum(ratios[0], axis=0), np.sum(ratios[1], axis=0)
         order, frequency = self.angle.largest(by_angle), self.time.largest(by_time)
         here, there = self.angle.sum_at(by_angle, order), self.time.sum_at(by_time, frequency)
         alarm = self.angle.false_alarm(max(here, there), self.angle.trials + self.time.trials)
@@ -99,7 +99,7 @@ class Search:
     def near(self, order: float, trials: int, false_alarm: float) -> FoundLine | None:
         """A line around an order, one of so many that are looked at; None where noise may have it."""
         ratios = self.angle.ratios(self.rest), self.time.ratios(self.rest)
-        by_angle, by_time = (np.sum(one, axis=0) for one in ratios)
+        by_angle, by_time = np.sum(ratios[0], axis=0), np.sum(ratios[1], axis=0)
         place = self.angle.highest(by_angle, [order])
         alarm = self.angle.false_alarm(self.angle.sum_at(by_angle, place), 2.0 * trials)
         if not alarm < false_alarm:
@@ -133,14 +133,14 @@ class Search:
             self._settle(line)
         return FoundLine(line.place, error, kind, difference, alarm)
 
-    def reconsidered(self, found: list[FoundLine]) -> list[FoundLine]:
+    def reconsidered(self, lines: list[FoundLine]) -> list[FoundLine]:
         """The lines with their places now; frequencies that are orders once the others are known become those."""
         for line in self.lines:
             if line.spectrum is self.time:
                 self._reconsider(line)
         return [
             one._replace(place=line.place, kind=line.kind, difference=line.difference)
-            for one, line in zip(found, self.lines, strict=True)
+            for one, line in zip(lines, self.lines, strict=True)
         ]
 
     def _reconsider(self, line: "TakenLine") -> None:
@@ -152,15 +152,15 @@ class Search:
             bands = self._bands(order, line.place)
             self.rest = after
             own, self.rest = self._likelihood(bands), before
-            other = TakenLine(self.angle, order, [np.zeros(2) for _ in before])
-            self._settle(other)
-            other.difference = self._likelihood(bands) - own
+            candidate = TakenLine(self.angle, order, [np.zeros(2) for _ in before])
+            self._settle(candidate)
+            candidate.difference = self._likelihood(bands) - own
             same = [
                 one for one in self.lines if one.spectrum is self.angle and abs(one.place - order) < self.angle.spacing
             ]
-            if other.difference > (-DECIDED if same else DECIDED):
-                line.spectrum, line.place, line.amplitudes = self.angle, other.place, other.amplitudes
-                line.kind, line.difference = "order", max([other.difference, *(one.difference for one in same)])
+            if candidate.difference > (-DECIDED if same else DECIDED):
+                line.spectrum, line.place, line.amplitudes = self.angle, candidate.place, candidate.amplitudes
+                line.kind, line.difference = "order", max([candidate.difference, *(one.difference for one in same)])
                 return
         self.rest = after
 
@@ -177,16 +177,16 @@ class Search:
 
     def _bands(self, order: float, frequency: float) -> list[NDArray[np.int64]]:
         """Numbers of the time's places, in each run, about the frequencies of an order there and about a frequency."""
-        found = []
+        bands = []
         for run, c in zip(self.runs, self.time.over, strict=True):
             wide, thin = BAND * TURN / c.reach, max(1, len(run.time) // 200)
             speed = np.abs(np.gradient(run.angle[::thin], run.time[::thin]))
-            slow, fast = (order * float(v) / TURN for v in np.quantile(speed, (0.05, 0.95)))
+            slow, fast = [order * rate / TURN for rate in np.quantile(speed, (0.05, 0.95)).tolist()]
             places = self.time.places
             inside = ((places > slow - wide) & (places < fast + wide)) | (np.abs(places - frequency) < wide)
             some = np.flatnonzero(inside & (places <= c.highest))[:: max(1, round(TURN / c.reach / self.time.step))]
-            found.append(some[:: max(1, len(some) // MOST_BINS)])
-        return found
+            bands.append(some[:: max(1, len(some) // MOST_BINS)])
+        return bands
 
     def _likelihood(self, bands: list[NDArray[np.int64]]) -> float:
         """Logarithm of the likelihood of what is left, as noise that is even over the bands."""
@@ -198,28 +198,28 @@ class Search:
 
     def _settle(self, line: "TakenLine", rounds: int = ROUNDS) -> None:
         """Find place and amplitudes of a line anew in what the others leave (Gauss-Newton)."""
-        over, start = line.spectrum.over, line.place
+        axes, start = line.spectrum.over, line.place
         columns = self._columns(line)
-        rest = [less(r, c, -ab) for r, c, ab in zip(self.rest, columns, line.amplitudes, strict=True)]
+        remainders = [less(r, c, -ab) for r, c, ab in zip(self.rest, columns, line.amplitudes, strict=True)]
         for _ in range(rounds):
-            top = below = 0.0
-            line.amplitudes = [shares(c, r) for c, r in zip(columns, rest, strict=True)]
-            self.rest = [less(r, c, ab) for r, c, ab in zip(rest, columns, line.amplitudes, strict=True)]
-            for one, (a, b), c, q, left in zip(over, line.amplitudes, columns, self.slow, self.rest, strict=True):
+            top = bottom = 0.0
+            line.amplitudes = [shares(c, r) for c, r in zip(columns, remainders, strict=True)]
+            self.rest = [less(r, c, ab) for r, c, ab in zip(remainders, columns, line.amplitudes, strict=True)]
+            for one, (a, b), c, q, left in zip(axes, line.amplitudes, columns, self.slow, self.rest, strict=True):
                 cosine, sine = one.wave(line.place)
                 slope = cleared(q, one.x * (b * cosine - a * sine))
                 slope -= c @ shares(c, slope)
                 weight = 1.0 / max(float(left @ left), 1e-300)
-                top, below = top + weight * float(slope @ left), below + weight * float(slope @ slope)
-            change = top / below if below > 0.0 else 0.0
+                top, bottom = top + weight * float(slope @ left), bottom + weight * float(slope @ slope)
+            change = top / bottom if bottom > 0.0 else 0.0
             if abs(line.place + change - start) > line.spectrum.spacing / OVERSAMPLED:
                 return  # it is no single line: its place stays
             line.place += change
             columns = self._columns(line)
             if abs(change) < SETTLED * line.spectrum.spacing:
                 break
-        line.amplitudes = [shares(c, r) for c, r in zip(columns, rest, strict=True)]
-        self.rest = [less(r, c, ab) for r, c, ab in zip(rest, columns, line.amplitudes, strict=True)]
+        line.amplitudes = [shares(c, r) for c, r in zip(columns, remainders, strict=True)]
+        self.rest = [less(r, c, ab) for r, c, ab in zip(remainders, columns, line.amplitudes, strict=True)]
 
     def _columns(self, line: "TakenLine") -> list[Floats]:
         """Cosine and sine (n, 2) of a line in every run, without what the slow columns say of them."""
@@ -286,13 +286,13 @@ class Spectrum:
         self.parts = 1 << math.ceil(math.log2(TURN / step / (CELL / highest)))
         self.cell = TURN / step / self.parts
 
-    def powers(self, rest: Sequence[Floats]) -> list[Floats]:
+    def powers(self, residuals: Sequence[Floats]) -> list[Floats]:
         """Power (places,) of every run.
 
         A sample is shared out to four cells (Lagrange): where it is only rounded, a strong line has images.
         """
-        found = []
-        for c, r in zip(self.over, rest, strict=True):
+        spectra = []
+        for c, r in zip(self.over, residuals, strict=True):
             place = c.x / self.cell + 1.0
             cell = place.astype(int)
             s = place - cell
@@ -300,16 +300,16 @@ class Spectrum:
             weights = (-s * right / 6.0, 0.5 * (s + 1.0) * right, -0.5 * left * (s - 2.0), left * (s - 1.0) / 6.0)
             cells = sum(np.bincount(cell + k, r * w, self.parts) for k, w in enumerate(weights, -1))
             sums = rfft(cells, self.parts)[self.first : self.first + len(self.places)]
-            found.append(np.asarray(np.abs(2.0 / len(r) * sums) ** 2))
-        return found
+            spectra.append(np.asarray(np.abs(2.0 / len(r) * sums) ** 2))
+        return spectra
 
-    def ratios(self, rest: Sequence[Floats]) -> Floats:
+    def ratios(self, residuals: Sequence[Floats]) -> Floats:
         """Power over noise (runs, places), as sure as if the noise were known; 1 above the highest place of a run.
 
         With noise from so many others the power has Fisher's distribution, (1 + z/f)^-f in the place of exp(-z).
         """
         found = np.ones((len(self.over), len(self.places)))
-        for i, (c, r, power) in enumerate(zip(self.over, rest, self.powers(rest), strict=True)):
+        for i, (c, r, power) in enumerate(zip(self.over, residuals, self.powers(residuals), strict=True)):
             noise, freedom = self._noise(c, power, len(r))
             inside = self.places <= c.highest
             found[i, inside] = (freedom * np.log1p(power / noise / freedom))[inside]

@@ -47,21 +47,21 @@ def placed_lines(
 
 def _merged(found: Sequence[FoundLine], runs: Sequence[Run]) -> list[FoundLine]:
     """Lines that the runs resolve: nearer ones are one, at the place of the stronger."""
-    kept: list[FoundLine] = []
+    merged: list[FoundLine] = []
     for line in found:  # the strongest first
         width = _resolution(line, runs)
-        near = [
+        neighbours = [
             i
-            for i, other in enumerate(kept)
+            for i, other in enumerate(merged)
             if (other.kind == "frequency") == (line.kind == "frequency")
             and abs(other.place - line.place) < APART * width
         ]
-        if near:
-            old = kept[near[0]]
-            kept[near[0]] = old._replace(reach=max(old.reach, abs(line.place - old.place)))
+        if neighbours:
+            old = merged[neighbours[0]]
+            merged[neighbours[0]] = old._replace(reach=max(old.reach, abs(line.place - old.place)))
         else:
-            kept.append(line)
-    return kept
+            merged.append(line)
+    return merged
 
 
 def _resolution(line: FoundLine, runs: Sequence[Run]) -> float:

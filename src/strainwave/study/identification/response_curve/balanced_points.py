@@ -59,19 +59,19 @@ class Points:
 
     def pull(self, p: Floats) -> tuple[Complexes, Complexes]:
         """Force (n,) that the measured motion takes at the first harmonic, and the force that there is [N*m]."""
-        taken, given, system = np.empty(len(self.omega), complex), np.empty(len(self.omega), complex), self.at(p)
+        needed, applied, system = np.empty(len(self.omega), complex), np.empty(len(self.omega), complex), self.at(p)
         for i, omega in enumerate(self.omega):
             problem = self.problem(system, float(omega))
             r, tau, h = _residual(problem, problem.point(self.start(i), float(omega))), problem.tau, self.h
-            taken[i] = complex(r[1] + tau[1], -r[h + 1] - tau[h + 1])
-            given[i] = complex(tau[1], -tau[h + 1])
-        return taken, given
+            needed[i] = complex(r[1] + tau[1], -r[h + 1] - tau[h + 1])
+            applied[i] = complex(tau[1], -tau[h + 1])
+        return needed, applied
 
     def solve(self, p: Floats) -> Complexes:
         """Computed first harmonics (n,); where there is no solution they are continued in a straight line."""
         if self.solved_at is not None and np.array_equal(p, self.solved_at):
             return self.computed
-        found: Complexes = np.empty(len(self.omega), complex)
+        amplitudes: Complexes = np.empty(len(self.omega), complex)
         system = self.at(p)
         self.found = []
         for i, omega in enumerate(self.omega):
@@ -81,9 +81,9 @@ class Points:
                 guess = before + self.slopes[i][:, :-1] @ (p - self.kept)
             z = _solved(problem, guess, float(omega))
             self.found.append(z)
-            found[i] = _first(problem, guess if z is None else z)
-        self.solved_at, self.computed = p.copy(), found
-        return found
+            amplitudes[i] = _first(problem, guess if z is None else z)
+        self.solved_at, self.computed = p.copy(), amplitudes
+        return amplitudes
 
     def again(self, chosen: Any) -> None:
         """Forget the solutions of chosen points (n,): they are solved from the measured motion again."""
@@ -97,13 +97,13 @@ class Points:
         """
         self.solve(p)
         slopes, along = np.zeros((len(self.omega), len(p)), complex), np.zeros(len(self.omega), complex)
-        self.kept, near = p.copy(), self.stepped(p)
+        self.kept, variants = p.copy(), self.stepped(p)
         for i, z in enumerate(self.found):
             if z is None:
                 slopes[i], along[i] = self._of(self.slopes[i])
                 continue
             point = np.append(z, self.omega[i])
-            by_p, matrix, by_omega = self.by_parameters(near, point)
+            by_p, matrix, by_omega = self.by_parameters(variants, point)
             self.slopes[i] = np.asarray(np.linalg.solve(matrix, -np.column_stack([by_p, by_omega])))
             self.solutions[i] = z
             slopes[i], along[i] = self._of(self.slopes[i])
@@ -118,14 +118,14 @@ class Points:
         steps = np.diag(STEP * np.maximum(np.abs(p), 0.1))
         return [(self.at(p), None, 0.0), *((self.at(p + d), self.at(p - d), 2.0 * float(np.sum(d))) for d in steps)]
 
-    def by_parameters(self, near: list[tuple[Any, Any, float]], point: Floats) -> tuple[Floats, Floats, Floats]:
-        """Derivatives of the residual at a point (z, omega): by p (2H+1, p), z and omega; `near`: `stepped(p)`."""
+    def by_parameters(self, variants: list[tuple[Any, Any, float]], point: Floats) -> tuple[Floats, Floats, Floats]:
+        """Derivatives of the residual at a point (z, omega): by p (2H+1, p), z and omega; `variants`: `stepped(p)`."""
         omega = float(point[-1])
         columns = [
             (_residual(self.problem(above, omega), point) - _residual(self.problem(below, omega), point)) / twice
-            for above, below, twice in near[1:]
+            for above, below, twice in variants[1:]
         ]
-        _, matrix, along = linearised(self.problem(near[0][0], omega), point)
+        _, matrix, along = linearised(self.problem(variants[0][0], omega), point)
         return np.array(columns).T, matrix, along
 
     def fold(self, p: Floats, z: Floats) -> tuple[float, Floats, Floats] | None:

@@ -199,14 +199,14 @@ def _measured(omega: Any, amplitude: Any, phase: Any, system: Any, free: int) ->
 
 def sweeps(omega: Floats) -> list[slice]:
     """Runs of rising or falling frequency."""
-    found, first, way = [], 0, 0.0
+    runs, first, sense = [], 0, 0.0
     for i, step in enumerate(np.sign(np.diff(omega)).tolist(), 1):
-        if way != 0.0 and step != way:
-            found.append(slice(first, i))
-            first, way = i, 0.0
+        if sense != 0.0 and step != sense:
+            runs.append(slice(first, i))
+            first, sense = i, 0.0
         else:
-            way = step
-    return [*found, slice(first, len(omega))]
+            sense = step
+    return [*runs, slice(first, len(omega))]
 
 
 def jumps_of(omega: Floats, size: Floats, runs: list[slice]) -> list[Jump]:
@@ -241,14 +241,14 @@ class _Fit:
         scale = WORTH * np.sqrt(len(self.size)) * inertial
 
         def off(p: Floats) -> Floats:
-            taken, given = points.pull(p)
-            both = self._parts(taken - given, np.ones(1)) if self.phased else np.abs(taken) - np.abs(given)
-            return np.append(both / scale, (p - begin) / FAR / len(taken))
+            needed, applied = points.pull(p)
+            both = self._parts(needed - applied, np.ones(1)) if self.phased else np.abs(needed) - np.abs(applied)
+            return np.append(both / scale, (p - begin) / FAR / len(needed))
 
         p = np.asarray(least_squares(off, begin, x_scale="jac", bounds=self.bounds).x)
         if not self.phased:
-            taken, given = points.pull(p)
-            points.measured = self.size * np.exp(1j * (np.angle(given) - np.angle(taken)))
+            needed, applied = points.pull(p)
+            points.measured = self.size * np.exp(1j * (np.angle(applied) - np.angle(needed)))
         return p
 
     def _parts(self, values: Any, turn: Any) -> Floats:
@@ -279,13 +279,13 @@ class _Fit:
 
     def _missed(self, jump: Jump, k: int, p: Floats) -> tuple[float, Floats]:
         """By how much a fold is outside its jump, in units of the noise, and the derivatives."""
-        at = self.fold(k, p)
-        if at is None:
+        fold = self.fold(k, p)
+        if fold is None:
             return 0.0, np.zeros(len(p))
-        slack = self.speed_error * at[0]
-        out = max(0.0, at[0] - jump.high - slack) - max(0.0, jump.low - slack - at[0])
+        slack = self.speed_error * fold[0]
+        out = max(0.0, fold[0] - jump.high - slack) - max(0.0, jump.low - slack - fold[0])
         unit = self.noise / (jump.high - jump.low + slack)
-        return out * unit, (at[1] if out else 0.0 * at[1]) * unit
+        return out * unit, (fold[1] if out else 0.0 * fold[1]) * unit
 
     def fold(self, k: int, p: Floats) -> tuple[float, Floats, Floats] | None:
         """Fold of jump k with its derivatives and its point, or None.
@@ -360,13 +360,13 @@ def _described(fit: _Fit, p: Floats, names: tuple[str, ...]) -> ResponseFit:
     scatter, units = spread(jacobian, rows, records), np.outer(points.sizes, points.sizes)
     fit.asked = False
     folds = [fit.fold(k, p) for k in range(len(fit.jumps))]
-    at = np.array([np.nan if f is None else f[0] for f in folds])
+    fold_speeds = np.array([np.nan if f is None else f[0] for f in folds])
     deviations = [np.nan if f is None else float(np.sqrt(f[1] @ scatter.covariance @ f[1])) for f in folds]
     return ResponseFit(
         with_values(points.system, points.leaves, p * points.sizes), names, p * points.sizes,
         scatter.covariance * units, scatter.freedom, discrepancy(rows, jacobian, records=records), points.omega,
         points.measured, computed, rising(points.omega, fit.runs), np.array([z is not None for z in points.found]),
-        np.array([jump[1:] for jump in fit.jumps]).reshape(-1, 2), at, np.array(deviations), points.h,
+        np.array([jump[1:] for jump in fit.jumps]).reshape(-1, 2), fold_speeds, np.array(deviations), points.h,
     )  # fmt: skip
 
 
