@@ -72,6 +72,14 @@ def test_a_namespace_loads_each_of_its_names(space):
         attrgetter("nothing")(home)
 
 
+@pytest.mark.parametrize("space", [space for space in NAMESPACES if hasattr(getattr(strainwave, space), "__path__")])
+def test_no_module_of_a_namespace_has_the_name_of_one_of_its_functions(space):
+    """Importing such a module would put it in the place of the function."""
+    home = getattr(strainwave, space)
+    modules = {path.stem for path in Path(home.__path__[0]).iterdir()} - {"catalogue"}
+    assert modules & {name for name, place in namespaces().items() if place == space} == set()
+
+
 @pytest.mark.parametrize(
     ("former", "place"),
     [

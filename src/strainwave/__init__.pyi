@@ -123,8 +123,8 @@ from .files.identified.identify_drive import identify_drive as identify_drive
 from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
 
 # Many drives
-from .sample.sweep import sweep as sweep
-from .sample.sweep import EnsembleMeasure as EnsembleMeasure
+from .sample.sweeping import sweep as sweep
+from .sample.sweeping import EnsembleMeasure as EnsembleMeasure
 from .files.variants.project_sweep import sweep_project as sweep_project
 from .files.variants.comparison import compare as compare
 from .files.variants.scatter import exceedance as exceedance

@@ -5,10 +5,10 @@ import pytest
 from scipy import stats
 
 import strainwave as sw
+from strainwave.sample.quantiles import drawn, natural_frequencies
 from strainwave.sample.reductions import ranking, running_quantile
 from strainwave.sample.result import Band, JumpSpread, SpeedSpread, Variability, two_groups
 from strainwave.sample.sampling import by_path
-from strainwave.sample.variability import drawn, natural_frequencies
 
 LINEAR = sw.Oscillator(1.0, 0.4, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)
 CUBIC = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)

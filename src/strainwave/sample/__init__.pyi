@@ -4,13 +4,13 @@ from ..files.variants.comparison import compare as compare
 from ..files.variants.project_sweep import sweep_project as sweep_project
 from ..files.variants.scatter import exceedance as exceedance
 from ..files.variants.scatter import scattered as scattered
+from .quantiles import variability as variability
 from .sampling import LatinHypercube as LatinHypercube
 from .sampling import LogUniform as LogUniform
 from .sampling import Normal as Normal
 from .sampling import Sobol as Sobol
 from .sampling import Uniform as Uniform
-from .sweep import EnsembleMeasure as EnsembleMeasure
-from .sweep import sweep as sweep
-from .variability import variability as variability
+from .sweeping import EnsembleMeasure as EnsembleMeasure
+from .sweeping import sweep as sweep
 
 __all__: list[str]

@@ -30,7 +30,11 @@ def identity(thing: Any) -> str:
 
 def digest(*things: Any) -> str:
     """Hash of the identity of things; this room has its former name in it: stores begun under that are recognised."""
-    text = identity(things).replace(f"{__package__}.", FORMER_ROOM)
+    text = (
+        identity(things)
+        .replace(f"{__package__}.", FORMER_ROOM)
+        .replace(f"{FORMER_ROOM}sweeping.", f"{FORMER_ROOM}sweep.")
+    )
     return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()
 
 

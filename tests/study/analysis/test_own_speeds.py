@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from strainwave.study.design.checked import balanced
 
 import strainwave as sw
 from strainwave.app.web.views import response as view
@@ -13,6 +12,7 @@ from strainwave.drive.train_curve import largest_oscillation
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.avoid import speeds_to_avoid, without_stable
 from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.design.averaged import balanced
 
 # hardening: both speeds lie in or at a bistable band, whose upper motions go on to 1824 rpm and are largest there
 BISTABLE = """\

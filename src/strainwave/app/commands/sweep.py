@@ -80,8 +80,8 @@ def sweep(
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
     kept = tuple(map(named, measures))
-    from ...sample.sweep import EnsembleMeasure
-    from ...sample.sweep import sweep as swept
+    from ...sample.sweeping import EnsembleMeasure
+    from ...sample.sweeping import sweep as swept
 
     measure = EnsembleMeasure((0.0,) * state_count(system), periods, kept, settle)
     with logged(drive.title) as progress, client(cluster) as connected:

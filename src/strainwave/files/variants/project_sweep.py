@@ -14,7 +14,7 @@ from ...base.quantities import shown
 from ...base.results import Floats
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
-from ...sample.sweep import sweep
+from ...sample.sweeping import sweep
 from ..reading import from_text
 from .names import quantity
 from .replaced import replaced, tuning
