@@ -13,13 +13,10 @@ from .drive.margins import Margins as Margins
 from .drive.reductions import Reductions as Reductions
 from .drive.run import DriveRun as DriveRun
 from .drive.state_space import StateSpace as StateSpace
-from .files.design import design_text as design_text
 from .files.export.export import Exported as Exported
-from .files.fields.entries import project_entry as project_entry
 from .files.identified.identify_drive import IdentifiedDrive as IdentifiedDrive
 from .files.order_tables.format import OrderFormat as OrderFormat
 from .files.order_tables.format import TableResidual as TableResidual
-from .files.own_gears import read_gears as read_gears
 from .files.scan_file import ScanFile as ScanFile
 from .files.variants.comparison import ProjectComparison as ProjectComparison
 from .files.variants.scatter import Exceedance as Exceedance
@@ -42,7 +39,6 @@ from .study.article.validate import Comparison as Comparison
 from .study.compensation.monitoring import Monitored as Monitored
 from .study.compensation.moves import CompensatedMove as CompensatedMove
 from .study.compensation.moves import MoveScore as MoveScore
-from .study.compensation.moves import compensate_move as compensate_move
 from .study.compensation.prediction import PredictionTable as PredictionTable
 from .study.compensation.result import Compensation as Compensation
 from .study.compensation.result import CompensationBench as CompensationBench
@@ -51,7 +47,6 @@ from .study.compensation.result import Robustness as Robustness
 from .study.compensation.result import TorqueUse as TorqueUse
 from .study.compensation.result import Units as Units
 from .study.compensation.runup import CompensatedRunup as CompensatedRunup
-from .study.compensation.runup import compensate_run_up as compensate_run_up
 from .study.design.result import Candidate as Candidate
 from .study.design.result import Design as Design
 from .study.design.result import Sensitivity as Sensitivity

@@ -138,7 +138,8 @@ def bode(
     Returns
     -------
     Bode
-        Speeds over torque, and the poles of the linearised train.
+        Complex speeds of `motor` and `load` over the torque [rad/(N*m*s)] at `omega` [rad/s], and the `poles`
+        [1/s] of the linearised train.
 
     Raises
     ------

@@ -43,6 +43,12 @@ def operating_state(
     angle : float
         Angle of the motor's reference [rad].
 
+    Returns
+    -------
+    (states,) array
+        The state, as `train.state_names()` lists it: angles [rad], rates [rad/s], and internal states of laws
+        and controls.
+
     Raises
     ------
     ValueError

@@ -111,7 +111,7 @@ def compare_reductions(
     Returns
     -------
     Reductions
-        The largest |x| of each, the difference and what it comes from.
+        The largest |x| [rad] of each at `omega` [rad/s], the `difference` and what it comes from.
 
     Raises
     ------

@@ -196,7 +196,9 @@ def drive_run(
     Returns
     -------
     DriveRun
-        With every value finite; `trajectory.status` is the reason if it ends early.
+        `pointing` and `error` [rad], `torque` in the gear [N*m, output side], `motor_speed` and `load_speed`
+        [rad/s] and `energy` [J] over `trajectory.t` [s], all finite; `trajectory.status` is the reason if it
+        ends early.
 
     Raises
     ------

@@ -130,6 +130,11 @@ def read_specification(path: str | Path) -> Specification:
     path : str or Path
         YAML file of at most 256 KiB, see `examples/projects/elbow.yaml`.
 
+    Returns
+    -------
+    Specification
+        What is asked of the axis, in SI and radians.
+
     Raises
     ------
     ProjectError

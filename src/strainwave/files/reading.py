@@ -177,6 +177,11 @@ def read_project(path: str | Path) -> Project:
     path : str or Path
         YAML file of at most 256 KiB, see `examples/projects`.
 
+    Returns
+    -------
+    Project
+        The whole drive, its speeds and what is asked of it, in SI and radians.
+
     Raises
     ------
     ProjectError

@@ -127,6 +127,7 @@ def read_profile(path: str | Path, *, delimiter: str | None = None, decimal: str
     Returns
     -------
     AngleProfile
+        `times` [s] and `angles` [rad] of the load.
 
     Raises
     ------

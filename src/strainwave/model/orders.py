@@ -208,7 +208,7 @@ def static_sources(N: float) -> dict[str, Source]:
     Returns
     -------
     dict of str to Source
-        By name.
+        By name: the kind of each source, its order per motor turn, and its amplitude [rad], 0.
 
     Raises
     ------

@@ -250,7 +250,8 @@ def find_orbit(
     Returns
     -------
     Orbit
-        `status` is `Status.OK` or the reason for stopping.
+        `coefficients` and `peak` of the states (x [rad] first), Floquet `multipliers`, `stable`; `status` is
+        `Status.OK` or the reason for stopping.
 
     Raises
     ------

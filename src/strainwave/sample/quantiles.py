@@ -84,6 +84,8 @@ def variability(
     Returns
     -------
     Variability
+        Quantiles of the peak error [rad] at `speeds`, of the speeds of `jumps` [rad/s] and of resonances
+        (`band`), over the `drives` drawn.
 
     Raises
     ------

@@ -36,7 +36,7 @@ def lyapunov(
     system : Oscillator or VaryingOscillator
         The error equation. Its mean torque counts; the periodic torque and the kinematic error are set aside. Damping
         that changes with angle, speed and temperature must be bounded, 0 < b1 <= b <= b2; a falling stiffness asks for
-        b1 > -J kappa'/(2 kappa) (see `theory.time_varying` for the proof).
+        b1 > -J kappa'/(2 kappa) (see `theory.stability_proof` for the proof).
     span : float, optional
         Largest torsion [rad] to examine of a law that is not of this package: such a law is sampled on |x| <= span, and
         the claim is local and checked, not proved. The package's laws do not need it.
@@ -46,7 +46,8 @@ def lyapunov(
     Returns
     -------
     StabilityProof
-        `holds` is false, with the reason and a remedy, where the argument does not apply.
+        `claim` and `reason` as sentences, `scope`, the `rest` [rad] that motions decay to; `holds` is false,
+        with the reason and a remedy, where the argument does not apply.
 
     Raises
     ------

@@ -76,6 +76,12 @@ def small_signal(law: Any, mean_torque: float, *, amplitude: float | None = None
         law best (least squares in the torque) over x0 - amplitude .. x0 + amplitude. Without it they are Taylor's,
         for polynomial laws; a law of straight lines has none, and a spline's hold nowhere but at the point itself.
 
+    Returns
+    -------
+    SmallSignal
+        Torsion `x` [rad] of the equilibrium, `stiffness` [N*m/rad], `quadratic` and `cubic` terms [N*m/rad^2,
+        N*m/rad^3] and the `backbone` [1/rad^2].
+
     Raises
     ------
     ValueError

@@ -257,6 +257,8 @@ def identify_drive(
     Returns
     -------
     IdentifiedDrive
+        `project` with the numbers found; `value(name)` and `interval(name)` in SI; `unexplained`, the share of
+        the motion that the model leaves.
 
     Raises
     ------

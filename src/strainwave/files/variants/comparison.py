@@ -145,6 +145,12 @@ def compare(projects: Sequence[Project], *, progress: Callable[[str, float], Non
     progress : callable, optional
         Told the title of the project that is computed now, and the share of the work that is done.
 
+    Returns
+    -------
+    ProjectComparison
+        `verdicts`, the largest `oscillation` [rad] with its `speed` [rad/s] and `load` [N*m], and the largest
+        `torque` in the gear [N*m] of each project.
+
     Raises
     ------
     TypeError, ValueError

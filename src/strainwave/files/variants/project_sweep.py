@@ -88,11 +88,11 @@ def sweep_project(
     Returns
     -------
     xarray.Dataset
-        Over the names of the grid, with the values in the unit that was typed or as words: `peak` (largest |pointing
-        error|), `oscillation` (its largest distance from the mean), `torque` (largest in the gear) with `peak_at`,
-        `oscillation_at`, `torque_at` (speed of the base angle [rad/s]) over the motions that a slow run-up or run-down
-        visits; `jumps` (their number in both), `truncated` (1 where harmonics are missing), and `point_status` as of
-        `sweep`, with the sentences in `errors`.
+        Over the names of the grid, with the values in the unit that was typed or as words: `peak` (largest
+        |pointing error| [rad]), `oscillation` (its largest distance from the mean [rad]), `torque` (largest in
+        the gear [N*m]), `peak_at`, `oscillation_at`, `torque_at` (speed of the base angle [rad/s]) over the
+        motions that a slow run-up or run-down visits; `jumps` (their number in both), `truncated` (1 where
+        harmonics are missing), and `point_status` as of `sweep`, with the sentences in `errors`.
 
     Raises
     ------

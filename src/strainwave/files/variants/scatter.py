@@ -201,6 +201,8 @@ def exceedance(
     Returns
     -------
     Exceedance
+        `probability` that a drive exceeds the limit and its `interval` of 95 % (from 0 to 1), and the largest
+        `oscillation` [rad] of each drive drawn.
 
     Raises
     ------
@@ -281,6 +283,11 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
         The same seed gives the same drives.
     retune : bool
         As of `exceedance`.
+
+    Returns
+    -------
+    iterator of Project
+        The drives, one after the other.
 
     Raises
     ------

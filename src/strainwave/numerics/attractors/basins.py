@@ -141,6 +141,8 @@ def basins(
     Returns
     -------
     Basins
+        `label` (lanes,): the place in `attractors` of each initial state, with the `fractions` of them that
+        each attracts (numbers from 0 to 1).
 
     Raises
     ------

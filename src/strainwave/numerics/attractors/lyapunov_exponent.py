@@ -110,6 +110,7 @@ def lyapunov_exponent(system: Any, y0: ArrayLike, *, turns: int = 2000, settle: 
     Returns
     -------
     LyapunovExponent
+        `value` and `standard_error` [1/s]; positive is chaos.
 
     Raises
     ------

@@ -230,6 +230,8 @@ def orbit_diagram(
     Returns
     -------
     OrbitDiagram
+        First state [rad] once per turn, `up` and `down` (n, points, starts), at each of the `values` of the
+        parameter.
 
     Raises
     ------

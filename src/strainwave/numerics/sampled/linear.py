@@ -111,6 +111,8 @@ def loop_response(
     Returns
     -------
     LoopResponse
+        Error [rad] that a torque of 1 N*m and an angle of 1 rad give at `omega` [rad/s], the `poles` of the map
+        from sample to sample, and `stable`.
 
     Raises
     ------

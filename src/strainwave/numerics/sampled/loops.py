@@ -181,6 +181,7 @@ def run_loop(
     Returns
     -------
     LoopRun
+        `error` [rad] and `torque` [N*m] over `time` [s].
 
     Raises
     ------
@@ -246,6 +247,8 @@ def loop_ensemble(
     Returns
     -------
     LoopEnsemble
+        `mean`, `rms` and `peak` of the error [rad], `torque_rms` and `torque_peak` [N*m], amplitudes [rad] of
+        the orders, and `stable`, one entry a lane.
 
     Raises
     ------

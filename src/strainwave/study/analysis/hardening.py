@@ -134,6 +134,12 @@ def hardening(
     harmonics : int, optional
         As in `frequency_response`.
 
+    Returns
+    -------
+    Hardening
+        For each `alpha` [1/rad^2] the largest oscillation `peak` [rad] and its `peak_speed` [rad/s], the
+        superharmonic, and the band of two motions `jump_low` to `jump_high` [rad/s].
+
     Raises
     ------
     ValueError

@@ -84,6 +84,8 @@ def compensate(
     Returns
     -------
     Compensation
+        Root mean square and largest pointing error [rad] `before` and `after`, motor torques [N*m]
+        (`torque_before`, `torque`), and whether the loop is `stable`.
 
     Raises
     ------
@@ -126,6 +128,8 @@ def compensation_bench(
     Returns
     -------
     CompensationBench
+        `results[controller][speed]`, each a `Compensation`: root mean square and largest pointing error [rad]
+        `before` and `after`.
     """
     benches = benches_of(project, sampling, loop, plant, load_angles)
     controllers = (controllers,) if isinstance(controllers, str) else controllers

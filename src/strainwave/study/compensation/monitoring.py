@@ -119,6 +119,8 @@ def monitor(
     Returns
     -------
     Monitored
+        `amplitude` (0-to-peak, in units of the signal) and `phase` [rad] of each order over `time` [s], with
+        the `standard_error` of an amplitude.
 
     Raises
     ------

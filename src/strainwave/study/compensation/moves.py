@@ -156,6 +156,8 @@ def compensate_move(
     Returns
     -------
     CompensatedMove
+        `error` [rad] and `torque` [N*m] of each controller over `time` [s]; `scores` have the largest error and
+        the settling time.
 
     Raises
     ------

@@ -276,6 +276,8 @@ def prediction_table(
     Returns
     -------
     PredictionTable
+        Complex `amplitudes` [rad] of the error at each order and speed `omega` [rad/s] of the motor, and the
+        speeds of its jumps.
 
     Raises
     ------

@@ -121,6 +121,8 @@ def compensate_run_up(
     Returns
     -------
     CompensatedRunup
+        Largest pointing errors [rad] `up` and `down` over the motor's `speed` [rad/s] for each controller, and
+        the speed of the `jump` that is left, NaN without one.
 
     Raises
     ------

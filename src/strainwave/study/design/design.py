@@ -69,7 +69,8 @@ def design(
     Returns
     -------
     Design
-        Also where nothing serves: then `nearest` says what binds.
+        `feasible` and `pareto` designs by ascending oscillation [rad], and why each other gear is `rejected`;
+        where nothing serves `nearest` says what binds.
 
     Raises
     ------

@@ -64,6 +64,12 @@ def efficiency(train: Any, torque: ArrayLike, speed: ArrayLike) -> Efficiency:
     speed : float or (speeds,) array_like
         Speeds of the motor [rad/s]; positive.
 
+    Returns
+    -------
+    Efficiency
+        `driving` and `back_driving` efficiency (speeds, loads; numbers up to 1), and the `back_driving_torque`
+        [N*m, output side].
+
     Raises
     ------
     ValueError

@@ -87,6 +87,8 @@ def energy_balance(
     Returns
     -------
     EnergyBalance
+        `work`, `error_work`, `losses` by name and `stored` [J] over `duration` [s]; `closure` says how well
+        they add up (relative).
 
     Raises
     ------

@@ -84,6 +84,7 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
     Returns
     -------
     HysteresisLoop
+        The path `torsion` [rad] over `torque` [N*m], `loss` [rad] at zero torque and `energy` [J] of a cycle.
 
     Raises
     ------
@@ -199,6 +200,7 @@ def fit_hysteresis(
     Returns
     -------
     HysteresisFit
+        `law` with its `loss` and `lost_motion` [rad], and the `misfit` from the datasheet (relative).
 
     Raises
     ------

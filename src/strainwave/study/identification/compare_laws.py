@@ -92,6 +92,8 @@ def compare_laws(
     Returns
     -------
     LawComparison
+        `names`, the best first, with the root mean square of the residual `fitted` and `held_out`, in the unit
+        of the first output.
 
     Raises
     ------

@@ -111,6 +111,12 @@ def discrepancy(
         As for `spread`.
     interval : float
         Between neighbouring rows [s].
+
+    Returns
+    -------
+    Discrepancy
+        Terms that the residual has and the model has not, each with its size and its probability by chance;
+        none where nothing is found.
     """
     residual, interval = np.asarray(residual, float), number("interval [s]", interval, positive=True)
     parts = slices(records, len(residual))

@@ -156,6 +156,8 @@ def identify(
     Returns
     -------
     Identified
+        `system` with the numbers found, in SI; `value(path)` and `interval(path)`; `rms` of the residual in the
+        units of the outputs; `notes` to read first.
 
     Raises
     ------

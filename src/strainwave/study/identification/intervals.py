@@ -171,7 +171,14 @@ def interval(value: float, deviation: float, freedom: float = math.inf, level: f
 
 
 def sandwich(jacobian: Floats, residual: Floats, records: Any = None) -> Floats:
-    """Covariance (p, p) of least squares with coloured residuals, see `spread`."""
+    """Covariance (p, p) of least squares with coloured residuals, see `spread`.
+
+    Returns
+    -------
+    (p, p) array
+        Covariance, in products of the units of the parameters; that of `spread(...)`, without its degrees of
+        freedom.
+    """
     return spread(jacobian, residual, records).covariance
 
 
@@ -328,6 +335,11 @@ def bootstrap(
         Rows of a block. Default: whole records are drawn.
     draws, seed : int
         Number of draws, and the seed of the generator.
+
+    Returns
+    -------
+    (draws, p) array
+        Changes, in the units of the parameters.
 
     References
     ----------

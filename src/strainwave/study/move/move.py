@@ -172,7 +172,8 @@ def move(
     Returns
     -------
     Move
-        With every value finite.
+        `pointing_error` [rad], `motor_torque` and `gear_torque` [N*m] over `time` [s]; `settling_time` [s] and
+        the largest values; every value is finite.
 
     Raises
     ------

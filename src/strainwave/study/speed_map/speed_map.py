@@ -101,6 +101,9 @@ def speed_map(
     Returns
     -------
     SpeedMap
+        For each load intervals of the motor speed that are `forbidden` and `allowed` [rad/s], the largest
+        `oscillation` [rad] and `torque` [N*m] in each cell (loads, speeds); `windows` [rad/s] are allowed under
+        all loads.
 
     Raises
     ------

@@ -317,10 +317,12 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     Returns
     -------
     SlowFlow
-        First order: closed forms for the cubic law under one line without mean torque, averaging integrals for
-        everything else. Second order: formulas for any cubic polynomial under one line, samples for everything else.
-        A law with friction or memory is averaged along its closed loops at both orders: `stiffness(x)` at rest gives
-        omega_0, and what yields or slips is in the averages.
+        `steady_states()` and `response((lo, hi))`: amplitudes [rad, 0-to-peak] near omega_0; `x(t)` [rad];
+        `certificate()` says how wrong they are. First order: closed forms for the cubic law under one line
+        without mean torque, averaging integrals for everything else. Second order: formulas for any cubic
+        polynomial under one line, samples for everything else. A law with friction or memory is averaged along
+        its closed loops at both orders: `stiffness(x)` at rest gives omega_0, and what yields or slips is in
+        the averages.
 
     Raises
     ------

@@ -151,6 +151,12 @@ def drive_motion(project: Project, omega: float, *, load: float | None = None) -
     load : float, optional
         Constant torque [N*m] on the load in place of the project's; a resisting one is negative.
 
+    Returns
+    -------
+    DriveMotion
+        `error` [rad], `rate` [rad/s] and `torque` in the gear [N*m, output side] over `t` [s] of the last
+        turns; `peak`, `oscillation` and `mean` [rad].
+
     Raises
     ------
     TypeError, ValueError

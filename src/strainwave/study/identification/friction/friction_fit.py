@@ -120,6 +120,8 @@ def fit_friction(
     Returns
     -------
     FrictionFit
+        `law` of the drag and its numbers by path (`values["T_c"]` [N*m], `values["B"]` [N*m*s/rad]) with
+        `interval(path)`; `misses` says whether it fits.
 
     Raises
     ------

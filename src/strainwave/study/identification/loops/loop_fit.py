@@ -184,6 +184,8 @@ def fit_loop(
     Returns
     -------
     LoopFit
+        `law`, and its numbers in SI by path (`values["K1"]` [N*m/rad]) with `interval(path)`; `lost_motion` and
+        `hysteresis_loss` [rad]; `misses` says whether the law fits.
 
     Raises
     ------

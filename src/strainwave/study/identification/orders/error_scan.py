@@ -152,7 +152,8 @@ def error_scan(
     Returns
     -------
     ErrorScan
-        With `.error`, the kinematic error.
+        `lines`: order, amplitude (0-to-peak) and phase [rad] with their standard errors; `residual` [rad];
+        `.error` is the kinematic error for a drive.
 
     Raises
     ------

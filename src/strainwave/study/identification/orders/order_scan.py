@@ -50,6 +50,8 @@ def order_scan(
     Returns
     -------
     OrderScan
+        `lines`: order, amplitude (0-to-peak, in the unit of the values) and phase [rad] with their standard
+        errors; the `delay` [s] of the value; `residual`, the root mean square of what is left.
 
     Raises
     ------

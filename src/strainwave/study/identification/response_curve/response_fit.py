@@ -148,6 +148,8 @@ def fit_response(
     Returns
     -------
     ResponseFit
+        `system` with the numbers found, in SI; `value(path)` and `interval(path)`; first harmonics `measured`
+        and `computed` [rad] at `omega` [rad/s].
 
     Raises
     ------
