@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.base.quantities import checked
+from strainwave.drive.response import exact_response
 
 RIPPLES = sw.gears.Variation((sw.gears.Ripple(1, 0.1), sw.gears.Ripple(2, 0.2, 0.5)))
 DAMPING = sw.gears.GearDamping(0.1, sw.gears.Variation((sw.gears.Ripple(1, 0.4),)), warming=4.0, fast=0.5, v_fast=0.3)
@@ -106,3 +107,14 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(model, kind, sentence):
     with pytest.raises(kind, match=sentence) as complaint:
         checked(model)
     assert "\n" not in str(complaint.value)
+
+
+@pytest.mark.slow
+def test_a_curve_without_a_stable_point_says_so():
+    ripple = sw.gears.Variation((sw.gears.Ripple(1, 0.3),))
+    system = sw.gears.VaryingOscillator(
+        1.0, sw.gears.GearDamping(0.01), sw.Linear(1.0), sw.Harmonic(0.1), 1.0, variation=ripple
+    )
+    assert str(exact_response(system, (1.95, 2.05), 4, 3).curve.message) == (
+        "reached both ends; no point of it is stable"
+    )

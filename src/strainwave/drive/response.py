@@ -127,7 +127,9 @@ def turn_response(
         placed, labels, floquet = with_special_points(problem, placed, labels, curve.multipliers)
         traced = replace(traced, points=placed, labels=labels)
         curve = describe(problem, "omega", traced, tail, origin, locate=False, floquet=floquet)
-    return TurnResponse(problem, placed, with_others(problem, curve, traced.elsewhere, []))
+    spring = not lacking(system, "J", "law") and is_spring(system)  # one whose stiffness or damping varies
+    whole = with_all_said(problem, curve, traced) if spring else with_others(problem, curve, traced.elsewhere, [])
+    return TurnResponse(problem, placed, whole)
 
 
 def sweep_on(curve: Branch) -> Jumps | None:

@@ -34,6 +34,7 @@ SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are tak
 STEPS = 30
 HALVINGS = 5  # of a step of Newton's method that leads away from the orbit
 REACH = 3.0  # largest step of it, in sizes of the motion
+MOST_TURNS = 64  # periods that a motion goes on at a time
 CLOSE = 1e-6  # of a state's size: steps below it are taken whole
 DIFFERENCE = 1e-5  # of a state's size
 
@@ -157,6 +158,8 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
             step = np.asarray(np.linalg.solve(matrix - np.eye(n), end - y), float)
         except np.linalg.LinAlgError:
             break
+        if not np.all(np.isfinite(step)):
+            break
         moved = float(np.max(np.abs(step) / sizes))
         if moved <= 10.0 * rtol or (not smooth and 0.5 * last < moved <= 1e3 * rtol):
             y, status = y - step, Status.OK
@@ -164,7 +167,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
         last = moved
         nearer = _nearer(mapped, y, after, step)
         if nearer is None:  # as beside a fold, where an orbit has just vanished: the motion leads away from there
-            y, turns = _gone_on(system, y, turns * duration, rtol), 2 * turns
+            y, turns = _gone_on(system, y, turns * duration, rtol), min(2 * turns, MOST_TURNS)
             nearer = y, mapped(y)
         y, after = nearer
     orbit = _sampled(system, y, omega, period, matrix, rtol, status)

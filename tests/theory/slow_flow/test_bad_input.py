@@ -142,3 +142,12 @@ def test_a_forced_motion_that_pumps_the_free_one_is_not_called_valid(order, omeg
     stable = bool(np.max(np.abs(sw.find_orbit(system).multipliers)) < 1.0)
     assert verdict.valid == stable
     assert ("beside a resonance" in verdict.sentence) == (not stable)
+
+
+@pytest.mark.parametrize("states", [lambda flow: flow.steady_states(), lambda flow: flow.states_at([3.0])])
+def test_a_continuum_of_states_without_damping_is_refused(states):
+    # below 0.5 rad the law is linear, and every free vibration of a third of the forcing's frequency is a motion
+    law = sw.PiecewiseLinear(1.0, 2.0, 3.0, 0.5, 1.0)
+    flow = sw.slow_flow(sw.Oscillator(1.0, 0.0, law, sw.Harmonic(0.5), 3.0), sw.SUBHARMONIC)
+    with pytest.raises(sw.SolveError, match="without damping every small amplitude is a steady state at omega = 3 rad"):
+        states(flow)

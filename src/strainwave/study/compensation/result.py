@@ -264,7 +264,8 @@ class CompensationBench(Result):
 
     def residuals(self, width: int) -> Iterator[str]:
         """Lines of the rms that is left [arcsec], controllers down and speeds across, in blocks of so many letters."""
-        name, at_once = max(NAME, *map(len, self.names)), (width - NAME - 2) // CELL
+        name = max(NAME, *map(len, self.names))
+        at_once = max(1, (width - name - 2) // CELL)
         for begin in range(0, len(self.speeds), at_once):
             part = slice(begin, begin + at_once)
             yield f"  {'motor rpm':{name}}" + "".join(f"{w / RPM:{CELL}.5g}" for w in self.speeds[part])

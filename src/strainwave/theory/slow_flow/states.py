@@ -42,7 +42,8 @@ MET, SAME = 1e-7, 1e-7  # last relative step of a state, and distance of two tha
 FINER = 16  # parts of a cell of the table that may hold a state
 BENDS = 2.0  # of the change from row to row: so near to 0 an extremum of |z g| - |push| may hide two states
 CLEAR = 0.3  # share of the distance to the next fixed point within which a transient is taken to end on one
-MOST_ALONE = 60  # fixed points of an undamped flow; more are a continuum
+STILL = 1e-6  # rates relative to omega_0 |z| that vanish
+MOST_ALONE = 60  # starts with such rates of an undamped flow; more are a continuum
 EPSILON = float(np.finfo(float).eps)
 Found = tuple[Any, Complexes]  # places among the speeds, and states there
 
@@ -132,17 +133,7 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
 
 def fixed_points(flow: Flow) -> list[complex]:
     """All nontrivial states [rad] of a flow at its one speed by descending |z|; copies by whole periods count once."""
-    s = flow.setting
-    z = _alone(flow)[0].tolist()
-    if s.mu == 0.0 and len(z) > MOST_ALONE:
-        raise SolveError(
-            Sentence(
-                "without damping every small amplitude is a steady state at omega = {}; give the drive damping, or go "
-                "to another speed",
-                Speed(s.omega),
-            )
-        )
-    return sorted(z, key=abs, reverse=True)
+    return sorted(_alone(flow)[0].tolist(), key=abs, reverse=True)
 
 
 def attractor(flow: Flow, z: complex) -> complex | None:
@@ -323,9 +314,19 @@ def _by_grid(flow: SecondOrderFlow) -> Found:
 
 def _by_scan(flow: Any) -> Found:
     """Starts at one speed where the phase matters: in few samples, and the one of a nearly linear drive."""
-    rough = flow.coarse
+    rough, s = flow.coarse, flow.setting
+    starts = scanned(rough, amplitudes(rough, ROWS_PER_DECADE))[1]
+    still = np.abs(rates_of(rough, starts)[0]) < STILL * s.omega_0 * np.abs(starts)
+    if s.mu == 0.0 and np.count_nonzero(still) > MOST_ALONE:
+        raise SolveError(
+            Sentence(
+                "without damping every small amplitude is a steady state at omega = {}; give the drive damping, or go "
+                "to another speed",
+                Speed(s.omega),
+            )
+        )
     z = list[complex]()
-    for point in polished(rough, scanned(rough, amplitudes(rough, ROWS_PER_DECADE))[1]).tolist():
+    for point in polished(rough, starts).tolist():
         if np.isfinite(point) and all(abs(point - other) > 1e-6 * abs(other) for other in z):
             z.append(point)
     # whose amplitude may lie below all that is scanned
