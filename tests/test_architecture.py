@@ -85,6 +85,7 @@ def test_no_module_of_a_namespace_has_the_name_of_one_of_its_functions(space):
     [
         ("Coulomb", "laws.Coulomb"), ("fit_response", "fit.fit_response"), ("BudgetRow", "results.BudgetRow"),
         ("compare_projects", "compare"), ("derivation", "theory.derive"), ("sampling", "sample"),
+        ("measures", "numerics"),
     ],
 )  # fmt: skip
 def test_a_former_name_says_the_new_one(former, place):
@@ -173,3 +174,10 @@ def test_modules_are_found_by_their_former_names_with_a_warning_that_says_the_ne
 def test_functions_that_drew_one_class_are_found_with_a_warning(name):
     with pytest.warns(FutureWarning, match=f"strainwave.{name}.axes, result. is result.plot.axes. now"):
         assert callable(getattr(strainwave, name))
+
+
+def test_former_namespaces_have_their_names():
+    measures, sampling = strainwave.numerics, strainwave.sample
+    assert {"Amplitude", "Extremes", "Final", "Mean", "Peak", "Poincare", "Rms"} <= set(dir(measures))
+    assert {"LatinHypercube", "LogUniform", "Normal", "Sobol", "Uniform"} <= set(dir(sampling))
+    assert measures.Peak is strainwave.Peak

@@ -16,6 +16,7 @@ from scipy.io import loadmat, savemat, whosmat
 
 import strainwave as sw
 from strainwave.base import archive
+from strainwave.base.records import Result
 
 ENDINGS = (".nc", ".zarr", ".npz", ".mat")
 
@@ -368,3 +369,14 @@ def test_a_response_saved_when_its_curve_was_a_result_of_its_own_is_read():
     again = archive._unpacked({**packed, "of": {"response": curve, **parts}}, arrays, Path("former.nc"))
     assert not list(differences(found, again))
     assert not list(differences(found.sweep, archive._unpacked(curve, arrays, Path("former.nc")).sweep))
+
+
+class Silent(Result):
+    """A result of one's own that has nothing to say yet."""
+
+    def facts(self):
+        return ()
+
+
+def test_a_result_without_facts_prints_its_class():
+    assert "Silent" in str(Silent())

@@ -1,6 +1,7 @@
 """Classes of what the functions return; each says what it has and draws itself."""
 
 from .base.results import Branch as Branch
+from .base.results import Interrupted as Interrupted
 from .base.results import Orbit as Orbit
 from .base.results import SolveError as SolveError
 from .base.results import Status as Status

@@ -43,7 +43,7 @@ class Result:
 
     def __str__(self) -> str:
         facts = self.facts()
-        return on_screen("\n".join(lines(facts))) if facts else super().__str__()
+        return on_screen("\n".join(lines(facts))) if facts else object.__repr__(self)
 
     def variables(self) -> Labelled:
         """Arrays of the dataset by name: dimensions, values, unit."""

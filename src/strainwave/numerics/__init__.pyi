@@ -8,9 +8,13 @@ from .curves.fold_curve import fold_curve as fold_curve
 from .curves.parameter_response import parameter_response as parameter_response
 from .curves.response import response_family as response_family
 from .curves.switching import switch_branch as switch_branch
+from .ensemble.measures import Amplitude as Amplitude
 from .ensemble.measures import Extremes as Extremes
+from .ensemble.measures import Final as Final
 from .ensemble.measures import Mean as Mean
+from .ensemble.measures import Peak as Peak
 from .ensemble.measures import Poincare as Poincare
+from .ensemble.measures import Rms as Rms
 from .integration.methods import AdaptiveStep as AdaptiveStep
 from .integration.methods import FixedStep as FixedStep
 from .integration.schemes import runge_kutta as runge_kutta

@@ -145,7 +145,7 @@ def drawn(system: Any, distributions: Any, count: int, seed: Any) -> dict[str, F
     """Values (count,) of every parameter, drawn independently; the first drives of a larger count are the same."""
     if not isinstance(distributions, Mapping) or not distributions:
         raise ValueError(f"distributions are {shown(distributions)}; give a dict of path to distribution")
-    whole("seed", seed)
+    seed = whole("seed", seed)
     known = {p.path: p.value for p in parameters(system)}
     names = [named(key) for key in distributions]
     for path in (path for name in names for path in name.split(TOGETHER)):

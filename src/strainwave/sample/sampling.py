@@ -202,13 +202,13 @@ class SamplePoints:
             if not isinstance(law, Distribution):
                 raise TypeError(f"the distribution of {path!r} is {shown(law)}; give Uniform, LogUniform or Normal")
             law.check()
-        whole(f"{kind}.seed", sample.seed)
+        seed = whole(f"{kind}.seed", sample.seed)
         self.laws = {named(key): law for key, law in sample.distributions.items()}
         self.dims: tuple[str, ...] = ("point",)
         self.shape: tuple[int, ...] = (count,)
         self.paths = tuple(self.laws)
         n = len(self.laws)
-        self.shares = _SobolShares(n, sample.seed) if sobol else _LatinShares(count, n, sample.seed)
+        self.shares = _SobolShares(n, seed) if sobol else _LatinShares(count, n, seed)
 
     def values(self, first: int, count: int) -> dict[str, Floats]:
         """Values (count,) of every parameter from point `first` on."""

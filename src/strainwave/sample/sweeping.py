@@ -170,7 +170,8 @@ def sweep(
     positive_count("chunk", 1 if chunk is None else chunk, 2**62)
     workers = positive_count("workers", _processors() if workers is None else workers, MOST_WORKERS)
     folder = None if store is None else _folder(store)
-    parameter_units = _check(measure, system, points, seed, units)
+    seed = whole("seed", seed)
+    parameter_units = _check(measure, system, points, units)
     if isinstance(measure, EnsembleMeasure):
         measure.check(system)
     job = Job(measure, system, seed)
@@ -334,7 +335,7 @@ def _pool(client: Any, spec: str, workers: int, processes: bool, job: Job) -> An
     return ProcessPool(workers, job) if processes else ThreadPool(workers)
 
 
-def _check(measure: Any, system: Any, points: Points, seed: Any, units: Any) -> dict[str, str]:
+def _check(measure: Any, system: Any, points: Points, units: Any) -> dict[str, str]:
     """Refuse what cannot be swept; return the units of the parameters."""
     if not callable(measure):
         raise TypeError(f"the measure is {shown(measure)}; it must be a function of the system, or an EnsembleMeasure")
@@ -342,7 +343,6 @@ def _check(measure: Any, system: Any, points: Points, seed: Any, units: Any) -> 
         isinstance(units, Mapping) and all(isinstance(v, str) for pair in units.items() for v in pair)
     ):
         raise TypeError(f"units are {shown(units)}; they must be a dict such as {{'peak': 'rad'}}")
-    whole("seed", seed)
     parameter_units = check_names(system, points.paths)
     if taken := sorted(set(OWN_NAMES) & set(points.paths)):
         raise ValueError(f"a parameter named {taken[0]!r} cannot be swept: the store uses that name")

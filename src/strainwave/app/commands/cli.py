@@ -4,6 +4,7 @@ Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 i
 this folder, which is imported where the command is called: `--help` reads what it says, and answers at once.
 """
 
+import errno
 import os
 import re
 import sys
@@ -93,7 +94,7 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         from ..output import sentence
 
-        if _stdout_fails():
+        if error.filename is None and error.errno in (errno.ENOSPC, errno.EIO) and _stdout_fails():
             return f"standard output: {error.strerror.lower()}; files that the command has written are whole"
         return sentence(error)
     text = " ".join(str(error).split()) or type(error).__name__

@@ -95,6 +95,9 @@ class ProjectComparison(Result):
         }  # fmt: skip
         return {name: ("drive", getattr(self, name), unit) for name, unit in units.items()}
 
+    def _failures(self, i: int) -> str:
+        return self.failures[i] if self.failures else ""  # results saved before have none
+
     def row(self, i: int) -> tuple[Fact, ...]:
         """What is compared of a drive."""
         numbers = {name: None if np.isnan(own[i]) else float(own[i]) for name, (_, own, _) in self.variables().items()}
@@ -108,7 +111,7 @@ class ProjectComparison(Result):
             Fact("omega_0_rad_per_s", numbers["omega_0"]), Fact("damping_ratio", numbers["damping_ratio"]),
             Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"]),
             Fact("load_inertia_kg_m2", numbers["load_inertia"]), Fact("folds", int(self.jumps[i])),
-            Fact("limit_arcsec", numbers["limit"]), Fact("failures", self.failures[i]),
+            Fact("limit_arcsec", numbers["limit"]), Fact("failures", self._failures(i)),
         )  # fmt: skip
 
     def facts(self) -> tuple[Fact, ...]:
@@ -129,7 +132,7 @@ class ProjectComparison(Result):
             f"torque in the gear {number(self.torque[i])} N·m, ω₀ {number(self.omega_0[i])} rad/s, "
             f"{int(self.jumps[i])} folds; {self.verdicts[i].answer}; keep out of: {self.keep_out_of(i) or 'none'}"
         )
-        yield from [f"  {self.failures[i]}"] if self.failures[i] else []
+        yield from [f"  {self._failures(i)}"] if self._failures(i) else []
 
     def __str__(self) -> str:
         return on_screen("\n".join(lines(self.facts())))

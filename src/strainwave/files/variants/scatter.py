@@ -299,7 +299,7 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
 
 def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
     """Factors (count,) of the numbers that scatter."""
-    positive_count("count", count)
+    count = positive_count("count", count)
     if not project.scatter:
         raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
     return drawn(project.scatter, count, seed, project.correlation)
