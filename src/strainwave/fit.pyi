@@ -3,7 +3,7 @@
 from .files.identified.identify_drive import identify_drive as identify_drive
 from .files.scan_file import read_profile as read_profile
 from .files.scan_file import read_scan as read_scan
-from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
+from .study.gear.hysteresis_fit import fit_hysteresis as fit_hysteresis
 from .study.identification.compare_laws import compare_laws as compare_laws
 from .study.identification.discrepancy import discrepancy as discrepancy
 from .study.identification.fitted import unidentifiable as unidentifiable

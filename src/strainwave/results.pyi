@@ -53,8 +53,8 @@ from .study.design.result import Design as Design
 from .study.design.result import Sensitivity as Sensitivity
 from .study.gear.efficiency import Efficiency as Efficiency
 from .study.gear.energy import EnergyBalance as EnergyBalance
-from .study.gear.hysteresis import HysteresisFit as HysteresisFit
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
+from .study.gear.hysteresis_fit import HysteresisFit as HysteresisFit
 from .study.gear.parametric import ParametricResonance as ParametricResonance
 from .study.identification.compare_laws import LawComparison as LawComparison
 from .study.identification.discrepancy import Discrepancy as Discrepancy

@@ -62,7 +62,7 @@ def test_a_speed_above_the_largest_of_the_gear_fails_alike(tmp_path):
     path = tmp_path / "axis.yaml"
     path.write_text(text(FASTER), encoding="utf-8")
     printed = CliRunner().invoke(command.cli, ["response", str(path)])
-    assert f"  FAIL: {said}" in printed.stdout
+    assert f"FAIL: {said}" in printed.stdout
     data = json.loads(CliRunner().invoke(command.cli, ["response", str(path), "--json"]).stdout)
     assert data["passes"] is False
     assert data["failures"] == shown["failures"]

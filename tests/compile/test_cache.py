@@ -182,7 +182,7 @@ def test_an_edit_that_a_kernel_may_read_moves_the_folder_of_compiled_code_and_an
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     before = cache.hash_of(copy)
     first_of = {path.parent: path for path in sorted(copy.rglob("*.py"), reverse=True)}
-    assert len(first_of) > 60
+    assert len(first_of) > 50
     for path in first_of.values():
         text = path.read_bytes()
         path.write_bytes(text + b"CONSTANT = 2.0\n")

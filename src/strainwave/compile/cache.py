@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 
 from .identity import Identity
 
-ROOMS = ("compile", "base", "model", "numerics", "theory", "drive", "study")  # what kernels may read
+ROOMS = ("compile", "base", "model", "numerics", "theory", "drive", "sample", "study")  # what kernels may read
 UNUSED_DAYS = 30  # after which the folder of other sources is removed
 DAY = 86400.0  # s
 DIGEST = 32  # bytes at the beginning of a file: the hash of the others

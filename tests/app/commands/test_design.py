@@ -66,7 +66,7 @@ def test_the_answer_is_written_and_its_projects_are_compared(path, tmp_path):
     assert (tmp_path / "compared" / "comparison.svg").read_text(encoding="utf-8").strip() in page
     least = min(drives, key=lambda drive: drive["oscillation_arcsec"])
     first = page.split("<tbody>")[1].split("</tr>")[0]
-    assert f"<td>{drives.index(least) + 1}: {least['title']}</td><td class=g>{least['gear']}</td>" in first
+    assert f"<td>{drives.index(least) + 1}: {least['title']}</td><td class=w>{least['gear']}</td>" in first
     assert ">limit</text>" in page
     count = len(drives)
     assert f"{count} of {count} drives with a limit of the oscillation keep to it at all their speeds" in page

@@ -64,7 +64,7 @@ def test_identify_writes_no_numbers_that_explain_little(tmp_path):
     assert first.startswith("The model explains only ")
     assert first.endswith("% of the motion. Do not use these numbers yet.")
     assert [f.name for f in (tmp_path / "out").iterdir()] == ["identified.svg"]
-    assert "no file of numbers" in run.stdout
+    assert "no project file: the model does not explain the motion" in run.stdout
     assert "next:" not in run.stdout
 
 

@@ -15,7 +15,7 @@ OSCILLATION = "the oscillation of the error (its largest distance from its mean,
 APART = "and wherever run-up and run-down are on different motions"
 NOMINAL = (
     "The speeds to avoid are those of the nominal drive; with 'scatter' and 'limit' in the project file 'strainwave "
-    "variability' computes how probable it is that a drive exceeds its limit."
+    "exceedance' computes how probable it is that a drive exceeds its limit."
 )
 BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so do the speeds to avoid."
 
