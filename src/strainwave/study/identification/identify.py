@@ -156,8 +156,7 @@ def identify(
     Returns
     -------
     Identified
-        `system` with the numbers found, in SI; `value(path)` and `interval(path)`; `rms` of the residual in the
-        units of the outputs; `notes` to read first.
+        `system` with the numbers found [SI], `value(path)`, `interval(path)`; `notes` to read first.
 
     Raises
     ------
