@@ -110,14 +110,19 @@ def tab_to(page, target):
     raise AssertionError(f"Tab does not reach {target}")
 
 
+def fill(page, field, text):
+    """All at once: after a pause behind the "0" of "0.4" the page asks for no inertia, which is refused."""
+    tab_to(page, field)
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text(text)
+
+
 def test_whole_session_by_keyboard_from_a_gear_to_an_answer(page, tmp_path):
     tab_to(page, "gear")
     page.keyboard.type("CSG-25-100")
     page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")
     times = drawn(page)
-    tab_to(page, "value-load.inertia")
-    page.keyboard.press("Control+a")
-    page.keyboard.type("0.4")
+    fill(page, "value-load.inertia", "0.4")
     until_drawn_again(page, times)
     before = largest(page)
     tab_to(page, "part-motor-loop")
@@ -128,17 +133,13 @@ def test_whole_session_by_keyboard_from_a_gear_to_an_answer(page, tmp_path):
     tab_to(page, "part-gravity")
     page.keyboard.press("Enter")
     page.wait_for_selector('[id="value-load.drag.amplitude"]')
-    tab_to(page, "value-limit.oscillation")
-    page.keyboard.press("Control+a")
-    page.keyboard.type("300")
+    fill(page, "value-limit.oscillation", "300")
     page.wait_for_function("() => document.getElementById('answer').textContent.includes('300')")
     assert "N·m on the load; the report follows it from" in page.locator("#answer").inner_text()  # no verdict
     tab_to(page, "tab-response")
     page.keyboard.press("ArrowRight")
     page.wait_for_selector("#plot-phase[data-drawn]")
-    tab_to(page, "speed")
-    page.keyboard.press("Control+a")
-    page.keyboard.type("900")
+    fill(page, "speed", "900")
     page.wait_for_function("() => document.getElementById('answer').textContent.startsWith('At 900 rpm')")
     tab_to(page, "save-project")
     with page.expect_download() as found:
