@@ -134,7 +134,7 @@ def error_of(method, omegas=(0.9, 1.0, 1.1)):
     """Largest error of the state after 50 periods."""
     worst = 0.0
     for omega in omegas:
-        system = sw.replace(DUFFING, {"omega": omega})
+        system = sw.replaced(DUFFING, {"omega": omega})
         end = 100.0 * np.pi / omega
         exact = sw.simulate(system, (0.0, 0.0), end, method=sw.Dopri5(rtol=1e-13, atol=1e-15)).y[:, -1]
         found = sw.ensemble(system, {}, (0.0, 0.0), periods=50, measures=(sw.Final(),), method=method)["final"].values[
@@ -177,7 +177,7 @@ def peers(python):
     exact = []
     for omega in (0.9, 1.0, 1.1):
         run_ = sw.simulate(
-            sw.replace(DUFFING, {"omega": omega}), (0.0, 0.0), 100.0 * np.pi / omega, method=sw.Dopri5(1e-13, 1e-15)
+            sw.replaced(DUFFING, {"omega": omega}), (0.0, 0.0), 100.0 * np.pi / omega, method=sw.Dopri5(1e-13, 1e-15)
         )
         exact.append(run_.y[:, -1].tolist())
     script = Path(__file__).with_name("ensemble_peers.py")

@@ -391,7 +391,7 @@ def test_example_unit_to_unit():
     rng, peaks = np.random.default_rng(9), []
     for _ in range(150):
         drawn = {path: float(law.quantile(rng.random())) for path, law in module.SCATTER.items()}
-        peaks.append(sw.find_orbit(sw.replace(module.drive(), drawn)).peak)
+        peaks.append(sw.find_orbit(sw.replaced(module.drive(), drawn)).peak)
     again = [np.quantile(rng.choice(peaks, 150), 0.95) for _ in range(200)]
     assert abs(value - np.quantile(peaks, 0.95)) < 3.0 * math.hypot(error, np.std(again))
 

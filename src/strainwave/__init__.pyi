@@ -44,7 +44,6 @@ from .files.reading import read_project as read_project
 from .files.project_text import project_text as project_text
 from .files.fields.entries import project_entry as project_entry
 from .files.variants.replaced import replaced as replaced
-from .base.quantities import replace as replace
 from .base.archive import load as load
 from .drive.asked import MotorLimits as MotorLimits
 from .drive.asked import Payload as Payload

@@ -303,9 +303,9 @@ def test_floated_changes_nothing_the_second_time(model):
 def test_parameters_and_replace_are_inverse(model):
     before = {p.path: p.value for p in parameters(model)}
     assert all(math.isfinite(value) for value in before.values())
-    assert sw.replace(model, before) == model
+    assert sw.replaced(model, before) == model
     for path, value in before.items():
-        after = {p.path: p.value for p in parameters(sw.replace(model, {path: value + 1}))}
+        after = {p.path: p.value for p in parameters(sw.replaced(model, {path: value + 1}))}
         assert after == before | {path: value + 1}
 
 
@@ -360,9 +360,9 @@ def test_prepared_system_may_hold_arrays(law):
     system = sw.Oscillator(0.7, 0.1, law, sw.Harmonic(0.3, 2, 0.4, 0.1), 1.3, ERRORS["KinematicError"])
     path = law._fields[0]
     values = np.array([1.0, 1.5, 2.0])
-    together = sw.replace(system, {f"law.{path}": values}).prepared()
+    together = sw.replaced(system, {f"law.{path}": values}).prepared()
     y = (0.2, -0.1, 0.03)[: 2 + len(share(law, (0.0, 0.0)))]
     got = np.array([np.broadcast_to(part, (3,)) for part in together.rhs(0.7, y)])
     for i, value in enumerate(values):
-        one = sw.replace(system, {f"law.{path}": float(value)})
+        one = sw.replaced(system, {f"law.{path}": float(value)})
         np.testing.assert_allclose(got[:, i], one.rhs(0.7, y), rtol=1e-12)

@@ -115,15 +115,15 @@ def test_ints_become_floats_and_whole_orders_become_ints_at_any_depth():
 
 
 def test_replace_says_what_a_model_has():
-    assert sw.replace(GOOD, {"law.alpha": 2.0, "omega": 3.0}) == GOOD._replace(omega=3.0, law=sw.Cubic(1.0, 2.0))
+    assert sw.replaced(GOOD, {"law.alpha": 2.0, "omega": 3.0}) == GOOD._replace(omega=3.0, law=sw.Cubic(1.0, 2.0))
     two = GOOD._replace(error=sw.KinematicError((LINE, LINE)))
-    assert sw.replace(two, {"error.lines.1.amplitude": 3e-4}).error.lines == (LINE, sw.Line(2, 3e-4))
+    assert sw.replaced(two, {"error.lines.1.amplitude": 3e-4}).error.lines == (LINE, sw.Line(2, 3e-4))
     with pytest.raises(ValueError, match=r"Cubic has no parameter 'k9' \(in 'law\.k9'\); it has K, alpha"):
-        sw.replace(GOOD, {"law.k9": 1.0})
+        sw.replaced(GOOD, {"law.k9": 1.0})
     with pytest.raises(ValueError, match=r"'J' in 'J\.x' is a number"):
-        sw.replace(GOOD, {"J.x": 1.0})
+        sw.replaced(GOOD, {"J.x": 1.0})
     with pytest.raises(ValueError, match="it has 0, 1"):
-        sw.replace(two, {"error.lines.2.amplitude": 1.0})
+        sw.replaced(two, {"error.lines.2.amplitude": 1.0})
 
 
 def test_a_class_in_place_of_a_law_is_refused():

@@ -62,7 +62,7 @@ def test_without_variation_the_curve_is_that_of_the_plain_oscillator():
 def test_a_depth_is_a_parameter_that_can_be_swept():
     branch = sw.numerics.parameter_response(DRIVE, "variation.ripples.1.depth", (0.0, 0.3), points=20)
     assert branch.status
-    at = sw.find_orbit(sw.replace(DRIVE, {"variation.ripples.1.depth": 0.3}))
+    at = sw.find_orbit(sw.replaced(DRIVE, {"variation.ripples.1.depth": 0.3}))
     assert branch.values[-1] == pytest.approx(0.3)
     assert branch.amplitude(1)[-1] == pytest.approx(at.amplitude(1), rel=1e-6)
 

@@ -32,9 +32,9 @@ def test_peaks_jumps_and_the_phase_of_cubic_drives():
     spread = {"law.alpha": sw.Uniform(0.03, 0.07), "excitation.phase": sw.Uniform(0.0, 6.28)}
     found = sw.sample.variability(CUBIC, spread, speeds=[0.7], count=64, jump_span=(0.8, 3.0), jump_count=6)
     for i in (0, 20):
-        one = sw.replace(CUBIC, {path: float(v[i]) for path, v in found.drives.items()} | {"omega": 0.7})
+        one = sw.replaced(CUBIC, {path: float(v[i]) for path, v in found.drives.items()} | {"omega": 0.7})
         assert found.speeds[0].peak[i] == pytest.approx(sw.find_orbit(one).peak, rel=1e-5)
-    first = sw.replace(CUBIC, {path: float(v[0]) for path, v in found.drives.items()})
+    first = sw.replaced(CUBIC, {path: float(v[0]) for path, v in found.drives.items()})
     said = sw.jumps(sw.frequency_response(first, (0.8, 3.0)))
     assert found.jumps.down[0] == pytest.approx(said.jump_down, rel=1e-9)
     assert np.all(found.jumps.up < found.jumps.down)

@@ -29,7 +29,8 @@ HOMES = {
 NAMESPACES = ("laws", "train", "controllers", "gears", "fit", "sample", "numerics", "theory", "study", "results")
 RENAMED = {  # public names of version 0.2 that are others now
     "compare_projects": "compare", "compensated_move": "compensate_move", "compensated_runup": "compensate_run_up",
-    "derivation": "theory.derive", "measures": "numerics", "sampling": "sample",
+    "derivation": "theory.derive", "measures": "numerics",
+    "replace": "replaced", "sampling": "sample",
 }  # fmt: skip
 IN_BASE = ("choices", "law", "protocols", "quantities", "records", "sentences", "series", "units")
 FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {

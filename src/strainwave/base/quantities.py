@@ -6,6 +6,7 @@ report read it. `parse` is the only way in for text with units; it refuses what 
 (Hz for rad/s, N*m for N*m/rad).
 """
 
+from collections.abc import Mapping
 from functools import cache
 from math import isfinite
 from numbers import Complex, Integral, Real
@@ -173,7 +174,7 @@ def _unit(cls: type[Any], name: str) -> str:
     return metadata[1] if len(metadata) > 1 else ""
 
 
-def replace(model: Any, changes: dict[str, Any]) -> Any:
+def replace(model: Any, changes: Mapping[str, Any]) -> Any:
     """Return `model` with the parameters at the given paths changed.
 
     Parameters
@@ -192,7 +193,7 @@ def replace(model: Any, changes: dict[str, Any]) -> Any:
     """
     if not is_model(model):
         raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {shown(model)}")
-    if not (isinstance(changes, dict) and all(isinstance(path, str) for path in changes)):
+    if not (isinstance(changes, Mapping) and all(isinstance(path, str) for path in changes)):
         raise TypeError(
             f"changes are {shown(changes)}; they must be a dict of path to value, as in {{'law.alpha': 2.0}}"
         )

@@ -184,7 +184,7 @@ def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(project, tmp_pa
     # order 2 runs towards the resonance at 316 rad/s from below: the largest error is that of the highest speed
     place = report["variables"]["peak"]["largest_at"]
     assert place["omega"] == 120.0
-    steady = sw.find_orbit(sw.replace(read_project(project).system(1.0), place))
+    steady = sw.find_orbit(sw.replaced(read_project(project).system(1.0), place))
     assert report["variables"]["peak"]["largest"] == pytest.approx(steady.peak, rel=1e-6)
     before = {path: path.stat().st_mtime_ns for path in store.glob("peak/**/*")}
     again = CliRunner().invoke(command.cli, call)

@@ -232,7 +232,7 @@ RETUNED = {
 @pytest.mark.parametrize("name", RETUNED)
 def test_a_gain_changed_in_the_struct_gives_what_python_gives_for_the_changed_controller(name, tmp_path):
     record = recorded_samples()
-    ours = by_python(sw.replace(OWN[name], RETUNED[name]), record, SAMPLE)
+    ours = by_python(sw.replaced(OWN[name], RETUNED[name]), record, SAMPLE)
     fields = {path.replace(".", "_"): value for path, value in RETUNED[name].items()}
     theirs = by_c(tmp_path, OWN[name], record, SAMPLE, **fields)
     assert np.max(np.abs(theirs - ours)) <= 1e-12 * np.max(np.abs(ours))

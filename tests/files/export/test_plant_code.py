@@ -123,7 +123,7 @@ RETUNED = {
 @pytest.mark.parametrize("name", RETUNED)
 def test_parameters_changed_in_the_struct_give_what_python_gives_for_the_changed_train(name, tmp_path):
     exported = plant_of(CASES[name], step=1e-4)
-    other = plant_of(sw.replace(CASES[name], RETUNED[name]), step=1e-4)
+    other = plant_of(sw.replaced(CASES[name], RETUNED[name]), step=1e-4)
     torques = recorded_torques(600)
     fields = {path.replace(".", "_"): value for path, value in RETUNED[name].items()}
     theirs = by_c(tmp_path, exported, torques, **fields)

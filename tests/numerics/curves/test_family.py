@@ -24,7 +24,7 @@ def test_curves_described_together_are_those_described_alone():
     values = {"law.alpha": [0.0, 0.05, 0.4], "excitation.mean": [0.0, 0.0, 0.3], "B": [0.2, 0.1, 0.3]}
     family = sw.numerics.response_family(SYSTEM, (0.6, 2.0), values, points=50, threads=1)
     for i, branch in enumerate(family):
-        alone = sw.frequency_response(sw.replace(SYSTEM, {p: v[i] for p, v in values.items()}), (0.6, 2.0), points=50)
+        alone = sw.frequency_response(sw.replaced(SYSTEM, {p: v[i] for p, v in values.items()}), (0.6, 2.0), points=50)
         for name in ("values", "omega", "coefficients", "peak", "multipliers", "stable"):
             assert np.array_equal(getattr(branch, name), getattr(alone, name))
         assert [f.omega for f in branch.folds] == [f.omega for f in alone.folds]
@@ -39,7 +39,7 @@ def test_what_too_few_harmonics_leave_out_is_estimated_for_each_member(excitatio
     few = sw.numerics.response_family(system, (0.6, 2.0), values, harmonics=3, points=60, threads=1)
     many = sw.numerics.response_family(system, (0.6, 2.0), values, harmonics=25, points=60, threads=1)
     for i, (branch, better) in enumerate(zip(few, many, strict=True)):
-        member = sw.replace(system, {path: value[i] for path, value in values.items()})
+        member = sw.replaced(system, {path: value[i] for path, value in values.items()})
         alone = sw.frequency_response(member, (0.6, 2.0), harmonics=3, points=60)
         assert branch.tail == pytest.approx(alone.tail, rel=1e-9)
         squares = better.coefficients**2

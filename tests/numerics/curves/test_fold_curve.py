@@ -44,7 +44,7 @@ def test_the_curve_holds_both_folds_of_the_given_system(curve):
 
 def test_every_point_is_a_fold_of_the_curve_at_its_own_amplitude(curve):
     for i in (3, len(curve) // 3, len(curve) - 4):
-        system = sw.replace(DUFFING, {PATH: float(curve.values[i])})
+        system = sw.replaced(DUFFING, {PATH: float(curve.values[i])})
         folds = sw.frequency_response(system, (0.5, 1.8), harmonics=7).folds
         nearest = min(folds, key=lambda f: abs(f.omega - curve.omega[i]))
         assert curve.omega[i] == pytest.approx(nearest.omega, rel=1e-8)
@@ -54,7 +54,7 @@ def test_every_point_is_a_fold_of_the_curve_at_its_own_amplitude(curve):
 def test_the_jump_begins_at_the_cusp(curve):
     A, _ = curve.cusps[0]
     for factor, folds in ((0.999, 0), (1.001, 2)):
-        system = sw.replace(DUFFING, {PATH: A * factor})
+        system = sw.replaced(DUFFING, {PATH: A * factor})
         assert len(sw.frequency_response(system, (0.9, 1.2), harmonics=7).folds) == folds
 
 
@@ -69,7 +69,7 @@ def test_folds_of_a_piecewise_law_are_followed_too():
     branch = sw.frequency_response(system, (0.7, 1.6), harmonics=9)
     followed = sw.numerics.fold_curve(system, branch.folds[0], PATH, (0.15, 0.25))
     assert followed.status
-    end = sw.replace(system, {PATH: float(followed.values[-1])})
+    end = sw.replaced(system, {PATH: float(followed.values[-1])})
     folds = sw.frequency_response(end, (0.7, 1.8), harmonics=9).folds
     assert min(abs(f.omega - followed.omega[-1]) for f in folds) < 1e-7
 

@@ -105,7 +105,7 @@ def test_parameter_response_takes_laws_with_memory():
     assert branch.status is sw.Status.OK
     at = np.argmin(np.abs(branch.values - 0.4))
     value = float(branch.values[at])
-    orbit = sw.find_orbit(sw.replace(FORCED, {"excitation.amplitude": value}), harmonics=7)
+    orbit = sw.find_orbit(sw.replaced(FORCED, {"excitation.amplitude": value}), harmonics=7)
     assert branch.amplitude(1)[at] == pytest.approx(orbit.amplitude(1), rel=1e-6)
     both_ways = sw.numerics.parameter_response(FORCED, "law.second.K", (0.5, 1.5), harmonics=7, points=20, start=orbit)
     assert both_ways.values.min() == 0.5

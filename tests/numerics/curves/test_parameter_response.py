@@ -13,7 +13,7 @@ def test_folds_of_an_amplitude_sweep_are_folds_of_the_frequency_curve():
     assert sweep.status
     assert len(sweep.folds) == 2
     for fold in sweep.folds:
-        at = sw.replace(DUFFING, {"excitation.amplitude": fold.value})
+        at = sw.replaced(DUFFING, {"excitation.amplitude": fold.value})
         curve = sw.frequency_response(at, (0.8, 2.2), harmonics=7)
         assert min(abs(f.omega - 1.2) for f in curve.folds) < 1e-8
 
@@ -49,7 +49,7 @@ def test_a_sweep_from_an_orbit_follows_its_branch_both_ways():
     curve = sw.frequency_response(DUFFING, (0.5, 1.6), harmonics=7)
     upper = np.flatnonzero(curve.stable & (curve.peak > 1.5) & (curve.omega > 1.19) & (curve.omega < 1.25))[0]
     x = np.stack([curve.coefficients[upper], 0.0 * curve.coefficients[upper]], axis=1)
-    system = sw.replace(DUFFING, {"omega": float(curve.omega[upper])})
+    system = sw.replaced(DUFFING, {"omega": float(curve.omega[upper])})
     orbit = sw.find_orbit(system, guess=x, harmonics=7)
     sweep = sw.numerics.parameter_response(system, "excitation.amplitude", (0.15, 0.3), start=orbit, harmonics=7)
     assert np.interp(0.18, sweep.values[::-1], sweep.peak[::-1]) == pytest.approx(orbit.peak, rel=1e-3) or (

@@ -45,7 +45,7 @@ def test_every_lane_is_the_single_integration(method, of_states, of_sums):
     )
     found = sw.ensemble(biased, FEW, (0.1, -0.2), periods=3, settle=2, measures=ALL, method=method)
     for i in range(2):
-        one = sw.replace(biased, {path: float(values[i]) for path, values in FEW.items()})
+        one = sw.replaced(biased, {path: float(values[i]) for path, values in FEW.items()})
         *wanted, final = single(one, (0.1, -0.2), 3, 2)
         names = ("peak", "lowest", "highest", "rms", "mean", "amplitude_1")
         got = [float(found[name][i]) for name in names]
@@ -100,7 +100,7 @@ def test_settled_peaks_are_those_of_harmonic_balance():
     omega = np.array([0.5, 0.9, 1.9])
     found = sw.ensemble(DUFFING, {"omega": omega}, (0.0, 0.0), periods=2, settle=120)
     for i, w in enumerate(omega):
-        orbit = sw.find_orbit(sw.replace(DUFFING, {"omega": float(w)}))
+        orbit = sw.find_orbit(sw.replaced(DUFFING, {"omega": float(w)}))
         assert float(found["peak"][i]) == pytest.approx(orbit.peak, rel=2e-6)
         assert int(found["period"][i]) == 1
 
@@ -127,7 +127,7 @@ def test_laws_with_kinks_take_adaptive_steps(law):
     finer = sw.ensemble(system, varied, (0.0, 0.0), periods=4, measures=ALL, method=sw.Dopri5(rtol=1e-11, atol=1e-14))
     assert found.attrs["method"].startswith("Dopri5(rtol=1e-09")
     for i, w in enumerate((0.8, 0.7)):
-        *wanted, final = single(sw.replace(system, {"omega": w}), (0.0, 0.0), 4, 0)
+        *wanted, final = single(sw.replaced(system, {"omega": w}), (0.0, 0.0), 4, 0)
         for data, rtol in ((found, 1e-9), (finer, 1e-11)):  # some hundred steps, each wrong by up to rtol
             np.testing.assert_allclose(data["final"][:, i], final, rtol=0.0, atol=1e3 * rtol)
         assert float(found["rms"][i]) == pytest.approx(wanted[3], rel=1e-6)

@@ -394,7 +394,7 @@ def test_other_orders_and_bad_requests_are_refused():
 )
 def test_sizes_that_no_float_bears_are_refused_with_the_quantity(changes, sentence):
     with pytest.raises(ValueError, match=sentence):
-        sw.slow_flow(sw.replace(T4, {"excitation.amplitude": 0.18, "law.K": 1.0, "J": 1.0} | changes), sw.PRIMARY)
+        sw.slow_flow(sw.replaced(T4, {"excitation.amplitude": 0.18, "law.K": 1.0, "J": 1.0} | changes), sw.PRIMARY)
 
 
 @pytest.mark.parametrize("law", [sw.Cubic(1.0, 0.1), sw.Polynomial((0.0, 1.0, 0.0, 0.1))], ids=["closed", "averaged"])

@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from ...base import quantities
 from ...compile.tree import is_model
 from ...drive.project import Project
 from ...model.laws.springs import PiecewiseLinear
@@ -23,6 +24,7 @@ from ..reading import ProjectError, from_located
 from ..yaml_text import read, read_again
 from .names import Keys, keys_of, numbers_of
 
+Subject = TypeVar("Subject", Project, Any)
 Placed = dict[str, tuple[Keys, str]]  # by its name in the file: where a text belongs, and the text
 LOOP, DAMPING = ("motor", "loop"), ("damping",)
 GEAR = ("gear",), ("gear", "name")  # what names another gear of the catalogue
@@ -30,8 +32,8 @@ OF_RECORD = rows_of(PiecewiseLinear)  # of a catalogue gear's law
 PLACE = re.compile(r"^.*?:\d+:\d+: ", re.MULTILINE)  # of a complaint, in a file that nobody wrote
 
 
-def replaced(project: Project, values: Mapping[str, str], *, retune: bool = False) -> Project:
-    """Read a project again with other values in its file.
+def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = False) -> Subject:
+    """Read a project again with other values in its file, or change parameters of a model.
 
     Gains that the file gives as a bandwidth, and the damping B that it gives as a ratio or a quality, keep the numbers
     that they have in the drive of the file, and the text then has these numbers. A name that is this notation, such as
@@ -39,10 +41,11 @@ def replaced(project: Project, values: Mapping[str, str], *, retune: bool = Fals
 
     Parameters
     ----------
-    project : Project
-        As `read_project` returns it.
-    values : dict of str to str
-        Values as the file has them, with their units ("2 kg*m^2", "30 Hz", "SHG-40-50"), by their names in the file:
+    project : Project or NamedTuple
+        As `read_project` returns it; or any system, law or excitation.
+    values : dict of str to str, or to number
+        Of a model: numbers (SI) by their paths, {"law.alpha": 2.0, "error.lines.0.amplitude": 1e-4}. Of a project:
+        values as the file has them, with their units ("2 kg*m^2", "30 Hz", "SHG-40-50"), by their names in the file:
         "load.inertia", "excitation.kinematic_error.0.amplitude", "gear", "speed" for a single one. "motor.", "load."
         and "excitation." may be left out ("loop.K_p", "coupling.law.K"). "gear.K1", K2, K3, T1, T2 are also those of a
         gear of the catalogue.
@@ -52,14 +55,18 @@ def replaced(project: Project, values: Mapping[str, str], *, retune: bool = Fals
 
     Returns
     -------
-    Project
-        Its text is what was read.
+    Project or NamedTuple
+        The text of a project is what was read.
 
     Raises
     ------
     ValueError
-        If there is no such field, or the file may not have such a value.
+        If there is no such field or path, or the file may not have such a value.
+    TypeError
+        If it is neither a project nor a model, or `values` is no dict with names as keys.
     """
+    if not isinstance(project, Project):
+        return quantities.replace(project, values)
     content = json.loads(_content(project.text))
     placed = {path: (keys_of(content, path), text) for path, text in values.items()}
     of_record = {keys[1]: _of_record(path, text) for path, (keys, text) in placed.items() if _in_record(keys)}
