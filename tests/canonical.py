@@ -14,6 +14,7 @@ from strainwave.compile.tree import is_model
 from strainwave.maths import exp, sign, sqrt
 from strainwave.model.oscillator import Powers
 from strainwave.model.train.controls import Commanded
+from strainwave.model.train.filters import around
 from strainwave.model.train.train_forms import AtLoad, Metered
 
 
@@ -171,6 +172,11 @@ TRAINS = {
     "loop with a lag": PLAIN_TRAIN._replace(
         motor=sw.train.Motor(0.2, control=sw.train.Lagged(sw.train.SpeedLoop(0.3, 0.2, 0.05), 0.1)),
         reference=REFERENCES["SpeedProfile"],
+    ),
+    "cascade": PLAIN_TRAIN._replace(
+        motor=sw.train.Motor(
+            0.2, control=around(sw.train.CascadeLoop(0.5, 0.3, 2.0), 0.1, (sw.train.NotchFilter(9.0, 3.0),))
+        )
     ),
     "everything": sw.DriveTrain(
         sw.train.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["LuGre"], sw.train.SpeedLoop(0.3, 0.2, 0.05)),

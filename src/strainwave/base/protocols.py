@@ -89,7 +89,9 @@ class LinearPart(Protocol):
     per_speed: Floats
     """Constant torques (n,) per speed of the base angle [N*m*s/rad]: drag at the mean speed."""
     loose: int
-    """The coordinate whose mean nothing holds: it counts as 0, and its mean torque is found. -1: there is none."""
+    """The coordinate whose mean is 0, whatever its mean torque is: nothing holds it, or an integral. -1: none."""
+    integral: Floats
+    """Means (n,) of the coordinates of a control that integrates, for each N*m of that torque; 0 of another."""
     values: Floats
     """(states, n): the states that are no rates, as sums of coordinates."""
     rates: Floats

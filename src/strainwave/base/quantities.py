@@ -34,6 +34,7 @@ AngularAcceleration = Annotated[float, "rad/s**2"]
 AngularJerk = Annotated[float, "rad/s**3"]
 Ratio = Annotated[float, ""]
 Time = Annotated[float, "s"]
+Rate = Annotated[float, "1/s"]
 
 LARGEST = (
     1e60  # of every parameter, and 1/LARGEST the smallest that is not 0: its powers in a formula still fit a float

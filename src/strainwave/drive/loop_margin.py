@@ -4,7 +4,9 @@ Bode plots of a drive train: speed of motor and load for a torque on either, lin
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import pi, sqrt
 from typing import Any, ClassVar, Literal
 
@@ -17,8 +19,20 @@ from ..base.records import Labelled, Result
 from ..base.results import Floats, Orbit, SolveError
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
-from ..model.train.controls import FASTEST, HERTZ, Lagged, Tuning, from_bandwidth, tuning_of
+from ..model.train.controls import (
+    FASTEST,
+    HERTZ,
+    CascadeLoop,
+    Lagged,
+    PositionLoop,
+    Tuning,
+    core_of,
+    from_bandwidth,
+    tuning_of,
+    with_core,
+)  # fmt: skip
 from ..model.train.drive_train import DriveTrain, coupling_twist
+from ..model.train.filters import Filtered
 from ..model.train.train_forms import SteadyTrain
 from ..numerics.shooting import find_orbit
 from .operating_point import operating_state
@@ -205,6 +219,13 @@ def motor_name(control: Any, inertia: float) -> str:
         return str(tuning)
     if isinstance(control, Lagged):
         return f"{motor_name(control.loop, inertia)}, lag {1e3 * control.lag:.4g} ms"
+    if isinstance(control, Filtered):
+        kind = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", type(control.filter).__name__.removesuffix("Filter")).lower()
+        at = control.filter.frequency / HERTZ
+        return f"{motor_name(control.loop, inertia)}, {kind} filter of {at:.4g} Hz"
+    if isinstance(control, CascadeLoop):
+        gains = f"K_v {control.K_v:.4g} 1/s, K_p {control.K_p:.4g} N*m*s/rad"
+        return f"cascade of {gains}, T_n {1e3 * control.T_n:.4g} ms"
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(control).__name__).lower()
 
 
@@ -225,8 +246,8 @@ def fastest_growth(train: DriveTrain) -> complex:
 def unstable(train: DriveTrain, inertia: float) -> str:
     """Say that a loop makes a train unstable, and the bandwidth up to which it would not; empty where it does not.
 
-    A loop without a lag acts where it measures, puts in no energy and is always stable. What drives a train without
-    its lag too, such as friction that falls with the speed, is not the loop's fault.
+    A position or speed loop without a lag acts where it measures, puts in no energy and is always stable. What drives a
+    train with such a loop too, such as friction that falls with the speed, is not the loop's fault.
 
     Parameters
     ----------
@@ -236,13 +257,19 @@ def unstable(train: DriveTrain, inertia: float) -> str:
         Inertia [kg*m^2, motor side] that the loop turns, as in `from_bandwidth`.
     """
     control = train.motor.control
-    if not isinstance(control, Lagged) or not _grows(train, control) or _grows(train, control.loop):
+    core = core_of(control)
+    passive = PositionLoop(core.K_p * core.K_v, core.K_p) if isinstance(core, CascadeLoop) else core
+    if passive is control or not _grows(train, control) or _grows(train, passive):
         return ""
     pole = fastest_growth(train)
     sentence = f"is unstable with this gear: a vibration of {abs(pole) / HERTZ:.3g} Hz grows by {pole.real:.3g} 1/s"
     tuning = tuning_of(control, inertia)
     limit = None if tuning is None else _largest_stable(train, tuning, inertia)
     if tuning is None or limit is None:
+        if isinstance(core, CascadeLoop):
+            return f"{sentence}; {_stable_cascade(train, control)}"
+        if not isinstance(control, Lagged):
+            return f"{sentence}; without its filters it is stable: move them to higher frequencies"
         lag = f"a lag below {1e3 * control.lag:.3g} ms"
         return f"{sentence}; give the loop more damping (K_d by position, K_p by speed) or {lag}"
     return (
@@ -259,6 +286,21 @@ def _grows(train: DriveTrain, control: Any) -> bool:
     return fastest_growth(_with(train, control)) != 0.0
 
 
+def _stable_cascade(train: DriveTrain, control: Any) -> str:
+    """Which gain of a cascade makes its train stable when it is smaller, and down to which value."""
+    core = core_of(control)
+    for name, unit in (("K_v", "1/s"), ("K_p", "N*m*s/rad")):
+        value = getattr(core, name)
+        limit = _last_stable(partial(_grows_with, train, control, name), value)
+        if limit is not None:
+            return f"with {name} up to {limit:.3g} {unit} it is stable, and it has {value:.3g}"
+    return "give it a longer T_n, or another lag or filter"
+
+
+def _grows_with(train: DriveTrain, control: Any, name: str, value: float) -> bool:
+    return _grows(train, with_core(control, core_of(control)._replace(**{name: value})))
+
+
 def _largest_stable(train: DriveTrain, tuning: Tuning, inertia: float) -> float | None:
     """Largest bandwidth [rad/s] below that of a tuning at which the loop is stable; None where there is none."""
 
@@ -266,11 +308,15 @@ def _largest_stable(train: DriveTrain, tuning: Tuning, inertia: float) -> float 
         loop = from_bandwidth(bandwidth, inertia, tuning.damping, kind=tuning.kind, lag=tuning.lag)
         return _grows(train, loop)
 
-    high = min(tuning.bandwidth, FASTEST / tuning.lag)
-    low = 0.8 * high
+    return _last_stable(grows, min(tuning.bandwidth, FASTEST / tuning.lag if tuning.lag else tuning.bandwidth))
+
+
+def _last_stable(grows: Callable[[float], bool], largest: float) -> float | None:
+    """Largest value below one that grows at which nothing grows; None where there is none."""
+    high, low = largest, 0.8 * largest
     while grows(low):
         high, low = low, 0.8 * low
-        if low < LEAST * tuning.bandwidth:
+        if low < LEAST * largest:
             return None
     while high / low > 1.0 + CLOSE:
         middle = sqrt(low * high)

@@ -18,8 +18,9 @@ from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears.gear import Gear
 from ..model.oscillator import Oscillator
-from ..model.train.controls import FREE, USUAL, Held, control_of
+from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
+from ..model.train.filters import control_of
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..numerics.balance.harmonics import LARGEST
 from .asked import MotorLimits, Task

@@ -15,7 +15,7 @@ from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits
-from ..model.train.controls import FREE, Lagged
+from ..model.train.controls import FREE, core_of
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import Motor
 from ..model.train.train_forms import Metered
@@ -266,7 +266,7 @@ def waiting(train: DriveTrain, t: float) -> Floats:
 
 def holds_its_place(motor: Motor) -> bool:
     """Whether the control answers a deviation of the angle, at once or by states of its own."""
-    control = motor.control.loop if isinstance(motor.control, Lagged) else motor.control
+    control = core_of(motor.control)
     if motor.held or depends(control) == 3:
         return True
     return float(torque_of(control, -ASIDE, 0.0, ())) != float(torque_of(control, ASIDE, 0.0, ()))

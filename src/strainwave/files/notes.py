@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from ..base.law import spring_stiffness
 from ..base.units import RPM, convert
 from ..drive.project import Project, mean_of
-from ..model.train.controls import Lagged, PositionLoop, SpeedLoop
+from ..model.train.controls import PositionLoop, SpeedLoop, core_of
 from ..study.analysis.analyze import RATCHETING
 
 FACTOR = 10.0  # beyond what gears have
@@ -58,7 +58,7 @@ def load_remark(project: Project) -> tuple[str, ...]:
 def _slipping(project: Project) -> Iterator[str]:
     """Note on a loop without stiffness, which gives way under a mean torque."""
     loop = None if project.train is None else project.train.motor.control
-    loop = loop.loop if isinstance(loop, Lagged) else loop
+    loop = core_of(loop)
     if (isinstance(loop, SpeedLoop) and loop.K_i == 0.0) or (isinstance(loop, PositionLoop) and loop.K_p == 0.0):
         gain = "K_i" if isinstance(loop, SpeedLoop) else "K_p"
         yield (

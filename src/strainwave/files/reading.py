@@ -18,8 +18,9 @@ from ..model.gears import catalogue
 from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
 from ..model.laws.meshing import NO_FRICTION, LoadFriction, NoFriction
-from ..model.train.controls import FREE, Held, control_of
+from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
+from ..model.train.filters import control_of
 from ..model.train.shafts import NO_DRAG, Elastic
 from .contradictions import contradictions, train_fields
 from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..drive.asked import Payload
 from ..model.varying import Ripple
-from .fields.entries import Loop
+from .fields.entries import Loop, filter_types
 from .fields.kinds import Schema
 from .fields.rows import law_types, row_at, schema_of
 from .fields.schema import PARTS, ProjectSpec
@@ -27,6 +27,7 @@ HEAD = """\
 # What a line with '#' before a field shows may be written too.
 """
 WIDTH = 110
+WAYS = {"motor.loop": "loop", "motor.loop.filters": "filter", "move.profile": "part"}  # written in one of several ways
 
 
 def _definitions() -> dict[str, Schema]:
@@ -44,6 +45,7 @@ def _definitions() -> dict[str, Schema]:
         "ripple": schema_of(Ripple),
         "payload": schema_of(Payload),
         "loop": {"anyOf": Loop().schemas()},
+        "filter": {"oneOf": [schema_of(cls, name) for name, cls in filter_types().items()]},
         "part": {"oneOf": [schema_of(cls, name) for name, cls in PARTS.items()]},
     }
 
@@ -77,8 +79,8 @@ def reference() -> str:
             by = ("", " by its law", " by its record")[i + 1 if name == "gear" else 0]
             parts.append(_table(f"`{name}`{by}", item["description"], group, name))
     parts += [_table(f"`{name}`", place, defs[name]) for name, place in PLACES.items()]
-    for place, ways in (("motor.loop", defs["loop"]["anyOf"]), ("move.profile", defs["part"]["oneOf"])):
-        for way in ways:
+    for place, ways in WAYS.items():
+        for way in next(iter(defs[ways].values())):
             kind = way["properties"]["type"]
             word = kind.get("const") or ("bandwidth" if "bandwidth" in way["properties"] else kind["enum"][0])
             parts.append(_table(f"`{place}`: {word.replace('_', ' ')}", way["description"], way))

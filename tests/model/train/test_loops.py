@@ -35,7 +35,9 @@ def test_a_speed_loop_of_damping_1_integrates_at_a_quarter_of_its_bandwidth():
 @pytest.mark.parametrize(("hertz", "damping", "kind"), LOOPS)
 def test_the_gains_tell_bandwidth_and_damping_again(hertz, damping, kind, lag):
     loop = sw.train.from_bandwidth(hertz * HERTZ, INERTIA, damping, kind=kind, lag=lag)
-    assert tuning_of(loop, INERTIA) == pytest.approx(Tuning(hertz * HERTZ, damping, kind, lag))
+    found = tuning_of(loop, INERTIA)
+    assert found._replace(bandwidth=1.0, damping=1.0) == Tuning(1.0, 1.0, kind, lag)
+    assert found[:2] == pytest.approx((hertz * HERTZ, damping))
 
 
 @pytest.mark.parametrize(
@@ -111,7 +113,7 @@ def test_a_lagged_loop_stands_where_the_loop_itself_does():
         ({"bandwidth": -1.0}, r"bandwidth \[rad/s\] is -1.0; it must be a positive finite number"),
         ({"inertia": 0.0}, r"inertia \[kg\*m\^2\] is 0.0; it must be a positive"),
         ({"damping": 0.0}, "damping is 0.0; it must be a positive"),
-        ({"kind": "torque"}, "kind is 'torque'; it must be 'position' or 'speed'"),
+        ({"kind": "torque"}, "kind is 'torque'; it must be 'position', 'speed' or 'cascade'"),
         ({"lag": -1.0}, r"lag \[s\] is -1; it must be zero or more"),
         ({"lag": 5e-3}, "a bandwidth of 31.83 Hz is above half the inverse lag, 15.92 Hz for 5 ms; lower the"),
     ],
@@ -128,7 +130,7 @@ def test_what_gives_no_loop_is_said(asked, said):
         (
             sw.train.Lagged(sw.train.Held(), 1e-3),
             TypeError,
-            r"Lagged.loop is Held\(\); it must be a PositionLoop or a SpeedLoop",
+            r"Lagged.loop is Held\(\); it must be a PositionLoop, a SpeedLoop or a",
         ),
         (sw.train.Lagged(sw.train.SpeedLoop(-0.1), 1e-3), ValueError, "SpeedLoop.K_p is -0.1; with a negative gain"),
     ],

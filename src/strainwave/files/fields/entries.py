@@ -5,7 +5,6 @@ the units of their annotations. A new law is known here without a line of code. 
 damping, or by gains; and either with the lag of a current loop.
 """
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -13,12 +12,13 @@ from typing import Any
 from ...base.law import depends
 from ...base.quantities import checked
 from ...model.laws.hysteresis import BoucWen
-from ...model.train.controls import HERTZ, KINDS, USUAL, Lagged, PositionLoop, SpeedLoop, Tuning, control_of
+from ...model.train.controls import KINDS, USUAL, CascadeLoop, Lagged, PositionLoop, SpeedLoop, Tuning
+from ...model.train.filters import FILTERS, around, control_of
 from ...model.train.motion import AngleTorque
 from ...model.varying import Ripple, Variation
 from ..yaml_text import Keys, shown
 from ..yaml_text import read as read_yaml
-from .kinds import Items, Kind, Place, Quantity, Row, Schema, Word, Wrong, near, number, read
+from .kinds import BANDWIDTH, Items, Kind, Place, Quantity, Row, Schema, Word, Wrong, near, read
 from .rows import LAW, TYPE, Fields, Group, Typed, field, group_text, name_of, needed, read_group, rows_of, schema_of
 
 EXAMPLE_HYSTERESIS = "{type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}"
@@ -74,25 +74,18 @@ GEAR_LAW, HYSTERESIS, DRAG = Typed(wrong=_gear_law), Typed(wrong=_hysteresis), T
 
 def loop_types() -> dict[str, type]:
     """Control loops of the motor by their name in a project file."""
-    return {name_of(c): c for c in (SpeedLoop, PositionLoop)}
+    return {name_of(c): c for c in (SpeedLoop, PositionLoop, CascadeLoop)}
+
+
+def filter_types() -> dict[str, type]:
+    """Filters of a loop's torque by their name in a project file."""
+    return {name_of(c).removesuffix("_filter"): c for c in FILTERS}
 
 
 LOOPS = Typed(loop_types)
-
-
-@dataclass(frozen=True)
-class Bandwidth(Quantity):
-    """A bandwidth in rad/s: of a loop, unlike a shaft, it may be in Hz."""
-
-    def read(self, value: object, place: Place) -> float:
-        if isinstance(value, str) and "rad" in value:
-            return number(value, "rad/s", "positive")
-        if isinstance(value, str) and re.search("rpm|rev|turn|deg", value):
-            raise ValueError(f"{shown(value)} is a speed of a shaft, not a bandwidth; write 30 Hz or 188 rad/s")
-        return HERTZ * number(value, "Hz", "positive")
-
-    def text(self, value: Any) -> str:
-        return f"{value!r} rad/s"
+FILTERED = Items(Typed(filter_types, "filter"), 1, 8)
+AROUND = ("filters", "lag")  # fields of a loop, whether it is given by a bandwidth or by gains
+EXAMPLE_FILTERS = "[{type: notch, frequency: 120 Hz, width: 40 Hz}]"
 
 
 @dataclass(frozen=True)
@@ -106,9 +99,6 @@ class LoopKind(Word):
         return word
 
 
-BANDWIDTH = Bandwidth("Hz", "positive")
-
-
 class LoopSpec(Group):
     """A loop by its bandwidth."""
 
@@ -118,11 +108,12 @@ class LoopSpec(Group):
     damping: float = field(Quantity("", "positive"), "0.7",
         "Damping ratio of the closed loop on a rigid gear.", USUAL.damping)  # fmt: skip
     lag: float = field(Quantity("s", "positive"), "0.5 ms", "First-order lag of the torque, of the current loop.")
+    filters: tuple[Any, ...] = field(FILTERED, EXAMPLE_FILTERS, "Filters of the torque, in series.")
 
     @property
     def tuning(self) -> Tuning:
         """The loop, whose gains follow from the inertia that it turns."""
-        return Tuning(self.bandwidth, self.damping, self.type, self.lag or 0.0)
+        return Tuning(self.bandwidth, self.damping, self.type, self.lag or 0.0, self.filters or ())
 
     def check(self) -> Iterator[Wrong]:
         """Refuse a bandwidth beyond what the lag allows."""
@@ -146,21 +137,22 @@ class Loop(Kind):
                 place.at(gain).wrong(said, on_key=True)
             spec = read_group({key: item for key, item in value.items() if key not in gains}, LoopSpec, place)
             return spec and spec.tuning
-        lag, row = None, rows_of(LoopSpec)["lag"]
+        given: dict[str, Any] = {}
         if isinstance(value, dict):
-            lag = read(row.kind, value["lag"], place.at("lag")) if "lag" in value else None
+            rows = {key: rows_of(LoopSpec)[key] for key in AROUND if key in value}
+            given = {key: read(row.kind, value[key], place.at(key, row.example)) for key, row in rows.items()}
             kind = {"type": f"{value['type']}_loop"} if value.get("type") in KINDS else {}
-            value = {key: item for key, item in value.items() if key != "lag"} | kind
+            value = {key: item for key, item in value.items() if key not in AROUND} | kind
         loop = LOOPS.read(value, place)
-        return loop if lag is None or loop is None else checked(Lagged(loop, lag))
+        return None if loop is None or None in given.values() else around(loop, **given)
 
     def schema(self) -> Schema:
         return {"$ref": "#/$defs/loop"}
 
     def schemas(self) -> list[Schema]:
         """JSON Schemas of a loop by its bandwidth, and by its gains."""
-        lag = {"lag": rows_of(LoopSpec)["lag"].schema()}
-        ways = [schema_of(LoopSpec), *(schema_of(cls, name, lag) for name, cls in loop_types().items())]
+        more = {key: rows_of(LoopSpec)[key].schema() for key in AROUND}
+        ways = [schema_of(LoopSpec), *(schema_of(cls, name, more) for name, cls in loop_types().items())]
         ways[0]["description"] = LoopSpec.__doc__
         for way, name in zip(ways[1:], loop_types(), strict=True):
             way["properties"]["type"] = {
@@ -170,12 +162,17 @@ class Loop(Kind):
         return ways
 
     def text(self, value: Any) -> str:
-        if isinstance(value, Lagged):
-            return f"{LOOPS.text(value.loop).removesuffix('}')}, lag: {value.lag!r} s}}"
         if isinstance(value, Tuning):
-            given = {"lag": value.lag} if value.lag else {}
+            given = {key: getattr(value, key) for key in AROUND if getattr(value, key)}
             return group_text(LoopSpec(type=value.kind, bandwidth=value.bandwidth, damping=value.damping, **given))
-        return LOOPS.text(value)
+        lag, filters, core = getattr(value, "lag", 0.0), list[Any](), value
+        while hasattr(core, "loop"):
+            filters = [*([] if isinstance(core, Lagged) else [core.filter]), *filters]
+            core = core.loop
+        if around(core, lag, tuple(filters)) != value:
+            raise ValueError("a project file has one lag of the torque, behind its filters; use this loop in Python")
+        more = group_text(LoopSpec(**({"lag": lag} if lag else {}), **({"filters": filters} if filters else {})))
+        return ", ".join(filter(None, [LOOPS.text(core)[:-1], more[1:-1]])) + "}"
 
     def part(self, value: Any, key: str) -> Row | None:
         gains = LOOPS.part(value, key) if isinstance(value, dict) else None
@@ -224,7 +221,7 @@ def project_entry(model: Any) -> str:
     TypeError
         If it is not a model object.
     """
-    kind = LOOPS if isinstance(model, SpeedLoop | PositionLoop) else LAW
+    kind = LOOPS if isinstance(model, tuple(loop_types().values())) else LAW
     text, found = kind.text(checked(model)), list[Wrong]()
     read(kind, read_yaml(f"law: {text}").content["law"], Place((), found))
     if found:

@@ -178,6 +178,21 @@ class Quantity(Kind):
 
 
 @dataclass(frozen=True)
+class Bandwidth(Quantity):
+    """A bandwidth in rad/s: of a loop, unlike a shaft, it may be in Hz."""
+
+    def read(self, value: object, place: Place) -> float:
+        if isinstance(value, str) and "rad" in value:
+            return number(value, "rad/s", "positive")
+        if isinstance(value, str) and re.search("rpm|rev|turn|deg", value):
+            raise ValueError(f"{shown(value)} is a speed of a shaft, not a bandwidth; write 30 Hz or 188 rad/s")
+        return tau * number(value, "Hz", "positive")
+
+    def text(self, value: Any) -> str:
+        return f"{value!r} rad/s"
+
+
+@dataclass(frozen=True)
 class Whole(Kind):
     """A whole number between two ends, with what to write for one, and what to say of one beyond the ends."""
 
@@ -330,6 +345,7 @@ def _known(ends: Schema) -> Schema:
 
 
 PHASE = Quantity("rad", check=_turns)
+BANDWIDTH = Bandwidth("Hz", "positive")
 FILE_NAME = Text(
     plain_file, lambda: {"pattern": "^[^/\\\\:.][^/\\\\:]*$"}, sample="the name of a file beside the project file"
 )

@@ -15,8 +15,10 @@ from ...base.quantities import checked
 from ...compile.tree import is_model
 from ...model.laws import friction, hysteresis, measured, springs
 from ...model.train import motion
+from ...model.train.filters import FILTERS
 from ..yaml_text import Located, Problem, kind_of, name, shown
 from .kinds import (
+    BANDWIDTH,
     FILE_NAME,
     PHASE,
     Items,
@@ -103,7 +105,16 @@ def _kind_of(hint: object, cls: type, key: str) -> Kind:
     if hint is int:
         return Whole(1 if key in ("n", "order") else None)
     unit = get_args(hint)[1]
+    if unit == "rad/s" and cls in FILTERS:
+        return BANDWIDTH
+    if unit == "1/s":
+        return Quantity(unit, "positive", check=_no_frequency)
     return PHASE if key == "phase" else Quantity(unit, SIGN_OF.get(unit, "any") if cls.__module__ in SPRINGS else "any")
+
+
+def _no_frequency(_: float, text: str) -> None:
+    if "hz" in text.lower():
+        raise ValueError(f"{text!r} may be turns or radians a second; write it in 1/s, for example 30 1/s")
 
 
 def line_of(thing: Any) -> str:

@@ -6,7 +6,12 @@ from .controls import Free as Free
 from .controls import Held as Held
 from .controls import PositionLoop as PositionLoop
 from .controls import SpeedLoop as SpeedLoop
+from .controls import CascadeLoop as CascadeLoop
 from .controls import Lagged as Lagged
+from .filters import Filtered as Filtered
+from .filters import LowPassFilter as LowPassFilter
+from .filters import NotchFilter as NotchFilter
+from .filters import BiquadFilter as BiquadFilter
 from .controls import Tuning as Tuning
 from .controls import from_bandwidth as from_bandwidth
 from .shafts import Elastic as Elastic

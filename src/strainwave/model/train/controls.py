@@ -8,17 +8,18 @@ and `states`: x [rad] and v [rad/s] are the deviations of the motor's angle and 
 Loops as they are specified, by bandwidth and damping, and the gains that this gives on an inertia.
 """
 
-from math import pi, sqrt
+from math import isclose, pi, sqrt
 from typing import Any, Literal, NamedTuple
 
-from ...base.law import class_of, depends, has, share, torque_of, z_rate_of
+from ...base.law import class_of, depends, has, share, states_of, torque_of, z_rate_of
 from ...base.protocols import lacking
-from ...base.quantities import AngularSpeed, Damping, Inertia, Ratio, Time, TorsionalStiffness, number, shown
+from ...base.quantities import AngularSpeed, Damping, Inertia, Rate, Ratio, Time, TorsionalStiffness, number, shown
 from ...compile.jit import chosen
 
 FASTEST = 0.5  # bandwidth [rad/s] times lag [s]: there the lag takes 27 degrees of phase
 HERTZ = 2.0 * pi  # rad/s
-KINDS = ("position", "speed")
+KINDS = ("position", "speed", "cascade")
+OUTER = 0.25  # of the bandwidth of a cascade's speed loop: the gain K_v of the position loop around it
 
 
 class Free(NamedTuple):
@@ -99,12 +100,44 @@ class SpeedLoop(NamedTuple):
         _gains_not_negative(self)
 
 
+class CascadeLoop(NamedTuple):
+    """P position loop around a PI speed loop, as servo drives have it: torque -K_p (w + int w/T_n), w = v + K_v x.
+
+    x and v are the deviations from the reference, whose speed is fed forward. The one state z [rad] is the integral of
+    w: it holds any mean torque, so that the motor's angle stays on its reference in the mean.
+    """
+
+    K_v: Rate
+    K_p: Damping
+    T_n: Time
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque [N*m] against the deviation x [rad], its rate v [rad/s] and the integral z = (z,) [rad]."""
+        return self.K_p * (v + self.K_v * x + z[0] / self.T_n)
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rate (z',) [rad/s] of the integral."""
+        return (v + self.K_v * x + 0.0 * z[0],)
+
+    def check(self) -> None:
+        """Refuse gains and a time that are not positive (ValueError)."""
+        for name, value in zip(self._fields, self, strict=True):
+            if not value > 0.0:
+                remedy = "without a position or an integral part take a SpeedLoop or a PositionLoop"
+                raise ValueError(f"CascadeLoop.{name} is {value:g}; it must be positive, {remedy}")
+
+
 class Lagged(NamedTuple):
     """A loop whose torque follows with the first-order lag of its current loop: lag T' + T = torque of the loop.
 
-    `loop` is a `PositionLoop` or a `SpeedLoop`. The one state z [N*m] is T less the part K_d v/lag that answers an
-    acceleration at once, so that none is differentiated: T = z + K_d v/lag, z' = (K_i x + K_p v - T)/lag. Unlike
-    its `loop` alone it can make a train unstable.
+    `loop` is a `PositionLoop`, a `SpeedLoop`, a `CascadeLoop`, or one that is `Filtered`. The first state z [N*m] is T
+    less the part K_d v/lag that answers an acceleration at once, so that none is differentiated: T = z + K_d v/lag,
+    z' = (torque of the loop - T)/lag; those of the loop follow. A lag can make a train unstable that a `PositionLoop`
+    or a `SpeedLoop` alone does not.
     """
 
     loop: Any
@@ -112,22 +145,47 @@ class Lagged(NamedTuple):
 
     def states(self) -> int:
         """Number of internal states."""
-        return 1
+        return 1 + states_inside(self)
 
     def torque(self, x: Any, v: Any, z: Any) -> Any:
-        """Torque [N*m] against the deviation, of its rate v [rad/s] and z = (z,) [N*m]."""
+        """Torque [N*m] against the deviation, of its rate v [rad/s] and the states z, the first [N*m]."""
         return z[0] + inertia_of(self.loop) / self.lag * v
 
     def z_rate(self, x: Any, v: Any, z: Any) -> Any:
-        """Rate (z',) [N*m/s] of the internal state."""
-        return ((self.loop.torque(x, v) - self.torque(x, v, z)) / self.lag,)
+        """Rates of the internal states, the first [N*m/s]."""
+        wanted = torque_of(self.loop, x, v, z[1:])
+        return ((wanted - self.torque(x, v, z)) / self.lag, *z_rate_of(self.loop, x, v, z[1:]))
 
     def check(self) -> None:
         """Refuse a lag that is not positive (ValueError) and a loop of another kind (TypeError)."""
         if not self.lag > 0.0:
             raise ValueError(f"Lagged.lag is {self.lag:g} s; it must be positive, without a lag give the loop itself")
-        if lacking(self.loop, "torque") or depends(self.loop) != 2:
-            raise TypeError(f"Lagged.loop is {shown(self.loop)}; it must be a PositionLoop or a SpeedLoop")
+        need_loop(self)
+
+
+def states_inside(control: Any) -> int:
+    """Number of states of the loop inside a lag or a filter, whose first field it is."""
+    return states_of((control.types if hasattr(control, "instance_class") else control)[0])
+
+
+def need_loop(control: Any) -> None:
+    """Refuse what is no loop of the motor inside a lag or a filter (TypeError)."""
+    loop = control.loop
+    if lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | Commanded):
+        what = f"{type(control).__name__}.loop is {shown(loop)}"
+        raise TypeError(f"{what}; it must be a PositionLoop, a SpeedLoop or a CascadeLoop, or one of these Filtered")
+    if not lacking(loop, "check"):
+        loop.check()
+
+
+def core_of(control: Any) -> Any:
+    """The loop inside the lags and filters of its torque."""
+    return core_of(control.loop) if hasattr(control, "loop") else control
+
+
+def with_core(control: Any, core: Any) -> Any:
+    """Another loop inside the same lags and filters."""
+    return control._replace(loop=with_core(control.loop, core)) if hasattr(control, "loop") else core
 
 
 class Nudged(NamedTuple):
@@ -216,16 +274,18 @@ def _no_inertia(control: Any) -> Any:
 
 
 class Tuning(NamedTuple):
-    """Bandwidth [rad/s], damping ratio and kind of a loop, and the lag [s] of its current loop."""
+    """Bandwidth [rad/s], damping ratio and kind of a loop, the lag [s] of its current loop, filters of its torque."""
 
     bandwidth: AngularSpeed
     damping: Ratio = 0.7
-    kind: Literal["position", "speed"] = "position"
+    kind: Literal["position", "speed", "cascade"] = "position"
     lag: Time = 0.0
+    filters: tuple[Any, ...] = ()
 
     def __str__(self) -> str:
         lag = f", lag {1e3 * self.lag:.4g} ms" if self.lag else ""
-        return f"{self.kind} loop of {self.bandwidth / HERTZ:.4g} Hz, damping {self.damping:.3g}{lag}"
+        name = "cascade" if self.kind == "cascade" else f"{self.kind} loop"
+        return f"{name} of {self.bandwidth / HERTZ:.4g} Hz, damping {self.damping:.3g}{lag}"
 
 
 USUAL = Tuning(30.0 * HERTZ)
@@ -236,14 +296,15 @@ def from_bandwidth(
     inertia: float,
     damping: float = USUAL.damping,
     *,
-    kind: Literal["position", "speed"] = "position",
+    kind: Literal["position", "speed", "cascade"] = "position",
     lag: float = 0.0,
 ) -> Any:
     """Return the loop with a bandwidth omega_b and a damping ratio zeta on the inertia that it turns.
 
     On a rigid drive the closed loop is J s^2 + 2 zeta omega_n J s + J omega_n^2. A position loop has omega_n = omega_b:
     K_p = J omega_b^2, K_d = 2 zeta J omega_b. A speed loop has 2 zeta omega_n = omega_b, where its proportional part
-    crosses over: K_p = J omega_b, K_i = K_p omega_b/(4 zeta^2), which with zeta = 1 is the usual K_p omega_b/4.
+    crosses over: K_p = J omega_b, K_i = K_p omega_b/(4 zeta^2), which with zeta = 1 is the usual K_p omega_b/4. A
+    cascade has this speed loop, T_n = K_p/K_i = 4 zeta^2/omega_b, and K_v = omega_b/4 around it.
 
     Parameters
     ----------
@@ -253,14 +314,14 @@ def from_bandwidth(
         J [kg*m^2, motor side]: that of the motor with the wave generator, and that of the rigid load over N^2.
     damping : float
         Damping ratio zeta of the poles.
-    kind : {"position", "speed"}
-        A PD loop of the angle, or a PI loop of the speed.
+    kind : {"position", "speed", "cascade"}
+        A PD loop of the angle, a PI loop of the speed, or a P loop of the angle around it.
     lag : float
         First-order lag [s] of the torque, that of the current loop; 0 for none.
 
     Returns
     -------
-    PositionLoop or SpeedLoop, or Lagged of one
+    PositionLoop, SpeedLoop or CascadeLoop, or Lagged of one
 
     Raises
     ------
@@ -276,7 +337,7 @@ def from_bandwidth(
     omega, zeta = number("bandwidth [rad/s]", bandwidth, positive=True), number("damping", damping, positive=True)
     lag = number("lag [s]", lag)
     if kind not in KINDS:
-        raise ValueError(f"kind is {shown(kind)}; it must be 'position' or 'speed'")
+        raise ValueError(f"kind is {shown(kind)}; it must be 'position', 'speed' or 'cascade'")
     if lag < 0.0:
         raise ValueError(f"lag [s] is {lag:g}; it must be zero or more")
     if omega * lag > FASTEST:
@@ -284,15 +345,19 @@ def from_bandwidth(
             f"a bandwidth of {omega / HERTZ:.4g} Hz is above half the inverse lag, {FASTEST / lag / HERTZ:.4g} Hz for "
             f"{1e3 * lag:.4g} ms; lower the bandwidth, or the lag"
         )
-    position = PositionLoop(J * omega * omega, 2.0 * zeta * J * omega)
-    loop = position if kind == "position" else SpeedLoop(J * omega, 0.25 * J * omega * omega / (zeta * zeta))
+    loop: Any = PositionLoop(J * omega * omega, 2.0 * zeta * J * omega)
+    if kind == "speed":
+        loop = SpeedLoop(J * omega, 0.25 * J * omega * omega / (zeta * zeta))
+    elif kind == "cascade":
+        loop = CascadeLoop(OUTER * omega, J * omega, 4.0 * zeta * zeta / omega)
     return Lagged(loop, lag) if lag else loop
 
 
 def tuning_of(control: Any, inertia: float) -> Tuning | None:
     """Bandwidth and damping that the gains of a loop give on an inertia [kg*m^2], as `from_bandwidth` takes them.
 
-    A gain K_d of a speed loop counts as inertia. None of another control, and of one without damping or stiffness.
+    A gain K_d of a speed loop counts as inertia. None of another control, of one without damping or stiffness, and of a
+    cascade with another K_v.
     """
     loop, lag = (control.loop, control.lag) if isinstance(control, Lagged) else (control, 0.0)
     if isinstance(loop, PositionLoop) and loop.K_p > 0.0 and loop.K_d > 0.0:
@@ -300,11 +365,6 @@ def tuning_of(control: Any, inertia: float) -> Tuning | None:
     if isinstance(loop, SpeedLoop) and loop.K_p > 0.0 and loop.K_i > 0.0:
         J = inertia + loop.K_d
         return Tuning(loop.K_p / J, 0.5 * loop.K_p / sqrt(loop.K_i * J), "speed", lag)
+    if isinstance(loop, CascadeLoop) and isclose(loop.K_v, OUTER * loop.K_p / inertia, rel_tol=1e-9):
+        return Tuning(loop.K_p / inertia, 0.5 * sqrt(loop.T_n * loop.K_p / inertia), "cascade", lag)
     return None
-
-
-def control_of(loop: Any, inertia: float) -> Any:
-    """Control of a loop as it was read, on the inertia [kg*m^2, motor side] that it turns."""
-    if not isinstance(loop, Tuning):
-        return loop
-    return from_bandwidth(loop.bandwidth, inertia, loop.damping, kind=loop.kind, lag=loop.lag)

@@ -38,6 +38,7 @@ class TrainPart:
     laws: tuple[Any, ...]
     follows: bool
     loose: int
+    integral: Floats
     values: Floats
     rates: Floats
     disturbed: Any
@@ -84,7 +85,7 @@ def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
     if any(k is None and depends(law) != 1 for k, (_, _, law) in zip(stiffnesses, chain, strict=True)):
         return None
     part = _assembled(train, at_load, control, drags, stiffnesses)
-    return part if at_load or part.loose < 0 or _in_balance(part) else None
+    return part if at_load or part.loose < 0 or np.any(part.integral) or _in_balance(part) else None
 
 
 def _angle_is_steady(train: Any) -> bool:
@@ -126,13 +127,29 @@ def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses:
     values, rates = _states(
         n, held, motor_count, [places[i] for i in range(len(chain))], motor_at, N, train.motor.free, at_load
     )
-    loose = motor_at if not held and not np.any(K[motor_at]) and not np.any(K[:, motor_at]) else -1
+    integral = np.zeros(n)
+    if not held:
+        integral[indices] = _means(control[0])
+    integrates = np.any(integral)
+    loose = motor_at if integrates or not (held or np.any(K[motor_at]) or np.any(K[:, motor_at])) else -1
     laws = (train.law, *(chain[i][2] for i in soft))
     follows = not held and not isinstance(train.error, NoError)
-    disturbed = train if loose < 0 else train._replace(motor=_weakly_held(train.motor, train.omega))
+    disturbed = train if loose < 0 or integrates else train._replace(motor=_weakly_held(train.motor, train.omega))
     return TrainPart(
-        train, M, C, K, per_speed, laws, follows, loose, values, rates, disturbed, motor, angle
+        train, M, C, K, per_speed, laws, follows, loose, integral, values, rates, disturbed, motor, angle
     )  # fmt: skip
+
+
+def _means(stiffness: Floats) -> Floats:
+    """Mean deviation, 0, and states of an integrating control that holds a torque of 1 N*m; zeros of another.
+
+    Its states rest where K z is 0 in all rows but the first, which is the torque: where that leaves the deviation no
+    choice, the control holds any torque.
+    """
+    *_, held = np.linalg.svd(stiffness[1:])[2] if len(stiffness) > 1 else [np.zeros(1)]
+    torque = float(stiffness[0] @ held)
+    integrates = np.linalg.matrix_rank(stiffness[1:]) == len(stiffness) - 1 and abs(held[0]) < ROUNDING and torque
+    return held / torque if integrates else np.zeros(len(stiffness))
 
 
 def _states(

@@ -13,12 +13,13 @@ from ...drive.operating_point import operating_state
 from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
-from ...model.controllers.loops import SampledPD
+from ...model.controllers.loops import Cascade, SampledPD
 from ...model.excitation import Harmonic, Harmonics
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
-from ...model.train.controls import USUAL, Commanded, Lagged, PositionLoop, SpeedLoop, from_bandwidth
+from ...model.train.controls import USUAL, CascadeLoop, Commanded, Lagged, PositionLoop, SpeedLoop, from_bandwidth
 from ...model.train.drive_train import DriveTrain
+from ...model.train.filters import Filtered
 from ...model.train.motion import AngleTorque, Steady
 from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
 from ..analysis.remedies.knobs import stiffer
@@ -237,6 +238,13 @@ def _sampled(control: Any, inertia: float, sampling: Sampling, remarks: list[str
         if control.K_d:
             remarks.append("The gain K_d of the speed loop, which acts as inertia, is left out of the sampled loop.")
         return SampledPD(control.K_i, control.K_p, period)
+    if isinstance(control, CascadeLoop):
+        return Cascade(control.K_v, control.K_p, control.K_p / control.T_n, period)
+    if isinstance(control, Filtered):
+        raise ValueError(
+            "motor.loop has filters, which the sampled loop of a compensation has not; leave them out, or give `loop`, "
+            "a controller with its own"
+        )
     if depends(control) == 1 and not lacking(control, "torque"):
         remarks.append(f"The drive's own motor is {type(control).__name__}; a loop is needed to sample.")
     loop = from_bandwidth(USUAL.bandwidth, inertia)

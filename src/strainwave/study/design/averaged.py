@@ -27,8 +27,9 @@ from ...base.results import Floats, SolveError
 from ...drive.train_curve import POINTS, crest_in
 from ...model.excitation import Harmonic, KinematicError
 from ...model.oscillator import Oscillator
-from ...model.train.controls import Lagged, PositionLoop, SpeedLoop
+from ...model.train.controls import CascadeLoop, Lagged, PositionLoop, SpeedLoop
 from ...model.train.drive_train import DriveTrain
+from ...model.train.filters import Filtered
 from ...model.train.train_forms import AtLoad
 from ...numerics.balance.linear_part import one_harmonic
 from ...numerics.curves.over_a_turn import traced_turn
@@ -126,6 +127,11 @@ def loop_stiffness(loop: Any, s: Any) -> Any:
     """Torque of a loop over the deviation of the motor [N*m/rad] at s = i omega [1/s]."""
     if isinstance(loop, Lagged):
         return loop_stiffness(loop.loop, s) / (1.0 + loop.lag * s)
+    if isinstance(loop, Filtered):
+        w, a, b, h = loop.filter.shape()
+        return loop_stiffness(loop.loop, s) * (h * s * s + b * s + w * w) / (s * s + a * s + w * w)
+    if isinstance(loop, CascadeLoop):
+        return loop.K_p * (s + loop.K_v) * (1.0 + 1.0 / (loop.T_n * s))
     if isinstance(loop, PositionLoop):
         return loop.K_p + loop.K_d * s
     if isinstance(loop, SpeedLoop):

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import click
 
 from ....base.archive import atomic
-from ....files.fields.entries import BANDWIDTH
-from ....files.fields.kinds import Place, number
+from ....files.fields.kinds import BANDWIDTH, Place, number
 from ....files.fields.schema import TITLE
 from ....files.reading import from_text
 from ....files.reference import NAME, project_schema, reference, template

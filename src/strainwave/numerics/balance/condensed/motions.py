@@ -167,7 +167,23 @@ def coordinates(problem: Any, points: Floats) -> Any:
     blocks[:, 0] += errors(problem, blocks)
     s = np.empty((len(points), *problem.stiff[0].shape), complex)
     condense(problem.pencil, base_speed(problem, points[:, -1]), 1.0, s, np.empty_like(s))
-    return eliminated(problem.pencil, s, np.moveaxis(to_complex(blocks), 1, 2))
+    p = eliminated(problem.pencil, s, np.moveaxis(to_complex(blocks), 1, 2))
+    if np.any(problem.part.integral):
+        p[:, 0] += held_torque(problem, points, s, p)[:, None] * problem.part.integral
+    return p
+
+
+def held_torque(problem: Any, points: Floats, s: Any, p: Any) -> Floats:
+    """Mean torque [N*m] (points,) that a control holds, from the balance of its motor and what `condense` left in s."""
+    loose, n = problem.pencil.loose, s.shape[2]
+    torque = s[:, 0, loose, n].real - np.sum(s[:, 0, loose, :loose].real * p[:, 0, :loose].real, axis=1)
+    if not problem.part.follows:
+        return np.asarray(torque)
+    seen = len(problem.blocks)
+    gear = s[:, :, 0, n] - np.sum(s[:, :, 0, :seen] * p[:, :, :seen], axis=2)
+    angles = problem.angles + problem.series(points)[:, -1] @ problem.synthesis
+    slope = problem.part.error.slope(angles) + 0.0 * angles
+    return np.asarray(torque + np.mean(slope * (to_real(gear) @ problem.synthesis), axis=1))
 
 
 def states(problem: Any, points: Floats) -> Floats:

@@ -18,7 +18,8 @@ class Pencil(NamedTuple):
     """Matrices (3, n, n) of inertia, damping and stiffness, and forces; coordinates from `kept` on are eliminated.
 
     `forces` are complex (n, H+1): F_k exp(i k psi), the mean first; `per_speed` constant ones per base speed. `rate`
-    is the frequency of harmonic 1 over the base speed. The coordinate `loose` has no mean (-1: there is none).
+    is the frequency of harmonic 1 over the base speed. The coordinate `loose` has no mean (-1: there is none), nor have
+    the `controls` coordinates behind it, states of its control.
     """
 
     matrices: Floats
@@ -26,6 +27,7 @@ class Pencil(NamedTuple):
     per_speed: Floats
     kept: int
     loose: int
+    controls: int
     rate: float
 
 
@@ -46,7 +48,7 @@ def _condense_loops(pencil: Any, omega: float, factor: float, s: Any, d: Any) ->
                 s[k, i, n] = factor * pencil.forces[i, k]
                 d[k, i, n] = 0.0
         for pivot in range(n - 1, pencil.kept - 1, -1):
-            if k == 0 and pivot == pencil.loose:
+            if k == 0 and pencil.loose <= pivot <= pencil.loose + pencil.controls:
                 continue
             inverse = 1.0 / s[k, pivot, pivot]
             for i in range(pivot):
@@ -75,7 +77,7 @@ def condense(pencil: Any, omega: Any, factor: float, s: Any, d: Any) -> None:
     s[..., 0, :, n] = pencil.forces[:, 0] + pencil.per_speed * omega[..., 0, 0]
     d[..., 0, :, n] = pencil.per_speed
     for pivot in range(n - 1, pencil.kept - 1, -1):
-        first = 1 if pivot == pencil.loose else 0
+        first = 1 if pencil.loose <= pivot <= pencil.loose + pencil.controls else 0
         columns = [*range(pivot), n]
         entries, slopes = s[..., first:, :, :], d[..., first:, :, :]
         inverse = 1.0 / entries[..., pivot, pivot][..., None]
@@ -92,7 +94,7 @@ def eliminated(pencil: Any, s: Any, kept: Any) -> Any:
     p = np.zeros((*kept.shape[:-1], n), complex)
     p[..., : pencil.kept] = kept
     for out in range(pencil.kept, n):
-        first = 1 if out == pencil.loose else 0
+        first = 1 if pencil.loose <= out <= pencil.loose + pencil.controls else 0
         row = s[..., first:, out, :]
         known = np.sum(row[..., :out] * p[..., first:, :out], axis=-1)
         p[..., first:, out] = (row[..., n] - known) / row[..., out]

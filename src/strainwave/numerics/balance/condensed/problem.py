@@ -292,7 +292,7 @@ def assembled(
     count, n = len(part.laws) + part.follows, len(part.inertia)
     pencil = Pencil(
         np.array([part.inertia, part.damping, part.stiffness]), to_complex(forces), part.per_speed, count, part.loose,
-        step / turns,
+        int(np.sum(~np.any(part.inertia, axis=1))) if part.loose >= 0 else 0, step / turns,
     )  # fmt: skip
     gear: Any = Prescribed((part.error.value(angles) + 0.0 * angles) @ back)
     if part.follows:

@@ -17,7 +17,7 @@ from ....drive.loop_margin import fastest_growth
 from ....drive.project import Project
 from ....drive.train_curve import largest_oscillation
 from ....model.drive import Drive
-from ....model.train.controls import FASTEST, HERTZ, Lagged, PositionLoop, SpeedLoop
+from ....model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ....model.train.drive_train import DriveTrain
 from ..resonances import operating_point
 
@@ -127,11 +127,13 @@ def knobs(subject: Subject, series: Floats, torque: float) -> Iterator[Knob]:
 def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
     """Bandwidth and damping of the motor's loop, as `from_bandwidth` takes them."""
     control = train.motor.control
-    loop, lag = (control.loop, control.lag) if isinstance(control, Lagged) else (control, 0.0)
+    loop, lag = core_of(control), getattr(control, "lag", 0.0)
     inertia = train.loop_inertia
     if isinstance(loop, SpeedLoop):
         inertia += loop.K_d
         tuning = loop.K_p / inertia, 0.5 * loop.K_p / (loop.K_i * inertia) ** 0.5 if loop.K_i > 0.0 else 0.0
+    elif isinstance(loop, CascadeLoop):
+        tuning = loop.K_p / inertia, 0.5 * (loop.T_n * loop.K_p / inertia) ** 0.5
     elif isinstance(loop, PositionLoop):
         stiff = loop.K_p > 0.0
         tuning = (loop.K_p / inertia) ** 0.5, 0.5 * loop.K_d / (loop.K_p * inertia) ** 0.5 if stiff else 0.0
@@ -142,9 +144,9 @@ def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
     def turned(change: Callable[[float], Any], wider: float) -> Subject | str:
         if bandwidth * wider * lag > FASTEST:
             return f"the bandwidth would be above half the inverse lag, {FASTEST / lag / HERTZ:.4g} Hz"
-        new = change(wider)
-        other = train._replace(motor=train.motor._replace(control=Lagged(new, lag) if lag else new))
-        if lag and (pole := fastest_growth(other)).real > ROUNDING * abs(pole):
+        other = train._replace(motor=train.motor._replace(control=with_core(control, change(wider))))
+        moves = control is not loop or isinstance(loop, CascadeLoop)
+        if moves and (pole := fastest_growth(other)).real > ROUNDING * abs(pole):
             return "the loop would be unstable"
         return subject._replace(train=other)
 
@@ -158,6 +160,8 @@ def _of_bandwidth(loop: Any) -> Callable[[float], Any]:
     """The loop with a bandwidth so many times as large, on the same inertia and with the same damping."""
     if isinstance(loop, SpeedLoop):
         return lambda b: loop._replace(K_p=b * loop.K_p, K_i=b * b * loop.K_i)
+    if isinstance(loop, CascadeLoop):
+        return lambda b: CascadeLoop(b * loop.K_v, b * loop.K_p, loop.T_n / b)
     return lambda b: loop._replace(K_p=b * b * loop.K_p, K_d=b * loop.K_d)
 
 
@@ -165,6 +169,8 @@ def _damped(loop: Any, times: float) -> Any:
     """The loop with so many times the damping ratio and the same bandwidth."""
     if isinstance(loop, SpeedLoop):
         return loop._replace(K_i=loop.K_i / (times * times))
+    if isinstance(loop, CascadeLoop):
+        return loop._replace(T_n=times * times * loop.T_n)
     return loop._replace(K_d=times * loop.K_d)
 
 

@@ -1,0 +1,220 @@
+"""A cascade with filters and lag: closed loops by complex algebra, margins by python-control, motions by SciPy."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import strainwave as sw
+from strainwave.files.reading import from_text
+from strainwave.model.train.controls import tuning_of
+from strainwave.model.train.filters import around
+
+N, B = 100.0, 25.0
+HZ = 2.0 * math.pi
+
+
+class Axis:
+    """A random axis under a cascade, and its transfer functions, polynomials in s with the highest power first."""
+
+    def __init__(self, seed):
+        chance = np.random.default_rng(seed)
+        self.J_m, self.J_l, self.K = chance.uniform(3e-4, 6e-4), chance.uniform(2.0, 6.0), chance.uniform(3e4, 9e4)
+        self.mean, self.omega = chance.uniform(-100.0, 100.0), chance.uniform(30.0, 200.0)
+        J, bandwidth = self.J_m + self.J_l / N**2, HZ * chance.uniform(20.0, 40.0)
+        self.gains = bandwidth / 5.0 * chance.uniform(0.5, 1.0), J * bandwidth, chance.uniform(5.0, 8.0) / bandwidth
+        self.lag = chance.choice([0.0, 4e-4])
+        self.filters = tuple(self.filter(chance, kind) for kind in chance.integers(0, 3, chance.integers(0, 3)))
+        self.control = around(sw.train.CascadeLoop(*self.gains), self.lag, self.filters)
+
+    @staticmethod
+    def filter(chance, kind):
+        w = HZ * chance.uniform(200.0, 400.0)
+        if kind == 0:
+            return sw.train.LowPassFilter(w, chance.uniform(0.5, 1.0))
+        if kind == 1:
+            return sw.train.NotchFilter(w, 0.4 * w, chance.uniform(0.05, 0.5))
+        return sw.train.BiquadFilter(w, 0.7, 1.3 * w, chance.uniform(0.1, 0.5))
+
+    def controller(self):
+        K_v, K_p, T_n = self.gains
+        above, below = K_p * np.polymul([1.0, K_v], [1.0, 1.0 / T_n]), np.array([1.0, 0.0])
+        for one in self.filters:
+            if isinstance(one, sw.train.LowPassFilter):
+                top, bottom = [1.0], [1.0 / one.frequency**2, 2.0 * one.damping / one.frequency, 1.0]
+            elif isinstance(one, sw.train.NotchFilter):
+                top = [1.0, one.depth * one.width, one.frequency**2]
+                bottom = [1.0, one.width, one.frequency**2]
+            else:
+                top = [1.0 / one.zero_frequency**2, 2.0 * one.zero_damping / one.zero_frequency, 1.0]
+                bottom = [1.0 / one.frequency**2, 2.0 * one.damping / one.frequency, 1.0]
+            above, below = np.polymul(above, top), np.polymul(below, bottom)
+        return above, np.polymul(below, [self.lag, 1.0]) if self.lag else below
+
+    def train(self, law=None, **given):
+        drive = sw.Drive(self.J_m, self.J_l, N, B, law or sw.Linear(self.K))
+        return drive.train(control=self.control, omega=self.omega, **given)
+
+
+AXES = range(20)
+
+
+@pytest.mark.parametrize("seed", AXES)
+def test_the_steady_motion_is_that_of_complex_algebra_and_the_integral_holds_the_mean(seed):
+    axis = Axis(seed)
+    orbit = sw.find_orbit(axis.train(load_torque=sw.Harmonic(20.0, 1, mean=axis.mean)))
+    s = 1j * axis.omega
+    above, below = axis.controller()
+    gear = axis.K + B * s
+    matrix = [
+        [axis.J_m * s * s + np.polyval(above, s) / np.polyval(below, s) + gear / N**2, -gear / N],
+        [-gear / N, axis.J_l * s * s + gear],
+    ]
+    motor, load = np.linalg.solve(np.array(matrix), [0.0, 20.0])
+    assert orbit.amplitude(1) == pytest.approx(abs(motor / N - load), rel=1e-9)
+    x, _, motor_at, *_ = orbit.coefficients[0]
+    assert x == pytest.approx(-axis.mean / axis.K, rel=1e-9)  # the gear's twist alone: the motor does not give way
+    assert abs(motor_at) < 1e-12
+    assert orbit.stable
+
+
+@pytest.mark.parametrize("seed", AXES)
+def test_margins_are_those_of_python_control(seed):
+    control = pytest.importorskip("control")
+    axis = Axis(seed)
+    gear, load = np.array([B / N, axis.K / N]), [axis.J_l, B, axis.K]
+    plant_below = np.polysub(np.polymul([axis.J_m, *(gear / N)], load), np.polymul(gear, gear))
+    plant_below[-2:] = 0.0  # a free body: two poles at 0
+    above, below = axis.controller()
+    loop = control.tf(np.polymul(above, load), np.polymul(below, plant_below))
+    gain, phase, _, _, phase_at, _ = control.stability_margins(loop, returnall=True)
+    found = sw.margins(axis.train())
+    np.testing.assert_allclose(found.gain_crossings, np.sort(phase_at), rtol=1e-6)
+    np.testing.assert_allclose(np.degrees(found.phase_margins), np.asarray(phase)[np.argsort(phase_at)], atol=1e-4)
+    np.testing.assert_allclose(np.sort(found.gain_margins), np.sort(gain), rtol=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, 7])
+def test_a_nonlinear_axis_with_its_error_moves_as_equations_written_by_hand(seed):
+    axis, error = Axis(seed), sw.KinematicError((sw.Line(1, 4e-5, 0.3), sw.Line(2, 1.2e-4)))
+    law = sw.Cubic(axis.K, 3e5)
+    orbit = sw.find_orbit(axis.train(law, kinematic_error=error, load_torque=sw.Harmonic(0.0, mean=axis.mean)))
+    K_v, K_p, T_n = axis.gains
+    w, count = axis.omega, len(axis.filters)
+
+    def rates(t, y):
+        d, speed, load, load_speed, integral, *states = y
+        angle, turning = w * t + d, w + speed
+        e = sum(line.amplitude * math.cos(line.order * angle + line.phase) for line in error.lines)
+        slope = sum(-line.order * line.amplitude * math.sin(line.order * angle + line.phase) for line in error.lines)
+        u = angle / N - load - e
+        torque = axis.K * u * (1.0 + 3e5 * u * u) + B * (turning / N - load_speed - slope * turning)
+        aside = speed + K_v * d
+        given, own = K_p * (aside + integral / T_n), []
+        for i, one in enumerate(
+            axis.filters
+        ):  # p'' + a p' + w^2 p = input, output h input + (b - h a) p' + (1 - h) w^2 p
+            p, rate = states[2 * i : 2 * i + 2]
+            W, a, b, h = one.shape()
+            own += [rate, given - a * rate - W * W * p]
+            given = h * given + (b - h * a) * rate + (1.0 - h) * W * W * p
+        if axis.lag:
+            own.append((given - states[-1]) / axis.lag)
+            given = states[-1]
+        pull = torque * (1.0 / N - slope)
+        return [speed, (-given - pull) / axis.J_m, load_speed, (torque + axis.mean) / axis.J_l, aside, *own]
+
+    turn = 2.0 * math.pi / w
+    start = np.zeros(5 + 2 * count + bool(axis.lag))
+    start[3] = w / N
+    turns = math.ceil(4.0 / turn)
+    ends = solve_ivp(rates, (0.0, turns * turn), start, "DOP853", [0.0, turns * turn], rtol=1e-9, atol=1e-12).y[:, -1]
+    times = np.linspace(turns * turn, (turns + 1) * turn, 1001)
+    found = solve_ivp(rates, times[[0, -1]], ends, "DOP853", times, rtol=1e-9, atol=1e-12)
+    x = (w * found.t + found.y[0]) / N - found.y[2]
+    assert orbit.peak == pytest.approx(np.max(np.abs(x)), rel=1e-5)
+    assert orbit.coefficients[0][2] == pytest.approx(np.mean(found.y[0][:-1]), abs=1e-8)
+
+
+DRIVE = """\
+gear: {ratio: 100, law: {type: cubic, K: 5e4 N*m/rad, alpha: 1e5 1/rad^2}}
+motor: {inertia: 4.5 kg*cm^2, loop: LOOP}
+load: {inertia: 5 kg*m^2}
+damping: {ratio: 2.5 %}
+speed: {from: 200 rpm, to: 2000 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 25 arcsec}]}
+"""
+GAINS = "K_v: 30 1/s, K_p: 0.12 N*m*s/rad, T_n: 16 ms"
+FILTERS = "filters: [{type: notch, frequency: 150 Hz, width: 60 Hz}, {type: low_pass, frequency: 400 Hz}]"
+
+
+def control_of(loop, tmp_path):
+    return from_text(DRIVE.replace("LOOP", loop), tmp_path / "axis.yaml").train.motor.control
+
+
+@pytest.mark.parametrize("loop", [f"{{type: cascade, {GAINS}, lag: 0.5 ms, {FILTERS}}}", f"{{type: cascade, {GAINS}}}"])
+def test_a_project_file_gives_a_cascade_and_what_is_written_reads_back(loop, tmp_path):
+    found = control_of(loop, tmp_path)
+    project = from_text(DRIVE.replace("LOOP", loop), tmp_path / "axis.yaml")
+    again = from_text(sw.project_text(project.train), tmp_path / "axis.yaml")
+    assert again.train.motor.control == found
+    core = found
+    while hasattr(core, "loop"):
+        core = core.loop
+    assert core == sw.train.CascadeLoop(30.0, 0.12, 0.016)
+
+
+def test_a_cascade_by_its_bandwidth_has_the_speed_loop_of_that_bandwidth(tmp_path):
+    found = control_of("{type: cascade, bandwidth: 30 Hz, damping: 1}", tmp_path)
+    J = 4.5e-4 + 5.0 / N**2
+    assert found == pytest.approx((7.5 * HZ, J * 30.0 * HZ, 4.0 / (30.0 * HZ)), rel=1e-12)
+    assert tuning_of(found, J)[:2] == pytest.approx((30.0 * HZ, 1.0))
+    filtered = control_of(f"{{type: cascade, bandwidth: 30 Hz, damping: 1, {FILTERS}}}", tmp_path)
+    assert filtered.loop.loop == found
+
+
+@pytest.mark.parametrize(
+    ("loop", "said"),
+    [
+        ("{type: cascade, K_v: 0 1/s, K_p: 0.1 N*m*s/rad, T_n: 16 ms}", "K_v: '0 1/s' is not positive"),
+        (f"{{type: cascade, {GAINS}, filters: [{{type: nothc, frequency: 150 Hz}}]}}", "did you mean 'notch'"),
+        (
+            f"{{type: cascade, {GAINS}, filters: [{{type: notch, frequency: 150 Hz}}]}}",
+            r"filters\[0\]\.width: is missing",
+        ),
+        ("{type: cascade, K_v: 30 Hz, K_p: 0.1 N*m*s/rad, T_n: 16 ms}", "may be turns or radians a second"),
+        (
+            "{type: speed, K_p: 0.1 N*m*s/rad, K_d: 1e-4 kg*m^2, " + FILTERS + "}",
+            "which no filter takes; leave K_d out",
+        ),
+    ],
+)
+def test_a_wrong_cascade_gets_its_sentence(loop, said, tmp_path):
+    with pytest.raises(ValueError, match=said):
+        control_of(loop, tmp_path)
+
+
+def test_an_unstable_cascade_is_refused_with_the_gain_at_which_it_is_stable(tmp_path):
+    loop = "{type: cascade, K_v: 2000 1/s, K_p: 0.12 N*m*s/rad, T_n: 4 ms, lag: 0.5 ms}"
+    with pytest.raises(ValueError, match=r"with K_v up to \d+ 1/s it is stable, and it has 2e\+03") as refused:
+        control_of(loop, tmp_path)
+    limit = float(str(refused.value).split("up to ")[1].split()[0])
+    motor, load, K, damping = (
+        4.5e-4,
+        5.0,
+        5e4,
+        2.0 * 0.025 * math.sqrt(5e4 * 4.5e-4 * N**2 * 5.0 / (4.5e-4 * N**2 + 5.0)),
+    )
+    gear = np.array([damping, K])
+
+    def growth(K_v):
+        above = 0.12 * np.polymul([1.0, K_v], [1.0, 250.0])
+        below = np.polymul(
+            [5e-4, 1.0, 0.0],
+            np.polysub(np.polymul([motor, *(gear / N**2)], [load, *gear]), np.polymul(gear / N, gear / N)),
+        )
+        return np.max(np.roots(np.polyadd(below, np.polymul(above, [load, *gear]))).real)
+
+    assert growth(0.98 * limit) < 0.0 < growth(1.02 * limit)
