@@ -22,7 +22,7 @@ def specification(motors, loads, held):
         load_inertias=tuple(np.geomspace(0.8, 1.6, loads)),
         speeds=(2.0 * RPM, 30.0 * RPM),
         limit=90.0 * ARCSEC,
-        motor_inertias=tuple(np.geomspace(2e-5, 1e-3, motors)),
+        rotor_inertias=tuple(np.geomspace(2e-5, 1e-3, motors)),
         damping_ratio=0.03,
         duty=duty,
         loop=None if held else sw.train.Tuning(60.0 * math.pi),

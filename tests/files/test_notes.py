@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import strainwave as sw
+from strainwave.files.notes import unsaid
 from strainwave.files.reading import from_text
 
 EXPLICIT = """\
@@ -124,5 +125,25 @@ GEARS = [name for name in sw.catalogue.names() if sw.catalogue.gear(name).input_
 
 def test_200_random_sound_drives_get_no_sentence():
     assert len(GEARS) > 100
-    found = {seed: from_text(sound(seed), Path("project.yaml")).notes for seed in range(200)}
+    projects = {seed: from_text(sound(seed), Path("project.yaml")) for seed in range(200)}
+    found = {seed: set(project.notes) - set(project.gear.notes) for seed, project in projects.items()}
     assert {seed: said for seed, said in found.items() if said} == {}
+
+
+@pytest.mark.parametrize(
+    ("gear", "said"),
+    [("SHG-40-120", "looks mistyped"), ("HFUS-58-80", "digit for digit"), ("CSG-14-50", "T1 = 0.2"), ("CSG-40-50", "")],
+)
+def test_what_the_catalogue_doubts_of_a_gear_is_a_note_of_its_project_once(gear, said):
+    text = (
+        f"gear: {gear}\nload: {{inertia: 1.3 kg*m^2}}\ndamping: {{ratio: 3 %}}\nlimit: {{oscillation: 9 deg}}\n"
+        "speed: {from: 100 rpm, to: 2000 rpm, shaft: motor}\nexcitation: {accuracy: 1 arcmin}\n"
+    )
+    project = from_text(text, Path("project.yaml"))
+    doubts = [note for note in project.notes if note.startswith(f"{gear}: ")]
+    assert all("mass" not in note for note in doubts)
+    assert any(said in note for note in doubts) if said else not doubts
+    beyond = [finding.sentence.replace("N*m", "N·m") for finding in project.judged(project.response()).findings]
+    for note in doubts:
+        assert sum(note in sentence.replace("N·m", "N*m") for sentence in [*beyond, *unsaid(doubts, beyond)]) >= 1
+        assert unsaid([note], [f"First. {note.replace('N*m', 'N·m')}"]) == []

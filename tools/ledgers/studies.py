@@ -142,7 +142,7 @@ def design():
         load_inertias=(0.8, 1.3),
         speeds=(0.5, 3.0),
         limit=4e-4,
-        motor_inertias=(5e-5, 5e-4),
+        rotor_inertias=(5e-5, 5e-4),
         damping_ratio=0.03,
         mean_torque=40.0,
         peak_torque=60.0,

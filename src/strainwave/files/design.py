@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.sentences import printable
+from ..base.units import RPM
 from ..model.excitation import KinematicError
 from ..model.gears import catalogue
 from ..study.design.result import Candidate
@@ -14,7 +15,7 @@ from .fields.groups import CATALOGUE, TORQUE, ErrorLine, ExcitationSpec, LoadTor
 from .fields.kinds import Items, Quantity, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
 from .fields.schema import INERTIA, SPEED, TITLE, DampingSpec, LimitSpec, LoadSpec, MotorSpec, ProjectSpec, SpeedSpec
-from .reading import ProjectError
+from .reading import FROM_REST, REST_NOTE, ProjectError
 from .yaml_text import Keys, Problem, as_path, name, read, refuse, text_of
 
 KIND = "specification"
@@ -46,7 +47,7 @@ class LoadsSpec(Group):
 class RangeSpec(Group):
     """Speeds of the load."""
 
-    from_: float = needed(SPEED, "2 rpm", "Lower end of the range.")
+    from_: float = needed(Quantity("rad/s", "not negative"), "2 rpm", "Lower end of the range.")
     to: float = needed(SPEED, "40 rpm", "Upper end of the range.")
 
     def check(self) -> Iterator[Wrong]:
@@ -57,7 +58,9 @@ class RangeSpec(Group):
 class MotorsSpec(Group):
     """Motors to choose from, and their loop; without one they are ideally held."""
 
-    inertias: tuple[float, ...] = needed(INERTIAS, "[0.5 kg*cm^2, 2 kg*cm^2]", "Inertias of the motors.")
+    rotor_inertias: tuple[float, ...] = needed(
+        INERTIAS, "[0.5 kg*cm^2, 2 kg*cm^2]", "Inertias of the rotors, without the wave generator."
+    )
     loop: Any = field(Loop(), EXAMPLE_LOOP, "Loop that keeps the speed of the motor.")
 
 
@@ -111,7 +114,7 @@ class SpecificationSpec(Group):
     load: LoadsSpec = needed(LoadsSpec, "{inertias: [0.8 kg*m^2, 1.3 kg*m^2]}")
     speed: RangeSpec = needed(RangeSpec, "{from: 2 rpm, to: 40 rpm}")
     limit: LimitSpec = needed(LimitSpec, "{oscillation: 60 arcsec}")
-    motor: MotorsSpec = needed(MotorsSpec, "{inertias: [0.5 kg*cm^2, 2 kg*cm^2]}")
+    motor: MotorsSpec = needed(MotorsSpec, "{rotor_inertias: [0.5 kg*cm^2, 2 kg*cm^2]}")
     damping: RatioSpec = needed(RatioSpec, "{ratio: 3 %}")
     duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), most=MOST), f"[{SEGMENT}]", "Duty cycle.", ())
     torque: TorquesSpec = field(TorquesSpec, "{mean: 40 N*m, peak: 90 N*m}", default=TorquesSpec())
@@ -164,13 +167,16 @@ def _contradictions(spec: SpecificationSpec) -> Iterator[tuple[Keys, str]]:
 def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
     lines = tuple(line.line for line in spec.excitation.kinematic_error)
     accuracy = spec.excitation.accuracy
+    low = spec.speed.from_ or FROM_REST * spec.speed.to
+    begin = () if spec.speed.from_ else (REST_NOTE.format(f"{low / RPM:.4g} rpm at the load"),)
     inertias = [*(spec.load.inertias or ()), *([] if spec.load.inertia is None else [spec.load.inertia])]
     return Specification(
         title=spec.title or printable(path.stem),
         load_inertias=tuple(inertias),
-        speeds=(spec.speed.from_, spec.speed.to),
+        speeds=(low, spec.speed.to),
+        remarks=begin,
         limit=spec.limit.oscillation,
-        motor_inertias=tuple(spec.motor.inertias),
+        rotor_inertias=tuple(spec.motor.rotor_inertias),
         loop=spec.motor.loop,
         damping_ratio=spec.damping.ratio,
         duty=tuple(DutySegment(part.torque, part.speed, part.duration) for part in spec.duty),
@@ -217,7 +223,7 @@ def design_text(specification: Specification, candidate: Candidate) -> str:
         title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
         gear=c.gear,
         motor=MotorSpec(
-            inertia=c.motor_inertia + (catalogue.gear(c.gear).input_inertia or 0.0),
+            inertia=c.motor_inertia,
             **({"mode": "held"} if spec.loop is None else {"loop": spec.loop}),
         ),
         load=LoadSpec(inertia=c.load_inertia),

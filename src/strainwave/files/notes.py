@@ -10,11 +10,12 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from ..base.law import spring_stiffness
 from ..base.units import RPM, convert
 from ..drive.project import Project, mean_of
+from ..model.gears.gear import NUMBERS
 from ..model.train.controls import PositionLoop, SpeedLoop, core_of
 from ..study.analysis.analyze import RATCHETING
 
@@ -37,11 +38,18 @@ def notes(project: Project) -> Iterator[str]:
     gear = project.gear
     if gear is None:
         return
+    yield from gear.doubts_about(*(name for name in NUMBERS if name != "mass"))
     if gear.input_inertia is not None and project.drive.J_m < gear.input_inertia:
         yield (
             f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
             f"generator of {gear.name} alone; it must include the wave generator."
         )
+
+
+def unsaid(notes: Iterable[str], sentences: Iterable[str]) -> list[str]:
+    """Notes but those in the sentences: a doubt about a limit of the gear stands with the limit."""
+    text = " ".join(sentences).replace("N·m", "N*m")
+    return [note for note in notes if note not in text]
 
 
 def load_remark(project: Project) -> tuple[str, ...]:

@@ -36,6 +36,7 @@ ACCURACY_NOTE = (
     "1 : 4 : 1 by assumption; a measured scan (strainwave error-scan) replaces the assumption."
 )
 FROM_REST = 0.01  # of the end of a range from 0: where it begins
+REST_NOTE = "The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {}."
 
 
 def resolved(spec: ProjectSpec, gear_entry: Gear | ExplicitGear, path: Path, text: str) -> Project:
@@ -79,7 +80,7 @@ def resolved(spec: ProjectSpec, gear_entry: Gear | ExplicitGear, path: Path, tex
         facts = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *facts)
     if spec.speed.from_ == 0.0:
         begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
-        facts = (*facts, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
+        facts = (*facts, REST_NOTE.format(begin))
     return replace(project, notes=facts)
 
 

@@ -14,7 +14,7 @@ title: Joint
 load: {inertia: 1.3 kg*m^2}
 speed: {from: 10 rpm, to: 30 rpm}
 limit: {oscillation: 200 arcsec}
-motor: {inertias: [1 kg*cm^2, 5 kg*cm^2], loop: {bandwidth: 30 Hz}}
+motor: {rotor_inertias: [1 kg*cm^2, 5 kg*cm^2], loop: {bandwidth: 30 Hz}}
 damping: {ratio: 3 %}
 largest: {size: 40}
 ratios: [50]

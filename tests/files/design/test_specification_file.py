@@ -14,7 +14,7 @@ GOOD = """\
 load: {inertia: 1.3 kg*m^2}
 speed: {from: 2 rpm, to: 40 rpm}
 limit: {oscillation: 90 arcsec}
-motor: {inertias: [0.5 kg*cm^2]}
+motor: {rotor_inertias: [0.5 kg*cm^2]}
 damping: {ratio: 3 %}
 torque: {mean: 40 N*m, peak: 90 N*m}
 """
@@ -32,10 +32,23 @@ def test_the_example_resolves_to_si():
     assert spec.load_inertias == (0.8, 1.3)
     assert spec.speeds == pytest.approx((2.0 * RPM, 40.0 * RPM))
     assert spec.limit == pytest.approx(90.0 * ARCSEC)
-    assert spec.motor_inertias == pytest.approx((5e-5, 1e-4, 2e-4, 5e-4))
+    assert spec.rotor_inertias == pytest.approx((5e-5, 1e-4, 2e-4, 5e-4))
     assert spec.duty[0] == pytest.approx((60.0, 20.0 * RPM, 2.0))
     assert spec.loop.bandwidth == pytest.approx(60.0 * math.pi)
     assert (spec.life, spec.largest_size, spec.damping_ratio) == pytest.approx((10_000.0, 50.0, 0.03))
+
+
+def test_a_range_from_standstill_begins_where_that_of_a_project_does(tmp_path):
+    spec = read(tmp_path, GOOD.replace("from: 2 rpm", "from: 0 rpm"))
+    assert spec.speeds == pytest.approx((0.4 * RPM, 40.0 * RPM))
+    path = tmp_path / "project.yaml"
+    path.write_text(
+        "gear: CSG-40-50\nload: {inertia: 1.3 kg*m^2}\nspeed: {from: 0 rpm, to: 40 rpm, shaft: load}\n"
+        "damping: {ratio: 3 %}\nexcitation: {accuracy: catalogue}\n"
+    )
+    project = sw.read_project(path)
+    assert project.speeds.limits == pytest.approx([50.0 * speed for speed in spec.speeds])
+    assert set(spec.remarks) <= set(project.notes)
 
 
 def test_every_field_reaches_the_specification(tmp_path):
@@ -62,8 +75,9 @@ def test_every_field_reaches_the_specification(tmp_path):
         ("to: 40 rpm", "to: 2 rpm", "2:26", "does not ascend"),
         ("limit:", "limits:", "3:1", "unknown field; did you mean 'limit'?"),
         ("oscillation", "osc", "3:9", "unknown field"),
-        ("[0.5 kg*cm^2]", "0.5 kg*cm^2", "4:19", "is not a list; write for example 'inertias: ["),
-        ("[0.5 kg*cm^2]", "[-1 kg*cm^2]", "4:20", "is not positive"),
+        ("rotor_inertias", "inertias", "4:9", "unknown field; did you mean 'rotor_inertias'?"),
+        ("[0.5 kg*cm^2]", "0.5 kg*cm^2", "4:25", "is not a list; write for example 'rotor_inertias: ["),
+        ("[0.5 kg*cm^2]", "[-1 kg*cm^2]", "4:26", "is not positive"),
         ("ratio: 3 %", "ratio: 0", "5:18", "is not positive"),
         (", peak: 90 N*m", "", "6:9", "write both"),
         ("peak: 90", "peak: 30", "6:16", "larger than the peak"),

@@ -9,6 +9,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.model.gears.catalogue import DATA
+from strainwave.model.gears.gear import NUMBERS
 
 ARCMIN = math.pi / 10800.0
 
@@ -253,6 +254,27 @@ def test_average_speeds_that_look_mistyped_are_flagged_and_no_others():
     assert {"SHG-58-120", "SHG-65-100"} <= flagged
     assert not any(name.startswith(("CSG", "HFUC")) for name in flagged)
     assert not {"SHG-40-50", "SHG-65-80", "SHG-20-50"} & flagged
+
+
+def test_torques_that_a_record_shares_with_another_series_alone_are_flagged():
+    torques = [key for key in RATINGS[0] if key.startswith("T_")]
+    alike = {(r["size"], r["ratio"]): [r[key] for key in torques] for r in RATINGS if r["series"] == "CSG"}
+    copied = {
+        f"HFUS-{r['size']}-{r['ratio']}"
+        for r in RATINGS
+        if r["series"] == "HFUS" and alike.get((r["size"], r["ratio"])) == [r[key] for key in torques]
+    }
+    assert copied == {"HFUS-50-80", "HFUS-58-80"}
+    for gear in map(sw.catalogue.gear, copied):
+        for limit in ("rated_torque", "average_torque", "repeated_peak_torque", "momentary_torque"):
+            assert any("digit for digit" in note for note in gear.doubts_about(limit))
+
+
+@pytest.mark.parametrize("gear", GEARS, ids=lambda gear: gear.name)
+def test_every_doubt_is_a_note_on_a_number_of_the_record(gear):
+    assert {note for _, note in gear.doubts} <= set(gear.notes)
+    assert {name for name, _ in gear.doubts} <= set(NUMBERS)
+    assert all(note.startswith(f"{gear.name}: ") and note.endswith(".") and ".." not in note for note in gear.notes)
 
 
 def test_a_name_may_be_written_carelessly():

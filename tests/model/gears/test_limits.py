@@ -33,6 +33,17 @@ def test_each_limit_is_passed_just_beyond_its_number(run, limits):
     assert set(exceeded(**run)) == limits
 
 
+def test_a_doubt_about_a_limit_follows_it():
+    gear = sw.catalogue.gear("SHG-40-120")
+    mean, most = sw.gears.check_limits(gear, average_speed=1200.0 * RPM, max_speed=1200.0 * RPM)[::-1]
+    assert mean.exceeded
+    assert mean.sentence.endswith(
+        " for a short time only. SHG-40-120: the average input speed of 950 rpm looks mistyped in the source, "
+        "other ratios of this size say 3000 rpm; check the maker's datasheet."
+    )
+    assert "mistyped" not in most.sentence
+
+
 def test_the_sentence_has_fact_value_limit_and_remedy():
     found = exceeded(peak_torque=600.0, max_speed=5000 * RPM)
     assert found["repeated_peak_torque"].sentence == (

@@ -1,6 +1,7 @@
 """The search: what it calls feasible serves, what it turns away does not, and the front is one."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ SPEC = sw.Specification(
     load_inertias=(0.8, 1.3),
     speeds=(5.0 * RPM, 30.0 * RPM),
     limit=90.0 * ARCSEC,
-    motor_inertias=(5e-5, 5e-4),
+    rotor_inertias=(5e-5, 5e-4),
     damping_ratio=0.03,
     duty=(sw.DutySegment(60.0, 20.0 * RPM, 2.0), sw.DutySegment(30.0, 10.0 * RPM, 3.0)),
     life=10_000.0,
@@ -82,7 +83,7 @@ def test_a_rejected_gear_does_not_serve_by_harmonic_balance(tmp_path):
     found = sw.design(spec, gears=GEARS)
     by_error = [name for name, said in found.rejected.items() if "oscillates" in said]
     assert by_error
-    loose = {(c.gear, c.motor_inertia): c for c in sw.design(replace(SPEC, limit=1.0), gears=GEARS).feasible}
+    loose = {(c.gear, c.rotor_inertia): c for c in sw.design(replace(SPEC, limit=1.0), gears=GEARS).feasible}
     for (gear, _), c in loose.items():
         if gear in by_error:
             path = tmp_path / "design.yaml"
@@ -108,8 +109,21 @@ def test_a_held_motor_makes_the_error_independent_of_its_inertia():
     found = sw.design(replace(SPEC, loop=None, limit=1.0), gears=GEARS[2:3])
     first, second = found.feasible
     assert first.oscillation == pytest.approx(second.oscillation, rel=1e-9)
-    assert {first.motor_inertia, second.motor_inertia} == set(SPEC.motor_inertias)
+    assert {first.rotor_inertia, second.rotor_inertia} == set(SPEC.rotor_inertias)
+    assert all(c.motor_inertia == c.rotor_inertia + GEARS[2].input_inertia for c in found.feasible)
     assert len(found.pareto) == 1
+
+
+def test_a_doubt_about_a_gear_is_said_where_it_serves_and_where_it_does_not():
+    spec = replace(SPEC, limit=1.0, ratios=(), accuracy=60.0 * ARCSEC, loop=None, largest_size=50)
+    slow = replace(spec, speeds=(0.01, 0.5), average_speed=0.5)
+    gears = [sw.catalogue.gear("SHG-40-120"), sw.catalogue.gear("HFUS-50-80")]
+    found, fast = sw.design(slow, gears=gears), sw.design(replace(spec, speeds=(0.01, 1.0)), gears=gears)
+    said = str(found)
+    for doubt, c in (("looks mistyped", "SHG-40-120"), ("digit for digit", "HFUS-50-80")):
+        assert any(doubt in note for one in found.feasible if one.gear == c for note in one.doubts)
+        assert doubt in said
+    assert re.search(r"times the allowance\. SHG-40-120: the average .* mistyped", fast.rejected["SHG-40-120"])
 
 
 def test_a_life_is_too_short():
@@ -120,7 +134,7 @@ def test_a_life_is_too_short():
 
 def test_an_estimate_without_an_upper_bound_has_its_lower_one():
     spec = sw.Specification(
-        load_inertias=(0.9, 2.2), speeds=(1.0, 4.0), limit=45.0 * ARCSEC, motor_inertias=(1e-4,),
+        load_inertias=(0.9, 2.2), speeds=(1.0, 4.0), limit=45.0 * ARCSEC, rotor_inertias=(1e-4,),
         damping_ratio=0.025, loop=sw.train.Tuning(70.0 * math.pi, 0.8),
         duty=(sw.DutySegment(90.0, 20.0 * RPM, 0.8), sw.DutySegment(50.0, 35.0 * RPM, 1.2)),
     )  # fmt: skip
@@ -171,7 +185,7 @@ def test_the_table_has_every_design(found):
     ("change", "said"),
     [
         ({"load_inertias": ()}, "load_inertias are"),
-        ({"motor_inertias": (math.nan,)}, "one of motor_inertias"),
+        ({"rotor_inertias": (math.nan,)}, "one of rotor_inertias"),
         ({"speeds": (1.0, 1.0)}, r"low < high"),
         ({"limit": -1.0}, "limit is -1.0"),
         ({"damping_ratio": 0.0}, "damping_ratio is 0.0"),

@@ -14,7 +14,7 @@ SPEC = sw.Specification(
     load_inertias=(1.3,),
     speeds=(2.0 * RPM, 40.0 * RPM),
     limit=90.0 * ARCSEC,
-    motor_inertias=(1e-4,),
+    rotor_inertias=(1e-4,),
     damping_ratio=0.03,
 )
 
@@ -55,6 +55,22 @@ def test_preload_comes_on_top_of_every_torque():
     found = violated(replace(SPEC, mean_torque=200.0, peak_torque=500.0, preload=-30.0))
     assert list(found) == ["repeated_peak_torque"]
     assert found["repeated_peak_torque"].use == pytest.approx(530.0 / 523.0)
+
+
+@pytest.mark.parametrize(
+    ("gear", "change", "rule", "said"),
+    [
+        ("SHG-40-120", {}, "average_rpm", "looks mistyped"),
+        ("HFUS-50-80", {"mean_torque": 800.0, "peak_torque": 900.0}, "average_torque", "digit for digit"),
+        ("HFUS-50-80", {"mean_torque": 600.0, "peak_torque": 600.0, "life": 1e6}, "life", "digit for digit"),
+        ("CSG-40-50", {"largest_mass": 4.0}, "mass", "(5, 3.5)"),
+        ("HFUS-50-50", {"mean_torque": 800.0, "peak_torque": 900.0}, "average_torque", ""),
+    ],
+)
+def test_a_rule_says_what_the_catalogue_doubts_of_its_number(gear, change, rule, said):
+    found = violated(replace(SPEC, accuracy=60.0 * ARCSEC, **change), sw.catalogue.gear(gear))[rule]
+    assert "; " not in found.sentence
+    assert found.doubts == () if not said else said in " ".join(found.doubts)
 
 
 def test_a_rare_torque_is_compared_with_the_momentary_limit_alone():

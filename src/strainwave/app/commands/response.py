@@ -15,7 +15,7 @@ from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
-from ...files.notes import load_remark
+from ...files.notes import load_remark, unsaid
 from ...files.reading import read_project
 from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels
@@ -116,7 +116,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         Fact("", WHAT_X_IS, "{}"),
         Fact("beyond_limits", tuple(judged.remarks), "note: {}"),
         Fact("conventions", CONVENTIONS),
-        Fact("remarks", tuple(_remarks(project)), "note: {}"),
+        Fact("remarks", tuple(unsaid(_remarks(project), judged.remarks)), "note: {}"),
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ...files.notes import load_remark
+from ...files.notes import load_remark, unsaid
 from ...files.variants.replaced import replaced, tuning
 from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
@@ -164,7 +164,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "remarks": [
             *([HELD] if project.train is None and project.motor == "held" else []),
             *judged.remarks,
-            *project.notes,
+            *unsaid(project.notes, judged.remarks),
             *load_remark(project),
         ],
         "whole": whole,

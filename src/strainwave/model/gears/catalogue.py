@@ -156,7 +156,7 @@ def _completed(g: Gear) -> Gear:
             numbers |= {k: float(row[f"{k}_Nm"]) for k in ("T1", "T2")}
             source = STIFFNESS_SOURCE.get(row["family"], row["note"])
             doubt = row["note"] if row["family"] in STIFFNESS_SOURCE else ""
-            g = _with(g, numbers, f"stiffness: {source}", doubt)
+            g = _with(g, numbers, f"stiffness: {source}", doubt, "T1")
     for row in _rows("catalogue_ratcheting.csv"):
         if (g.series, str(g.size)) == (row["series"], row["size"]):
             torque = row.get(f"ratcheting_ratio_{g.ratio}_Nm") or None
@@ -174,13 +174,16 @@ def _completed(g: Gear) -> Gear:
         g = _with(g, {}, f"{', '.join(quantities)}: {source}")
     for row in _rows("catalogue_notes.csv"):
         if (g.series, str(g.size), str(g.ratio)) == (row["series"], row["size"], row["ratio"]):
-            g = _with(g, {}, "", row["note"])
+            g = _with(g, {}, "", row["note"], *row["numbers"].split("/"))
     return g
 
 
-def _with(g: Gear, numbers: dict[str, Any], source: str, doubt: str = "") -> Gear:
-    notes = (*g.notes, f"{g.name}: {doubt}.") if doubt else g.notes
-    return replace(g, **numbers, source="; ".join(filter(None, (g.source, source))), notes=notes)
+def _with(g: Gear, numbers: dict[str, Any], source: str, doubt: str = "", *about: str) -> Gear:
+    """The gear with further numbers, and a doubt about some of all its numbers."""
+    note = f"{g.name}: {doubt}."
+    notes, doubts = (*g.notes, note), (*g.doubts, *((name, note) for name in about))
+    g = replace(g, **numbers, source="; ".join(filter(None, (g.source, source))))
+    return replace(g, notes=notes, doubts=doubts) if doubt else g
 
 
 @cache
@@ -196,17 +199,14 @@ def _kin(row: Row) -> str:
 def _rated(row: Row) -> Gear:
     """Record of a row of the ratings."""
     name = f"{row['series']}-{row['size']}-{row['ratio']}"
-    notes = []
     mass, doubt = _mass(row["mass_kg"])
-    if doubt:
-        notes.append(f"{name}: {doubt}")
-    usual_rpm = _usual_rpm(_kin(row), row["size"])
+    usual_rpm, doubted = _usual_rpm(_kin(row), row["size"]), ""
     if float(row["n_in_avg_rpm"]) < usual_rpm:
-        notes.append(
-            f"{name}: the average input speed of {row['n_in_avg_rpm']} rpm looks mistyped in the source, other ratios "
-            f"of this size say {usual_rpm:.0f} rpm; check the maker's datasheet."
+        doubted = (
+            f"the average input speed of {row['n_in_avg_rpm']} rpm looks mistyped in the source, other ratios "
+            f"of this size say {usual_rpm:.0f} rpm; check the maker's datasheet"
         )
-    return Gear(
+    gear = Gear(
         name=name,
         series=row["series"],
         size=int(row["size"]),
@@ -220,8 +220,8 @@ def _rated(row: Row) -> Gear:
         input_inertia=float(row["J_in_1e-4_kgm2"] + "e-4"),
         mass=mass,
         source=f"ratings: {row['source']}",
-        notes=tuple(notes),
     )
+    return _with(_with(gear, {}, "", doubt, "mass"), {}, "", doubted, "average_rpm")
 
 
 def _mass(text: str) -> tuple[float | None, str]:
@@ -231,7 +231,7 @@ def _mass(text: str) -> tuple[float | None, str]:
     printed = " and ".join(f"{m:g} kg" for m in ast.literal_eval(text) if m is not None)
     return (
         None,
-        f"the mass is left empty, the source prints {text} ({printed}) without saying which variant weighs what.",
+        f"the mass is left empty, the source prints {text} ({printed}) without saying which variant weighs what",
     )
 
 

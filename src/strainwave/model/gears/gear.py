@@ -131,6 +131,8 @@ class Gear:
         Where the numbers come from.
     notes : tuple of str
         Doubts about single numbers, full sentences.
+    doubts : tuple of (str, str)
+        Name of each doubtful number, and the note on it.
     """
 
     name: str
@@ -163,6 +165,11 @@ class Gear:
     pitch_radius: float | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+    doubts: tuple[tuple[str, str], ...] = ()
+
+    def doubts_about(self, *names: str) -> tuple[str, ...]:
+        """Notes on those of the named numbers that are doubtful, each once."""
+        return tuple(dict.fromkeys(note for name, note in self.doubts if name in names))
 
     @property
     def law(self) -> PiecewiseLinear:

@@ -37,7 +37,7 @@ class Finding:
     unit : str
         "N*m" (output side) or "rpm" (input speed, as datasheets print it).
     sentence : str
-        Fact, value and, beyond the limit, the remedy.
+        Fact, value and, beyond the limit, the remedy; then the doubts of the record about the limit.
     """
 
     limit: str
@@ -107,7 +107,8 @@ def check_limits(
             relation = f"above the {_words(limit)}" if exceeded else f"within the {_words(limit)}"
             end = f"; {remedy}" if exceeded else ""
             sentence = f"{fact} {value:.4g} {unit}, {relation} of {gear.name}, {bound:.6g} {unit}{end}."
-            findings.append(Finding(limit, value, float(bound), unit, sentence))
+            said = " ".join((sentence, *gear.doubts_about(limit)))
+            findings.append(Finding(limit, value, float(bound), unit, said))
 
     if max_speed is not None:
         rpm = abs(number("max_speed", max_speed)) / RPM

@@ -26,7 +26,7 @@ from ...model.train.drive_train import DriveTrain
 from ..analysis.runup import silent
 from .averaged import Balanced, Drives, Largest, Worth, balanced, largest, sensitivities, worth
 from .result import Candidate, Design, front
-from .specification import SURE, WORDS, Check, Specification, checks, life
+from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, life, needed
 
 MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging
@@ -37,11 +37,11 @@ Told = Callable[[str, float], None]
 
 
 class Option(NamedTuple):
-    """A gear with one motor: what averaging says of it under its worst load."""
+    """A gear with one rotor: what averaging says of it under its worst load."""
 
     gear: Gear
     rules: Check
-    motor: float
+    rotor: float
     load: float
     size: float
     low: float
@@ -50,6 +50,11 @@ class Option(NamedTuple):
     error: float
     torque: float
     balanced: bool = False
+
+    @property
+    def J_m(self) -> float:
+        """Inertia of the motor with the wave generator [kg*m^2]."""
+        return self.rotor + (self.gear.input_inertia or 0.0)
 
 
 def design(
@@ -121,14 +126,14 @@ class _Search:
         for option in self.good:
             self.misses.pop(option.gear.name, None)
         nearest = "" if feasible else self._nearest(gears)
-        chosen = [(o, self._drives(o.gear, [o.motor], [o.load])) for o in best[:BEST]]
+        chosen = [(o, self._drives(o.gear, [o.rotor], [o.load])) for o in best[:BEST]]
         result = Design(
             self.spec,
             tuple(feasible),
             tuple(map(self._candidate, best)),
             {name: _told(check) for name, check in self.misses.items()},
             nearest,
-            sensitivities([(o.gear.name, o.motor, drives) for o, drives in chosen]),
+            sensitivities([(o.gear.name, o.J_m, drives) for o, drives in chosen]),
             self.drives,
             len(self.known),
             tuple(self._remarks()),
@@ -161,8 +166,8 @@ class _Search:
         each = max(1, MOST_DRIVES // len(loads))
         options: list[Option] = []
         nearest: tuple[float, Drives, Largest, int] | None = None
-        for start in range(0, len(spec.motor_inertias), each):
-            motors = spec.motor_inertias[start : start + each]
+        for start in range(0, len(spec.rotor_inertias), each):
+            motors = spec.rotor_inertias[start : start + each]
             drives = self._drives(gear, motors, loads)
             result = largest(drives)
             self.drives += len(drives.J_l)
@@ -207,8 +212,8 @@ class _Search:
         """The front, every member by harmonic balance: what fails there leaves, and others take its place."""
         while True:
             chosen = front([self._candidate(option) for option in self.good])
-            names = {(c.gear, c.motor_inertia) for c in chosen}
-            members = [o for o in self.good if (o.gear.name, o.motor) in names]
+            names = {(c.gear, c.rotor_inertia) for c in chosen}
+            members = [o for o in self.good if (o.gear.name, o.rotor) in names]
             open_ = [o for o in members if not o.balanced]
             if not open_ or self.stopped or len(self.known) >= MOST_BALANCED:
                 return sorted(members, key=lambda o: o.size)
@@ -222,7 +227,7 @@ class _Search:
 
     def _balanced(self, option: Option, share: float) -> Option:
         """An option by harmonic balance of its whole drive; unchanged without a motion, or after too many of them."""
-        motor = None if self.spec.loop is None else option.motor  # which a held motor's error does not depend on
+        motor = None if self.spec.loop is None else option.rotor  # which a held motor's error does not depend on
         key = option.gear.name, motor, option.load
         if key not in self.known:
             if self.stopped or len(self.known) >= MOST_BALANCED:
@@ -247,7 +252,7 @@ class _Search:
         The torque has either sign. With the motor held both are alike where a shift of the angle turns the error into
         its negative: where the orders of its lines have the same power of 2.
         """
-        speeds = self._drives(option.gear, [option.motor], [option.load]).speeds
+        speeds = self._drives(option.gear, [option.rotor], [option.load]).speeds
         lines = _error(option.gear, self.spec).lines
         alike = self.spec.loop is None and len({line.order & -line.order for line in lines if line.amplitude}) < 2
         cases = []
@@ -264,7 +269,7 @@ class _Search:
     def _train(self, option: Option, torque: float) -> DriveTrain:
         """The whole drive of an option, under a mean torque [N*m] on its load."""
         gear, spec, ratio = option.gear, self.spec, float(option.gear.ratio)
-        J_m = option.motor + (gear.input_inertia or 0.0)
+        J_m = option.J_m
         drive = Drive(J_m, option.load, ratio, float(spec.damping(gear.law.K1, option.load)), gear.law)
         control = spec.control(J_m + option.load / ratio**2)
         return drive.train(
@@ -282,10 +287,10 @@ class _Search:
             sure = f", between {option.low / ARCSEC:.4g} and {option.high / ARCSEC:.4g} arcsec"
         said = (
             f"The pointing error of {c.gear} oscillates by {c.oscillation / ARCSEC:.4g} arcsec at "
-            f"{c.speed / RPM:.4g} rpm of the motor with {c.motor_inertia:.3g} kg*m^2 ({c.method}{sure}), above the "
-            f"limit of {spec.limit / ARCSEC:.4g} arcsec."
+            f"{c.speed / RPM:.4g} rpm of the motor with a rotor of {c.rotor_inertia:.3g} kg*m^2 ({c.method}{sure}), "
+            f"above the limit of {spec.limit / ARCSEC:.4g} arcsec."
         )
-        check = Check(OSCILLATION, c.oscillation / spec.limit, said)
+        check = Check(OSCILLATION, c.oscillation / spec.limit, said, option.gear.doubts_about(*DRIVE))
         before = self.misses.get(c.gear)
         if before is None or before.name != OSCILLATION or check.use < before.use:
             self.misses[c.gear] = check
@@ -294,12 +299,11 @@ class _Search:
         gear, spec = option.gear, self.spec
         used = option.size / spec.limit
         binding = (OSCILLATION, used) if used >= option.rules.use else (option.rules.name, option.rules.use)
-        J_m = option.motor + (gear.input_inertia or 0.0)
         return Candidate(
-            gear.name, gear.ratio, gear.size or 0, math.nan if gear.mass is None else gear.mass, option.motor,
-            gear.ratio**2 * J_m, option.load, float(spec.damping(gear.law.K1, option.load)), option.size, option.speed,
-            option.error, BALANCE if option.balanced else AVERAGING, life(gear, spec), 1.0 - binding[1], binding[0],
-            option.torque,
+            gear.name, gear.ratio, gear.size or 0, math.nan if gear.mass is None else gear.mass, option.J_m,
+            gear.ratio**2 * option.J_m, option.load, float(spec.damping(gear.law.K1, option.load)), option.size,
+            option.speed, option.error, BALANCE if option.balanced else AVERAGING, life(gear, spec),
+            1.0 - binding[1], binding[0], option.torque, option.rotor, gear.doubts_about(*needed(spec)),
         )  # fmt: skip
 
     def _nearest(self, gears: list[Gear]) -> str:
@@ -325,7 +329,7 @@ class _Search:
         return f"No gear serves. The nearest is {best[0]}: {_told(best[1])}"
 
     def _remarks(self) -> list[str]:
-        sentences = []
+        sentences = list(self.spec.remarks)
         if self.spec.accuracy is None and self.spec.kinematic_error is None:
             sentences.append(
                 "The kinematic error is each gear's accuracy class, shared by the orders 1, 2, 4 as 1 : 4 : 1 by "
@@ -357,9 +361,10 @@ def _bounded(option: Option, found: Worth) -> Option:
 
 def _told(check: Check) -> str:
     """Sentence of a constraint with by how much it is missed."""
-    if not math.isfinite(check.use):
-        return check.sentence
-    return f"{check.sentence[:-1]}: {check.use:.4g} times {'too short' if check.name == 'life' else 'the allowance'}."
+    said = check.sentence
+    if math.isfinite(check.use):
+        said = f"{said[:-1]}: {check.use:.4g} times {'too short' if check.name == 'life' else 'the allowance'}."
+    return " ".join((said, *check.doubts))
 
 
 def _lacking(names: list[str]) -> str:

@@ -1,5 +1,6 @@
 """What the search answers: designs that serve, the best of them, and why the other gears do not."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
@@ -31,9 +32,9 @@ class Candidate(NamedTuple):
     mass : float
         Mass of the gear [kg]; nan where no source gives it.
     motor_inertia : float
-        Inertia of the motor alone [kg*m^2].
+        Inertia of the motor with the wave generator [kg*m^2].
     reflected_inertia : float
-        That of motor and wave generator at the load, N^2 J_m [kg*m^2].
+        The same at the load, N^2 J_m [kg*m^2].
     load_inertia : float
         The one of the specification's under which the oscillation is largest [kg*m^2].
     B : float
@@ -55,6 +56,10 @@ class Candidate(NamedTuple):
     load_torque : float
         Mean torque on the load [N*m], of either sign, under which the oscillation is largest; a resisting one is
         negative.
+    rotor_inertia : float
+        Inertia of the rotor without the wave generator [kg*m^2], as the specification has it.
+    doubts : tuple of str
+        What the record of the gear doubts of the numbers that the specification needs.
     """
 
     gear: str
@@ -73,18 +78,22 @@ class Candidate(NamedTuple):
     margin: float
     binding: str
     load_torque: float = 0.0
+    rotor_inertia: float = math.nan
+    doubts: tuple[str, ...] = ()
 
     def facts(self) -> tuple[Fact, ...]:
         """Its numbers."""
         return (
             Fact("gear", self.gear, "gear"), Fact("ratio", self.ratio), Fact("size", self.size, "size"),
-            Fact("mass_kg", self.mass), Fact("motor_inertia_kg_m2", self.motor_inertia, "motor"),
+            Fact("mass_kg", self.mass), Fact("motor_inertia_kg_m2", self.motor_inertia),
+            Fact("rotor_inertia_kg_m2", self.rotor_inertia, "rotor"),
             Fact("reflected_inertia_kg_m2", self.reflected_inertia, "at the load"),
             Fact("load_inertia_kg_m2", self.load_inertia), Fact("load_torque_N_m", self.load_torque),
             Fact("oscillation_arcsec", self.oscillation, "oscillation"), Fact("motor_speed_rpm", self.speed, "at"),
             Fact("method", self.method), Fact("relative_error", self.error), Fact("life_h", self.life, "life"),
             Fact("margin", self.margin), Fact("", f"{number(100.0 * self.margin, 3)} %", "margin"),
             Fact("binding", self.binding), Fact("", self.binding.replace("_", " "), "binds"),
+            Fact("doubts", " ".join(self.doubts)),
         )  # fmt: skip
 
 
@@ -183,6 +192,7 @@ class Design(Result):
             Fact("drives", self.drives),
             Fact("balanced", self.balanced),
             Fact("remarks", self.remarks, "note: {}"),
+            Fact("", tuple(dict.fromkeys(note for c in self.pareto[:SHOWN] for note in c.doubts)), "note: {}"),
         )
 
 

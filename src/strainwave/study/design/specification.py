@@ -23,6 +23,8 @@ WORDS = {
     "average_torque": "limit for average torque", "repeated_peak_torque": "repeated peak torque",
     "momentary_torque": "momentary torque",
 }  # fmt: skip
+DRIVE = ("K1", "K2", "K3", "T1", "T2", "input_inertia")  # numbers that the motion of a drive goes by
+SPEEDS, LOADS = ("max_rpm", "average_rpm"), ("average_torque", "repeated_peak_torque", "momentary_torque")
 PEAKS = ("repeated_peak_torque",)  # of the limits of a peak torque: the others hold for momentary ones
 
 LOOP_EXAMPLE = "Tuning(2 * pi * 30) for a position loop of 30 Hz, or None for an ideally held motor"
@@ -48,8 +50,9 @@ class Specification:
         Range of the load's speed [rad/s] in which the error counts.
     limit : float
         Largest oscillation of the pointing error [rad] that is allowed, |error - mean|.
-    motor_inertias : tuple of float
-        Inertias of the motors to choose from [kg*m^2, motor side], without the wave generator, which is added.
+    rotor_inertias : tuple of float
+        Inertias of the rotors to choose from [kg*m^2], without the wave generator of the gear; both together are the
+        motor's inertia.
     damping_ratio : float
         Of the gear on the held load: B = 2 zeta sqrt(K1 J_l).
     duty : tuple of DutySegment
@@ -78,12 +81,14 @@ class Specification:
         What keeps the motor on its reference; None is an ideally held motor.
     title : str
         Its name.
+    remarks : tuple of str
+        What a reader of the answer should know about the specification.
     """
 
     load_inertias: tuple[float, ...]
     speeds: tuple[float, float]
     limit: float
-    motor_inertias: tuple[float, ...]
+    rotor_inertias: tuple[float, ...]
     damping_ratio: float
     duty: tuple[DutySegment, ...] = ()
     mean_torque: float | None = None
@@ -100,10 +105,11 @@ class Specification:
     kinematic_error: KinematicError | None = None
     loop: Any = None
     title: str = ""
+    remarks: tuple[str, ...] = ()
 
     def check(self) -> None:
         """Refuse numbers that are none or contradict each other (ValueError, TypeError)."""
-        for name in ("load_inertias", "motor_inertias"):
+        for name in ("load_inertias", "rotor_inertias"):
             values = getattr(self, name)
             if not isinstance(values, Iterable) or not list(values):
                 raise ValueError(f"{name} are {shown(values)}; give one inertia or more [kg*m^2] as a tuple")
@@ -201,11 +207,14 @@ class Check(NamedTuple):
         Share of the allowance that is used: above 1 the constraint is violated; inf where the number is unknown.
     sentence : str
         Fact, value and bound.
+    doubts : tuple of str
+        What the record doubts of the numbers that it goes by.
     """
 
     name: str
     use: float
     sentence: str
+    doubts: tuple[str, ...] = ()
 
     @property
     def violated(self) -> bool:
@@ -223,13 +232,20 @@ def checks(gear: Gear, spec: Specification) -> Iterator[Check]:
             yield Check(name, math.inf, f"No source gives {what} of {gear.name}.")
     if gear.accuracy is None and spec.accuracy is None and spec.kinematic_error is None:
         yield Check("accuracy", math.inf, f"No source gives the accuracy of {gear.name}; give it in the specification.")
-    needed = ["max_rpm", "average_rpm"]
-    needed += ["average_torque", "repeated_peak_torque", "momentary_torque"] if spec.peak_load > 0.0 else []
-    for name in needed:
+    for name in (*SPEEDS, *(LOADS if spec.peak_load > 0.0 else ())):
         if getattr(gear, name) is None:
             yield Check(name, math.inf, f"No source gives the {WORDS[name]} of {gear.name}.")
-    yield from map(_check, ratings(gear, spec))
+    yield from (_check(gear, finding) for finding in ratings(gear, spec))
     yield from _life(gear, spec)
+
+
+def needed(spec: Specification) -> Iterator[str]:
+    """Names of the numbers of a record that a specification needs."""
+    yield from (*DRIVE, *SPEEDS)
+    yield from LOADS if spec.peak_load > 0.0 else ()
+    yield from () if spec.life is None else ("rated_torque",)
+    yield from () if spec.largest_mass is None else ("mass",)
+    yield from ("accuracy",) if spec.accuracy is None and spec.kinematic_error is None else ()
 
 
 def ratings(gear: Gear, spec: Specification) -> Iterator[Finding]:
@@ -252,8 +268,10 @@ def life(gear: Gear, spec: Specification) -> float:
     return math.nan if hours is None else hours
 
 
-def _check(finding: Finding) -> Check:
-    return Check(finding.limit, finding.value / finding.bound, finding.sentence.split(";")[0].rstrip(".") + ".")
+def _check(gear: Gear, finding: Finding) -> Check:
+    doubts = gear.doubts_about(finding.limit)
+    said = finding.sentence.removesuffix(" ".join(("", *doubts))).split(";")[0].rstrip(".") + "."
+    return Check(finding.limit, finding.value / finding.bound, said, doubts)
 
 
 def _choice(gear: Gear, spec: Specification) -> Iterator[Check]:
@@ -276,7 +294,7 @@ def _room(gear: Gear, spec: Specification) -> Iterator[Check]:
         if bound is None:
             continue
         if value is None:
-            yield Check(name, math.inf, f"No source gives the {name} of {gear.name}.")
+            yield Check(name, math.inf, f"No source gives the {name} of {gear.name}.", gear.doubts_about(name))
             continue
         relation = "above" if value > bound * SURE else "within"
         said = f"The {name} of {gear.name} is {value:g}{unit}, {relation} the largest allowed, {bound:g}{unit}."
@@ -293,4 +311,4 @@ def _life(gear: Gear, spec: Specification) -> Iterator[Check]:
     use = spec.life / hours
     relation = "below" if use > SURE else "at least"
     said = f"The L10 life of {gear.name} is {hours:.4g} h, {relation} the {spec.life:g} h required."
-    yield Check("life", use, said)
+    yield Check("life", use, said, gear.doubts_about("rated_torque"))

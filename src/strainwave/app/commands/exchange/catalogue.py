@@ -50,9 +50,15 @@ def catalogue(
         click.echo(to_json({"units": NUMBERS, "gears": [asdict(g) for g in chosen]}))
         return
     columns = ("gear", "ratio", "K1 N·m/rad", "K2", "K3", "T1 N·m", "T2", "rated N·m", "max rpm", "J_in kg·m²")
-    rows = [(g.name, g.ratio, g.K1, g.K2, g.K3, g.T1, g.T2, g.rated_torque, g.max_rpm, g.input_inertia) for g in chosen]
-    caption = "input speeds with grease; – is not tabulated; `strainwave catalogue NAME` shows the rest"
+    fields = ("ratio", "K1", "K2", "K3", "T1", "T2", "rated_torque", "max_rpm", "input_inertia")
+    rows = [(_marked(g), *(getattr(g, field) for field in fields)) for g in chosen]
+    caption = "speeds with grease; – is not tabulated; * a doubtful number; `strainwave catalogue NAME` shows the rest"
     print_table("1 gear" if len(chosen) == 1 else f"{len(chosen)} gears", columns, rows, caption)
+
+
+def _marked(gear: Gear) -> str:
+    """Name of a gear, with a star where a number of its record is doubtful."""
+    return f"{gear.name} *" if any(getattr(gear, name) is not None for name, _ in gear.doubts) else gear.name
 
 
 def _own(gears: dict[str, Gear], name: str, file: Path | None) -> Gear:
@@ -66,7 +72,7 @@ def _one(gear: Gear, as_json: bool) -> None:
         click.echo(to_json({"units": NUMBERS, "gear": asdict(gear), "cubic_fit": _fit(gear)}))
         return
     for key, value in asdict(gear).items():
-        if key not in ("notes", "source") and value is not None:
+        if key not in ("notes", "doubts", "source") and value is not None:
             unit = NUMBERS.get(key, "")
             angle = f"  ({value / ARCSEC:.4g} arcsec)" if unit == "rad" else ""
             click.echo(f"{key:<22}{number(value, 6)} {unit}".rstrip() + angle)

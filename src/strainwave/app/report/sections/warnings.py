@@ -3,6 +3,7 @@
 from typing import Any
 
 from ....base.sentences import Sentence, Speed
+from ....files.notes import unsaid
 from ....model.drive import HDC_40_050, HDC_40_050_WARNING
 from ....model.gears.limits import gravest
 from ....study.analysis.analysis import Analysis
@@ -47,7 +48,7 @@ def warnings(view: View) -> list[str]:
             "does not show what follows there; integrate to see it."
         )
         sentences.append(Sentence(text, Speed(jump.value, digits=5)))
-    return [*sentences, *project.notes]
+    return [*sentences, *unsaid(project.notes, sentences)]
 
 
 def _overload(analysis: Analysis) -> list[str]:
