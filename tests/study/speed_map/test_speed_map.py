@@ -1,6 +1,7 @@
 """Speed maps against closed forms, SciPy's integrator and the verbs that they are built of."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -319,11 +320,26 @@ def test_bad_input_gets_one_sentence(tmp_path, options, said):
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.slow
+def test_a_range_in_which_only_the_smaller_motion_meets_the_limit_is_forbidden_by_the_larger(tmp_path):
+    drive = project(tmp_path, CUBIC, torque="{mean: 0 N*m}")
+    jumps = {j.up: j.speed for j in sw.speed_map(drive, limit=1e-3, search=False).jumps}
+    both = np.linspace(jumps[False] + 2.0, jumps[True] - 2.0, 9)
+    small, large = settled(both[-1], 2e5, (0.0, 0.0)), settled(both[0], 2e5, (1.9e-3, 0.0))
+    found = sw.speed_map(drive, speeds=both, limit=0.9 * large)
+    assert small < 0.5 * found.rules.limit  # one motion meets it
+    assert len(found.windows) == 0
+    assert np.min(found.oscillation) == pytest.approx(large, rel=3e-3)
+    (said,) = found.failures
+    least = re.search(r"at least ([\d.]+) arcsec, the least at ([\d.]+) rpm with 0 N·m", said)
+    assert [float(text) for text in least.groups()] == pytest.approx([large / ARCSEC, both[0] / RPM], rel=3e-3)
+
+
 def test_a_limit_that_no_speed_meets_forbids_all_and_names_both_numbers(tmp_path):
     found = sw.speed_map(project(tmp_path), limit=1e-3 * ARCSEC, search=False)
     assert len(found.windows) == 0
     (said,) = found.failures
-    assert said.startswith("The limit of 0.001 arcsec is met at no speed: the drive oscillates by at least")
+    assert said.startswith("The limit of 0.001 arcsec is met at no speed: the largest motion at each speed of the map")
     assert "FAIL: The limit" in str(found)
 
 

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import suppress
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 from ...base.protocols import lacking
 from ...base.quantities import interval, number, numbers, positive_count, shown
 from ...base.results import Floats, Interrupted, SolveError
-from ...base.units import ARCSEC
+from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ..analysis.avoid import out_of_reach
 from ..analysis.runup import silent
@@ -162,8 +163,9 @@ def speed_map(
         quasi_static=np.array([loaded.quasi_static for loaded in by_load]),
         scatter=scatter,
         remarks=(*_remarks(cases, by_load, name, lines, span, rules, search), *warnings),
-        failures=(*_unreachable(rules, by_load, bands), *failures),
+        failures=failures,
     )
+    result = replace(result, failures=(*_unreachable(result), *failures))
     finished = 0 if scatter is None else scatter.units
     if len(computed) < total or finished < len(drives):
         some = f"the map is that of {len(computed)} of {total} loads and {finished} of {len(drives)} units"
@@ -294,17 +296,17 @@ def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> list[Span]:
     return found
 
 
-def _unreachable(rules: Rules, by_load: list[UnderLoad], bands: list[Bands]) -> tuple[str, ...]:
+def _unreachable(found: SpeedMap) -> tuple[str, ...]:
     """That no speed meets the limit of the oscillation under any load, in one sentence."""
-    if rules.limit is None or any(len(one.allowed) for one in bands) or not any(loaded.runs for loaded in by_load):
+    limit, slow = found.rules.limit, float(np.max(found.quasi_static))
+    load, speed = np.unravel_index(np.argmin(found.oscillation), found.oscillation.shape)
+    least = float(found.oscillation[load, speed])
+    if limit is None or not limit < least < np.inf or any(map(len, found.allowed)):
         return ()
-    least = min(float(np.min(run[:, OSCILLATION])) for loaded in by_load for run, _ in loaded.runs)
-    if least <= rules.limit:
-        return ()
-    slow = max(loaded.quasi_static for loaded in by_load)
     return (
-        f"The limit of {rules.limit / ARCSEC:.4g} arcsec is met at no speed: the drive oscillates by at least "
-        f"{least / ARCSEC:.4g} arcsec in the range, and by {slow / ARCSEC:.4g} arcsec where it turns slowly; "
+        f"The limit of {limit / ARCSEC:.4g} arcsec is met at no speed: the largest motion at each speed of the map "
+        f"oscillates by at least {least / ARCSEC:.4g} arcsec, the least at {found.speeds[speed] / RPM:.5g} rpm with "
+        f"{found.load_text(int(load))}, and by {slow / ARCSEC:.4g} arcsec where the drive turns slowly; "
         "raise the limit, or reduce the kinematic error.",
     )
 
