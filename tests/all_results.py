@@ -235,7 +235,6 @@ WITHOUT_FIGURE = (
     "StatesAtSpeeds",
     "Passage",
     "Passages",
-    "Jumps",
     "StateSpace",
     "Margins",
     "Exceedance",

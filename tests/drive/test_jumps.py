@@ -214,6 +214,15 @@ def drawn(path, points=40):
     )  # fmt: skip
 
 
+def test_a_motion_that_goes_on_where_it_turns_stable_again_does_not_jump():
+    told = sw.jumps(drawn([(0, 1, True), (4, 2, False), (4 - 1e-7, 2, True), (9, 3, True)]))
+    assert (told.on_run_up, told.on_run_down, told.bands) == ((), (), ())
+    assert told.finished_up
+    assert told.finished_down
+    apart = sw.jumps(drawn([(0, 1, True), (4, 2, False), (4 - 1e-7, 2.1, True), (9, 3, True)]))
+    assert [jump.after - jump.before for jump in apart.on_run_up] == pytest.approx([0.1], rel=1e-5)
+
+
 def test_bands_that_overlap_have_each_a_jump_and_its_way_back():
     branch = drawn([(0, 1, True), (4, 2, False), (1, 3, True), (6, 4, False), (3, 5, True), (9, 6, True)])
     told = sw.jumps(branch)

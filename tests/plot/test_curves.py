@@ -60,7 +60,7 @@ def test_a_thing_without_a_figure_is_told_in_one_sentence(axes):
     with pytest.raises(TypeError, match=r"there is no figure of 3; there is one of each of .*Branch, Orbit"):
         sw.draw(3, axes)
     with pytest.raises(TypeError, match="there is no figure of"):
-        RESULTS["Jumps"]().plot(axes)
+        RESULTS["StateSpace"]().plot(axes)
 
 
 def test_a_missing_matplotlib_is_told_with_the_remedy(monkeypatch):

@@ -19,6 +19,8 @@ from ..base.records import Labelled, Result
 from ..base.results import Branch, Orbit
 from ..base.sentences import on_screen
 
+SEAM = 1e-6  # relative difference of two pieces of a curve in value and in size that are one motion where they meet
+
 
 @dataclass(frozen=True)
 class Jump:
@@ -231,7 +233,8 @@ def jumps(branch: Branch) -> Jumps:
         raise ValueError("the branch has no stable orbit that a sweep could follow")
     up, on_up, good_up, legs_up = _sweep(branch, pieces, 1.0)
     down, on_down, good_down, legs_down = _sweep(branch, pieces, -1.0)
-    bands = bands_between(legs_up, legs_down)
+    found = bands_between(legs_up, legs_down)
+    bands = tuple(b for b in found if b.on_run_up or b.on_run_down or b.high - b.low > SEAM * abs(b.high))
     sentence = " ".join(
         [
             _told(branch.parameter, "run-up", on_up, good_up, float(branch.values[up[-1]])),
@@ -345,12 +348,14 @@ def _sweep(
             before = float(branch.peak[last])
             landings = [float(np.interp(edge, values[ahead[k]], branch.peak[ahead[k]])) for k in onto]
             best = int(np.argmin(np.abs(np.array(landings) - before)))
-            jump = Jump(sign * edge, before, landings[best], _cause(branch, sign * edge), len(onto))
             current = onto[best]
+            begin_of = float(values[ahead[current][0]])
+            if abs(landings[best] - before) > SEAM * before or edge - begin_of > SEAM * abs(edge):
+                jump = Jump(sign * edge, before, landings[best], _cause(branch, sign * edge), len(onto))
             visited += list(ahead[current][values[ahead[current]] > edge])
         low, high = sorted((sign * begun, sign * min(edge, ends)))
         legs.append(Leg(leg, low, high, jump))
-        if jump is None:
+        if current == leg:
             break
         begun = edge
     inside = [i for i in visited if values[i] <= ends]

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.results import Branch, Floats, Orbit, Trajectory
+from ..drive.jumps import Jumps
 from ..drive.loop_margin import Bode
 from ..drive.run import DriveRun
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
@@ -16,7 +17,7 @@ from ..numerics.sampled.loops import LoopEnsemble, LoopRun
 from ..sample.result import Variability
 from ..study.analysis.validity import LEVELS, ORDERS, GeneralValidity, ValidityMap
 from ..theory.slow_flow.results import SlowResponse
-from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PINK
+from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PALE, PINK
 from .panels import TIME, Axis, Cells, Note, Panel, angle, angle_unit, panels_of
 
 SAMPLES = 16  # of an orbit, per harmonic
@@ -44,6 +45,21 @@ def branch_panels(branch: Branch) -> list[Panel]:
     panel.parted(branch.values, branch.peak, branch.stable, label="peak |x|")
     panel.points([fold.value for fold in branch.folds], [fold.peak for fold in branch.folds], ORANGE, "fold")
     return [panel]
+
+
+@panels_of.register
+def jumps_panels(found: Jumps) -> list[Panel]:
+    """The largest |x| before and after every jump, over the parameter, with the bands of hysteresis."""
+    runs = (("run-up", BLUE, found.on_run_up), ("run-down", ORANGE, found.on_run_down))
+    sizes = np.array([[jump.before, jump.after] for _, _, each in runs for jump in each]).reshape(-1, 2)
+    panel = Panel("", _parameter(found.parameter), angle("peak |x|", sizes))
+    for band in found.bands:
+        panel.band((band.low, band.high), -np.inf, np.inf, PALE, "hysteresis")
+    for name, colour, each in runs:
+        for jump in each:
+            panel.line([jump.value, jump.value], [jump.before, jump.after], colour, f"{name} jumps")
+        panel.points([jump.value for jump in each], [jump.after for jump in each], colour, f"after a jump, {name}")
+    return [panel] if len(sizes) else []
 
 
 @panels_of.register
