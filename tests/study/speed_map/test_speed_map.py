@@ -356,6 +356,9 @@ def test_a_map_has_its_arrays_in_xarray(tmp_path):
     data = found.to_xarray()
     assert dict(data.sizes)["load"] == 2
     assert data["oscillation"].attrs["units"] == "rad"
+    table = found.to_dataframe()
+    np.testing.assert_array_equal(table.index, found.speeds)
+    np.testing.assert_array_equal(table[["oscillation -50.0", "oscillation 0.0"]], found.oscillation.T)
     np.testing.assert_array_equal(data["forbidden_low"].values, np.concatenate(found.forbidden)[:, 0])
 
 

@@ -1,7 +1,7 @@
 """`SpeedMap`: what `speed_map` returns."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -121,6 +121,7 @@ class SpeedMap(Result):
     scatter: Scatter | None = None
     remarks: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
+    rows: ClassVar[str] = "speed"
 
     @property
     def load_unit(self) -> str:
