@@ -2,6 +2,7 @@
 
 import importlib
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from strainwave.drive.response import exact_response
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.remedies import Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, line_that_matters
+from strainwave.study.analysis.remedies.remedies import every_knob
 from strainwave.study.analysis.resonances import operating_point
 
 module = importlib.import_module("strainwave.study.analysis.remedies.remedies")
@@ -124,6 +126,16 @@ def test_what_is_beyond_the_number_of_drives_is_left_out_and_named():
         ("kinematic error of order 2", -1.0), ("kinematic error of order 2", -0.1), ("inertia of the load", -0.1),
     }  # fmt: skip
     assert left == ("damping of the gear and stiffness of the gear: left out after 3 changed drives",)
+
+
+def test_other_gears_come_first_so_that_no_number_of_drives_leaves_them_out():
+    gear = sw.catalogue.gear("CSG-40-80")
+    drive = replace(project(), gear=gear, drive=gear.drive(load_inertia=J, B=B))
+    subject, response = Subject(SYSTEM, None, SPEEDS, drive), exact_response(SYSTEM, SPEEDS)
+    known = [knob.what for knob in every_knob(subject, response, 100.0)]
+    others = [what for what in known if what.startswith("next ")]
+    assert known[: len(others)] == others
+    assert known[0].startswith("next size of the gear")
 
 
 def test_a_preload_is_among_the_remedies_of_a_law_that_it_stiffens():

@@ -245,7 +245,7 @@ def remedies(
 def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iterator[Knob]:
     """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
     at = response.largest_oscillation()
-    return chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject))
+    return chain(other_gears(subject), knobs(subject, response.curve.coefficients[at], torque))
 
 
 @dataclass
