@@ -2,6 +2,7 @@
 
 import csv
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
+from strainwave.app.commands.response import _sizes
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.analysis import not_exact
 
@@ -64,6 +66,25 @@ def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hyst
     text = invoke(project).stdout
     assert "no bistable range" in text
     assert "hysteresis" not in text
+
+
+@pytest.mark.parametrize(("size", "covered", "said"), [
+    (1e-3, True, "within the limit"), (1e-3, False, "at some speeds none is"), (1e-1, False, "above the limit"),
+])  # fmt: skip
+def test_a_limit_is_met_only_where_a_stable_motion_is_known_at_every_speed(project, size, covered, said):
+    project.write_text(PROJECT + "limit: {oscillation: 1 deg}\n", encoding="utf-8")
+    motions = SimpleNamespace(name="pointing error")
+    line = _sizes(read_project(project), motions, covered, size, 30.0, {"peak_arcsec": 10.0, "speed": 30.0})[0]
+    assert said in line
+    assert ("within" in line) == (said == "within the limit")
+
+
+def test_a_curve_that_ends_inside_its_range_does_not_cover_it(project):
+    drive = read_project(project)
+    judged = drive.judged(drive.response())
+    assert judged.covered
+    assert not judged._replace(whole=False).covered
+    assert not judged._replace(avoid=None).covered
 
 
 def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):

@@ -30,6 +30,7 @@ from .equation import remarks
 from .options import json_option, output_option, project_argument, written_type
 
 FIGURES = (".svg", ".png")
+UNCOVERED = "of the stable motions that are known; at some speeds none is, and there"
 NOT_BISTABLE = ("no bistable range: a run-up and a run-down meet the same motions",)
 
 
@@ -101,7 +102,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", found.name),
         Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", _ranged(project)),
         Fact("oscillation.speed", fast), Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
-        Fact("", _sizes(project, found, size, fast, peak) if peak else known["sweep"], "{}"),
+        Fact("", _sizes(project, found, judged.covered, size, fast, peak) if peak else known["sweep"], "{}"),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
         Fact("limits", tuple(one.data() for one in judged.findings)),
         Fact("", _torques(project, judged), "torque {}"),
@@ -110,7 +111,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         Fact("jump_up_speed", speeds.own(sweep.jump_up) if sweep else None),
         Fact("jump_down_speed", speeds.own(sweep.jump_down) if sweep else None),
         Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands)),
-        Fact("", tuple(_hysteresis(speeds, band) for band in bands) or NOT_BISTABLE, "{}"),
+        Fact("", tuple(_hysteresis(speeds, band) for band in bands) or (NOT_BISTABLE if judged.whole else ()), "{}"),
         *(Fact(key, value) for key, value in known.items()),
         Fact("", f"{known['harmonics']} harmonics; {left_out}", "{}"),
         Fact("", WHAT_X_IS, "{}"),
@@ -139,13 +140,17 @@ def _remarks(project: Project) -> list[str]:
     return said
 
 
-def _sizes(project: Project, found: DriveResponse, size: float, fast: float, peak: dict[str, Any]) -> tuple[str, ...]:
+def _sizes(
+    project: Project, found: DriveResponse, covered: bool, size: float, fast: float, peak: dict[str, Any]
+) -> tuple[str, ...]:  # fmt: skip
     """The largest oscillation [rad] against its limit, and the largest error."""
     largest, unit, limit = peak["peak_arcsec"] * ARCSEC, project.speeds.own_unit, project.limit
     against, angle = "", angle_unit(largest)
     if limit is not None:
         where, alone = "above" if size > limit else "within", " under this load alone" * _ranged(project)
         against = f", {where} the limit of {angle_unit(limit).text(limit)}{alone}"
+        if size <= limit and not covered:
+            against = f", {UNCOVERED} the limit of {angle_unit(limit).text(limit)} is not known to be met"
     return (
         f"{found.name}, largest oscillation: {angle.text(size)} at {number(fast, 5)} {unit}{against}",
         f"with its mean: at most {angle.text(largest)} at {number(peak['speed'], 5)} {unit}",

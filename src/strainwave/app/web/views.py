@@ -151,6 +151,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "torque_exceeded": exceeded,
         "load_torques": [low, project.mean_load_torque, high],
         "passes": judged.passes,
+        "covered": judged.covered,
         "failures": list(judged.failures),
         "limits": [one.data() for one in judged.findings],
         "required_motor": None

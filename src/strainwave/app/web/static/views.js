@@ -73,7 +73,8 @@ async function response() {
   r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
   await draw("torque", { data: torque, layout: { xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
   const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
-  const against = r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
+  const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
+  const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds none is, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
   const failures = r.failures.map((text) => signed(text) + " ").join("");
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}.` : "";

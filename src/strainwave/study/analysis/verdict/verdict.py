@@ -139,6 +139,8 @@ class Judged(NamedTuple):
         The same against the limits of the gear and of the motor.
     jumps : bool
         Whether a drive with a limit of its oscillation fails by jumps of a slow run-up or run-down.
+    whole : bool
+        Whether the curve goes through the whole range.
     """
 
     verdict: Verdict
@@ -148,6 +150,12 @@ class Judged(NamedTuple):
     motor: MotorUse | None
     findings: tuple[Finding, ...]
     jumps: bool = False
+    whole: bool = True
+
+    @property
+    def covered(self) -> bool:
+        """Whether a stable motion is known at every speed, so that the largest oscillation is that of the range."""
+        return self.whole and self.avoid is not None and not self.avoid.unstable
 
     @property
     def failures(self) -> tuple[str, ...]:
@@ -190,7 +198,7 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
         passes = False if verdict.exceeded or avoid is None or avoid.unstable else None
     jumps = project.limit is not None and response.sweep is not None and bool(response.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
-    return Judged(verdict, passes, avoid, usage, motor, findings, jumps)
+    return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found)
 
 
 def _avoid(project: Project, found: DriveResponse) -> Avoid | None:
