@@ -57,7 +57,7 @@ def test_a_figure_is_made_where_no_axes_are_given():
 
 
 def test_a_thing_without_a_figure_is_told_in_one_sentence(axes):
-    with pytest.raises(TypeError, match=r"there is no figure of 3; there is one of each of .*Branch, Orbit"):
+    with pytest.raises(TypeError, match=r"there is no figure of 3; there is one of each of .*Branch, Jumps, Orbit"):
         sw.draw(3, axes)
     with pytest.raises(TypeError, match="there is no figure of"):
         RESULTS["StateSpace"]().plot(axes)
