@@ -233,8 +233,8 @@ def jumps(branch: Branch) -> Jumps:
         raise ValueError("the branch has no stable orbit that a sweep could follow")
     up, on_up, good_up, legs_up = _sweep(branch, pieces, 1.0)
     down, on_down, good_down, legs_down = _sweep(branch, pieces, -1.0)
-    found = bands_between(legs_up, legs_down)
-    bands = tuple(b for b in found if b.on_run_up or b.on_run_down or b.high - b.low > SEAM * abs(b.high))
+    between = bands_between(legs_up, legs_down)
+    bands = tuple(b for b in between if b.on_run_up or b.on_run_down or b.high - b.low > SEAM * abs(b.high))
     sentence = " ".join(
         [
             _told(branch.parameter, "run-up", on_up, good_up, float(branch.values[up[-1]])),

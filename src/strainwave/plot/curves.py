@@ -48,12 +48,12 @@ def branch_panels(branch: Branch) -> list[Panel]:
 
 
 @panels_of.register
-def jumps_panels(found: Jumps) -> list[Panel]:
+def jumps_panels(sweeps: Jumps) -> list[Panel]:
     """The largest |x| before and after every jump, over the parameter, with the bands of hysteresis."""
-    runs = (("run-up", BLUE, found.on_run_up), ("run-down", ORANGE, found.on_run_down))
+    runs = (("run-up", BLUE, sweeps.on_run_up), ("run-down", ORANGE, sweeps.on_run_down))
     sizes = np.array([[jump.before, jump.after] for _, _, each in runs for jump in each]).reshape(-1, 2)
-    panel = Panel("", _parameter(found.parameter), angle("peak |x|", sizes))
-    for band in found.bands:
+    panel = Panel("", _parameter(sweeps.parameter), angle("peak |x|", sizes))
+    for band in sweeps.bands:
         panel.band((band.low, band.high), -np.inf, np.inf, PALE, "hysteresis")
     for name, colour, each in runs:
         for jump in each:

@@ -296,17 +296,17 @@ def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> list[Span]:
     return found
 
 
-def _unreachable(found: SpeedMap) -> tuple[str, ...]:
+def _unreachable(result: SpeedMap) -> tuple[str, ...]:
     """That no speed meets the limit of the oscillation under any load, in one sentence."""
-    limit, slow = found.rules.limit, float(np.max(found.quasi_static))
-    load, speed = np.unravel_index(np.argmin(found.oscillation), found.oscillation.shape)
-    least = float(found.oscillation[load, speed])
-    if limit is None or not limit < least < np.inf or any(map(len, found.allowed)):
+    limit, slow = result.rules.limit, float(np.max(result.quasi_static))
+    load, speed = np.unravel_index(np.argmin(result.oscillation), result.oscillation.shape)
+    least = float(result.oscillation[load, speed])
+    if limit is None or not limit < least < np.inf or any(map(len, result.allowed)):
         return ()
     return (
         f"The limit of {limit / ARCSEC:.4g} arcsec is met at no speed: the largest motion at each speed of the map "
-        f"oscillates by at least {least / ARCSEC:.4g} arcsec, the least at {found.speeds[speed] / RPM:.5g} rpm with "
-        f"{found.load_text(int(load))}, and by {slow / ARCSEC:.4g} arcsec where the drive turns slowly; "
+        f"oscillates by at least {least / ARCSEC:.4g} arcsec, the least at {result.speeds[speed] / RPM:.5g} rpm with "
+        f"{result.load_text(int(load))}, and by {slow / ARCSEC:.4g} arcsec where the drive turns slowly; "
         "raise the limit, or reduce the kinematic error.",
     )
 
