@@ -3,8 +3,9 @@
 import json
 import os
 import re
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -143,6 +144,21 @@ def test_a_dataset_has_dimensions_units_and_single_numbers():
     assert run_data["pointing"].attrs["units"] == "rad"
 
 
+@pytest.mark.parametrize("name", ["DriveResponse", "Branch", "OrderScan"])
+def test_a_table_is_saved_as_csv_with_its_units(name, tmp_path):
+    result = RESULTS[name]()
+    table, data = result.to_dataframe(), result.to_xarray()
+    lines = result.save(tmp_path / "r.csv").read_text("utf-8").splitlines()
+    header = lines[0].split(",")
+    values = np.genfromtxt(lines[1:], delimiter=",", ndmin=2)
+    assert values.shape == (len(table), len(table.columns) + 1)
+    for i, column in enumerate(table.columns, 1):
+        unit = data[column].attrs.get("units", "") if column in data else data[column.split()[0]].attrs["units"]
+        assert header[i] == (f"{column} [{unit}]" if unit else column)
+        if table[column].dtype.kind in "fib":
+            assert np.array_equal(values[:, i], table[column], equal_nan=True)
+
+
 def test_a_table_has_a_row_for_every_point():
     table = branch().to_dataframe()
     assert len(table) == len(branch())
@@ -204,6 +220,21 @@ def test_a_mat_file_that_was_changed_anywhere_is_refused(tmp_path):
             sw.load(path)
     path.write_bytes(b"MATLAB 5.0 MAT-file".ljust(116) + whole[116:])  # as earlier versions wrote it
     assert np.array_equal(sw.load(path).peak, branch().peak)
+
+
+def test_a_mat_file_of_others_that_is_damaged_is_refused(tmp_path, monkeypatch):
+    """A wrong type of an array's name, in byte 177, ends the process of SciPy's reader by a signal."""
+    monkeypatch.chdir(tmp_path)
+    Path("pickle.py").write_text("raise SystemExit")  # no module of the folder is taken
+    stream = BytesIO()
+    savemat(stream, {"time": 0.1 * np.arange(9.0), "torque": np.ones(9)})
+    whole = stream.getvalue()
+    for content in (whole[:177] + b"\xad" + whole[178:], whole[:177] + b"\x94" + whole[178:], whole[:150], b"text"):
+        Path("damaged.mat").write_bytes(content)
+        with pytest.raises(ValueError, match=r"^damaged\.mat is no whole \.mat file of strainwave"):
+            sw.load("damaged.mat")
+        with pytest.raises(ValueError, match=r"damaged\.mat:1:1: file: is no whole \.mat file"):
+            sw.read_log("damaged.mat")
 
 
 def test_a_missing_chunk_of_a_zarr_store_is_seen(tmp_path):
@@ -269,9 +300,12 @@ def test_what_no_file_gives_back_is_refused_before_anything_is_written(tmp_path)
     with pytest.raises(ValueError, match=r"train\.law is a Doubled of your own .*; pickle the result, or save its"):
         mine.save(tmp_path / "run.nc")
     with pytest.raises(
-        ValueError, match=r"cannot save a Branch as 'b\.csv'; use a name that ends in \.nc, \.zarr, \.npz or \.mat"
+        ValueError,
+        match=r"cannot save a Branch as 'b\.xls'; use a name that ends in \.nc, \.zarr, \.npz, \.mat or \.csv",
     ):
-        branch().save(tmp_path / "b.csv")
+        branch().save(tmp_path / "b.xls")
+    with pytest.raises(ValueError, match=r"a Silent has no table that CSV can hold; use a name that ends in \.nc, "):
+        Silent().save(tmp_path / "b.csv")
     (tmp_path / "folder.zarr").mkdir()
     with pytest.raises(ValueError, match=r"folder\.zarr is a folder and no Zarr store; give another name"):
         branch().save(tmp_path / "folder.zarr")
@@ -371,6 +405,7 @@ def test_a_response_saved_when_its_curve_was_a_result_of_its_own_is_read():
     assert not list(differences(found.sweep, archive._unpacked(curve, arrays, Path("former.nc")).sweep))
 
 
+@dataclass(frozen=True)
 class Silent(Result):
     """A result of one's own that has nothing to say yet."""
 

@@ -77,7 +77,7 @@ def test_saved_trajectory_reads_back(tmp_path, name):
 def test_other_file_types_are_refused_before_anything_is_written(tmp_path):
     with pytest.raises(
         ValueError,
-        match=r"cannot save a trajectory as 'run\.xlsx'; use a name that ends in \.nc, \.zarr, \.npz, \.mat or \.csv",
+        match=r"cannot save a Trajectory as 'run\.xlsx'; use a name that ends in \.nc, \.zarr, \.npz, \.mat or \.csv",
     ):
         cosine(np.linspace(0.0, 1.0, 3)).save(tmp_path / "run.xlsx")
     assert os.listdir(tmp_path) == []

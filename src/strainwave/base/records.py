@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from .above import above
-from .archive import as_file, listed, version, write
+from .archive import as_file, atomic, listed, version, write
 from .facts import Fact, lines
 from .formats import ENDINGS
 from .sentences import on_screen
@@ -69,40 +69,59 @@ class Result:
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Table of what `to_xarray` has along `rows`, in SI; a second dimension is spread over columns."""
+        return self._table()[0]
+
+    def _table(self) -> "tuple[pd.DataFrame, list[str]]":
+        """The table, and the units of its index and of its columns."""
         import pandas as pd
 
-        data, columns = self.to_xarray(), {}
+        data, columns, units = self.to_xarray(), {}, {}
         for name, value in chain(data.coords.items(), data.data_vars.items()):
+            own: dict[str, Any] = {}
             if value.dims[:1] == (self.rows,) and value.ndim == 1 and name != self.rows:
-                columns[str(name)] = value.values
+                own[str(name)] = value.values
             elif value.ndim == 2 and self.rows in value.dims:
                 (across,) = set(value.dims) - {self.rows}
                 labels = data[across].values if across in data.coords else range(value.sizes[across])
                 table = value.transpose(self.rows, across).values
-                columns |= {f"{name} {label}": table[:, i] for i, label in enumerate(labels)}
+                own = {f"{name} {label}": table[:, i] for i, label in enumerate(labels)}
+            columns |= own
+            units |= dict.fromkeys(own, value.attrs.get("units", ""))
         index = data.indexes.get(self.rows, pd.RangeIndex(data.sizes.get(self.rows, 0), name=self.rows))
-        return pd.DataFrame(columns, index=index)
+        unit = data[self.rows].attrs.get("units", "") if self.rows in data.coords else ""
+        return pd.DataFrame(columns, index=index), [unit, *units.values()]
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything as NetCDF (`.nc`), Zarr (`.zarr`), NumPy (`.npz`) or MATLAB (`.mat`) for `load`.
 
         `load` reads it back to the bit. The file appears only when it is complete. xarray reads `.nc` and `.zarr` as
-        they are; in MATLAB every array is a struct with `value`, `unit` and `dimensions`.
+        they are; in MATLAB every array is a struct with `value`, `unit` and `dimensions`. CSV (`.csv`) is the table of
+        `to_dataframe` with units in its header, which `load` does not read.
 
         Raises
         ------
         ValueError
-            If the ending is another, or the result holds a class that is not of this package.
+            If the ending is another, the result holds a class that is not of this package, or has no table for CSV.
         TypeError
             If the path is none.
         FileNotFoundError
             If there is no such folder.
         """
-        path = as_file(path)
-        if path.suffix not in ENDINGS:
-            name = type(self).__name__
-            raise ValueError(f"cannot save a {name} as {path.name!r}; use a name that ends in {listed(ENDINGS)}")
-        write(self, self.to_xarray(), path)
+        path, name = as_file(path), type(self).__name__
+        if path.suffix in ENDINGS:
+            write(self, self.to_xarray(), path)
+            return path
+        if path.suffix != ".csv":
+            endings = listed((*ENDINGS, ".csv"))
+            raise ValueError(f"cannot save a {name} as {path.name!r}; use a name that ends in {endings}")
+        table, units = self._table()
+        if table.empty:
+            raise ValueError(f"a {name} has no table that CSV can hold; use a name that ends in {listed(ENDINGS)}")
+        table = table.reset_index()
+        table.columns = [f"{column} [{unit}]" if unit else column for column, unit in zip(table, units, strict=True)]
+        table = table.astype(dict.fromkeys(table.select_dtypes(bool).columns, int))
+        with atomic(path) as part:
+            table.to_csv(part, index=False, lineterminator="\n")
         return path
 
     def panels(self) -> Sequence[Any]:

@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .archive import as_file, atomic, listed
-from .formats import ENDINGS
+from .archive import as_file, atomic
 from .records import Labelled, Result
 from .sentences import on_screen
 from .series import oscillation
@@ -150,11 +149,8 @@ class Trajectory(Result):
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything as other results do, or t and y as CSV (`.csv`); the file appears when it is complete."""
         path = as_file(path)
-        if path.suffix in ENDINGS:
-            return super().save(path)
         if path.suffix != ".csv":
-            said = listed((*ENDINGS, ".csv"))
-            raise ValueError(f"cannot save a trajectory as {path.name!r}; use a name that ends in {said}")
+            return super().save(path)
         names = ["x_rad", "v_rad_per_s"] if len(self.y) == 2 else [f"y{i}" for i in range(len(self.y))]
         with atomic(path) as part:
             header = ",".join(["t_s", *names])

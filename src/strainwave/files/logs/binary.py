@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import loadmat
 
+from ...base.formats import mat_variables
 from ...base.results import Floats
 from .names import canonical, named
 from .table import Column, refuse
@@ -28,7 +28,7 @@ def read_npz(path: Path) -> Read:
 def read_mat(path: Path) -> Read:
     """Variables and fields of structs of a MATLAB file."""
     try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=False)
+        content = mat_variables(path, squeezed=True)
     except NotImplementedError:
         raise refuse(path, "is a MATLAB file of version 7.3; save it with -v7") from None
     except Exception as error:  # as above

@@ -7,19 +7,15 @@ Stretches of a measured motion: rest, constant speed, run-up, run-down.
 """
 
 import math
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ...base.archive import as_file, atomic, listed
-from ...base.formats import ENDINGS
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -354,27 +350,6 @@ class Log(Result):
     def variables(self) -> Labelled:
         """The channels over the time."""
         return {name: ("time", values, self.units[name]) for name, values in self.channels.items()}
-
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write as other results do, or as CSV (`.csv`) that `read_log` reads; the file appears when it is complete.
-
-        Raises
-        ------
-        ValueError
-            If the ending is another.
-        """
-        path = as_file(path)
-        if path.suffix in ENDINGS:
-            return super().save(path)
-        if path.suffix != ".csv":
-            raise ValueError(
-                f"cannot save a log as {path.name!r}; use a name that ends in {listed((*ENDINGS, '.csv'))}"
-            )
-        header = ",".join(["time [s]", *(f"{name} [{self.units[name]}]" for name in self.channels)]).replace(" []", "")
-        with atomic(path) as part:
-            table = np.column_stack([self.time, *self.channels.values()])
-            np.savetxt(part, table, delimiter=",", header=header, comments="", fmt="%.17g")
-        return path
 
     def __str__(self) -> str:
         rows = [
