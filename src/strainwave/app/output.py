@@ -26,6 +26,7 @@ REMEDIES = {
     errno.EEXIST: "a file stands where a folder is to go; choose another place",
     errno.ENOTDIR: "a file stands where a folder is to go; choose another place",
 }
+WRITTEN: list[Path] = []  # folders with results of this process
 LAST = "report.html"  # moved last: where it stands, the files that belong to it are there
 
 
@@ -55,6 +56,7 @@ def staged(folder: Path) -> Iterator[Path]:
                 )
         for file in files:
             os.replace(file, folder / file.name)
+        WRITTEN.append(folder)
     except BaseException as error:
         shutil.rmtree(part, ignore_errors=True)
         _remove(new_folders)

@@ -54,6 +54,34 @@ cli.main()
 """
 
 
+# Commands that a signal reaches where their results are printed, and when they have ended.
+LATE = """\
+import atexit, signal, sys
+from strainwave.app.commands import cli
+
+def late(*_, **__):
+    signal.raise_signal(signal.SIGINT)
+
+if sys.argv.pop(1) == "printing":
+    cli.click.echo, echo = (lambda text, err=False: echo(text, err=True) if err else late()), cli.click.echo
+else:
+    atexit.register(late)
+cli.main()
+"""
+
+
+@pytest.mark.parametrize(("when", "code", "said"), [("printing", 130, "interrupted; written: "), ("ended", 0, "")])
+def test_a_signal_after_writing_says_what_is_written_or_interrupts_nothing(drive, tmp_path, when, code, said):
+    call = [sys.executable, "-c", LATE, when, "speed-map", str(drive), "-o", str(tmp_path / "map")]
+    how = {"text": True, "capture_output": True, "timeout": 300.0, "env": os.environ | {"STRAINWAVE_JIT": "0"}}
+    run = subprocess.run(call, **how, check=False)
+    assert run.returncode == code, run.stderr
+    assert said in run.stderr
+    assert ("interrupted" in run.stderr) == (code == 130)
+    assert "Traceback" not in run.stderr
+    assert (tmp_path / "map" / "cells.csv").is_file()
+
+
 def stopped(after, *call):
     how = {"text": True, "capture_output": True, "timeout": 300.0, "env": os.environ | {"STRAINWAVE_JIT": "0"}}
     run = subprocess.run([sys.executable, "-c", STOPPED, str(after), *map(str, call)], **how, check=False)

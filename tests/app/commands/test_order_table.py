@@ -60,7 +60,8 @@ def test_speed_direction_and_ratio_are_changed_on_the_way(tmp_path):
     table.write(tmp_path / "t.json")
     given = (tmp_path / "t.json", tmp_path / "t.mpf", "--format", "sinumerik", "--option", "capacity=5000")
     assert "whose phase depends on the speed" in invoke(*given, "--one-way", "forward").output
-    assert "one_way" in invoke(*given, "--speed", "300 rpm").output
+    assert "--one-way forward, --one-way backward or --one-way mean" in invoke(*given, "--speed", "300 rpm").output
+    assert "choose one with --speed" in invoke(*given, "--one-way", "forward").output
     assert "give the table its ratio" in invoke(*given, "--speed", "300 rpm", "--one-way", "backward").output
     run = invoke(*given, "--speed", "300 rpm", "--one-way", "backward", "--ratio", 50)
     assert run.exit_code == 0, run.output

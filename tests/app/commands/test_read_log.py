@@ -5,10 +5,12 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
+import pytest
 from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
+from strainwave.app.commands.options import in_options
 
 JOINT = Path(__file__).parents[2] / "measured/kinova_gen3/joint_5.csv"
 
@@ -74,3 +76,35 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
     run = invoke(JOINT, "--columns", "a,b,c,d,e", "--column", "a=1")
     assert run.exit_code == 2
     assert "give one of the two" in run.stderr
+
+
+@pytest.mark.parametrize(
+    ("sentence", "typed"),
+    [
+        ("leave it out with keep(...) or drop", "leave it out with --drop"),
+        ("leave it out with keep(...)", "leave it out of the file"),
+        ("take strongest(9), or let the weakest be left out with drop", "take --drop, which leaves out the weakest"),
+        ("give columns=['time', 'load_angle', ...], a", "give --columns time,load_angle,..., a"),
+        ("give columns={'time': ...}, or rate", "give --column time=..., or --rate"),
+        ("place, columns={'torque': 3, 'torque 2': 4}", "place, --column torque=3 --column 'torque 2=4'"),
+        ("units={'load_angle': 'deg/s'} if", "--unit load_angle=deg/s if"),
+        ("load_angle in rad: units= says what", "load_angle in rad: --unit says what"),
+        ("trim=0 keeps them", "--trim 0 keeps them"),
+        ("the units are rad", "the units are rad"),
+    ],
+)
+def test_sentences_name_options_in_place_of_calls(sentence, typed):
+    assert in_options(sentence) == typed
+
+
+def test_complaints_and_doubts_name_options(tmp_path):
+    path = tmp_path / "log.csv"
+    t = 0.01 * np.arange(200.0)
+    np.savetxt(path, np.column_stack([t, t]), header="position,velocity", comments="", delimiter=",")
+    assert "give --column time=..., or --rate" in invoke(path).stderr
+    np.savetxt(
+        path, np.column_stack([t, 0.0 * t + 57.3, t]), header="time,velocity,position", comments="", delimiter=","
+    )
+    assert "in deg/s, --unit load_speed=deg/s" in invoke(path).stdout
+    np.savetxt(path, np.column_stack([t, t]))
+    assert "give --columns time,load_angle,..." in invoke(path).stderr

@@ -137,7 +137,7 @@ def test_the_certificate_of_the_curve_is_its_distance_from_integration(judged):
 
 def test_drives_are_compared_with_the_numbers_of_their_reports(judged):
     _, folder, output = judged
-    page = (folder / "comparison.html").read_text(encoding="utf-8")
+    page = (folder / "verdicts.html").read_text(encoding="utf-8")
     assert "1 of 3 drives pass at all their speeds" in page
     for name in ("free", "kept", "passed"):
         assert f'href="{name}/report.html"' in page
@@ -146,7 +146,7 @@ def test_drives_are_compared_with_the_numbers_of_their_reports(judged):
         for what in ("largest oscillation", "margin", "jumps", "torque", "smallest change"):
             assert f"<td>{verdict['answers'].get(what, '–')}</td>" in page
     assert "http" not in re.sub(r'xmlns="http://www.w3.org/2000/svg"', "", page)
-    assert output.endswith(f"comparison: {folder / 'comparison.html'}\n")
+    assert output.endswith(f"comparison: {folder / 'verdicts.html'}\n")
 
 
 def test_a_comparison_says_which_load_the_curve_of_a_drive_is_for(tmp_path):
@@ -155,7 +155,7 @@ def test_a_comparison_says_which_load_the_curve_of_a_drive_is_for(tmp_path):
     ranged = text.replace("excitation: {", "excitation: {load_torque: {mean: {from: -20 N*m, to: 60 N*m}}, ")
     files[1].write_text(ranged, encoding="utf-8")
     folder, _ = analysed(tmp_path, *files, options=["--compare"])
-    page = (folder / "comparison.html").read_text(encoding="utf-8")
+    page = (folder / "verdicts.html").read_text(encoding="utf-8")
     results = json.loads((folder / files[1].stem / "results.json").read_text(encoding="utf-8"))
     torque = results["largest_oscillation"]["load_torque_Nm"]
     assert torque > 20.0  # the middle of the range, which has not the largest oscillation
@@ -213,7 +213,7 @@ def test_a_check_reads_every_file_and_writes_nothing(tmp_path, monkeypatch):
     assert sorted(tmp_path.iterdir()) == before
 
 
-@pytest.mark.parametrize("name", ["..", ".", "comparison.html"])
+@pytest.mark.parametrize("name", ["..", ".", "verdicts.html"])
 def test_a_file_whose_report_would_have_no_folder_of_its_own_is_refused(tmp_path, name):
     result = CliRunner().invoke(
         cli,

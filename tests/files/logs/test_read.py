@@ -168,6 +168,39 @@ def test_an_angle_that_does_not_grow_as_its_speed_says_is_doubted(tmp_path, angl
     assert (log.doubts == ()) if said is None else (said in log.doubts[0])
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".npz"])
+@pytest.mark.parametrize(
+    ("name", "first", "factor", "unit"),
+    [
+        ("timestamp", 1.7e9, 1.0, ""),
+        ("timestamp", 1.7e9, 1e3, "ms"),
+        ("timestamp", 1.7e9, 1e6, "us"),
+        ("timestamp", 1.7e9, 1e9, "ns"),
+        ("timestamp_ns", 1.7e9, 1e9, None),
+        ("time", 3200.0, 1e9, None),  # ns since a computer was started have the size of ms since 1970
+    ],
+)
+def test_times_since_1970_are_read_in_their_unit(tmp_path, suffix, name, first, factor, unit):
+    t = np.arange(2001) / 500.0
+    v, x = trapezoid(t)
+    columns = {name: (first + t) * factor, "load_angle": x, "load_speed": v}
+    path = tmp_path / f"log{suffix}"
+    if suffix == ".csv":
+        table = np.column_stack(list(columns.values()))
+        np.savetxt(path, table, "%.20g", header=",".join(columns), delimiter=",", comments="")
+    else:
+        np.savez(path, **columns)
+    log = sw.read_log(path, trim=0)
+    said = [note for note in log.notes if "since 1970" in note]
+    if name == "time":
+        assert "is it in ms, us or ns? units={'time': 'ms'}" in log.doubts[0]
+        log = sw.read_log(path, trim=0, units={"time": "ns"})
+    assert log.rate == pytest.approx(500.0, rel=1e-6)
+    assert log.doubts == ()
+    assert len(said) == (1 if unit else 0)
+    assert all(f"read as {unit} since 1970" in note for note in said)
+
+
 def test_a_saturated_channel_is_doubted_and_a_quantised_one_is_not(tmp_path):
     t = np.arange(4000) / 1000.0
     torque = 2.0 * np.sin(7.0 * t) + 0.02 * RNG.standard_normal(len(t))

@@ -14,14 +14,14 @@ from ..output import staged
 from ..report.report import Report, verdicts_page, write
 from .options import file_type, json_option, output_option
 
-COMPARISON = "comparison.html"
+COMPARISON = "verdicts.html"
 DRIVES = ("article", "CSG-40-50")
 
 
 @click.command()
 @click.argument("projects", metavar="PROJECT...", nargs=-1, required=True, type=file_type)
 @output_option("Folder for report.html, results.json and CSV files; several projects have a folder in it each.")
-@click.option("--compare", is_flag=True, help="Write comparison.html too: pass or fail of every project side by side.")
+@click.option("--compare", is_flag=True, help="Write verdicts.html too: pass or fail of every project side by side.")
 @click.option("--check", is_flag=True, help="Read the files only, and say whether they are valid.")
 @json_option
 def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, check: bool, as_json: bool) -> None:

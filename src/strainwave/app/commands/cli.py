@@ -7,6 +7,7 @@ this folder, which is imported where the command is called: `--help` reads what 
 import errno
 import os
 import re
+import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -76,16 +77,21 @@ class Sentences(click.Group):
         except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt as stop:
-            click.echo(f"strainwave: {str(stop) or 'interrupted; nothing was written: run it again'}", err=True)
+            output = sys.modules.get("strainwave.app.output")
+            kept = ", ".join(map(str, output.WRITTEN)) if output is not None else ""
+            default = f"interrupted; written: {kept}" if kept else "interrupted; nothing was written: run it again"
+            click.echo(f"strainwave: {str(stop) or default}", err=True)
             ctx.exit(INTERRUPTED)
         except Exception as error:  # whatever it is, a user gets one sentence; --debug shows the rest
             if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":
                 raise
+            from .options import in_options
+
             files = sys.modules.get("strainwave.files.yaml_text")
             if files is not None and isinstance(error, files.FileError):
-                click.echo(str(error), err=True)
+                click.echo(in_options(str(error)), err=True)
                 ctx.exit(INVALID_PROJECT)
-            click.echo(f"strainwave: {_sentence(error)}", err=True)
+            click.echo(f"strainwave: {in_options(_sentence(error))}", err=True)
             ctx.exit(FAILED)
 
 
@@ -129,4 +135,10 @@ def main() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 (open as long as the process)
-    cli(prog_name="strainwave")
+    try:
+        cli(prog_name="strainwave")
+    except SystemExit as end:
+        if not end.code:  # all is done: what is asked of the process on its way out interrupts nothing
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise

@@ -1,8 +1,11 @@
 """Arguments and options that several commands take."""
 
+import re
+from ast import literal_eval
 from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import click
@@ -20,6 +23,36 @@ retune_option = click.option(
 limit_option = click.option(
     "--limit", help='Largest oscillation, for example "60 arcsec". Default: limit.oscillation of the file.'
 )
+
+
+# Calls that sentences of the library name, and the options of the commands in their place.
+CALLS = (
+    (re.compile(r"\bone_way\('(\w+)'\)"), r"--one-way \1"),
+    (re.compile(r"\bat_speed\(\.\.\.\)"), "--speed"),
+    (re.compile(r"\bkeep\(\.\.\.\) or drop\b"), "--drop"),
+    (re.compile(r"\bout with keep\(\.\.\.\)"), "out of the file"),
+    (
+        re.compile(r"\bstrongest\((\d+)\), or let the weakest be left out with drop\b"),
+        "--drop, which leaves out the weakest",
+    ),
+    (re.compile(r"\bcolumns=\['time', 'load_angle', \.\.\.\]"), "--columns time,load_angle,..."),
+    (re.compile(r"\bcolumns=\{'time': \.\.\.\}, or rate\b"), "--column time=..., or --rate"),
+    (re.compile(r"\bunits= says"), "--unit says"),
+    (re.compile(r"\btrim=0\b"), "--trim 0"),
+)
+GIVEN = re.compile(r"\b(unit|column)s=(\{[^{}]*\})")
+
+
+def in_options(sentence: str) -> str:
+    """A sentence of the library with options of the commands in place of its calls."""
+    for call, option in CALLS:
+        sentence = call.sub(option, sentence)
+    return GIVEN.sub(_pairs_as_typed, sentence)
+
+
+def _pairs_as_typed(given: re.Match[str]) -> str:
+    pairs_given = literal_eval(given[2]).items()
+    return " ".join(f"--{given[1]} {quote(f'{channel}={value}')}" for channel, value in pairs_given)
 
 
 def output_option(help: str, **attributes: Any) -> Callable[[Any], Any]:

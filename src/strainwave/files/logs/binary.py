@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.formats import mat_variables
 from ...base.results import Floats
-from .names import canonical, named
+from .names import canonical, epoch_unit, named
 from .table import Column, refuse
 
 Read = tuple[list[Column], list[str]]
@@ -89,8 +89,8 @@ def _own_time(name: str, arrays: dict[str, Floats]) -> str | None:
 
 
 def _seconds(name: str, arrays: dict[str, Floats]) -> Floats:
-    unit = named(name).unit
-    return arrays[name] * {"ms": 1e-3, "us": 1e-6}.get(unit, 1.0)
+    unit = named(name).unit or epoch_unit(arrays[name])
+    return arrays[name] * {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}.get(unit, 1.0)
 
 
 def read_parquet(path: Path) -> Read:

@@ -5,6 +5,8 @@ from contextlib import suppress
 from math import pi
 from typing import NamedTuple
 
+import numpy as np
+
 from ...base.results import Floats
 from ...base.units import NUMBER, convert, parse
 from ...study.identification.run import CANONICAL
@@ -26,11 +28,12 @@ _OWN = {
 }
 # In a name without brackets these endings are units; a single m is the motor.
 _ENDINGS = {
-    "s": "s", "ms": "ms", "us": "us", "rad": "rad", "mrad": "mrad", "deg": "deg", "arcmin": "arcmin",
+    "s": "s", "ms": "ms", "us": "us", "ns": "ns", "rad": "rad", "mrad": "mrad", "deg": "deg", "arcmin": "arcmin",
     "arcsec": "arcsec", "rev": "rev", "turns": "rev", "rad_per_s": "rad/s", "rad_s": "rad/s", "rads": "rad/s",
     "deg_per_s": "deg/s", "deg_s": "deg/s", "rpm": "rpm", "rev_per_s": "rev/s", "nm": "N*m", "n_m": "N*m",
     "mnm": "mN*m", "ncm": "N*cm", "a": "A", "ma": "mA", "v": "V", "mv": "mV", "hz": "Hz",
 }  # fmt: skip
+EPOCH = 978_307_200.0, 4_102_444_800.0  # s from 1970 to 2001 and to 2100
 _SPELT = {
     "grad": "deg",
     "°/s": "deg/s",
@@ -131,6 +134,19 @@ def converted(values: Floats, unit: str | float, kind: str) -> Floats:
 def expected(channel: str) -> str:
     """SI unit of a canonical channel or the time, "" of others."""
     return "s" if channel == "time" else CANONICAL.get(channel, "")
+
+
+def epoch_unit(time: Floats) -> str:
+    """Unit in which times without one count from 1970: "ms", "us" or "ns"; "" where they do not.
+
+    Of 2001 to 2100, in steps of less than a minute: times since a computer was started, in ns, may have the size of
+    those since 1970 in ms.
+    """
+    known = time[np.isfinite(time)]
+    for unit, size in (("ms", 1e3), ("us", 1e6), ("ns", 1e9)):
+        if len(known) > 1 and EPOCH[0] <= np.min(known) / size and np.max(known) / size <= EPOCH[1]:
+            return unit if np.median(np.abs(np.diff(known))) / size < 60.0 else ""
+    return ""
 
 
 def _spelt(unit: str) -> str:

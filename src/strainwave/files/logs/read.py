@@ -18,13 +18,14 @@ from ...study.identification.log import Log
 from ..yaml_text import as_path
 from .binary import BINARY
 from .conditioning import aligned, averaged, regular, trimmed, unwrapped
-from .names import canonical, converted, expected, named, si_unit
+from .names import canonical, converted, epoch_unit, expected, named, si_unit
 from .table import Column, place_of, read_table, refuse, unit_of
 
 WRONG_GEAR = 0.02  # relative difference of measured and given ratio
 
 AGREES = 0.2  # relative: angle and integral of the speed
 CLOSE = 0.03  # relative: to a factor between units
+SLOW = 3600.0  # s, a sample of a log of a drive
 STILL = 1e-5  # rad: less is no motion
 CLIPPED, LONGEST = 0.005, 3  # share of the samples at an extreme value, samples in a row there
 # What an angle grows relative to the integral of the speed when one of them is in another unit than was read.
@@ -126,6 +127,8 @@ def in_si(
     assumed = []
     for channel, column in columns.items():
         unit, kind = units.get(channel, unit_of(column)), expected(channel)
+        if unit == "" and channel == "time" and (unit := epoch_unit(column.values)):
+            notes.append(f"time begins with {column.values[0]:.14g}, which was read as {unit} since 1970")
         if unit == "":
             if kind:
                 assumed.append(f"{channel} in {kind}")
@@ -154,6 +157,8 @@ def in_si(
 def doubts(log: Log) -> tuple[str, ...]:
     """What is not plausible, a sentence each."""
     sentences = []
+    if log.step > SLOW:
+        sentences.append(f"time goes on by {log.step:.4g} s a sample: is it in ms, us or ns? units={{'time': 'ms'}}")
     for shaft in ("motor", "load"):
         angle, speed = log.channels.get(f"{shaft}_angle"), log.channels.get(f"{shaft}_speed")
         if angle is not None and float(np.ptp(angle)) < STILL:

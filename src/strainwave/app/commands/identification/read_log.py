@@ -13,7 +13,7 @@ from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
 from ...console import number, print_table, to_json
 from ...output import staged
-from ..options import file_type, json_option, output_option, reading_options
+from ..options import file_type, in_options, json_option, output_option, reading_options
 
 CSV, SVG = "log.csv", "log.svg"
 
@@ -78,8 +78,8 @@ def _data(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> dict[str, Any]
             }
             for part in parts
         ],
-        "notes": list(log.notes),
-        "doubts": list(log.doubts),
+        "notes": list(map(in_options, log.notes)),
+        "doubts": list(map(in_options, log.doubts)),
     }  # fmt: skip
 
 
@@ -102,6 +102,6 @@ def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
     if len(log.gaps) > 5:
         click.echo(f"gap: {len(log.gaps) - 5} more")
     for note in log.notes:
-        click.echo(f"note: {note}")
+        click.echo(f"note: {in_options(note)}")
     for doubt in log.doubts:
-        click.echo(f"doubt: {doubt}")
+        click.echo(f"doubt: {in_options(doubt)}")
