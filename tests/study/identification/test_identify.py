@@ -270,9 +270,21 @@ def test_a_missing_term_is_flagged_and_laws_are_told_apart_by_what_they_predict(
     found = sw.identify(cubic, log, ("J", "B", "law.K", "law.alpha"))
     assert "|v| v" in found.discrepancy.flagged
     table = sw.fit.compare_laws(
-        {"cubic": (cubic, ("J", "B", "law.K", "law.alpha")), "churning": (GUESS, (*FREE, "law.second.D"))}, log
+        {
+            "cubic": (cubic, ("J", "B", "law.K", "law.alpha")),
+            "two dampings": (
+                cubic._replace(law=sw.laws.Parallel(cubic.law, sw.laws.Viscous(1e-4))),
+                ("B", "law.second.B"),
+            ),
+            "churning": (GUESS, (*FREE, "law.second.D")),
+        },
+        log,
     )
-    assert table.names[0] == "churning"
+    assert table.names == ("churning", "cubic")
+    assert "do not tell B and law.second.B apart" in table.left_out["two dampings"]
+    assert "two dampings was left out: the data do not tell" in str(table)
+    with pytest.raises(ValueError, match=r"^worse: 'law\.X' is no number"):
+        sw.fit.compare_laws({"worse": (cubic, ("law.X",))}, log)
     assert table.best.value("law.second.D") == pytest.approx(4e-4, rel=0.05)
     assert table.best.discrepancy.flagged == ()
 

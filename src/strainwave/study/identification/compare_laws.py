@@ -1,14 +1,14 @@
 """Several laws for one log, compared by what they predict of its part that they were not fitted to."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...base.quantities import number, shown
 from ...base.records import Labelled, Result
-from ...base.results import Floats
+from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from .identified import MOST_OF_START, Identified, channels_of
 from .identify import identify
@@ -29,6 +29,9 @@ class LawComparison(Result):
         the part that was held out.
     found : tuple of Identified
         What each was found to be from the first part alone; one with `notes` cannot be, or has not converged.
+    left_out : dict of str to str
+        Candidates that could not be identified or simulated, such as one whose numbers the log does not tell apart,
+        and why.
     """
 
     rows: ClassVar[str] = "candidate"
@@ -38,6 +41,7 @@ class LawComparison(Result):
     fitted: Floats
     held_out: Floats
     found: tuple[Identified, ...]
+    left_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def best(self) -> Identified:
@@ -63,6 +67,7 @@ class LawComparison(Result):
         for name, many, fitted, held, found in table:
             notes = "; ".join(found.notes)
             lines.append(f"  {name:<{width}}  {many:7.0f}  {fitted:<9.4g}  {held:<9.4g}  {notes}".rstrip())
+        lines += [f"  {name} was left out: {why}" for name, why in self.left_out.items()]
         return on_screen("\n".join(["Comparison of laws by what was held out", *lines]))
 
 
@@ -93,12 +98,12 @@ def compare_laws(
     -------
     LawComparison
         `names`, the best first, with the root mean square of the residual `fitted` and `held_out`, in the unit
-        of the first output.
+        of the first output; `left_out` names the candidates that `identify` refuses.
 
     Raises
     ------
     ValueError
-        If no candidate is given, or the share leaves too little of either part; and as `identify`.
+        If no candidate is given, or the share leaves too little of either part; and as `identify` where it refuses all.
     """
     if not candidates:
         raise ValueError("candidates is empty; give a name with a system and its free numbers")
@@ -116,20 +121,25 @@ def compare_laws(
         )
     first = {name: values[:cut] for name, values in channels.items()}
     later = {name: values[cut:] for name, values in channels.items()}
-    identified, left = [], []
+    identified, left, left_out = dict[str, Identified](), dict[str, float](), dict[str, str]()
     for i, (name, (system, free)) in enumerate(candidates.items()):
         progress(name, i / len(candidates))
-        one = identify(system, first, free, **options)
-        (channel, computed), *_ = one.simulate(later, later).items()
+        try:
+            one = identify(system, first, free, **options)
+            (channel, computed), *_ = one.simulate(later, later).items()
+        except (ValueError, SolveError) as refusal:
+            left_out[name] = str(refusal)
+            continue
         error = (np.asarray(later[channel]) - computed)[MOST_OF_START:]
-        left.append(float(np.sqrt(np.nanmean(error * error))))
-        identified.append(one)
-    order = sorted(range(len(left)), key=lambda i: (bool(identified[i].notes), not np.isfinite(left[i]), left[i]))
-    names = list(candidates)
+        left[name], identified[name] = float(np.sqrt(np.nanmean(error * error))), one
+    if not identified:
+        raise ValueError("; ".join(f"{name}: {why}" for name, why in left_out.items()))
+    names = sorted(left, key=lambda name: (bool(identified[name].notes), not np.isfinite(left[name]), left[name]))
     return LawComparison(
-        tuple(names[i] for i in order),
-        np.array([float(len(identified[i].names)) for i in order]),
-        np.array([float(identified[i].rms[0]) for i in order]),
-        np.array(left)[order],
-        tuple(identified[i] for i in order),
+        tuple(names),
+        np.array([float(len(identified[name].names)) for name in names]),
+        np.array([float(identified[name].rms[0]) for name in names]),
+        np.array([left[name] for name in names]),
+        tuple(identified[name] for name in names),
+        left_out,
     )
