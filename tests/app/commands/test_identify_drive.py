@@ -78,12 +78,16 @@ def test_identify_without_an_angle_is_one_sentence(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def spin(speed, delay, seconds=6.0):
-    """Two lines of a torsion at constant speed; a third stays with the time."""
+def spin(speed, delay, seconds=6.0, growth=1.0):
+    """Two lines of a torsion at constant speed; a third stays with the time; order 2 grows."""
     t = np.arange(int(seconds * RATE)) / RATE
     angle, late = speed * t, speed * (t - delay)
     noise = 1e-6 * np.random.default_rng(int(speed)).standard_normal(len(t))
-    x = 2e-4 * np.cos(2.0 * late + 0.3) + 5e-5 * np.cos(4.0 * late - 1.0) + 3e-5 * np.cos(2.0 * np.pi * 17.0 * t)
+    x = (
+        growth * 2e-4 * np.cos(2.0 * late + 0.3)
+        + 5e-5 * np.cos(4.0 * late - 1.0)
+        + 3e-5 * np.cos(2.0 * np.pi * 17.0 * t)
+    )
     return t, angle, angle / 50.0 - x - noise
 
 
@@ -110,6 +114,12 @@ def test_order_scan_tells_lines_of_two_speeds(tmp_path):
     assert "{order: 2, amplitude: 41.2" in run.stdout  # 2e-4 rad
     assert re.search(r"  17 Hz: .* it stays with the time", run.stdout.replace("\n", " "))
     assert {f.name for f in (tmp_path / "out").iterdir()} == {"orders.csv", "orders.json", "orders.svg"}
+    names = "time [s];motor_angle [rad];load_angle [rad]"
+    files[1] = write(tmp_path / "grown.csv", names, *spin(33.0, 1e-3, growth=1.5))
+    text = invoke("order-scan", *files, *options).stdout
+    assert "no lines for a project file: no one amplitude is that of all runs" in text
+    assert "kinematic_error" not in text
+    assert "of the orders 2: towards a resonance" in " ".join(text.split())
 
 
 def test_order_scan_without_a_known_channel_names_those_there_are(tmp_path):

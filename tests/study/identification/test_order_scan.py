@@ -103,6 +103,34 @@ def test_a_growing_amplitude_is_said_with_its_frequency(several):
     assert float(told.split()[-2]) == pytest.approx(700.0 * 0.45 / (2.0 * math.pi), rel=0.01)
 
 
+def held(rpm, zero=0.0, seconds=10.0, lines=((1, 6.0), (2, 27.0), (4, 6.0)), hertz=12.0):
+    """Error of a load on a spring, 3 % damped, behind a held motor: each line [arcsec] is divided by 1 - s^2 + 2i z s."""
+    t = np.arange(int(1000 * seconds)) / 1000.0
+    angle, ripple = rpm * np.pi / 30.0 * t, 0.4 * np.random.default_rng(int(rpm)).standard_normal(int(1000 * seconds))
+    for k, amplitude in lines:
+        s = k * rpm / 60.0 / hertz
+        ripple = ripple + amplitude * np.real(np.exp(1j * k * (angle + 0.3)) / (1.0 - s * s + 0.06j * s))
+    return sw.Run(t, angle + zero, ripple * np.pi / 648000.0, "rad")
+
+
+def test_a_resonance_between_two_speeds_is_no_other_zero_of_angle():
+    scan = sw.order_scan([held(60.0), held(300.0)], [1, 2, 4])
+    assert [line.order for line in scan.varying] == [1.0, 2.0, 4.0]
+    assert "of the orders 1, 2, 4: towards a resonance they grow with the speed; scan the slowest" in str(scan.notes)
+    assert "one zero" not in str(scan.notes)
+    slow = sw.order_scan([held(15.0), held(30.0)], [1, 2, 4])
+    assert slow.varying == ()
+    assert slow.line(2).amplitude == pytest.approx(27.0 * np.pi / 648000.0, rel=0.01)
+    other = sw.order_scan([held(15.0), held(30.0, zero=0.7)], [1, 2, 4])
+    assert other.varying == ()
+    assert "give runs of one shaft, with one zero of angle" in str(other.notes)
+    one = sw.order_scan([held(60.0), held(60.5, lines=((1, 6.0), (2, 20.0), (4, 6.0)))], [1, 2, 4])
+    assert [line.order for line in one.varying] == [2.0]
+    assert "of one speed by more than their errors, of the orders 2: give runs of one shaft under one load" in str(
+        one.notes
+    )
+
+
 @pytest.mark.parametrize("joint", [5, 6, 7])
 def test_measured_joints_have_the_orders_of_their_wave_generator(joint):
     """Against the largest value of a plain Fourier sum within an order's resolution, a running mean taken away."""

@@ -61,7 +61,9 @@ def order_scan(
         click.echo(to_json(data(found, channel)))
         return
     click.echo(f"{channel}: {found}")
-    if found.unit == "rad" and any(whole(line) for line in found.lines):
+    if found.unit == "rad" and found.varying:
+        click.echo("no lines for a project file: no one amplitude is that of all runs")
+    elif found.unit == "rad" and any(whole(line) for line in found.lines):
         click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(filter(whole, found.lines))}")
     if output is not None:
         click.echo(f"written: {output / CSV}, {JSON}, {SVG}")

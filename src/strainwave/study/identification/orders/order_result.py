@@ -15,6 +15,9 @@ from ....base.units import ARCSEC
 from ..intervals import Interval, interval
 from ..run import angle_before, refuse_descending
 from .order_search import Kind
+from .places import RARE
+
+VARIES = 0.05  # of the mean amplitude in the runs, from which one amplitude is not that of all
 
 
 @dataclass(frozen=True)
@@ -113,6 +116,12 @@ class OrderScan(Result):
     freedom: float
     forward: tuple[OrderLine, ...] = ()
     backward: tuple[OrderLine, ...] = ()
+
+    @property
+    def varying(self) -> tuple[OrderLine, ...]:
+        """Lines over the angle whose amplitude differs between runs, by more than their errors and by 5 %."""
+        over_angle = [line for line in self.lines if line.kind != "frequency" and line.same < RARE / len(self.lines)]
+        return tuple(line for line in over_angle if np.ptp(line.by_run) > VARIES * np.mean(line.by_run))
 
     def line(self, order: float) -> OrderLine:
         """The line nearest to an order."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -92,7 +93,7 @@ def order_scan(
     lines += [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
     forward, backward = _ways(over_angle, speeds, fits, joint, several)
     left = np.concatenate([fit.residual for fit in fits])
-    return OrderScan(
+    scan = OrderScan(
         tuple(sorted(lines, key=lambda line: line.order)),
         joint.delay if delayed else 0.0,
         _deviation(joint, -1) if delayed else math.inf,
@@ -105,6 +106,28 @@ def order_scan(
         forward,
         backward,
     )
+    return replace(scan, notes=(*scan.notes, *_differences(scan, joint, spread > SAME_SPEED)))
+
+
+def _differences(scan: OrderScan, joint: Joint, speeds: bool) -> list[str]:
+    """Why runs differ by more than their noise."""
+    orders = ", ".join(f"{line.order:g}" for line in scan.varying)
+    if orders and speeds:
+        return [
+            f"amplitudes differ between runs by more than their errors, of the orders {orders}: towards a resonance "
+            "they grow with the speed; scan the slowest runs alone, or identify the drive, which has its resonance"
+        ]
+    if orders:
+        return [
+            f"amplitudes differ between runs of one speed by more than their errors, of the orders {orders}: give runs "
+            "of one shaft under one load, each direction alone"
+        ]
+    if _birge(joint) > DIFFERENT:
+        return [
+            f"amplitudes agree and phases differ, {_birge(joint):.3g} times as much as by noise: give runs of one "
+            "shaft, with one zero of angle"
+        ]
+    return []
 
 
 def _stands_out(fits: Sequence[RunFit], i: int, false_alarm: float) -> bool:
@@ -138,10 +161,6 @@ def _notes(
     if not several:
         notes.append(
             "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
-        )
-    if _birge(joint) > DIFFERENT:
-        notes.append(
-            f"the runs differ by {_birge(joint):.3g} times their noise: give runs of one shaft, with one zero of angle"
         )
     return (*notes, *_growth(lines, speeds))
 
