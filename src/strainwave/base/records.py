@@ -75,7 +75,7 @@ class Result:
         """The table, and the units of its index and of its columns."""
         import pandas as pd
 
-        data, columns, units = self.to_xarray(), {}, {}
+        data, columns, units = self.to_xarray(), dict[str, Any](), dict[str, str]()
         for name, value in chain(data.coords.items(), data.data_vars.items()):
             own: dict[str, Any] = {}
             if value.dims[:1] == (self.rows,) and value.ndim == 1 and name != self.rows:

@@ -10,7 +10,7 @@ import logging
 import math
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -312,6 +312,18 @@ class SweepStore:
         """Give the store free for other processes."""
         if self.lock is not None:
             self.lock.release()
+
+
+def name_axis(path: Path, axis: str, name: str, texts: Sequence[str], numbers: Floats | None, unit: str) -> None:
+    """Say in a store what the places along an axis stand for: texts in the axis, their numbers as an array along it.
+
+    A store that cannot be written stays as it is.
+    """
+    with contextlib.suppress(OSError):
+        group = zarr.open_group(LocalStore(path), mode="r+", zarr_format=3)
+        group[axis].attrs.update({"name": name, "values": list(texts)})
+        if numbers is not None and name not in group:
+            group.create_array(name, data=numbers, dimension_names=(axis,), attributes={"units": unit})
 
 
 def opened(store: Any) -> xr.Dataset:

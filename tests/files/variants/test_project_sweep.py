@@ -39,6 +39,20 @@ def test_every_point_has_the_largest_error_of_the_closed_form(project):
             assert (float(here["jumps"]), float(here["truncated"])) == (0.0, 0.0)
 
 
+def test_a_store_says_what_its_axes_are(project, tmp_path):
+    grid = {"damping.B": ["40 N*m*s/rad", "80 N*m*s/rad"], "motor.mode": ["held"]}
+    data = sw.sweep_project(project, grid, store=tmp_path / "s.zarr")
+    with xr.open_zarr(tmp_path / "s.zarr", consolidated=False) as stored:
+        assert stored["damping.B"].dims == ("numbers.0",)
+        assert stored["damping.B"].attrs["units"] == "N*m*s/rad"
+        np.testing.assert_array_equal(stored["damping.B"], [40.0, 80.0])
+        assert stored["numbers.0"].attrs["values"] == grid["damping.B"]
+        assert stored["numbers.1"].attrs["name"] == "motor.mode"
+        assert stored["numbers.1"].attrs["values"] == ["held"]
+        np.testing.assert_array_equal(stored["peak"], data["peak"])
+    xr.testing.assert_identical(data.load(), sw.sweep_project(project, grid, store=tmp_path / "s.zarr").load())
+
+
 @pytest.mark.slow
 def test_names_are_an_axis_and_a_store_goes_on(tmp_path):
     catalogue = from_text(PROJECTS["catalogue gear, motor not named"], tmp_path / "drive.yaml")

@@ -91,6 +91,7 @@ def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_bes
     assert torques == sorted(torques)
     assert (torques[0], torques[-1]) == pytest.approx((-150.0, 150.0))
     assert len(torques) >= 9
+    assert "about the mean of its turns" in advice["sentence"]
     told = re.search(r"in the run-up the error oscillates with up to ([0-9.]+) arcsec, at ([0-9]+)", advice["sentence"])
     if told is not None:
         assert float(told[1]) == pytest.approx(np.max(size) * 648000.0 / math.pi, rel=0.02)

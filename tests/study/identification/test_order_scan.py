@@ -104,7 +104,7 @@ def test_a_growing_amplitude_is_said_with_its_frequency(several):
 
 
 def held(rpm, zero=0.0, seconds=10.0, lines=((1, 6.0), (2, 27.0), (4, 6.0)), hertz=12.0):
-    """Error of a load on a spring, 3 % damped, behind a held motor: each line [arcsec] is divided by 1 - s^2 + 2i z s."""
+    """Error of a load on a spring, 3 % damped, behind a held motor: each line [arcsec] over 1 - s^2 + 2i z s."""
     t = np.arange(int(1000 * seconds)) / 1000.0
     angle, ripple = rpm * np.pi / 30.0 * t, 0.4 * np.random.default_rng(int(rpm)).standard_normal(int(1000 * seconds))
     for k, amplitude in lines:

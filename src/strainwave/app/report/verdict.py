@@ -111,7 +111,7 @@ def _oscillation(view: View) -> Sentence:
         against = Sentence("and the file has no limit of it")
     text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), where, against)
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
-        text += Sentence(" (in the run-up with up to {})", Angle(avoid.largest_passed[1]))
+        text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
     if said := out_of_reach(avoid.limit, avoid.slow):
         text += "; " + said
     sweep = analysis.response.sweep
@@ -299,7 +299,9 @@ def _margin(view: View) -> Sentence:
     said = Sentence("{} ({}) {} the limit.", Angle(abs(part - 1.0) * limit), percent(abs(part - 1.0), 2), where)
     avoid = view.analysis.avoid
     if avoid is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > limit:
-        said += Sentence(" In the run-up the oscillation reaches {}.", Angle(avoid.largest_passed[1]))
+        said += Sentence(
+            " In the run-up the oscillation about the mean of its turns reaches {}.", Angle(avoid.largest_passed[1])
+        )
     return said
 
 

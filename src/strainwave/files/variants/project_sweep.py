@@ -14,6 +14,7 @@ from ...base.quantities import shown
 from ...base.results import Floats
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
+from ...sample.store import name_axis
 from ...sample.sweeping import sweep
 from ..reading import from_text
 from .names import quantity
@@ -111,6 +112,10 @@ def sweep_project(
         progress=progress,
     )  # fmt: skip
     named = dict(zip(places, axes, strict=True))
+    if store is not None:
+        for axis, name in named.items():
+            _, values, unit = coordinate(name, axes[name])
+            name_axis(Path(store), axis, name, axes[name], values if unit else None, unit.get("units", ""))
     data = data.drop_vars([name for name in places if name in data.coords]).rename_dims(named)
     data.attrs["tuning"] = tuning(project, axes, retune)
     return data.assign_coords({name: coordinate(name, texts) for name, texts in axes.items()})

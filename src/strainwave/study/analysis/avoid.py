@@ -30,8 +30,8 @@ Speeds = tuple[float, float]
 class Avoid:
     """Speeds to avoid: in the half-power band of a peak, or where a limit is exceeded in its place; and in hysteresis.
 
-    The oscillation is the largest |x - mean|. A peak is more than twice that of quasi-static rotation, and the
-    largest of all motions around it that are above 1/sqrt(2) of it: its half-power band.
+    The oscillation is the largest |x - mean|, in a run-up that of `in_run`. A peak is more than twice that of
+    quasi-static rotation, and the largest of all motions around it that are above 1/sqrt(2) of it: its half-power band.
 
     Attributes
     ----------
@@ -110,8 +110,9 @@ class Motions(NamedTuple):
 def in_run(run: DriveRun, begin: float) -> Motions | None:
     """Oscillation of the pointing error in every turn of the motor of a run, from a time [s] on.
 
-    It is the largest distance from the mean of the turns. That mean follows what changes slowly, the torque of the
-    load's own angle for one. None of a run of less than three turns.
+    It is the largest distance in the turn from the mean of the turns: a line through the mean of each turn at its
+    middle. That mean follows what changes slowly, the torque of the load's own angle for one. At a constant speed it is
+    |x - mean| of a steady motion. None of a run of less than three turns.
     """
     keep = run.trajectory.t >= begin
     t, speed, error = run.trajectory.t[keep], run.motor_speed[keep], run.pointing[keep]

@@ -157,7 +157,8 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
         reasons.append(Sentence(text, Angle(avoid.limit), Angle(avoid.largest), _speed(avoid.at)))
     if avoid.passed and avoid.largest_passed is not None:
         speed, size = avoid.largest_passed
-        reasons.append(Sentence("in the run-up the error oscillates with up to {}, at {}", Angle(size), _speed(speed)))
+        text = "in the run-up the error oscillates with up to {}, at {}, about the mean of its turns"
+        reasons.append(Sentence(text, Angle(size), _speed(speed)))
     if sweep is not None and sweep.jumping:
         jumps = listed("between " + _speed(b.low) + " and " + _speed(b.high) for b in sweep.jumping)
         reasons.append("the motion jumps " + jumps)

@@ -15,8 +15,9 @@ from ..verdict import answers, verdict_data
 from .whole_train import modes, parts
 
 CONVENTIONS = (
-    f"{WHAT_X_IS}; oscillation is the largest distance from the mean, peak the largest size, the mean included; "
-    "amplitudes of single harmonics are 0-to-peak; omega is the speed of the base angle"
+    f"{WHAT_X_IS}; oscillation is the largest distance from the mean, in a run-up from the mean of its turns; peak is "
+    "the largest size, the mean included; amplitudes of single harmonics are 0-to-peak; omega is the speed of the base "
+    "angle"
 )
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 OSCILLATES = 0.5  # damping ratio below which a mode of the train is a key number
