@@ -8,6 +8,7 @@ from __future__ import annotations  # so that an old Python gets as far as check
 
 import argparse
 import hashlib
+import importlib.util
 import os
 import shlex
 import shutil
@@ -61,13 +62,19 @@ def fingerprint() -> str:
     return hashlib.sha256(b"\0".join([*parts, sys.version.encode(), str(ROOT).encode()])).hexdigest()
 
 
+def versions() -> str:
+    """Return the hash of names and versions of what .venv has: `uv run` puts others in place of those constrained."""
+    found = [*VENV.glob("lib/python*/site-packages/*.dist-info"), *VENV.glob("Lib/site-packages/*.dist-info")]
+    return hashlib.sha256("\n".join(sorted(path.name for path in found)).encode()).hexdigest()
+
+
 def installed_extras(key: str) -> set[str] | None:
-    """Return the extras that the stamp promises, None when it is absent or was written for something else."""
+    """Return the extras that the stamp promises, None when it is absent or .venv is of something else."""
     try:
-        stamped, *extras = STAMP.read_text(encoding="utf-8").split()
+        stamped, installed, *extras = STAMP.read_text(encoding="utf-8").split()
     except (OSError, ValueError):
         return None
-    return set(extras) if stamped == key and PYTHON.exists() else None
+    return set(extras) if (stamped, installed) == (key, versions()) and PYTHON.exists() else None
 
 
 def usable() -> bool:
@@ -83,12 +90,18 @@ def usable() -> bool:
 
 def create() -> None:
     """Make .venv, in the place of one that another Python made or that was left half-made."""
+    if importlib.util.find_spec("ensurepip") is None:
+        major, minor = sys.version_info[:2]
+        fail(
+            f"{sys.executable} has no module ensurepip, which puts pip into .venv; on Debian or Ubuntu run `apt install "
+            f"python{major}.{minor}-venv`, elsewhere take a Python that has it, then run this again."
+        )
     if VENV.exists():
         print("building .venv anew: it is incomplete, or from another Python or folder", flush=True)
     run = subprocess.run([sys.executable, "-m", "venv", "--clear", VENV], capture_output=True, text=True, check=False)
     if run.returncode != 0:
         reason = (run.stdout + run.stderr).strip().splitlines() or ["no reason given"]
-        fail(f"Python could not create {VENV} ({reason[-1].strip()}); on Debian or Ubuntu install python3-venv first.")
+        fail(f"Python could not create {VENV} ({reason[-1].strip()}); mend that, then run this again.")
 
 
 def install(extras: Sequence[str]) -> None:
@@ -114,7 +127,7 @@ def install(extras: Sequence[str]) -> None:
             fail("pip could not reach the package index (see above); check the network or proxy, then run this again.")
         fail(f"pip failed with exit code {run.returncode} (its messages are above); mend that, then run this again.")
     draft = STAMP.with_suffix(".part")
-    draft.write_text("\n".join([key, *wanted, ""]), encoding="utf-8")
+    draft.write_text("\n".join([key, versions(), *wanted, ""]), encoding="utf-8")
     draft.replace(STAMP)
     print(f"installed in {time.perf_counter() - started:.0f} s", flush=True)
 
