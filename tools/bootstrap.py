@@ -93,8 +93,8 @@ def create() -> None:
     if importlib.util.find_spec("ensurepip") is None:
         major, minor = sys.version_info[:2]
         fail(
-            f"{sys.executable} has no module ensurepip, which puts pip into .venv; on Debian or Ubuntu run `apt install "
-            f"python{major}.{minor}-venv`, elsewhere take a Python that has it, then run this again."
+            f"{sys.executable} has no module ensurepip, which puts pip into .venv; on Debian or Ubuntu run "
+            f"`apt install python{major}.{minor}-venv`, elsewhere take a Python that has it, then run this again."
         )
     if VENV.exists():
         print("building .venv anew: it is incomplete, or from another Python or folder", flush=True)
