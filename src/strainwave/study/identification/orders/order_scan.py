@@ -100,7 +100,7 @@ def order_scan(
         speeds,
         float(np.sqrt(np.mean(left * left))),
         base,
-        _notes(lines, joint, speeds, several, too_long),
+        _notes(lines, speeds, several, too_long),
         runs[0].unit,
         _freedom(joint),
         forward,
@@ -152,7 +152,7 @@ def _ways(
 
 
 def _notes(
-    lines: Sequence[OrderLine], joint: Joint, speeds: Floats, several: bool, beyond: bool
+    lines: Sequence[OrderLine], speeds: Floats, several: bool, beyond: bool
 ) -> tuple[str, ...]:  # fmt: skip
     """What the runs cannot tell, and where an amplitude grows."""
     notes = []
