@@ -77,16 +77,16 @@ class Result:
 
         data, columns, units = self.to_xarray(), dict[str, Any](), dict[str, str]()
         for name, value in chain(data.coords.items(), data.data_vars.items()):
-            own: dict[str, Any] = {}
+            parts: dict[str, Any] = {}
             if value.dims[:1] == (self.rows,) and value.ndim == 1 and name != self.rows:
-                own[str(name)] = value.values
+                parts[str(name)] = value.values
             elif value.ndim == 2 and self.rows in value.dims:
                 (across,) = set(value.dims) - {self.rows}
                 labels = data[across].values if across in data.coords else range(value.sizes[across])
                 table = value.transpose(self.rows, across).values
-                own = {f"{name} {label}": table[:, i] for i, label in enumerate(labels)}
-            columns |= own
-            units |= dict.fromkeys(own, value.attrs.get("units", ""))
+                parts = {f"{name} {label}": table[:, i] for i, label in enumerate(labels)}
+            columns |= parts
+            units |= dict.fromkeys(parts, value.attrs.get("units", ""))
         index = data.indexes.get(self.rows, pd.RangeIndex(data.sizes.get(self.rows, 0), name=self.rows))
         unit = data[self.rows].attrs.get("units", "") if self.rows in data.coords else ""
         return pd.DataFrame(columns, index=index), [unit, *units.values()]

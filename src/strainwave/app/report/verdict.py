@@ -21,6 +21,7 @@ ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
 )
 NO_LIMIT = "the file has no limit of the oscillation"
+RUN_UP = " In the run-up the oscillation about the mean of its turns reaches {}."
 TWICE = 2.0  # times a limit, from which on the size is told as a multiple
 NONE = 1e-9  # relative oscillation below which nothing is left but rounding
 MOTOR = ("motor torque", "motor speed")
@@ -299,9 +300,7 @@ def _margin(view: View) -> Sentence:
     said = Sentence("{} ({}) {} the limit.", Angle(abs(part - 1.0) * limit), percent(abs(part - 1.0), 2), where)
     avoid = view.analysis.avoid
     if avoid is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > limit:
-        said += Sentence(
-            " In the run-up the oscillation about the mean of its turns reaches {}.", Angle(avoid.largest_passed[1])
-        )
+        said += Sentence(RUN_UP, Angle(avoid.largest_passed[1]))
     return said
 
 

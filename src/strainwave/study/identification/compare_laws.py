@@ -125,13 +125,13 @@ def compare_laws(
     for i, (name, (system, free)) in enumerate(candidates.items()):
         progress(name, i / len(candidates))
         try:
-            one = identify(system, first, free, **options)
-            (channel, computed), *_ = one.simulate(later, later).items()
+            fit = identify(system, first, free, **options)
+            (channel, computed), *_ = fit.simulate(later, later).items()
         except (ValueError, SolveError) as refusal:
             left_out[name] = str(refusal)
             continue
         error = (np.asarray(later[channel]) - computed)[MOST_OF_START:]
-        left[name], identified[name] = float(np.sqrt(np.nanmean(error * error))), one
+        left[name], identified[name] = float(np.sqrt(np.nanmean(error * error))), fit
     if not identified:
         raise ValueError("; ".join(f"{name}: {why}" for name, why in left_out.items()))
     names = sorted(left, key=lambda name: (bool(identified[name].notes), not np.isfinite(left[name]), left[name]))
