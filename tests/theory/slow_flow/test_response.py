@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import strainwave as sw
@@ -200,11 +201,57 @@ PEAK_ERRORS = [
 def test_certificate_knows_the_error_of_the_peak(A, error, shift):
     peak = A / 0.01
     at_peak = T4._replace(excitation=sw.Harmonic(A), omega=1.0 + 0.075 * peak**2)
-    certificate = sw.slow_flow(at_peak, sw.PRIMARY).certificate()
+    certificate = sw.slow_flow(at_peak, sw.PRIMARY).certificate(curve=True)
     assert certificate.amplitude == pytest.approx(error, rel=0.01)
     assert certificate.speed == pytest.approx(shift, abs=6e-3)
     assert certificate.valid == (A <= 0.01)
     assert ("not valid" in certificate.sentence) == (not certificate.valid)
+
+
+def test_a_state_beyond_the_end_of_the_true_curve_is_not_valid_though_the_curve_is():
+    """The true curve ends at 1.064: at 1.075 the motion has jumped down."""
+    flow = sw.slow_flow(T4._replace(omega=1.075), sw.PRIMARY)
+    assert settled(T4._replace(omega=1.075), flow.steady_states()[0].z, 1) < 0.1
+    certificate = flow.certificate()
+    assert certificate.amplitude_at_speed is None
+    assert not certificate.valid
+    assert flow.certificate(curve=True).valid
+
+
+def settled(system, z, k):
+    """Amplitude [rad] at order k of the motion that equal equations settle to from a slow state z [rad]."""
+    lines, law = system.excitation, system.law
+
+    def rates(t, y):
+        return y[1], (lines.torque(system.omega * t) - system.B * y[1] - law.torque(y[0])) / system.J
+
+    period = 2.0 * np.pi / system.omega
+    start = z.real, -system.omega * k * z.imag
+    last = period * (round(18.0 / (system.B * period)) + np.arange(256) / 256)
+    found = solve_ivp(rates, (0.0, last[-1]), start, "DOP853", last, rtol=1e-6, atol=1e-9)
+    return 2.0 * abs(np.fft.rfft(found.y[0])[k]) / 256
+
+
+def test_certificate_follows_the_true_curve_to_the_speed_of_the_state():
+    """Between 3 % at equal phase and the true state at equal speed lie 7 % of speed, too far for one correction."""
+    lines = sw.Harmonics((sw.Harmonic(0.174, 3, 1.0, 0.147), sw.Harmonic(0.922, 4, 0.5)))
+    system = sw.Oscillator(1.0, 0.0242, sw.Cubic(1.0, 0.2546), lines, 0.27)
+    flow = sw.slow_flow(system, sw.Resonance(4, 1), order=2)
+    (state,), certificate = flow.steady_states(), flow.certificate()
+    true = settled(system, state.z, 4)
+    assert certificate.amplitude_at_speed == pytest.approx(1.0 - state.amplitude / true, rel=1e-3)
+    assert certificate.amplitude_at_speed > 0.1
+    assert not certificate.valid
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_component_that_symmetry_forbids_is_no_state(order):
+    """Order 3 alone repeats every third of a turn, and so does its motion: nothing at 2/3 of the speed."""
+    law = sw.PiecewiseLinear(1.0, 1.605, 2.2676, 0.7356, 1.6951)
+    error = sw.KinematicError((sw.Line(3, 0.3373, 0.8411),))
+    system = sw.Oscillator(1.0, 0.1606, law, sw.Harmonic(5.957, 3, -0.265, 0.2765), 1.3886, error)
+    flow = sw.slow_flow(system, sw.Resonance(2, 3), order=order)
+    assert [state.amplitude for state in flow.steady_states()] == [0.0]
 
 
 def test_certificate_is_not_valid_where_the_amplitude_at_equal_speed_is_far_off():

@@ -236,7 +236,7 @@ def _at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:
     if response is None or not response.branches:
         return None
     there = flow.system._replace(omega=response.peak[0])
-    certificate: Certificate = slow_flow(there, flow.resonance, order=flow.order).certificate()
+    certificate: Certificate = slow_flow(there, flow.resonance, order=flow.order).certificate(curve=True)
     return certificate
 
 

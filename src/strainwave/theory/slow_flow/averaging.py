@@ -319,7 +319,7 @@ def sampled(s: Setting, level: int) -> AveragedFlow:
     else:
         p, q = ratio.numerator, ratio.denominator
         base = math.gcd(p, *(q * k for k in s.orders))
-        n_points = points * max(p, *(q * k for k in s.orders), 1) // base
+        n_points = s.points(points * max(p, *(q * k for k in s.orders), 1) // base)
         # theta runs over 2 pi q/base: the common period of the fast angle and all lines
         theta = (2.0 * np.pi * q / base) * np.arange(n_points) / n_points
         fast = float(ratio) * theta

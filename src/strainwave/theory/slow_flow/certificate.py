@@ -34,6 +34,7 @@ from .setting import Complexes, Setting
 SMOOTH, KINKED = 8, 64  # sample points per harmonic
 MULTIPLES = 7  # harmonics up to this multiple of the fastest component of the first-order motion
 MOST_STEPS, NEAR = 30, 1e-9  # of Newton's method, and the relative change at which it has converged
+LEAST_STEP, MOST_CHANGE = 1e-6, 0.2  # of a motion followed to another speed: of the speed, and of its fast component
 ON_LOOPS, STEP = 1e-7, 1e-5  # the same change along closed loops, and the relative step of differences there
 
 
@@ -239,6 +240,20 @@ def corrected(balance: Balance, c: Complexes, omega: Floats, turn: Complexes | N
     return Corrected(end_c, end_omega, converged)
 
 
+def followed(balance: Balance, true: Corrected, omega: float) -> Corrected:
+    """A true motion followed along its curve to a speed [rad/s]; not converged where the curve turns back before."""
+    step = omega - true.omega
+    while abs(step[0]) > LEAST_STEP * omega:
+        moved = corrected(balance, true.c, true.omega + step, None)
+        change = np.abs((moved.c - true.c)[:, balance.fast]) / np.abs(true.c[:, balance.fast])
+        if moved.converged[0] and change[0] <= MOST_CHANGE:
+            true, left = moved, omega - moved.omega
+            step = np.where(np.abs(2.0 * step) < np.abs(left), 2.0 * step, left)
+        else:
+            step = 0.5 * step
+    return replace(true, converged=np.abs(omega - true.omega) <= LEAST_STEP * omega)
+
+
 def balance_of(s: Setting) -> Balance:
     """The harmonic balance of a setting, over the common period of the fast angle and all lines."""
     ratio = s.resonance.ratio
@@ -247,7 +262,7 @@ def balance_of(s: Setting) -> Balance:
     top = max(p, *(q * k for k in s.orders), divisor) // divisor
     law, harmonics = s.system.law, MULTIPLES * top
     kinked = len(breakpoints_of(law)) > 0 or remembers(law)
-    points = (KINKED if kinked else SMOOTH) * (harmonics + 1)
+    points = s.points((KINKED if kinked else SMOOTH) * (harmonics + 1))
     return Balance(s, divisor / q, p // divisor, harmonics, waves(2 * harmonics, points))
 
 
@@ -255,8 +270,8 @@ ACCEPTED = 0.10
 ORDINAL = {1: "first", 2: "second"}
 
 
-def certify(flow: Flow, z: complex, order: int) -> Certificate:
-    """Estimate the error of the steady state z of a slow flow; see `SlowFlow.certificate`."""
+def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certificate:
+    """Estimate the error of the steady state z of a slow flow, or of its curve; see `SlowFlow.certificate`."""
     s = flow.setting
     balance = balance_of(s)
     c0 = balance.motion(flow, z)[None]
@@ -269,6 +284,8 @@ def certify(flow: Flow, z: complex, order: int) -> Certificate:
     )
     here = corrected(balance, c0, speed, None)
     along = here if turn is None else corrected(balance, c0, speed, turn)
+    if along.converged[0] and not here.converged[0]:
+        here = followed(balance, along, s.omega)
     at_speed = errors(balance, c0, here.c, z != 0.0)
     at_phase = errors(balance, c0, along.c, z != 0.0)
     solved, converged = bool(here.converged[0]), bool(along.converged[0])
@@ -281,7 +298,7 @@ def certify(flow: Flow, z: complex, order: int) -> Certificate:
         float(at_speed.amplitude[0]) if solved else None,
     )  # fmt: skip
     pumped = z == 0.0 and _pumped(s)
-    valid = converged and largest <= ACCEPTED and not pumped
+    valid = converged and (solved or curve) and largest <= ACCEPTED and not pumped
     sentence = _sentence(flow, z, (order, valid, converged, turn is not None), numbers, small)
     if pumped:
         sentence += "; the speed lies beside a resonance, which decides on stability: give its Resonance(p, q)"

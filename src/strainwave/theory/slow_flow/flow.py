@@ -257,8 +257,14 @@ class SlowFlow:
         pull = averaged_flow(unforced, a.ravel().astype(complex)).mean_force(a).real / s.omega_0
         return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))
 
-    def certificate(self) -> Certificate:
+    def certificate(self, *, curve: bool = False) -> Certificate:
         """How far the steady state with the largest amplitude can be trusted, from a harmonic correction of it.
+
+        Parameters
+        ----------
+        curve : bool
+            Whether the state is a point of a response curve, as its peak, which the true curve may have at another
+            speed. Otherwise a state is valid only where a true one is near at its own speed.
 
         Raises
         ------
@@ -266,7 +272,7 @@ class SlowFlow:
             If there is no steady state.
         """
         states = self.steady_states()
-        return certify(self._flow, states[0].z, self.order)
+        return certify(self._flow, states[0].z, self.order, curve=curve)
 
     def predictor(
         self,

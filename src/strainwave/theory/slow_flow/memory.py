@@ -317,7 +317,7 @@ def loop_averages(s: Setting, order: int, probes: Complexes) -> tuple[LoopAverag
     top = max(fast, *places) if places else fast
 
     def with_points(points: int) -> LoopAverages:
-        return LoopAverages(Loops(s.system.law, waves(REACH[order] * top, points * top)), fast, places)
+        return LoopAverages(Loops(s.system.law, waves(REACH[order] * top, s.points(points * top))), fast, places)
 
     ask: Callable[[LoopAverages], Any] = (
         (lambda a: a.force(s, probes)) if order == 1 else (lambda a: a.values(s, probes)[1])

@@ -317,7 +317,7 @@ def _samples(s: Setting, points_each: int) -> Samples:
         fast, line_orders = p // base, [q * k // base for k in s.orders]
         top = REACH * max(fast, *line_orders) if line_orders else REACH * fast
         numbers = [(m, 0) for m in range(top + 1) if m != fast]
-        points = points_each * (top + 1)
+        points = s.points(points_each * (top + 1))
         if points * top > MOST_SAMPLES:
             raise ValueError(
                 f"second order of the resonance {p}:{q} with lines of order {', '.join(map(str, s.orders))} needs "

@@ -172,6 +172,14 @@ class Setting:
             return 1
         return int((self.resonance.ratio / math.gcd(*self.orders)).denominator)
 
+    def points(self, least: int) -> int:
+        """Sample points of the common period, at least so many, with each point's place in every copy and half.
+
+        A mean that vanishes by symmetry then vanishes in the samples too, whatever kinks the law has.
+        """
+        part = 4 * self.copies
+        return part * math.ceil(least / part)
+
     def forced(self, theta: Any) -> Any:
         """Forced motion F [rad] of the hard lines at base angles [rad]."""
         return sum(

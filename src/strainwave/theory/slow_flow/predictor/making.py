@@ -254,7 +254,7 @@ def _reach(flow: Flow, order: int, speeds: tuple[float, float]) -> float:
         return math.inf
 
     certified = [ranked[i] for i in sorted(set(np.linspace(0, len(ranked) - 1, CERTIFIED).astype(int).tolist()))]
-    verdicts = [certify(flow.at(omega), z, order) for _, omega, z in certified]
+    verdicts = [certify(flow.at(omega), z, order, curve=True) for _, omega, z in certified]
     valid = [size for (size, _, _), verdict in zip(certified, verdicts, strict=True) if verdict.valid]
     if not valid:
         raise ValueError(f"no steady state of this range is valid: {verdicts[0].sentence}")
