@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..base.protocols import orders_of
 from ..base.quantities import numbers, shown
-from ..base.results import Floats, Orbit
+from ..base.results import Floats, Orbit, SolveError
 from ..base.sentences import Sentence, Speed, on_screen
 from ..model.drive import Drive
 from ..model.excitation import KinematicError
@@ -117,6 +117,8 @@ def compare_reductions(
     ------
     ValueError, TypeError
         As `Drive.error_equation` and `find_orbit`.
+    SolveError
+        If no periodic motion of the whole train is found at any of the speeds.
     """
     if not isinstance(drive, Drive):
         raise TypeError(f"drive is {shown(drive)}; it must be a Drive(J_m, J_l, N, B, law)")
@@ -124,7 +126,13 @@ def compare_reductions(
     train = drive.train(kinematic_error=kinematic_error, **torques)
     free = drive.error_equation(kinematic_error=kinematic_error, **torques)
     held = drive.error_equation(kinematic_error=kinematic_error, load_torque=load_torque, motor="held")
-    return compare_with_train(train, free, held, omega, harmonics)
+    table = compare_with_train(train, free, held, omega, harmonics)
+    if np.all(np.isnan(table.exact)):
+        raise SolveError(
+            f"no periodic motion of the whole drive train was found at omega = {shown(omega)} rad/s; give speeds "
+            f"nearer to the drive's natural frequency, {drive.omega_0:.4g} rad/s"
+        )
+    return table
 
 
 def compare_with_train(

@@ -135,16 +135,16 @@ class ParametricTongue:
 
     Attributes
     ----------
-    low, high : float
-        Edges [rad/s] of the frequency of the stiffness; both nan where the damping suffices.
+    low, high : float or None
+        Edges [rad/s] of the frequency of the stiffness; both None where the damping suffices.
     threshold : float
         Smallest depth that can make it unstable.
     growth : float
         Rate [1/s] of growth at twice the natural frequency (negative: decay).
     """
 
-    low: float
-    high: float
+    low: float | None
+    high: float | None
     threshold: float
     growth: float
 
@@ -178,7 +178,7 @@ def parametric_tongue(omega_0: float, mu: float, depth: float) -> ParametricTong
         raise ValueError(f"mu is {mu:g} 1/s, at least omega_0 = {omega_0:g} rad/s; the forms hold for light damping")
     r = mu / omega_0
     square = 0.25 * depth * depth - r * r + 0.25 * r**4
-    low = high = math.nan
+    low = high = None
     if square > 0.0:
         middle, half = 1.0 - 0.5 * r * r, math.sqrt(square)
         low, high = 2.0 * omega_0 * math.sqrt(middle - half), 2.0 * omega_0 * math.sqrt(middle + half)

@@ -389,6 +389,7 @@ def test_default_steps_of_fixed_methods_resolve_a_fast_spring_under_slow_forcing
         ((0.0, 0.0), [], "t must be an end time"),
         ((0.0, 0.0), "long", "t must be an end time"),
         ((0.0, 0.0), (1e17, 1e17 + 100.0), "too far from 0"),
+        ((0.0, 0.0), 1e300, "stay within"),
     ],
 )
 def test_bad_start_or_time_is_refused_in_one_sentence(y0, t, sentence):

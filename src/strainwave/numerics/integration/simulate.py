@@ -17,6 +17,7 @@ from .corners import stretches
 from .methods import Dopri5, Method, checked
 
 METHOD = Dopri5()
+MOST_ANGLE = 2.0**33  # of the base angle [rad]: beyond it floats are 2e-6 rad apart
 
 
 def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Method = METHOD) -> Trajectory:
@@ -56,8 +57,13 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Method
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.6.
     """
     system = with_parts("simulate", system, "rhs")
-    method, times = checked(method), _times(t)
-    spans = stretches(system, float(omega_of(system)), float(times[0]), float(times[-1]))
+    method, times, omega = checked(method), _times(t), float(omega_of(system))
+    if not abs(omega) * max(-times[0], times[-1]) < MOST_ANGLE:
+        raise ValueError(
+            f"t = {times[0]:g} .. {times[-1]:g} s turns the base angle by more than {MOST_ANGLE:.2g} rad at omega = "
+            f"{omega:g} rad/s, where floats no longer resolve it; stay within {MOST_ANGLE / abs(omega):.3g} s of 0"
+        )
+    spans = stretches(system, omega, float(times[0]), float(times[-1]))
     y, rate = _start(system, spans[0][0], y0)
     with np.errstate(all="ignore"):  # the status tells of an overflow, also where nothing is compiled
         return method.trajectory(system, y, rate, times, spans)

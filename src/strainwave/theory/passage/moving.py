@@ -81,7 +81,7 @@ class Passage(Result):
     t, omega, amplitude, envelope : (n,) arrays
         History: times [s], speeds [rad/s], amplitude [rad] as `largest`, and the largest |x| [rad] of a forcing period.
     error : float
-        Estimated relative error of `largest`.
+        Estimated relative error of `largest` and of `peak`.
     valid : bool
         Whether `error` is at most 3 %, and rates 10 % higher and lower change `largest` by less than 15 %.
     message : str

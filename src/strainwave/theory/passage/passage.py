@@ -280,7 +280,7 @@ def _error(
     flow: SlowFlow, sweep: Way, place: tuple[float, float, float], jumps: tuple[DelayedJump, ...],
     errors: dict[int, float],
 ) -> float:  # fmt: skip
-    """Estimated relative error of the largest amplitude: that of steady states like it, and that of the rate.
+    """Estimated relative error of the largest amplitude and |x|: that of steady states like it, and that of the rate.
 
     The steady states are the one of the same amplitude, or the highest, and those at the folds where it jumped.
     """
@@ -302,7 +302,7 @@ def _error(
     for key, omega, z in states:
         if key not in errors:
             certificate = certify(sweep.flow.at(omega), complex(z), flow.order)
-            errors[key] = max(certificate.amplitude, abs(certificate.speed))
+            errors[key] = max(certificate.amplitude, certificate.waveform, abs(certificate.speed))
     return float(late) + max(errors[key] for key, _, _ in states)
 
 
