@@ -12,6 +12,7 @@ from .worker import Died, Progress, Worker
 
 LATER = 4.0  # seconds: two processes that start beside the first picture would delay it
 PATIENCE = 5.0  # seconds between two looks at whether work is still wanted
+LOOK = 0.25  # seconds between two looks at whether a process has answered
 
 
 class Abandoned(Exception):
@@ -41,7 +42,7 @@ class Workers:
     count : int
         Processes.
     longest : float, optional
-        Time [s] after which a process that has not answered is killed.
+        Time [s] of computing, without that of compiling, after which a process that has not answered is killed.
     background : bool
         Whether other processes of the machine go first.
     patience : float
@@ -80,12 +81,12 @@ class Workers:
                 if begun is not None:
                     begun()
                 try:
-                    async with asyncio.timeout(self._longest):
-                        if waiting is None:
-                            return await worker.ask(work, *args, progress=progress)
-                        return await self._while_wanted(waiting, worker, worker.ask(work, *args, progress=progress))
+                    return await self._answered(worker, worker.ask(work, *args, progress=progress), waiting)
                 except TimeoutError:
-                    raise Refused(f"the answer takes longer than {self._longest:g} s; ask for less at once") from None
+                    raise Refused(
+                        f"the answer takes longer than {self._longest:g} s of computing; narrow the speeds, take fewer "
+                        "or lower orders or a softer law, or use the command line, which has no such limit"
+                    ) from None
                 except Died:
                     if not worker.interpreted:  # else `warm` has ended it, as another one has machine code now
                         raise Refused(
@@ -95,15 +96,26 @@ class Workers:
                 finally:
                     self._give_back(worker)
 
-    async def _while_wanted(
-        self, waiting: Callable[[], Awaitable[bool]], worker: Worker, answer: Coroutine[Any, Any, tuple[bytes, float]]
-    ) -> tuple[bytes, float]:
-        """The answer, unless the visitor no longer waits (Abandoned); compiling goes on, as all answers need it."""
-        asking = asyncio.create_task(answer)
+    async def _answered(
+        self, worker: Worker, answer: Coroutine[Any, Any, tuple[bytes, float]],
+        waiting: Callable[[], Awaitable[bool]] | None = None,
+    ) -> tuple[bytes, float]:  # fmt: skip
+        """The answer, within the time for it (TimeoutError) and as long as the visitor waits for it (Abandoned).
+
+        Compiling goes on, as all answers need it, and so does what is interpreted until there is machine code.
+        """
+        asking, spent, asked = asyncio.create_task(answer), 0.0, 0.0
         try:
-            while not (await asyncio.wait([asking], timeout=self._patience))[0]:
-                if not worker.compiling and not await waiting():
-                    raise Abandoned
+            while not (await asyncio.wait([asking], timeout=LOOK))[0]:
+                if worker.compiling:
+                    continue
+                spent += LOOK
+                if self._longest is not None and spent >= self._longest and not worker.interpreted:
+                    raise TimeoutError
+                if waiting is not None and spent >= asked + self._patience:
+                    asked = spent
+                    if not await waiting():
+                        raise Abandoned
             return asking.result()
         finally:
             asking.cancel()
@@ -149,8 +161,7 @@ class Workers:
     async def _warm_one(self, worker: Worker, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
         """Have a new process do a piece of work."""
         try:
-            async with asyncio.timeout(self._longest):
-                await worker.ask(work, *args)
+            await self._answered(worker, worker.ask(work, *args))
         finally:
             self._give_back(worker)
 
