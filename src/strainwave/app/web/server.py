@@ -29,7 +29,7 @@ from .workers import Workers
 
 HOST, PORT, TRIES = "127.0.0.1", 8765, 20
 COUNT = min(4, max(2, os.cpu_count() or 2))  # computations at a time
-LONGEST = 10.0  # seconds of one, without those of compiling; what takes longer is a job
+LONGEST = 10.0  # seconds of processor time of one, without those of compiling; what takes longer is a job
 KINDS = {
     ".html": "text/html",
     ".js": "text/javascript",

@@ -2,8 +2,9 @@
 
 Every message is a length of 8 bytes and a pickle of that length. Work is (function, arguments); the answers are
 ("progress", (stage, share)) as often as the work tells it, ("compiling", sentence) when a compilation begins and with
-"" when it ends, and then ("done", (JSON, seconds of processor time)), ("refused", sentence) or ("failed", name of the
-error). The process ends with its input: no server leaves one behind.
+"" when it ends, ("computed", seconds of processor time without compiling since the last one), and then ("done", (JSON,
+seconds of processor time)), ("refused", sentence) or ("failed", name of the error). The process ends with its
+input: no server leaves one behind.
 """
 
 import asyncio
@@ -19,8 +20,8 @@ import tempfile
 from collections.abc import Callable
 from itertools import count
 from queue import SimpleQueue
-from threading import Lock, Thread
-from time import sleep, thread_time
+from threading import Event, Lock, Thread
+from time import process_time, sleep, thread_time
 from typing import Any, BinaryIO
 
 from ...base.results import SolveError
@@ -52,6 +53,7 @@ class Worker:
         self._process, self._folder = process, folder
         self.interpreted, self.idle = interpreted, True
         self.compiling = ""  # the sentence on what is compiled now
+        self.computed = 0.0  # processor time [s] of the work so far, without that of compiling
 
     @property
     def alive(self) -> bool:
@@ -82,7 +84,7 @@ class Worker:
         Died, Unexpected
             If the process has ended, or the work has a fault.
         """
-        self.idle = False
+        self.idle, self.computed = False, 0.0
         pipe, answers = self._process.stdin, self._process.stdout
         assert pipe is not None
         assert answers is not None
@@ -98,6 +100,9 @@ class Worker:
                     self.compiling = content
                     if progress is not None and content:
                         progress(content, 0.0)
+                    continue
+                if kind == "computed":
+                    self.computed += content
                     continue
                 if kind == "progress" and progress is not None:
                     progress(*content)
@@ -143,7 +148,7 @@ def done(work: Callable[..., Any], args: tuple[Any, ...], told: dict[str, Any]) 
 
 def work_on(source: BinaryIO, sink: BinaryIO) -> None:
     """Answer messages as long as there is a server."""
-    lock = Lock()
+    lock, working = Lock(), Event()
 
     def send(kind: str, content: object) -> None:
         message = pickle.dumps((kind, content))
@@ -152,11 +157,14 @@ def work_on(source: BinaryIO, sink: BinaryIO) -> None:
             sink.flush()
 
     def announce() -> None:
-        previous = ""
+        previous, counted = "", process_time()
         with contextlib.suppress(OSError, ValueError):  # the server has gone
             while True:
                 sleep(LOOK)
-                sentence = next(map(str, compiling()), "")
+                sentence, now = next(map(str, compiling()), ""), process_time()
+                if working.is_set() and not sentence:
+                    send("computed", now - counted)
+                counted = now
                 if sentence != previous:
                     send("compiling", sentence)
                     previous = sentence
@@ -171,7 +179,10 @@ def work_on(source: BinaryIO, sink: BinaryIO) -> None:
     try:
         for number in count():
             work, args, wants = pickle.loads(messages.get())
-            send(*done(work, args, {"progress": progress} if wants else {}))
+            working.set()
+            outcome = done(work, args, {"progress": progress} if wants else {})
+            working.clear()
+            send(*outcome)
             if number == 0:
                 gc.freeze()  # the modules stay: looking at them again and again took a tenth of the time
                 gc.set_threshold(YOUNG)

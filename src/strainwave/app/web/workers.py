@@ -1,6 +1,7 @@
 """A few processes that take the work of the server in turn, started when they are needed."""
 
 import asyncio
+import math
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from .worker import Died, Progress, Worker
 
 LATER = 4.0  # seconds: two processes that start beside the first picture would delay it
 PATIENCE = 5.0  # seconds between two looks at whether work is still wanted
+SHARED = 6.0  # times the processor time that work may take on a machine that has more to do
 LOOK = 0.25  # seconds between two looks at whether a process has answered
 
 
@@ -42,7 +44,8 @@ class Workers:
     count : int
         Processes.
     longest : float, optional
-        Time [s] of computing, without that of compiling, after which a process that has not answered is killed.
+        Processor time [s], without that of compiling, after which a process that has not answered is killed; at the
+        latest after `SHARED` times as long, where it waits or other programs have the processor.
     background : bool
         Whether other processes of the machine go first.
     patience : float
@@ -104,16 +107,17 @@ class Workers:
 
         Compiling goes on, as all answers need it, and so does what is interpreted until there is machine code.
         """
-        asking, spent, asked = asyncio.create_task(answer), 0.0, 0.0
+        asking, spent, looked = asyncio.create_task(answer), 0.0, 0.0
         try:
             while not (await asyncio.wait([asking], timeout=LOOK))[0]:
                 if worker.compiling:
                     continue
                 spent += LOOK
-                if self._longest is not None and spent >= self._longest and not worker.interpreted:
+                limit = math.inf if self._longest is None or worker.interpreted else self._longest
+                if max(worker.computed, spent / SHARED) >= limit:
                     raise TimeoutError
-                if waiting is not None and spent >= asked + self._patience:
-                    asked = spent
+                if waiting is not None and spent >= looked + self._patience:
+                    looked = spent
                     if not await waiting():
                         raise Abandoned
             return asking.result()
