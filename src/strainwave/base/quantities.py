@@ -225,12 +225,20 @@ def number(name: str, value: object, *, positive: bool = False) -> float:
 def numbers(name: str, values: Any, *, count: int | None = None) -> NDArray[np.float64]:
     """Return one or more finite numbers (exactly `count`) as a new array (n,), or say that `name` are none."""
     try:
-        array = np.array(values, float, ndmin=1)
+        array = np.array(values, float, ndmin=1) if np.asarray(values).dtype.kind not in "SU" else np.empty(0)
     except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
     if array.ndim != 1 or array.size == 0 or count not in (None, array.size) or not np.all(np.isfinite(array)):
         raise ValueError(f"{name} is {shown(values)}; it must be {count or 'one or more'} finite numbers")
     return array
+
+
+def several(name: str, values: Any) -> tuple[Any, ...]:
+    """Return the entries of a list, a tuple or an array, or say that `name` is none: a text is no list of letters."""
+    single = isinstance(values, str | bytes | Mapping) or (isinstance(values, np.ndarray) and values.ndim == 0)
+    if single or not isinstance(values, Iterable):
+        raise TypeError(f"{name} is {shown(values)}; it must be a list or a tuple")
+    return tuple(values)
 
 
 def complex_number(name: str, value: Any) -> complex:

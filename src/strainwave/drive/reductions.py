@@ -129,8 +129,8 @@ def compare_reductions(
     table = compare_with_train(train, free, held, omega, harmonics)
     if np.all(np.isnan(table.exact)):
         raise SolveError(
-            f"no periodic motion of the whole drive train was found at omega = {shown(omega)} rad/s; give speeds "
-            f"nearer to the drive's natural frequency, {drive.omega_0:.4g} rad/s"
+            f"no periodic motion of the whole drive train was found at {len(table.omega)} speeds from "
+            f"{table.omega[0]:.4g} rad/s on; give some nearer to its natural frequency, {drive.omega_0:.4g} rad/s"
         )
     return table
 

@@ -168,7 +168,7 @@ def on_output_turn(excitation: Any, N: float) -> Any:
 
 
 def _whole_ratio(N: float) -> int:
-    if not (isinstance(N, int | float) and float(N).is_integer() and 2 <= N <= LARGEST_RATIO):
+    if not (isinstance(N, int | float) and 2 <= N <= LARGEST_RATIO and float(N).is_integer()):
         raise ValueError(
             f"N is {shown(N)}; orders are counted for a whole ratio (motor turns per output turn), 2 to {LARGEST_RATIO}"
         )

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from ...base.facts import Fact, lines
+from ...base.protocols import lacking
 from ...base.quantities import number as checked_number
-from ...base.quantities import parse, positive_count
+from ...base.quantities import parse, positive_count, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import number, on_screen
@@ -300,6 +301,8 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
 def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
     """Factors (count,) of the numbers that scatter."""
     count = positive_count("count", count)
+    if lacking(project, "scatter"):
+        raise TypeError(f"project is {shown(project)}; give what read_project returns")
     if not project.scatter:
         raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
     return drawn(project.scatter, count, seed, project.correlation)

@@ -243,8 +243,8 @@ def orbit_diagram(
     if len(grid) < 2 or not np.all(np.diff(grid) > 0.0):
         raise ValueError(f"values are {shown(values)}; they must be two or more rising numbers")
     values_of = {p.path: p.value for p in parameters(system)}
-    unit = next((p.unit for p in parameters(system) if p.path == path), "")
-    if not isinstance(values_of.get(path), float):
+    unit = next((p.unit for p in parameters(system) if p.path == str(path)), "")
+    if not (isinstance(path, str) and isinstance(values_of.get(path), float)):
         able = ", ".join(p for p, v in values_of.items() if isinstance(v, float))
         raise ValueError(f"{type(system).__name__} has no parameter {shown(path)} that can be swept; it has {able}")
     positive_count("points", points, MOST_TURNS)

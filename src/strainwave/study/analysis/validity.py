@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...base.protocols import with_parts
 from ...base.quantities import number, numbers, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
@@ -189,6 +190,7 @@ def validity_map(system: Any, resonance: Resonance, speeds: ArrayLike, amplitude
         If the axes are not positive and rising, or the slow flow refuses the system at a speed.
     """
     speeds, amplitudes = axis("speeds [rad/s]", speeds), axis("amplitudes", amplitudes)
+    system = with_parts("validity_map", system, "J", "omega")
     near = system._replace(omega=float(speeds[len(speeds) // 2]))
     flows = [slow_flow(near, resonance, order=order)._flow for order in ORDERS]
     for w in speeds.tolist():

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.quantities import checked, interval, number, shown
+from ...base.quantities import checked, interval, number, several, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -128,7 +128,7 @@ def monitor(
         If arrays differ in length, samples are not even or too slow for an order, the angle does not move, or neither
         an angle nor a range of frequencies is given.
     """
-    t, y = np.asarray(time, float), np.asarray(signal, float)
+    t, y = _reals("time", time), _reals("signal", signal)
     if t.ndim != 1 or t.shape != y.shape or len(t) < 4:
         raise ValueError(f"time has the shape {t.shape} and signal {y.shape}; give as many numbers of both, at least 4")
     if not np.all(np.isfinite(t)):
@@ -143,7 +143,17 @@ def monitor(
         raise ValueError("signal has infinite numbers; give NaN where a sample is lost")
     if angle is None:
         return _tracked(t, y, period, frequencies, bandwidth)
-    return _demodulated(t, y, period, np.unwrap(np.asarray(angle, float)), orders, bandwidth)
+    return _demodulated(t, y, period, _reals("angle", angle), several("orders", orders), bandwidth)
+
+
+def _reals(name: str, values: Any) -> Floats:
+    """The array of numbers that were given, NaN among them."""
+    try:
+        if np.asarray(values).dtype.kind not in "SU":
+            return np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")
 
 
 def _demodulated(
@@ -151,6 +161,7 @@ def _demodulated(
 ) -> Monitored:
     if angle.shape != t.shape or not np.all(np.isfinite(angle)):
         raise ValueError(f"angle has the shape {angle.shape}; give a finite angle for each of the {len(t)} samples")
+    angle = np.unwrap(angle)
     if not orders or any(not isinstance(k, int | np.integer) or isinstance(k, bool) or k < 1 for k in orders):
         raise ValueError(f"orders is {shown(orders)}; give integers of at least 1")
     if len(set(orders)) < len(orders):

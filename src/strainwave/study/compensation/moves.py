@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...base.facts import Fact
-from ...base.quantities import number, shown
+from ...base.quantities import number, several, shown
 from ...base.results import Floats
 from ...base.units import ARCSEC
 from ...drive.project import Project
@@ -181,7 +181,8 @@ def compensate_move(
     pole = response.poles[int(np.argmax(np.where(response.poles.imag != 0.0, np.abs(response.poles), 0.0)))]
     s = np.log(complex(pole)) / response.period
     references += [
-        (f"loop, {kind}", bench.loop, shaped(motion, abs(s), -s.real / abs(s), kind=kind)) for kind in shaping
+        (f"loop, {kind}", bench.loop, shaped(motion, abs(s), -s.real / abs(s), kind=kind))
+        for kind in several("shaping", shaping)
     ]
     runs = [_run(bench, controller, reference, duration + tail) for _, controller, reference in references]
     time = runs[0].time
@@ -196,6 +197,7 @@ def compensate_move(
 
 def on_the_way(bench: Bench, controllers: Sequence[Any]) -> list[tuple[str, Any]]:
     """Names and controllers, of which none is designed for one speed (ValueError)."""
+    controllers = several("controllers", controllers)
     for controller in controllers:
         if isinstance(controller, str) and controller not in ON_MOVES:
             raise ValueError(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.protocols import lacking
-from ...base.quantities import interval, number, shown
+from ...base.quantities import interval, number, several, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
@@ -290,7 +290,7 @@ def prediction_table(
     """
     if lacking(project, "response", "motors"):
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
-    chosen = bench_of(project).orders if orders is None else tuple(orders)
+    chosen = bench_of(project).orders if orders is None else several("orders", orders)
     if speeds is not None:
         limits = interval("speeds [rad/s]", speeds, positive=True)
         project = replace(project, speeds=replace(project.speeds, limits=limits, single=()))

@@ -4,13 +4,13 @@ Cheap rules: what a gear's datasheet says about it before any vibration is compu
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.quantities import checked, interval, number, shown
+from ...base.quantities import checked, interval, number, several, shown
 from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
@@ -111,7 +111,7 @@ class Specification:
         """Refuse numbers that are none or contradict each other (ValueError, TypeError)."""
         for name in ("load_inertias", "rotor_inertias"):
             values = getattr(self, name)
-            if not isinstance(values, Iterable) or not list(values):
+            if not several(name, values):
                 raise ValueError(f"{name} are {shown(values)}; give one inertia or more [kg*m^2] as a tuple")
             for value in values:
                 number(f"one of {name} [kg*m^2]", value, positive=True)
@@ -121,9 +121,12 @@ class Specification:
         for name in ("accuracy", "life", "largest_size", "largest_mass", "average_speed"):
             if getattr(self, name) is not None:
                 number(name, getattr(self, name), positive=True)
-        for name in ("mean_torque", "peak_torque", "momentary_torque", "preload"):
+        for name in ("mean_torque", "peak_torque", "momentary_torque"):
             if getattr(self, name) is not None:
                 number(f"{name} [N*m]", getattr(self, name))
+        number("preload [N*m]", self.preload)
+        for ratio in several("ratios", self.ratios):
+            number("one of ratios", ratio, positive=True)
         self._check_duty()
         if self.accuracy is not None and self.kinematic_error is not None:
             raise ValueError("the specification has an accuracy and the lines of a kinematic error; give one of them")

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.quantities import shown
+from ...base.quantities import several, shown
 from ...base.records import Result
 from ...base.results import Floats
 from ...base.sentences import listed
@@ -191,6 +191,9 @@ def free_leaves(system: Any, free: Sequence[str]) -> list[int]:
     """
     if isinstance(free, str):
         raise ValueError(f"free is {shown(free)}; write the paths of the free parameters as a tuple, ({shown(free)},)")
+    free = several("free", free)
+    if not all(isinstance(path, str) for path in free):
+        raise TypeError(f"free is {shown(free)}; it must be the paths of the free parameters, such as ('B', 'law.K')")
     if len(set(free)) < len(free):
         raise ValueError(f"free is {shown(tuple(free))}; name every parameter once")
     return [leaf_of(system, path) for path in free]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...base.law import has, spring_stiffness
 from ...base.protocols import lines_of
-from ...base.quantities import interval, number
+from ...base.quantities import interval, number, several
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
 from ...base.units import ARCSEC
@@ -195,7 +195,7 @@ def move(
     mover = mover_of(project, gear, limits, task.payload if payload is None else payload)
     given = (window, task.window, getattr(project, "limit", None), WINDOW)
     window = number("window [rad]", next(value for value in given if value is not None), positive=True)
-    spans = tuple(interval("bands [rad/s]", band) for band in bands)
+    spans = tuple(interval("bands [rad/s]", band) for band in several("bands", bands))
     refuse_heavy(mover.train, path)
     y0 = _at_rest(mover.train, 0.0, float(path.angle[0]))
     poles = state_space(mover.train, at=y0).poles

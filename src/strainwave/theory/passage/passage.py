@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.protocols import with_parts
 from ...base.quantities import numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
@@ -170,7 +171,7 @@ def passage(
     """
     rates = _checked_rates(rate)
     first, last = _checked_band(band)
-    flow = slow_flow(system._replace(omega=first), resonance, order=order)
+    flow = slow_flow(with_parts("passage", system, "J", "omega")._replace(omega=first), resonance, order=order)
     way = _way(flow, first, last)
     _refuse_rates(flow, rates)
     every = _passages(flow, way, rates)

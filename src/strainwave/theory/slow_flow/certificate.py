@@ -6,12 +6,6 @@ J u'' + B u' + T(u) = tau - J omega^2 e'', and Newton's method on a few harmonic
 superharmonic meets omega_0 (q = 1) the phase of the component near omega_0 is kept and omega set free: the phase runs
 monotonically along a resonance curve, so the correction exists at peaks and jumps too, where one at equal speed does
 not. Otherwise the speed is kept.
-
-Harmonic balance of the full equation, which moves the motions of a slow flow to true ones, many at once.
-
-J u'' + B u' + T(u) = tau - J omega^2 e'' is solved by Newton's method on a few harmonics of the common period (Krack &
-Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, ch. 2), at equal speed, or at equal phase of the
-component near omega_0.
 """
 
 import math
@@ -282,13 +276,14 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
         if z != 0.0 and s.resonance.q == 1 and (s.mu != 0.0 or balance.loops is not None)
         else None
     )
-    here = corrected(balance, c0, speed, None)
-    along = here if turn is None else corrected(balance, c0, speed, turn)
-    if along.converged[0] and not here.converged[0]:
-        here = followed(balance, along, s.omega)
-    at_speed = errors(balance, c0, here.c, z != 0.0)
+    along = equal = corrected(balance, c0, speed, None)
+    if turn is not None:
+        along = corrected(balance, c0, speed, turn)
+    if along.converged[0] and not equal.converged[0]:
+        equal = followed(balance, along, s.omega)
+    at_speed = errors(balance, c0, equal.c, z != 0.0)
     at_phase = errors(balance, c0, along.c, z != 0.0)
-    solved, converged = bool(here.converged[0]), bool(along.converged[0])
+    solved, converged = bool(equal.converged[0]), bool(along.converged[0])
     amplitude = float(at_phase.amplitude[0]) if converged else max(float(at_phase.amplitude[0]), 1.0)
     shift = float(s.omega / along.omega[0] - 1.0)
     largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if solved else 0.0)
