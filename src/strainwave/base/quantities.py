@@ -6,7 +6,7 @@ report read it. `parse` is the only way in for text with units; it refuses what 
 (Hz for rad/s, N*m for N*m/rad).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from math import isfinite
 from numbers import Complex, Integral, Real
