@@ -51,14 +51,14 @@ def branch_panels(branch: Branch) -> list[Panel]:
 def jumps_panels(sweeps: Jumps) -> list[Panel]:
     """The largest |x| before and after every jump, over the parameter, with the bands of hysteresis."""
     runs = (("run-up", BLUE, sweeps.on_run_up), ("run-down", ORANGE, sweeps.on_run_down))
-    sizes = np.array([[jump.before, jump.after] for _, _, each in runs for jump in each]).reshape(-1, 2)
+    sizes = np.array([[jump.before, jump.after] for _, _, jumps in runs for jump in jumps]).reshape(-1, 2)
     panel = Panel("", _parameter(sweeps.parameter), angle("peak |x|", sizes))
     for band in sweeps.bands:
         panel.band((band.low, band.high), -np.inf, np.inf, PALE, "hysteresis")
-    for name, colour, each in runs:
-        for jump in each:
+    for name, colour, jumps in runs:
+        for jump in jumps:
             panel.line([jump.value, jump.value], [jump.before, jump.after], colour, f"{name} jumps")
-        panel.points([jump.value for jump in each], [jump.after for jump in each], colour, f"after a jump, {name}")
+        panel.points([jump.value for jump in jumps], [jump.after for jump in jumps], colour, f"after a jump, {name}")
     return [panel] if len(sizes) else []
 
 

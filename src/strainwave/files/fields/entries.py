@@ -137,14 +137,14 @@ class Loop(Kind):
                 place.at(gain).wrong(said, on_key=True)
             spec = read_group({key: item for key, item in value.items() if key not in gains}, LoopSpec, place)
             return spec and spec.tuning
-        given: dict[str, Any] = {}
+        parts: dict[str, Any] = {}
         if isinstance(value, dict):
             rows = {key: rows_of(LoopSpec)[key] for key in AROUND if key in value}
-            given = {key: read(row.kind, value[key], place.at(key, row.example)) for key, row in rows.items()}
+            parts = {key: read(row.kind, value[key], place.at(key, row.example)) for key, row in rows.items()}
             kind = {"type": f"{value['type']}_loop"} if value.get("type") in KINDS else {}
             value = {key: item for key, item in value.items() if key not in AROUND} | kind
         loop = LOOPS.read(value, place)
-        return None if loop is None or None in given.values() else around(loop, **given)
+        return None if loop is None or None in parts.values() else around(loop, **parts)
 
     def schema(self) -> Schema:
         return {"$ref": "#/$defs/loop"}
