@@ -8,6 +8,7 @@ report read it. `parse` is the only way in for text with units; it refuses what 
 
 from collections.abc import Iterable, Mapping
 from functools import cache
+from itertools import zip_longest
 from math import isfinite
 from numbers import Complex, Integral, Real
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
@@ -64,7 +65,7 @@ def _is_float(hint: object) -> bool:
 
 
 def _is_whole(value: object) -> bool:
-    return isinstance(value, Integral) or (isinstance(value, Real) and float(value).is_integer())
+    return isinstance(value, Integral) or (isinstance(value, Real) and bool(value % 1 == 0))
 
 
 @cache
@@ -88,6 +89,9 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
             base = "; take a base angle on which it is, for a gear the output turn" if field.endswith(".order") else ""
             raise ValueError(f"{field} must be a whole number, not {shown(value)}{base}")
         return int(value)
+    as_text = isinstance(value, str) and value[:1] in tuple("+-.0123456789")
+    if hint is Any and (as_text or isinstance(value, list | dict | set | bytes | bytearray | np.ndarray)):
+        raise TypeError(f"{field} is {shown(value)}; a model holds numbers, other models and tuples of these")
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
         raise TypeError(f"{field} must be a {hint.__name__}, not {shown(value)}")
     return _floated(value) if is_model(value) else value
@@ -222,14 +226,49 @@ def number(name: str, value: object, *, positive: bool = False) -> float:
     return result
 
 
+def reals(values: Any) -> NDArray[np.float64]:
+    """Real numbers as a new array of any shape; an empty one of texts, dates, masked numbers and what is none."""
+    try:
+        array = np.array(values)
+        if array.dtype.kind not in "biufO" or np.ma.is_masked(values):
+            return np.empty(0)
+        if array.dtype.kind == "O" and not all(isinstance(value, Real) for value in array.flat):
+            return np.empty(0)
+        with np.errstate(all="ignore"):
+            return array.astype(float)
+    except (TypeError, ValueError, OverflowError):
+        return np.empty(0)
+
+
 def numbers(name: str, values: Any, *, count: int | None = None) -> NDArray[np.float64]:
     """Return one or more finite numbers (exactly `count`) as a new array (n,), or say that `name` are none."""
-    try:
-        array = np.array(values, float, ndmin=1) if np.asarray(values).dtype.kind not in "SU" else np.empty(0)
-    except (TypeError, ValueError, OverflowError):
-        array = np.empty(0)
+    array = np.atleast_1d(reals(values))
     if array.ndim != 1 or array.size == 0 or count not in (None, array.size) or not np.all(np.isfinite(array)):
         raise ValueError(f"{name} is {shown(values)}; it must be {count or 'one or more'} finite numbers")
+    if not np.all(np.abs(array) <= LARGEST):
+        raise ValueError(f"{name} is {shown(values)}; it must be numbers up to {LARGEST:g} in size, in SI units")
+    return array
+
+
+def probabilities(name: str, values: Any) -> NDArray[np.float64]:
+    """Return numbers from 0 to 1 as a new array (n,), or say that `name` are none."""
+    array = numbers(name, values)
+    if not np.all((array >= 0.0) & (array <= 1.0)):
+        raise ValueError(f"{name} is {shown(values)}; it must be from 0 to 1")
+    return array
+
+
+def array_of(name: str, values: Any, *shape: int | None) -> NDArray[np.float64]:
+    """Return finite numbers as a new array of a shape (None: any length; no shape: any), or say that they are none."""
+    array = reals(values)
+    right = not shape or [None if m is None else n for n, m in zip_longest(array.shape, shape, fillvalue=0)] == [*shape]
+    if array.size == 0 or not right or not np.all(np.isfinite(array)):
+        form = f" of the shape ({', '.join('n' if n is None else str(n) for n in shape)})" if shape else ""
+        raise ValueError(f"{name} is {shown(values)}; it must be finite numbers{form}")
+    largest = float(np.max(np.abs(array)))
+    if not (largest == 0.0 or 1.0 / LARGEST <= largest <= LARGEST):
+        bounds = f"the largest from {1.0 / LARGEST:g} to {LARGEST:g} in size, in SI units, or all 0"
+        raise ValueError(f"{name} is {shown(values)}; it must be numbers, {bounds}")
     return array
 
 
@@ -252,7 +291,8 @@ def complex_number(name: str, value: Any) -> complex:
 def complex_numbers(name: str, values: Any) -> NDArray[np.complex128]:
     """Return finite complex numbers of a size up to `LARGEST` as a new array of any shape, or say what `name` is."""
     try:
-        array = np.array(values, complex) if values is not None else np.empty(0)
+        known = values is not None and np.array(values).dtype.kind in "biufcO"
+        array = np.array(values, complex) if known else np.empty(0)
     except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
     if array.size == 0 or not np.all(np.abs(array) <= LARGEST):

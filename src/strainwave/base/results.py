@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .archive import as_file, atomic
+from .arguments import typed
+from .quantities import array_of
 from .records import Labelled, Result
 from .sentences import on_screen
 from .series import oscillation
@@ -113,6 +115,7 @@ class Trajectory(Result):
     switches: int
     largest: Floats | None = None
 
+    @typed
     def peak(self, component: int = 0, after: float = -np.inf) -> float:
         """Largest absolute value of a state, between the samples too.
 
@@ -208,6 +211,7 @@ class Orbit(Result):
     label: str = ""
     value: float = math.nan
 
+    @typed
     def amplitude(self, k: int) -> float:
         """Amplitude of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
         x = self.coefficients[:, 0]
@@ -243,7 +247,7 @@ class Orbit(Result):
 
     def state(self, phase: Floats | float) -> Floats:
         """States (states, ...) at the base phase [rad], for instance the start of a trajectory at phase 0."""
-        angle = np.asarray(phase, float) / self.period
+        angle = array_of("phase [rad]", phase) / self.period
         k = np.arange(1, len(self.coefficients) // 2 + 1).reshape(-1, *[1] * angle.ndim)
         basis = np.empty((len(self.coefficients), *angle.shape))
         basis[0], basis[1::2], basis[2::2] = 1.0, np.cos(k * angle), np.sin(k * angle)
@@ -322,6 +326,7 @@ class Branch(Result):
     elsewhere: list[Orbit] = field(default_factory=list)
     span: tuple[float, float] = (math.nan, math.nan)
 
+    @typed
     def amplitude(self, k: int) -> Floats:
         """Amplitude (n,) of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
         x = self.coefficients

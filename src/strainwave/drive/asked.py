@@ -1,6 +1,7 @@
 """What is asked of a drive beside its speeds: the limits of its motor, a move, what the load carries."""
 
 import math
+from numbers import Real
 from typing import Annotated, Any, NamedTuple
 
 from ..base.quantities import Angle, AngularSpeed, Inertia, Torque, checked, number
@@ -32,7 +33,7 @@ class MotorLimits(NamedTuple):
     def check(self) -> None:
         """Refuse limits that are not positive (ValueError)."""
         for name in self._fields:
-            if getattr(self, name) != math.inf:
+            if not (isinstance(getattr(self, name), Real) and getattr(self, name) == math.inf):
                 number(f"MotorLimits.{name}", getattr(self, name), positive=True)
 
 
@@ -77,6 +78,7 @@ class Payload(NamedTuple):
 
     def on(self, train: DriveTrain) -> DriveTrain:
         """The train with this payload on its load."""
+        checked(self)
         end = train.load.end()
         pull = self.mass * self.gravity * self.radius
         drag = end.drag

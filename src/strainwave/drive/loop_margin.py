@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.arguments import typed
 from ..base.protocols import with_parts
 from ..base.quantities import LARGEST, number, numbers, shown
 from ..base.records import Labelled, Result
@@ -87,11 +88,13 @@ class Bode(Result):
             "poles": ("pole", self.poles, "1/s"),
         }
 
+    @typed
     def decibels(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
         """Magnitude (n,) in dB of the speed of a shaft over the torque, relative to 1 rad/(N*m*s); -inf of one held."""
         size = np.abs(self._of(shaft))
         return 20.0 * np.log10(size, out=np.full(size.shape, -np.inf), where=size != 0.0)
 
+    @typed
     def degrees(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
         """Phase (n,) in degrees of the speed of a shaft, continuous along the frequencies."""
         return np.asarray(np.unwrap(np.angle(self._of(shaft))) * 180.0 / pi)
@@ -120,6 +123,7 @@ class Bode(Result):
         return self.motor if shaft == "motor" else self.load
 
 
+@typed
 def bode(
     train: DriveTrain,
     omega: ArrayLike,

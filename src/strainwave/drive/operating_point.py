@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.arguments import typed
 from ..base.law import states_of, torque_of
 from ..base.protocols import lacking, terms_of, with_parts
 from ..base.quantities import number, numbers
@@ -21,6 +22,7 @@ HELD = Held()
 ROUNDS, CLOSE = 50, 1e-9  # of Newton's method, and rates of the solution relative to those of the train without twist
 
 
+@typed
 def operating_state(
     train: DriveTrain, speed: float, *, near: tuple[float, ...] = (), angle: float = 0.0
 ) -> Floats:  # fmt: skip

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..base.above import above
+from ..base.arguments import typed
 from ..base.law import depends
 from ..base.protocols import lacking
-from ..base.quantities import checked, positive_count, shown
+from ..base.quantities import checked, number, positive_count, shown
 from ..base.results import SolveError
 from ..base.sentences import listed, on_screen
 from ..base.speeds import Speeds
@@ -229,6 +230,7 @@ class Project:
         least, most = torques_of_angle(self.train.load.end().drag)
         return low + least, high + most
 
+    @typed
     def under(self, torque: float) -> "Project":
         """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
         excitation = with_mean(self.load_torque, torque)
@@ -241,8 +243,10 @@ class Project:
         train, whole = self.train and loaded(self.train), self.whole and loaded(self.whole)
         return replace(self, load_torque=excitation, mean_range=None, train=train, whole=whole)
 
+    @typed
     def with_load_inertia(self, J_l: float) -> "Project":
         """The project with another inertia [kg*m^2] of the load behind all couplings; B and the loop stay."""
+        J_l = number("J_l [kg*m^2]", J_l, positive=True)
 
         def moved(train: DriveTrain) -> DriveTrain:
             return train._replace(load=train.load.with_end(train.load.end()._replace(J=J_l)))
@@ -328,6 +332,7 @@ def mean_of(torque: Harmonics | None) -> float:
 
 def with_mean(torque: Harmonics | None, mean: float) -> Harmonics:
     """A torque with another mean [N*m]."""
+    mean = number("torque [N*m]", mean)
     return Harmonics((*(torque.terms if torque else ()), Harmonic(0.0, mean=mean - mean_of(torque))))
 
 

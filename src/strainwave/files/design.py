@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ..base.arguments import typed
 from ..base.sentences import printable
 from ..base.units import RPM
 from ..model.excitation import KinematicError
@@ -195,6 +196,7 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
     )
 
 
+@typed
 def design_text(specification: Specification, candidate: Candidate) -> str:
     """Write a design as a project file: its drive under the worst load and the mean torque, through the speeds.
 

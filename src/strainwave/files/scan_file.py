@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base.arguments import typed
 from ..base.quantities import checked
 from ..base.results import Floats
 from ..study.move.profiles import AngleProfile
@@ -52,6 +53,7 @@ class ScanFile:
     __repr__ = __str__
 
 
+@typed
 def read_scan(
     path: str | Path,
     *,
@@ -112,6 +114,7 @@ FORM = "name the columns with their units: time [s], angle [deg]"
 FORWARD = "a profile goes forward in time: correct or remove the line"
 
 
+@typed
 def read_profile(path: str | Path, *, delimiter: str | None = None, decimal: str | None = None) -> AngleProfile:
     """Read times and angles of the load.
 

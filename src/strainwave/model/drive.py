@@ -99,8 +99,8 @@ class Drive(NamedTuple):
         """
         if not _symbolic(self):
             checked(self)
-        if motor not in ("free", "held"):
-            raise ValueError(f"motor is {motor!r}; it must be 'free' (torque-driven) or 'held' (constant speed)")
+        if not isinstance(motor, str) or motor not in ("free", "held"):
+            raise ValueError(f"motor is {shown(motor)}; it must be 'free' (torque-driven) or 'held' (constant speed)")
         if motor == "held" and motor_torque is not None:
             raise ValueError("a held motor keeps its speed whatever its torque; drop motor_torque or use motor='free'")
         reflected = self.N * self.N * self.J_m

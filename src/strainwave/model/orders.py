@@ -168,7 +168,7 @@ def on_output_turn(excitation: Any, N: float) -> Any:
 
 
 def _whole_ratio(N: float) -> int:
-    if not (isinstance(N, int | float) and 2 <= N <= LARGEST_RATIO and float(N).is_integer()):
+    if not (isinstance(N, int | float) and 2 <= N <= LARGEST_RATIO and N % 1 == 0):
         raise ValueError(
             f"N is {shown(N)}; orders are counted for a whole ratio (motor turns per output turn), 2 to {LARGEST_RATIO}"
         )

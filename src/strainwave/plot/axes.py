@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.protocols import need
 from ..base.quantities import shown
 from .panels import Curve, Panel, panels_of, placed_above
 from .svg import LINE, log_ticks
@@ -40,6 +41,8 @@ def draw(result: Any, axes: Any = None) -> Any:
     ModuleNotFoundError
         If axes are to be made and matplotlib is missing.
     """
+    if axes is not None:
+        need("axes", axes, "set", "plot", remedy=" of matplotlib")
     method = None if isinstance(result, type) else getattr(result, "panels", None)
     panels = panels_of(result) if method is None else method()
     if not panels:

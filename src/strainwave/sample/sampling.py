@@ -9,6 +9,7 @@ Source: A. B. Owen, Monte Carlo theory, methods and examples, chapters 10 and 17
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,6 +70,9 @@ class Normal(NamedTuple):
         """Raise a ValueError if the deviation is not positive or nothing lies between the bounds."""
         number("Normal.mean", self.mean)
         number("Normal.deviation", self.deviation, positive=True)
+        for name, bound in (("low", self.low), ("high", self.high)):
+            if not (isinstance(bound, Real) and abs(bound) == math.inf):
+                number(f"Normal.{name}", bound)
         below, above = self._shares()
         if not below < above:
             raise ValueError(f"nothing of {self} lies between its bounds; widen them")

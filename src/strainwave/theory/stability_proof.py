@@ -9,7 +9,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ..base.arguments import typed
 from ..base.protocols import lacking
+from ..base.quantities import array_of
 from ..base.sentences import Angle, Sentence, on_screen
 from ..model.oscillator import Oscillator
 from ..model.varying import NoVariation, Variation, VaryingOscillator
@@ -107,6 +109,8 @@ class StabilityProof:
         phase : float or array
             Base angle [rad], on which the stiffness factor kappa depends; kappa = 1 of an `Oscillator`.
         """
+        x, v = array_of("x [rad]", x)[()], array_of("v [rad/s]", v)[()]
+        phase = array_of("phase [rad]", phase)[()]
         x_e = 0.5 * (self.rest[0] + self.rest[1]) if self.rest else 0.0
         law = self.system.law
         kappa = self.system.variation.value(phase) if isinstance(self.system, VaryingOscillator) else 1.0
@@ -120,6 +124,7 @@ class StabilityProof:
         b = self.system.damping.value(phase, v)
         return -(b + 0.5 * self.system.J * rate / kappa) * v * v / kappa + 0.0 * x
 
+    @typed
     def contains(self, x: float, v: float, phase: float = 0.0) -> bool:
         """Whether the claim covers a motion that starts at the error x [rad], the rate v [rad/s] and a base angle."""
         region = self.region

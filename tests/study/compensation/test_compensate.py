@@ -301,12 +301,12 @@ def test_what_was_assumed_is_said():
     [
         (lambda: sw.compensate(DRIVE, "magic", speed=50.0), ValueError, "no controller 'magic'; there are loop, angle"),
         (lambda: sw.compensate(DRIVE, 5, speed=50.0), TypeError, "give a name such as 'adaptive'"),
-        (lambda: sw.compensate(5), TypeError, "takes a Project or a DriveTrain, not 5"),
+        (lambda: sw.compensate(5), TypeError, "give what read_project returns or a DriveTrain"),
         (lambda: sw.compensate(DRIVE._replace(error=sw.NoError())), ValueError, "nothing to cancel"),
         (lambda: sw.compensate(DRIVE, speed=-5000.0), ValueError, "250 us are too slow for order 2 at"),
         (lambda: sw.compensate(DRIVE, speed=5000.0), ValueError, "250 us are too slow for order 2 at"),
         (lambda: sw.compensate(DRIVE, speed=50.0, units=-1), ValueError, "units is -1"),
-        (lambda: sw.compensate(DRIVE, speed=50.0, sampling=3), TypeError, "sampling is 3; give Sampling"),
+        (lambda: sw.compensate(DRIVE, speed=50.0, sampling=3), TypeError, "sampling is 3; give a Sampling"),
         (lambda: sw.compensate(DRIVE, speed=50.0, loop=3), TypeError, "loop is 3; give a controller"),
         (
             lambda: sw.compensate(DRIVE, speed=5.0, sampling=sw.controllers.Sampling(1e-2, 1e-2)),

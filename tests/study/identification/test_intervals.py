@@ -142,7 +142,7 @@ def test_a_perfect_fit_has_no_scatter():
         (lambda: interval(1.0, 1.0, level=95), "level is 95; it is the probability of covering"),
         (lambda: spread(np.ones((3, 4)), np.ones(3)), "more rows n than parameters p"),
         (lambda: spread(np.ones((9, 2)), np.arange(9.0)), "depend on each other"),
-        (lambda: spread(np.ones((9, 1)), np.full(9, np.nan)), "not finite"),
+        (lambda: spread(np.ones((9, 1)), np.full(9, np.nan)), "must be finite numbers"),
         (lambda: spread(np.ones((9, 1)), np.ones(9), [4, 4]), "share out all 9 rows"),
         (lambda: bootstrap(np.ones((9, 1)), np.ones(9)), "there is one record"),
     ],

@@ -346,7 +346,7 @@ def export(
     OSError
         If the path cannot be written.
     """
-    if to not in ENDINGS:
+    if not isinstance(to, str) or to not in ENDINGS:
         raise ValueError(f"to is {shown(to)}; it must be one of {', '.join(get_args(Target))}")
     path, name = c_name(path, ENDINGS[to])
     if not lacking(source, "start", "update"):

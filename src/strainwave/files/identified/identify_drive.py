@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.law import states_of, torque_of
 from ...base.quantities import parameters, shown
 from ...base.results import Floats
@@ -224,6 +225,7 @@ class IdentifiedDrive:
     __repr__ = __str__
 
 
+@typed
 def identify_drive(
     project: Project,
     log: Any,

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.results import Floats
 from ...compile.tree import shown
 from ...study.identification.log import Log
@@ -227,6 +228,7 @@ def _saturated(name: str, values: Floats, unit: str) -> list[str]:
     return sentences
 
 
+@typed
 def read_log(
     path: str | Path,
     columns: Columns | None = None,

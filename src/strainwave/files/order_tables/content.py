@@ -53,7 +53,7 @@ class OrderContent:
     def __post_init__(self) -> None:
         values: dict[str, Any] = {"lines": checked_lines("lines", self.lines)}
         for name, choices in CHOICES.items():
-            if getattr(self, name) not in choices:
+            if not (isinstance(getattr(self, name), str) and getattr(self, name) in choices):
                 text = ", ".join(map(repr, choices))
                 raise ValueError(f"{name} of an order table is {shown(getattr(self, name))}; it must be one of {text}")
         for name in ("zero", "mean", "mean_backward", "delay"):

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.facts import Fact, lines
 from ...base.quantities import shown
 from ...base.records import Labelled, Result
@@ -138,6 +139,7 @@ class ProjectComparison(Result):
         return on_screen("\n".join(lines(self.facts())))
 
 
+@typed
 def compare(projects: Sequence[Project], *, progress: Callable[[str, float], None] | None = None) -> ProjectComparison:
     """Analyse several projects, without what would help them, and put them side by side.
 

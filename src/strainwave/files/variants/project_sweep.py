@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...base.arguments import typed
 from ...base.quantities import shown
 from ...base.results import Floats
 from ...drive.project import Project
@@ -59,6 +60,7 @@ def measured(project: Project) -> dict[str, float]:
     return result | {"jumps": float(jumps), "truncated": float(not response.status)}
 
 
+@typed
 def sweep_project(
     project: Project,
     grid: Mapping[str, Sequence[str]],

@@ -7,10 +7,11 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import ndtr, ndtri
 
+from ...base.arguments import typed
 from ...base.facts import Fact, lines
 from ...base.protocols import lacking
 from ...base.quantities import number as checked_number
-from ...base.quantities import parse, positive_count, shown
+from ...base.quantities import parse, positive_count, probabilities, shown, whole
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import number, on_screen
@@ -115,11 +116,13 @@ class Exceedance(Result):
             self.exceeding + self.failed, self.count
         )[1]
 
+    @typed
     def ends(self, level: float = CONFIDENCE) -> tuple[Interval, Interval] | None:
         """Intervals [rad/s] with a share `level` of the lower and of the upper ends; None where no drive has them."""
         known = ~np.isnan(self.low)
         if not np.any(known):
             return None
+        (level,) = probabilities("level", level)
         shares = 0.5 * (1.0 - level), 0.5 * (1.0 + level)
         low = Interval(*map(float, np.quantile(self.low[known], shares)))
         return low, Interval(*map(float, np.quantile(self.high[known], shares)))
@@ -167,6 +170,7 @@ class Exceedance(Result):
         return on_screen("\n".join(lines(self.facts())))
 
 
+@typed
 def exceedance(
     project: Project,
     *,
@@ -271,6 +275,7 @@ def _largest(drive: Project, limit: float, errors: dict[str, None]) -> tuple[flo
     return *max(rows)[:2], float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))
 
 
+@typed
 def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool = False) -> Iterator[Project]:
     """Draw drives by the scatter of a project file, as `exceedance` does.
 
@@ -300,7 +305,7 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
 
 def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
     """Factors (count,) of the numbers that scatter."""
-    count = positive_count("count", count)
+    count, seed = positive_count("count", count), whole("seed", seed)
     if lacking(project, "scatter"):
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
     if not project.scatter:

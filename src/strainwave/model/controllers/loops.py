@@ -128,7 +128,7 @@ def not_negative(controller: Any) -> None:
     """Refuse negative gains and a period that is not positive (ValueError)."""
     name = type(controller).__name__
     for field, value in zip(controller._fields, controller, strict=True):
-        if isinstance(value, float) and not value >= 0.0:
+        if not isinstance(value, tuple) and not number(f"{name}.{field}", value) >= 0.0:
             raise ValueError(f"{name}.{field} is {value:g}; give its size, the loop has the minus sign")
     if not controller.period > 0.0:
         raise ValueError(f"{name}.period is {controller.period:g} s; a sample takes a positive time")

@@ -1,5 +1,6 @@
 """Life of the wave generator's bearing, by which a strain wave gear ages."""
 
+from ...base.arguments import typed
 from ...base.quantities import number
 from ...base.units import RPM
 from .gear import Gear
@@ -10,6 +11,7 @@ LONG_SERIES = ("CSG", "SHG")
 RATED_SPEED = 2000.0 * RPM
 
 
+@typed
 def bearing_life(gear: Gear, average_torque: float, average_speed: float) -> float | None:
     """Hours after which one bearing in ten has failed: L10 = L_n (T_rated/T_av)^3 (n_rated/n_av).
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.arguments import typed
 from ...base.quantities import number, numbers, shown
 from ...base.units import RPM
 from .gear import Gear
@@ -142,6 +143,7 @@ def gravest(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
     return tuple(exceeded.values())
 
 
+@typed
 def cubic_mean(torque: Any, weights: Any = None) -> float:
     """Mean that a bearing's life goes by: the cube root of the mean of |T|^3.
 

@@ -9,6 +9,7 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
+from ...base.arguments import refuse
 from ...base.quantities import LARGEST, Angle, Torque, TorsionalStiffness, checked, shown
 from ...compile.jit import kernel
 from .springs import PiecewiseLinear
@@ -229,6 +230,7 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     """
     if not isinstance(points, Iterable):
         raise TypeError(f"points are {shown(points)}; write [(torsion in rad, torque in N*m), ...]")
+    refuse("odd", odd, bool)
     pairs = [_pair(point) for point in points]
     if odd:
         if pairs and not pairs[0][0] > 0.0:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from ...base.arguments import typed
 from ...base.law import torsion
 from ...base.protocols import omega_of, with_parts
 from ...base.quantities import number, numbers, parameters, positive_count, replace, shown
@@ -55,6 +56,7 @@ class PoincareSection:
     __repr__ = __str__
 
 
+@typed
 def poincare_section(
     system: Any,
     y0: ArrayLike,
@@ -100,7 +102,7 @@ def poincare_section(
     positive_count("turns", turns, MOST_TURNS)
     positive_count("settle", settle, MOST_TURNS)
     if phase is not None and torsion_level is not None:
-        raise ValueError(f"phase is {phase:g} and torsion_level {torsion_level:g}; a section has one of them")
+        raise ValueError(f"phase is {shown(phase)} and torsion_level {shown(torsion_level)}; a section has one of them")
     omega = number("omega", omega_of(system), positive=True)
     turn = 2.0 * np.pi / omega
     if torsion_level is None:
@@ -194,6 +196,7 @@ class OrbitDiagram:
     __repr__ = __str__
 
 
+@typed
 def orbit_diagram(
     system: Any,
     path: str,

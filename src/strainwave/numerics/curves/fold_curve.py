@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.law import springs_only
 from ...base.protocols import with_parts
 from ...base.quantities import checked, interval, replace, shown
@@ -221,6 +222,7 @@ class FoldCurve:
     __repr__ = __str__
 
 
+@typed
 def fold_curve(
     system: Any,
     fold: Orbit,

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.protocols import Balance, with_parts
 from ...base.quantities import checked, interval, replace, shown
 from ...base.results import Branch, Floats, Orbit, SolveError
@@ -30,6 +31,7 @@ DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to
 UPRIGHT = 0.05  # of the largest departure from the old branch: below this a turn is that of the crossing
 
 
+@typed
 def switch_branch(
     system: Any,
     orbit: Orbit,

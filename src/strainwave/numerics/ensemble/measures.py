@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.choices import larger, smaller
+from ...compile.tree import shown
 from ...maths import cos, sin
 from .pieces import harmonic_integrals, integral
 
@@ -114,7 +115,7 @@ class Amplitude(NamedTuple):
     def check(self) -> None:
         """Refuse an order below 1 (ValueError)."""
         if isinstance(self.k, bool) or not isinstance(self.k, int):
-            raise TypeError(f"Amplitude.k is {self.k!r}; it must be the whole number of a harmonic, such as 1")
+            raise TypeError(f"Amplitude.k is {shown(self.k)}; it must be the whole number of a harmonic, such as 1")
         if self.k < 1:
             raise ValueError(f"Amplitude.k is {self.k}; it must be at least 1 (the mean is sw.numerics.Mean())")
 

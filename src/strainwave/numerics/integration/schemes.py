@@ -16,10 +16,12 @@ A scheme of adaptive steps has
 `runge_kutta` makes the scheme of a Butcher tableau, which has all of these.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.quantities import shown
 from ...base.results import Floats
 from ...compile.jit import chosen
@@ -133,7 +135,14 @@ def _no_more_stages(a: Any, c: Any, system: Any, phase: Any, turn: Any, y: Any, 
     return k
 
 
-def runge_kutta(a: Any, b: Any, *, embedded: Any = None, dense: Any = None) -> Tableau:
+@typed
+def runge_kutta(
+    a: Sequence[Sequence[float]],
+    b: Sequence[float],
+    *,
+    embedded: Sequence[float] | None = None,
+    dense: Sequence[float] | None = None,
+) -> Tableau:
     """Scheme of an explicit Runge-Kutta method, for `FixedStep` and, with `embedded`, for `AdaptiveStep`.
 
     Parameters
@@ -188,7 +197,7 @@ def runge_kutta(a: Any, b: Any, *, embedded: Any = None, dense: Any = None) -> T
 def _weights(name: str, row: Any, lengths: tuple[int, ...]) -> tuple[float, ...]:
     try:
         found = tuple(float(weight) for weight in row)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         found = (np.nan,)
     if len(found) not in lengths or not np.all(np.isfinite(found)):
         raise ValueError(f"{name} is {shown(row)}; it must be {lengths[0]} finite weights, of the stages before")

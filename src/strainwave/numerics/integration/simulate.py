@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.protocols import names_of, omega_of, with_parts
-from ...base.quantities import shown
+from ...base.quantities import reals, shown
 from ...base.results import Floats, Trajectory
 from .attempts import BOUND
 from .corners import stretches
@@ -75,10 +75,7 @@ def first_time(t: float | ArrayLike) -> float:
 
 
 def _numbers(value: ArrayLike, sentence: str) -> Floats:
-    try:
-        array = np.atleast_1d(np.asarray(value, float))
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{sentence}, not {shown(value)}") from None
+    array = np.atleast_1d(reals(value))
     if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)):
         raise ValueError(f"{sentence}, not {shown(value)}")
     return array

@@ -11,12 +11,13 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base.quantities import numbers, positive_count
+from ...base.arguments import typed
+from ...base.quantities import numbers
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ...compile.tree import leaves, mapped
-from .loops import marched, steps_of
+from .loops import marched, ready, steps_of
 from .march import between
 
 COUNTS = 3  # the last fields of a loop's memory: age of a measurement, samples limited and lost
@@ -84,6 +85,7 @@ class LoopResponse(Result):
         return on_screen(f"LoopResponse: {len(self.omega)} frequencies, {len(self.poles)} poles, {how}")
 
 
+@typed
 def loop_response(
     loop: Any,
     omega: ArrayLike,
@@ -120,6 +122,7 @@ def loop_response(
         If a frequency is beyond what the samples carry, or the samples are too slow for the plant (`steps`).
     """
     grid = numbers("omega [rad/s]", omega)
+    loop, first, per_sample = ready(loop, at, steps)
     quiet = loop.quiet()
     if np.any(np.abs(grid) >= np.pi / quiet.period()):
         worst = float(np.max(np.abs(grid)))
@@ -127,8 +130,8 @@ def loop_response(
             f"omega goes to {worst:.4g} rad/s; samples every {quiet.period():g} s carry none above "
             f"{np.pi / quiet.period():.4g} rad/s: sample faster"
         )
-    start, y0 = quiet.start(), np.zeros(len(quiet.plant().state_names())) if at is None else numbers("at", at)
-    steps = max(FEWEST, steps_of(quiet, y0)) if steps is None else positive_count("steps", steps)
+    start, y0 = quiet.start(), np.array(first)
+    steps = max(FEWEST, per_sample) if steps is None else per_sample
     # A first sample, from which on the controller's differences count
     y, memory = after(quiet, tuple(y0.tolist()), start, 0.0, 0.0, steps)
     base = np.array([*y, *leaves(memory[:-COUNTS])], float)

@@ -13,8 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.arguments import typed
 from ...base.protocols import lacking, need
-from ...base.quantities import checked, number, numbers, positive_count
+from ...base.quantities import checked, number, numbers, positive_count, reals, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -78,9 +79,13 @@ class LoopRun(Result):
             "states": (("state", "time"), self.states, ""),
         }
 
+    @typed
     def rms(self, settle: float = 0.0) -> float:
         """Root mean square of the error [rad] from a time [s] on, its mean taken away."""
-        return float(np.std(self.error[self.time >= settle]))
+        late = self.time >= settle
+        if not np.any(late):
+            raise ValueError(f"settle is {shown(settle)} s; the run ends at {self.time[-1]:g} s: give an earlier time")
+        return float(np.std(self.error[late]))
 
     def __str__(self) -> str:
         late = self.error[len(self.error) // 2 :]
@@ -155,6 +160,7 @@ class LoopEnsemble(Result):
         )
 
 
+@typed
 def run_loop(
     loop: Any, duration: float, *, y0: ArrayLike | None = None, every: int = 1, steps: int | None = None, unit: int = 0
 ) -> LoopRun:
@@ -190,7 +196,7 @@ def run_loop(
     ValueError
         If a number is out of range, or the samples are too slow for the loop (`steps`).
     """
-    loop, y, steps = _ready(loop, y0, steps)
+    loop, y, steps = ready(loop, y0, steps)
     samples, every = _samples(loop, duration), positive_count("every", every)
     columns = -(-samples // every)
     states, traces = np.full((len(y), columns), np.nan), np.full((4, columns), np.nan)
@@ -211,6 +217,7 @@ def marched(
         return run(march, loop, y, memory, rows, unit, 1, samples, stride, steps, states, traces, NO_SUMS)
 
 
+@typed
 def loop_ensemble(
     loop: Any,
     varied: Mapping[str, ArrayLike] | Sequence[Any],
@@ -257,14 +264,15 @@ def loop_ensemble(
     ValueError
         If a path names no number, arrays differ in length, or a number is out of range.
     """
-    first = y0 if y0 is None or np.ndim(y0) == 1 else np.asarray(y0)[:, 0]
-    loop, y, steps = _ready(loop, first, steps)
+    starts_of = None if y0 is None else reals(y0)
+    first = starts_of[:, 0] if starts_of is not None and starts_of.ndim == 2 and starts_of.size else y0
+    loop, y, steps = ready(loop, first, steps)
     samples, before = _samples(loop, duration), round(number("settle [s]", settle) / loop.period())
     if not 0 <= before < samples:
         raise ValueError(f"settle is {settle:g} s; it must be from 0 to below the duration, {duration:g} s")
     table = _table(loop, varied)
     lanes = table.shape[1]
-    starts = np.broadcast_to(np.array(y if y0 is None else y0, float).reshape(len(y), -1), (len(y), lanes))
+    starts = np.broadcast_to(np.array(y if starts_of is None else starts_of).reshape(len(y), -1), (len(y), lanes))
     held, memories = loop.start(), [leaves(lane(loop, table, 0, j).start()) for j in range(lanes)]
     table = np.concatenate([table, starts, np.array(memories, float).T])
     lines = numbers("orders", orders) if np.size(orders) else np.zeros(0)
@@ -342,7 +350,7 @@ def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: fl
     )
 
 
-def _ready(loop: Any, y0: ArrayLike | None, steps: int | None) -> tuple[Any, tuple[float, ...], int]:
+def ready(loop: Any, y0: ArrayLike | None, steps: int | None) -> tuple[Any, tuple[float, ...], int]:
     """The loop with floats in its fields, its first state, and the steps between two samples."""
     for method in ("plant", "update", "commanded", "watched"):
         need("loop", loop, method)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...base.arguments import typed
 from ...base.protocols import with_parts
 from ...base.quantities import number, numbers, shown
 from ...base.records import Labelled, Result
@@ -164,6 +165,7 @@ class GeneralValidity(Holds):
         return on_screen("\n".join([head, *self._shares()]))
 
 
+@typed
 def validity_map(system: Any, resonance: Resonance, speeds: ArrayLike, amplitudes: ArrayLike) -> ValidityMap:
     """Where each order of multiple scales holds, over speed and strength of the excitation of a drive.
 
@@ -190,7 +192,7 @@ def validity_map(system: Any, resonance: Resonance, speeds: ArrayLike, amplitude
         If the axes are not positive and rising, or the slow flow refuses the system at a speed.
     """
     speeds, amplitudes = axis("speeds [rad/s]", speeds), axis("amplitudes", amplitudes)
-    system = with_parts("validity_map", system, "J", "omega")
+    system = with_parts("validity_map", system, "law", "J", "omega")
     near = system._replace(omega=float(speeds[len(speeds) // 2]))
     flows = [slow_flow(near, resonance, order=order)._flow for order in ORDERS]
     for w in speeds.tolist():

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.law import springs_only
 from ...base.protocols import orders_of
 from ...base.results import Floats, SolveError, Status, Trajectory
@@ -72,6 +73,7 @@ class Comparison:
         return self.integrated.t
 
 
+@typed
 def compare_with_integration(
     system: Any,
     resonance: Resonance,

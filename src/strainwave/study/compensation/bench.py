@@ -126,7 +126,7 @@ class Bench:
 
 
 def bench_of(
-    project: Project, sampling: Sampling | None = None, loop: Any = None, plant: DriveTrain | None = None
+    project: Project | DriveTrain, sampling: Sampling | None = None, loop: Any = None, plant: DriveTrain | None = None
 ) -> Bench:
     """The bench of a project, or of a train itself, with the gains of its loop sampled.
 
@@ -170,7 +170,7 @@ def bench_of(
 
 
 def steady_bench_of(
-    project: Project,
+    project: Project | DriveTrain,
     sampling: Sampling | None = None,
     loop: Any = None,
     plant: DriveTrain | None = None,
@@ -211,7 +211,7 @@ def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
     return plain._replace(load=plain.load.with_end(plain.load.end()._replace(excitation=excitation))), torque
 
 
-def _sampling(project: Project, sampling: Sampling | None, remarks: list[str]) -> Sampling:
+def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks: list[str]) -> Sampling:
     if sampling is not None:
         if not isinstance(sampling, Sampling):
             raise TypeError(f"sampling is {shown(sampling)}; give Sampling(period, delay, limit, ...)")

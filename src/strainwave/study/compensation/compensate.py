@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.arguments import typed
 from ...base.protocols import lacking, lines_of
 from ...base.quantities import number, numbers, shown, whole
 from ...base.units import ARCSEC, RPM
@@ -34,8 +35,9 @@ LONG = 60.0  # s
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
 
+@typed
 def compensate(
-    project: Project,
+    project: Project | DriveTrain,
     controller: Any = "adaptive-inverse",
     *,
     speed: float | None = None,
@@ -100,8 +102,9 @@ def compensate(
     return _worst(benches, design, motor_speed, robust, whole("units", units), whole("seed", seed), progress)
 
 
+@typed
 def compensation_bench(
-    project: Project,
+    project: Project | DriveTrain,
     controllers: Sequence[Any] = tuple(COMPENSATORS),
     *,
     speeds: ArrayLike,
@@ -151,7 +154,7 @@ def compensation_bench(
 
 
 def benches_of(
-    project: Project,
+    project: Project | DriveTrain,
     sampling: Sampling | None = None,
     loop: Any = None,
     plant: DriveTrain | None = None,
@@ -198,7 +201,7 @@ def compensator_of(controller: Any) -> Compensator:
     return given(controller)
 
 
-def _speed(bench: Bench, project: Project, speed: float | None) -> float:
+def _speed(bench: Bench, project: Project | DriveTrain, speed: float | None) -> float:
     if speed is None:
         speed = resonance_speed(bench)
         speeds = getattr(project, "speeds", None)

@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.quantities import checked, interval, number, several, shown
+from ...base.arguments import typed
+from ...base.quantities import checked, interval, number, reals, several, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -89,6 +90,7 @@ class Monitored(Result):
         return on_screen("\n".join(lines))
 
 
+@typed
 def monitor(
     time: ArrayLike,
     signal: ArrayLike,
@@ -128,7 +130,7 @@ def monitor(
         If arrays differ in length, samples are not even or too slow for an order, the angle does not move, or neither
         an angle nor a range of frequencies is given.
     """
-    t, y = _reals("time", time), _reals("signal", signal)
+    t, y = reals(time), reals(signal)
     if t.ndim != 1 or t.shape != y.shape or len(t) < 4:
         raise ValueError(f"time has the shape {t.shape} and signal {y.shape}; give as many numbers of both, at least 4")
     if not np.all(np.isfinite(t)):
@@ -143,17 +145,8 @@ def monitor(
         raise ValueError("signal has infinite numbers; give NaN where a sample is lost")
     if angle is None:
         return _tracked(t, y, period, frequencies, bandwidth)
-    return _demodulated(t, y, period, _reals("angle", angle), several("orders", orders), bandwidth)
-
-
-def _reals(name: str, values: Any) -> Floats:
-    """The array of numbers that were given, NaN among them."""
-    try:
-        if np.asarray(values).dtype.kind not in "SU":
-            return np.asarray(values, float)
-    except (TypeError, ValueError, OverflowError):
-        pass
-    raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")
+    angle = np.unwrap(np.atleast_1d(reals(angle)))
+    return _demodulated(t, y, period, angle, several("orders", orders), bandwidth)
 
 
 def _demodulated(

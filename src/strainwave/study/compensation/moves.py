@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.facts import Fact
 from ...base.quantities import number, several, shown
 from ...base.results import Floats
@@ -121,8 +122,9 @@ class CompensatedMove(OnTheWay):
         )
 
 
+@typed
 def compensate_move(
-    project: Project,
+    project: Project | DriveTrain,
     profile: Any,
     controllers: Sequence[Any] = ("loop", "inverse", "nonlinear-inverse"),
     *,

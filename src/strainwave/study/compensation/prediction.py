@@ -10,6 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.arguments import typed
 from ...base.protocols import lacking
 from ...base.quantities import interval, number, several, shown
 from ...base.records import Labelled, Result
@@ -181,6 +182,7 @@ class PredictionTable(Result):
         edges = [0, *(np.flatnonzero(np.diff(way)) + 1).tolist(), len(way)]
         return [(a, b + 1) for a, b in pairwise(edges) if b > a and way[a] != 0.0]
 
+    @typed
     def at(self, speed: float, direction: int = 1, *, closed: bool = False) -> tuple[Complexes, str]:
         """Amplitudes (orders,) at a speed [rad/s] that is reached from below (1) or from above (-1), and a flag.
 
@@ -250,6 +252,7 @@ class PredictionTable(Result):
         return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
 
 
+@typed
 def prediction_table(
     project: Project,
     orders: tuple[int, ...] | None = None,
@@ -319,6 +322,7 @@ def prediction_table(
     return replace(table, closed=found.amplitudes, valid=found.valid, remarks=remarks)
 
 
+@typed
 def speed_table(
     project: Project,
     speeds: tuple[float, float],

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.facts import Fact
 from ...base.quantities import interval
 from ...base.quantities import number as checked
@@ -86,8 +87,9 @@ def _row(name: str, up: Floats, down: Floats, jump: float) -> tuple[Fact, ...]:
     )  # fmt: skip
 
 
+@typed
 def compensate_run_up(
-    project: Project,
+    project: Project | DriveTrain,
     speeds: tuple[float, float],
     time: float,
     controllers: Sequence[Any] = ("loop", "inverse"),

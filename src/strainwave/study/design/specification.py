@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.arguments import refuse_fields
 from ...base.quantities import checked, interval, number, several, shown
 from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
@@ -116,6 +117,7 @@ class Specification:
             for value in values:
                 number(f"one of {name} [kg*m^2]", value, positive=True)
         interval("speeds [rad/s]", self.speeds, positive=True)
+        refuse_fields(self, "ratios", "series")
         for name in ("limit", "damping_ratio"):
             number(name, getattr(self, name), positive=True)
         for name in ("accuracy", "life", "largest_size", "largest_mass", "average_speed"):
@@ -279,7 +281,7 @@ def _check(gear: Gear, finding: Finding) -> Check:
 
 def _choice(gear: Gear, spec: Specification) -> Iterator[Check]:
     """What the specification does not choose from."""
-    if spec.ratios and gear.ratio not in spec.ratios:
+    if len(spec.ratios) and gear.ratio not in spec.ratios:
         allowed = ", ".join(map(str, spec.ratios))
         nearest = min(spec.ratios, key=lambda ratio: abs(math.log(ratio / gear.ratio)))
         use = max(gear.ratio / nearest, nearest / gear.ratio)

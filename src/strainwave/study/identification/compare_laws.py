@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.quantities import number, shown
+from ...base.arguments import typed
+from ...base.quantities import number, numbers, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
@@ -71,6 +72,7 @@ class LawComparison(Result):
         return on_screen("\n".join(["Comparison of laws by what was held out", *lines]))
 
 
+@typed
 def compare_laws(
     candidates: Mapping[str, tuple[Any, Sequence[str]]],
     log: Any,
@@ -107,12 +109,16 @@ def compare_laws(
     """
     if not candidates:
         raise ValueError("candidates is empty; give a name with a system and its free numbers")
+    for name, value in candidates.items():
+        if not isinstance(value, tuple | list) or len(value) != 2:
+            raise TypeError(f"candidate {name!r} is {shown(value)}; give a system and its free numbers, as a pair")
     held_out = number("held_out", held_out)
     if not 0.0 < held_out < 1.0:
         raise ValueError(f"held_out is {held_out:g}; it is the share of the log that is not fitted to, such as 0.25")
     channels = channels_of(log)
     if "time" not in channels:
         raise ValueError(f"log has no channel 'time'; it has {', '.join(channels)}")
+    channels = {name: numbers(f"log: {name}", values) for name, values in channels.items()}
     cut = round((1.0 - held_out) * len(channels["time"]))
     if min(cut, len(channels["time"]) - cut) < 2 * MOST_OF_START:
         raise ValueError(

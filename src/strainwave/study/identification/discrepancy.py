@@ -9,10 +9,11 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.special import gammaincc
 
-from ...base.quantities import number
+from ...base.arguments import typed
+from ...base.quantities import array_of, number
 from ...base.results import Floats
 from ...base.sentences import listed
-from .intervals import backwards, long_run, slices, whitened, whitener
+from .intervals import backwards, fitting, long_run, slices, whitened, whitener
 
 LAGS = 20  # of the portmanteau test
 RARE = 0.05  # probability up to which chance is not believed
@@ -85,6 +86,7 @@ class Discrepancy:
         return "; ".join(parts)
 
 
+@typed
 def discrepancy(
     residual: Floats,
     jacobian: Floats,
@@ -118,7 +120,8 @@ def discrepancy(
         Terms that the residual has and the model has not, each with its size and its probability by chance;
         none where nothing is found.
     """
-    residual, interval = np.asarray(residual, float), number("interval [s]", interval, positive=True)
+    jacobian, residual = fitting(jacobian, residual)
+    interval = number("interval [s]", interval, positive=True)
     parts = slices(records, len(residual))
     a = whitener(residual, parts)
     left = whitened(residual, a, parts)
@@ -161,7 +164,8 @@ def _missing(
 ) -> dict[str, MissingTerm]:  # fmt: skip
     """Score tests of all candidates, each beside the parameters alone, with the filter of the residual."""
     names = list(candidates)
-    columns = np.array([np.asarray(candidates[name], float) for name in names]).reshape(len(names), len(residual)).T
+    given = [array_of(f"candidate {name}", candidates[name], len(residual)) for name in names]
+    columns = np.array(given).reshape(len(names), len(residual)).T
     sizes = np.linalg.norm(columns, axis=0)
     columns = columns / np.where(sizes > 0.0, sizes, 1.0)
     basis = np.linalg.qr(jacobian / np.linalg.norm(jacobian, axis=0))[0]

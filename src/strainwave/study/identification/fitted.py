@@ -11,7 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.quantities import several, shown
+from ...base.arguments import typed
+from ...base.quantities import array_of, number, several, shown
 from ...base.records import Result
 from ...base.results import Floats
 from ...base.sentences import listed
@@ -24,6 +25,7 @@ SMALL = 1e-3  # of the largest entry: a parameter that does not take part
 EQUAL = 0.02  # how well relative changes are known to be equal
 
 
+@typed
 def unidentifiable(
     jacobian: Floats, names: Sequence[str], values: ArrayLike | None = None, *, tolerance: float = TOLERANCE
 ) -> str | None:
@@ -46,8 +48,9 @@ def unidentifiable(
     str or None
         One sentence, or None where the data tell every parameter.
     """
-    table = np.asarray(jacobian, float)
-    scale = np.ones(len(names)) if values is None else np.abs(np.asarray(values, float))
+    table = array_of("jacobian", jacobian, None, len(names))
+    scale = np.ones(len(names)) if values is None else np.abs(array_of("values", values, len(names)))
+    tolerance = number("tolerance", tolerance)
     scale = np.where(scale > 0.0, scale, 1.0)
     sizes = np.linalg.norm(table, axis=0)
     idle = [name for name, size in zip(names, sizes, strict=True) if not size > 0.0]
@@ -113,6 +116,7 @@ class Fit(Result):
     def _place(self, path: str) -> int:
         return list(self._found()).index(self._name(path))
 
+    @typed
     def value(self, path: str) -> float:
         """Value of a number in SI, by its name or its path in the law: "K1", "second.yield_twist".
 
@@ -123,11 +127,13 @@ class Fit(Result):
         """
         return self._found()[self._name(path)]
 
+    @typed
     def deviation(self, path: str) -> float:
         """Standard deviation of a number in SI; errors as `value`."""
         at = self._place(path)
         return float(np.sqrt(self.covariance[at, at]))
 
+    @typed
     def interval(self, path: str, level: float = 0.95) -> Interval:
         """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
         value, freedom = self.value(path), float(self.freedom[self._place(path)])

@@ -29,7 +29,7 @@ LEAST, LARGEST = 1e-30, 1e30  # of a signal, in any unit
 
 def channels_of(log: Any) -> dict[str, Any]:
     """Time and channels of a log, or of a dictionary of arrays."""
-    if isinstance(log, Mapping):
+    if isinstance(log, Mapping) and all(isinstance(name, str) for name in log):
         return dict(log)
     if not hasattr(log, "channels"):
         raise TypeError(f"log is {shown(log)}; give a Log (see read_log) or a dictionary of arrays by channel")

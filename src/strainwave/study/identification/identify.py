@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.arguments import typed
+from ...base.protocols import with_parts
 from ...base.quantities import Ratio, checked, positive_count
 from ...base.results import Floats, SolveError
 from ...model.laws.friction import QuadraticDamping
@@ -114,6 +116,7 @@ def _torque(system: Any, x: float) -> float:
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound; they are refused
+@typed
 def identify(
     system: Any,
     log: Any,
@@ -171,6 +174,7 @@ def identify(
     Numerical Treatment of Inverse Problems, Birkhäuser, 95-121 (multiple shooting); Schoukens & Ljung
     2019, IEEE Control Syst. Mag. 39(6), 28-99 (simulation error; what an input does between samples).
     """
+    system = with_parts("identify", system, "rhs")
     logs = [channels_of(one) for one in (log if isinstance(log, list | tuple) else [log])]
     if not logs:
         raise ValueError("log is empty; give one record at least")

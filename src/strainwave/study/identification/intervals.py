@@ -17,6 +17,7 @@ Coloured residuals: the autoregression r_i = a_1 r_(i-1) + a_2 r_(i-2) + ... + e
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,7 +26,8 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
-from ...base.quantities import number, positive_count, shown
+from ...base.arguments import typed
+from ...base.quantities import array_of, number, positive_count, shown, whole
 from ...base.results import Floats
 
 RANK = 1e-10  # of the largest singular value of the jacobian with columns of length 1: a smaller one is none
@@ -43,9 +45,11 @@ def slices(records: Any, rows: int) -> list[slice]:
     """Rows of each record, from their counts or their slices; without records all rows are one."""
     if records is None:
         return [slice(0, rows)]
-    items = list(records)
+    items = list(records) if isinstance(records, Sequence) or np.ndim(records) == 1 else []
     if all(isinstance(item, slice) for item in items):
         parts = [slice(*item.indices(rows)[:2]) for item in items]
+    elif not all(isinstance(item, Integral) and 0 < int(item) <= rows for item in items):
+        parts = []
     else:
         ends = np.cumsum([0, *items])
         parts = [slice(int(a), int(b)) for a, b in pairwise(ends)]
@@ -203,7 +207,7 @@ def spread(jacobian: Floats, residual: Floats, records: Any = None) -> Spread:
     ValueError
         If the arrays do not fit, or the jacobian has columns that depend on each other.
     """
-    jacobian, residual = _fitting(jacobian, residual)
+    jacobian, residual = fitting(jacobian, residual)
     parts, rows = slices(records, len(residual)), len(residual)
     basis, back = _basis(jacobian)
     a = whitener(residual, parts)
@@ -220,15 +224,14 @@ def spread(jacobian: Floats, residual: Floats, records: Any = None) -> Spread:
     return Spread(back @ middle @ back.T, np.maximum(freedom, 1.0), a)
 
 
-def _fitting(jacobian: Any, residual: Any) -> tuple[Floats, Floats]:
-    jacobian, residual = np.asarray(jacobian, float), np.asarray(residual, float)
+def fitting(jacobian: Any, residual: Any) -> tuple[Floats, Floats]:
+    """Jacobian (n, p) and residual (n,), checked."""
+    jacobian, residual = array_of("jacobian", jacobian), array_of("residual", residual)
     if jacobian.ndim != 2 or residual.shape != jacobian.shape[:1] or len(residual) <= jacobian.shape[1]:
         raise ValueError(
             f"the jacobian has the shape {jacobian.shape} and the residual {residual.shape}; they must be (n, p) and "
             "(n,) with more rows n than parameters p"
         )
-    if not (np.all(np.isfinite(jacobian)) and np.all(np.isfinite(residual))):
-        raise ValueError("the jacobian or the residual has values that are not finite; fit a model that stays finite")
     return jacobian, residual
 
 
@@ -318,6 +321,7 @@ def derived_freedom(rates: Floats, covariance: Floats, freedom: Any) -> Floats:
     return np.asarray(np.maximum(np.sum(shares, axis=1) ** 2 / total, 1.0))
 
 
+@typed
 def bootstrap(
     jacobian: Floats, residual: Floats, records: Any = None, *, block: int | None = None, draws: int = 1000,
     seed: int = 0,
@@ -345,8 +349,8 @@ def bootstrap(
     ----------
     Efron & Tibshirani 1993, An Introduction to the Bootstrap, sec. 8.6 (moving blocks); Künsch 1989, Ann. Stat. 17.
     """
-    jacobian, residual = _fitting(jacobian, residual)
-    parts, rng = slices(records, len(residual)), np.random.default_rng(seed)
+    jacobian, residual = fitting(jacobian, residual)
+    parts, rng = slices(records, len(residual)), np.random.default_rng(whole("seed", seed))
     if block is None and len(parts) < 2:
         raise ValueError("there is one record; a bootstrap of records needs several, or give the rows of a block")
     if block is not None:

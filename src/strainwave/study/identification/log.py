@@ -16,6 +16,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from ...base.arguments import refuse_fields, typed
+from ...base.quantities import numbers, reals
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -185,14 +187,14 @@ class Log(Result):
     rows: ClassVar[str] = "time"
 
     def __post_init__(self) -> None:
-        n = len(self.time)
-        if n < 2 or not np.all(np.isfinite(self.time)) or np.min(np.diff(self.time)) <= 0.0:
+        refuse_fields(self)
+        n = numbers("time [s] of a log", self.time).size
+        if n < 2 or np.min(np.diff(self.time)) <= 0.0:
             raise ValueError(f"a log has two times or more, finite and ascending; these are {n} that are not")
         for name, values in self.channels.items():
-            if np.shape(values) != (n,) or not np.all(np.isfinite(values)):
+            if np.shape(values) != (n,) or not np.all(np.isfinite(array := reals(values))) or array.shape != (n,):
                 raise ValueError(f"channel {name!r} has the shape {np.shape(values)}; give {n} finite values")
-        known = {name: self.units.get(name, CANONICAL.get(name, "")) for name in self.channels}
-        object.__setattr__(self, "units", known)
+        object.__setattr__(self, "units", {c: self.units.get(c, CANONICAL.get(c, "")) for c in self.channels})
 
     def __len__(self) -> int:
         return len(self.time)
@@ -247,6 +249,7 @@ class Log(Result):
         edges = [0, *(int(i) for i in np.searchsorted(self.time, [gap.stop for gap in self.gaps])), len(self.time)]
         return tuple(slice(a, b) for a, b in pairwise(edges))
 
+    @typed
     def channel(self, name: str) -> Floats:
         """Values (n,) of a channel.
 
@@ -260,6 +263,7 @@ class Log(Result):
             raise ValueError(f"the log has no channel {name!r}; it has {there}: name one of these, or read it again")
         return self.channels[name]
 
+    @typed
     def cut(self, start: float = -math.inf, stop: float = math.inf) -> "Log":
         """Samples with start <= time <= stop [s]; their times stay.
 
@@ -286,6 +290,7 @@ class Log(Result):
         there = ", ".join(self.channels) or "none"
         raise ValueError(f"segments need the angle or the speed of a shaft, as load_angle; the channels are {there}")
 
+    @typed
     def segments(self, tolerance: float = 0.1) -> tuple[LogSegment, ...]:
         """Stretches of rest, of constant speed, of run-up and run-down.
 
@@ -313,6 +318,7 @@ class Log(Result):
         speed, angle = self._motion
         return segments(self.time, speed, angle, self.unbroken(), tolerance)
 
+    @typed
     def run(self, channel: str, angle: str | None = None, *, part: LogSegment | None = None) -> Run:
         """One channel over the angle of a shaft, for `order_scan`.
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.quantities import LARGEST, shown
+from ...base.quantities import LARGEST, reals, shown
 from ...base.results import Floats
 
 CANONICAL = {
@@ -86,11 +86,8 @@ class Run:
 
 def column(name: str, values: Any, item: str = "sample") -> Floats:
     """Finite real numbers as a new array, or say which of the samples is none (ValueError)."""
-    try:
-        array = np.array(values, complex if np.iscomplexobj(values) else float)
-    except (TypeError, ValueError, OverflowError):
-        array = np.empty(0, complex)
-    if np.iscomplexobj(array):
+    array = reals(values)
+    if array.size == 0 and np.size(values) > 0:
         raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")
     good = np.abs(array) <= LARGEST
     if not np.all(good):

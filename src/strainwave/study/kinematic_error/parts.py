@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.quantities import checked, positive_count, shown
 from ...base.results import Floats, Orbit
 from ...model.gears.error_spectrum import extremes
@@ -67,6 +68,7 @@ class ErrorParts:
         )
 
 
+@typed
 def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
     """Separate the error between motor and load into the pure kinematic error and the torsion.
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.arguments import typed
 from ...base.law import has, spring_stiffness
 from ...base.protocols import lines_of
 from ...base.quantities import interval, number, several
@@ -121,6 +122,7 @@ def _crossing(error: Quintic, rest: float, window: float, low: float, high: floa
     return high
 
 
+@typed
 def move(
     project: Any,
     profile: Any = None,

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.arguments import typed
 from ...base.protocols import lacking
 from ...base.quantities import interval, number, numbers, positive_count, shown
 from ...base.results import Floats, Interrupted, SolveError
@@ -46,6 +47,7 @@ NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbel
 Cells = tuple[Floats, Floats, Any, Any]  # oscillation, torque, motions, subharmonic of one load
 
 
+@typed
 def speed_map(
     project: Project,
     *,

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.arguments import typed
 from ...base.protocols import with_parts
 from ...base.quantities import numbers, shown
 from ...base.results import Floats, SolveError
@@ -131,6 +132,7 @@ def _track(way: Way, state: complex) -> tuple[Floats, Complexes]:
     return np.array(speeds[::-1]), np.array(states[::-1])
 
 
+@typed
 def passage(
     system: Any, resonance: Resonance, band: tuple[float, float], rate: float | ArrayLike, *, order: int = 2
 ) -> Passage | Passages:
@@ -171,7 +173,8 @@ def passage(
     """
     rates = _checked_rates(rate)
     first, last = _checked_band(band)
-    flow = slow_flow(with_parts("passage", system, "J", "omega")._replace(omega=first), resonance, order=order)
+    system = with_parts("passage", system, "law", "J", "omega")
+    flow = slow_flow(system._replace(omega=first), resonance, order=order)
     way = _way(flow, first, last)
     _refuse_rates(flow, rates)
     every = _passages(flow, way, rates)

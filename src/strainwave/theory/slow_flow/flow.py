@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ...base.law import check_law
 from ...base.protocols import with_parts
-from ...base.quantities import complex_number, interval, numbers, shown
+from ...base.quantities import array_of, complex_number, interval, numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ...numerics.integration.corners import repeating
@@ -238,7 +238,7 @@ class SlowFlow:
         amplitudes : array_like
             a [rad], 0-to-peak, not negative.
         """
-        a = numbers("amplitudes [rad]", np.ravel(amplitudes)).reshape(np.shape(amplitudes))
+        a = array_of("amplitudes [rad]", amplitudes)
         if not np.all((a >= 0.0) & (a <= LARGEST)):
             raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be from 0 to {LARGEST:g}")
         s = self._flow.setting

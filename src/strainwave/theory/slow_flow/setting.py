@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of, depends, spring_stiffness, torque_of
 from ...base.protocols import lacking
+from ...base.quantities import shown
 from ...base.results import Floats
 from ...base.sentences import Angle, Sentence, Speed
 from ...numerics.loading import loaded_state
@@ -62,8 +63,8 @@ class Resonance(NamedTuple):
             return NONRESONANT
         if not (whole and all(n > 0 for n in self)):
             raise ValueError(
-                f"Resonance({self.p!r}, {self.q!r}) must have two positive integers, as in p omega ~ q omega_0; "
-                "use strainwave.NONRESONANT where nothing resonates"
+                f"Resonance({shown(self.p)}, {shown(self.q)}) must have two positive integers, as in "
+                "p omega ~ q omega_0; use strainwave.NONRESONANT where nothing resonates"
             )
         ratio = Fraction(int(self.p), int(self.q))
         return Resonance(ratio.numerator, ratio.denominator)

@@ -5,6 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ....base.arguments import typed
 from ....base.protocols import lacking
 from ....base.quantities import number, shown
 from ....base.records import Labelled, Result
@@ -137,6 +138,7 @@ class DriveMotion(Result):
         )
 
 
+@typed
 def drive_motion(project: Project, omega: float, *, load: float | None = None) -> DriveMotion:
     """Integrate a drive at a constant speed from rest until its motion repeats.
 

@@ -13,6 +13,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ....base.arguments import typed
 from ....base.quantities import positive_count, shown
 from ....model.excitation import HIGHEST
 from ....model.gears.error_spectrum import extremes
@@ -109,6 +110,7 @@ def _next(
     return _Next(order, sure)
 
 
+@typed
 def error_scan(
     angle: ArrayLike,
     error: ArrayLike,
@@ -166,8 +168,8 @@ def error_scan(
     Lomb 1976, Astrophys. Space Sci. 39, 447-462, and Scargle 1982, Astrophys. J. 263, 835-853 (least-squares spectra of
     unevenly spaced data, false alarms); Bretthorst 1988, Bayesian Spectrum Analysis, ch. 2 (uncertainty of a line).
     """
-    if not (isinstance(false_alarm, float | int) and 0.0 < false_alarm < 1.0):
-        raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability between 0 and 1, for example 0.01")
+    if not (isinstance(false_alarm, float | int) and 1e-100 <= false_alarm < 1.0):
+        raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability below 1, such as 0.01")
     if noise not in ("auto", "white", "autocorrelated"):
         raise ValueError(f"noise is {shown(noise)}; it must be 'auto', 'white' or 'autocorrelated'")
     if not isinstance(drift, bool | np.bool_):

@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ....base.arguments import typed
 from ....base.quantities import numbers, shown
 from ....base.records import Labelled, Result
 from ....base.results import Floats
@@ -123,12 +124,14 @@ class OrderScan(Result):
         over_angle = [line for line in self.lines if line.kind != "frequency" and line.same < RARE / len(self.lines)]
         return tuple(line for line in over_angle if np.ptp(line.by_run) > VARIES * np.mean(line.by_run))
 
+    @typed
     def line(self, order: float) -> OrderLine:
         """The line nearest to an order."""
         if not self.lines:
             raise ValueError("the scan has no lines")
         return min(self.lines, key=lambda line: abs(line.order - order))
 
+    @typed
     def delay_interval(self, level: float = 0.95) -> Interval:
         """Interval of the delay [s]."""
         return interval(self.delay, self.delay_error, self.freedom, level)

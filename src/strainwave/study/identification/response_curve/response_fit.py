@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from ....base.arguments import typed
 from ....base.law import springs_only
 from ....base.protocols import with_parts
 from ....base.quantities import complex_numbers, number, numbers, positive_count
@@ -116,6 +117,7 @@ class ResponseFit(Fitted):
         return on_screen("\n".join(lines))
 
 
+@typed
 def fit_response(
     omega: Any, amplitude: Any, system: Any, *, free: Sequence[str], phase: Any = None, harmonics: int = 7,
     speed_error: float = 1e-4,

@@ -1,0 +1,150 @@
+"""Arguments of public functions, compared with the annotations of their signatures where they enter.
+
+An annotation that says no more than `Any`, or what NumPy can make an array of, lets all pass: the function itself looks
+at such a value.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields
+from functools import cache, wraps
+from inspect import signature
+from numbers import Integral, Real
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from ..compile.tree import is_model, shown
+
+P = ParamSpec("P")
+R = TypeVar("R")
+PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
+    bool: ((bool, np.bool_), "True or False"),
+    int: ((Integral,), "a whole number"),
+    float: ((Real,), "a finite number"),
+    str: ((str,), "a text"),
+    NoneType: ((NoneType,), "None"),
+}
+GIVEN = {
+    "Project": "what read_project returns",
+    "Branch": "what frequency_response returns",
+    "Orbit": "what find_orbit returns",
+}
+
+
+def typed(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function refuse arguments of other kinds than its signature says, each in a sentence (TypeError)."""
+    places = signature(function)
+
+    @cache
+    def kinds() -> dict[str, Any]:
+        return get_type_hints(function, include_extras=True)
+
+    @wraps(function)
+    def verb(*arguments: P.args, **named: P.kwargs) -> R:
+        try:
+            given = places.bind(*arguments, **named).arguments
+        except TypeError as error:
+            raise TypeError(f"{function.__name__}: {error}; its arguments are {', '.join(places.parameters)}") from None
+        for name, value in given.items():
+            refuse(name, value, kinds().get(name, Any))
+        return function(*arguments, **named)
+
+    return verb
+
+
+def refuse(name: str, value: Any, kind: Any) -> None:
+    """Refuse a value of another kind: ValueError where a number or a choice is asked for, else TypeError."""
+    if fits(value, kind):
+        return
+    asked = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+    plain = [each for each in asked if each in (int, float, NoneType) or _is_list(each)]
+    if get_origin(kind) is Literal or len(plain) == len(asked):
+        raise ValueError(f"{name} is {shown(value)}; it must be {said(kind)}")
+    raise TypeError(f"{name} is {shown(value)}; give {said(kind)}")
+
+
+def _is_list(kind: Any) -> bool:
+    """Whether an annotation asks for numbers or texts in a list, or for a number with a unit."""
+    form = get_origin(kind)
+    mapping = isinstance(form, type) and issubclass(form, Mapping)
+    return not mapping and get_args(kind)[:1] in ((int,), (float,), (str,))
+
+
+def refuse_fields(thing: Any, *names: str) -> None:
+    """Refuse a dataclass with fields (all of them, or these) of other kinds than their annotations say (TypeError)."""
+    kinds = _fields(thing.__class__)
+    for name in names or kinds:
+        refuse(name, getattr(thing, name), kinds[name])
+
+
+@cache
+def _fields(cls: Any) -> dict[str, Any]:
+    hints = get_type_hints(cls, include_extras=True)
+    return {field.name: hints[field.name] for field in fields(cls)}
+
+
+def fits(value: Any, kind: Any) -> bool:
+    """Whether a value is of the kind of an annotation, as far as it says."""
+    form, inner = get_origin(kind), get_args(kind)
+    if form in (Union, UnionType):
+        return any(fits(value, each) for each in inner)
+    if form is Literal:
+        return isinstance(value, str) and value in inner
+    if form is Annotated:
+        return fits(value, inner[0])
+    if kind in PLAIN:
+        right = isinstance(value, PLAIN[kind][0]) and (kind is bool or not isinstance(value, bool))
+        return right and (kind is not float or _is_float(value))
+    if form is not None:
+        return _fits_generic(value, form, inner)
+    whole = isinstance(kind, type) and kind not in (object, Any) and not getattr(kind, "_is_protocol", False)
+    return isinstance(value, kind) if whole else True
+
+
+def _is_float(value: Any) -> bool:
+    """Whether a floating-point number holds a number; none holds one of 400 digits."""
+    try:
+        float(value)
+    except OverflowError:
+        return False
+    return True
+
+
+def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
+    """Whether a value is a mapping, a function or a sequence as an annotation says."""
+    if form is np.ndarray or not isinstance(form, type):
+        return True
+    if issubclass(form, Callable):  # type: ignore[arg-type]
+        return callable(value)
+    if issubclass(form, Mapping):
+        return isinstance(value, Mapping) and all(fits(k, inner[0]) and fits(v, inner[1]) for k, v in value.items())
+    if not issubclass(form, Iterable):
+        return isinstance(value, form)
+    if isinstance(value, str) and inner[:1] == (str,):
+        return True  # what takes names says how a single one is written
+    if isinstance(value, str | bytes | Mapping | type) or is_model(value) or not np.iterable(value):
+        return False
+    items = value if isinstance(value, list | tuple) else ()
+    return all(fits(item, float if inner[0] is int else inner[0]) for item in items)
+
+
+def said(kind: Any) -> str:
+    """What an annotation asks for, in words."""
+    form, inner = get_origin(kind), get_args(kind)
+    if form in (Union, UnionType):
+        return " or ".join(dict.fromkeys(said(each) for each in inner))
+    if form is Literal:
+        return " or ".join(repr(choice) for choice in inner)
+    if form is Annotated:
+        return said(inner[0])
+    if kind in PLAIN:
+        return PLAIN[kind][1]
+    if isinstance(form, type) and issubclass(form, Callable):  # type: ignore[arg-type]
+        return "a function"
+    if isinstance(form, type) and issubclass(form, Mapping):
+        return f"a dictionary: of each name ({said(inner[0])}) {said(inner[1])}"
+    if form is not None:
+        return f"a list or tuple, each item {said(inner[0])}" if inner else "a list or tuple"
+    name = getattr(kind, "__name__", str(kind))
+    return GIVEN.get(name, f"{'an' if name[0] in 'AEIO' else 'a'} {name}")
