@@ -1,0 +1,69 @@
+"""Hostile arguments to every public verb and command: is every answer a result or a sentence?
+
+    python benchmarks/fuzz.py [--calls 20000] [--seed 1] [--seconds 10] [--only NAME ...]
+
+The calls begin from a valid one (`tests/valid_calls.py`), in which one or two arguments are replaced
+(`tests/hostile_calls.py`); the verbs take turns. With STRAINWAVE_JIT=0 all runs as Python, and what takes long is
+not told from what hangs. It prints a line for every call without a result or a sentence and for every slow one.
+"""
+
+import argparse
+import os
+import sys
+import time
+from collections import Counter
+from contextlib import chdir
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+
+from hostile_calls import answer, hostile_call
+from hostile_commands import VALID, answer_of, hostile_command
+from valid_calls import CALLS
+
+from strainwave.compile.tree import shown
+
+
+def resident():
+    """Memory of this process [MB]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def main():
+    """Run the calls; 1 where one of them has neither a result nor a sentence."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--calls", type=int, default=20_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--commands", action="store_true", help="the commands in place of the verbs")
+    given = parser.parse_args()
+    every = VALID if given.commands else CALLS
+    names = [name for name in every if not given.only or name in given.only]
+    seen, early, taken = Counter(), 0.0, Counter()
+    for i in range(given.first, given.first + given.calls):
+        name = names[i % len(names)]
+        seed, start = f"{given.seed} {i // len(names)}", time.perf_counter()
+        if given.commands:
+            call = " ".join(map(shown, arguments := hostile_command(name, seed)))
+            kind, said = answer_of(arguments, given.seconds)
+        else:
+            function, arguments, spoilt = hostile_call(name, seed)
+            call = f"{name}({', '.join(f'{k}={shown(v)}' for k, v in spoilt.items())})"
+            kind, said = answer(function, arguments, given.seconds)
+        taken[name] += time.perf_counter() - start
+        seen["fault" if said else kind] += 1
+        if said or kind == "late":
+            print(f"{i} {call}: {said or kind}", flush=True)
+        if i == given.first + given.calls // 5:
+            early = resident()
+    print(f"{given.calls} calls of {len(names)} kinds: {dict(seen)}; {early:.0f} MB, then {resident():.0f} MB")
+    print("longest:", ", ".join(f"{name} {t:.0f} s" for name, t in taken.most_common(12)))
+    return int(seen["fault"] > 0)
+
+
+if __name__ == "__main__":
+    with TemporaryDirectory() as folder, chdir(folder):
+        sys.exit(main())

@@ -1,0 +1,125 @@
+# ruff: noqa: E501
+"""Calls of the commands with options, files and arguments that make no sense: the same ones for the same seed."""
+
+import os
+import re
+import warnings
+from pathlib import Path
+from random import Random
+
+import click
+import numpy as np
+from click.testing import CliRunner
+from hostile_calls import Late, fault, within
+from valid_calls import AXIS, TIMES, TURN, table
+
+from strainwave.app.commands.cli import cli
+from strainwave.files.yaml_text import FileError
+
+OWN = ("app",)  # it serves until it is stopped
+PROJECT = AXIS.replace("{name: CSG-40-50}", "CSG-40-50")
+COLUMNS = "time [s],motor_angle [rad],load_angle [rad],torque [N*m]"
+FILES = {
+    "axis.yaml": PROJECT,
+    "other.yaml": PROJECT.replace("1.3", "2.6"),
+    "spec.yaml": "load: {inertia: 1.3 kg*m^2}\n",
+    "log.csv": table(TIMES, 10.0 * TIMES, 0.2 * TIMES, np.cos(20.0 * TIMES), names=COLUMNS.split(",")),
+    "scan.csv": table(TURN, 1e-4 * np.cos(2.0 * TURN), names=("angle [rad]", "error [rad]")),
+    "loop.csv": table(1e-3 * np.sin(TIMES * 7.0), 40.0 * np.sin(TIMES * 7.0), names=("torsion [rad]", "torque [N*m]")),
+    "profile.csv": table(0.1 * TIMES, 0.01 * TIMES, names=("time [s]", "angle [rad]")),
+    "table.csv": "order,cosine,sine\n2,1e-4,0\n",
+    "empty.yaml": "",
+    "bytes.csv": "\x00\x01\x02",
+}
+VALID = {
+    "analyze": "axis.yaml --check",
+    "catalogue": "CSG-40-50",
+    "compare": "axis.yaml other.yaml -o out",
+    "compensate": "axis.yaml --controller inverse --speed 600rpm --load-angle 0deg --seed 1",
+    "compensate-move": "axis.yaml 0.01rad/0.01s --controller loop",
+    "compensate-run-up": "axis.yaml --from 960rpm --to 1000rpm --time 0.1s --controller loop",
+    "completion": "bash",
+    "demo": "-o out",
+    "derive": "",
+    "design": "spec.yaml -o out",
+    "doctor": "--json",
+    "error-scan": "scan.csv --ratio 50 --orders 2 --false-alarm 0.01",
+    "exceedance": "axis.yaml --count 32 --seed 0 --limit 100arcsec",
+    "export": "axis.yaml --to c -o plant.c --step 1e-4s",
+    "fit-loop": "loop.csv --rated-torque 90N*m --ratio 50",
+    "identify-drive": "axis.yaml log.csv -o out --free gear.K1 --between linear",
+    "move": "axis.yaml 0.01rad/0.01s -o out --start 0deg --window 1arcmin",
+    "new": "--title axis --gear CSG-40-50 --load-inertia 1.3kg*m^2 -o new.yaml",
+    "order-scan": "log.csv --channel torque --angle motor_angle --orders 2",
+    "order-table": "table.csv out.csv --format csv --ratio 50",
+    "read-log": "log.csv --ratio 50 --trim 0",
+    "reproduce": "--json",
+    "response": "axis.yaml -o out.csv",
+    "schema": "--markdown",
+    "speed-map": "axis.yaml -o out --loads 0N*m --speeds 960rpm..1000rpm --limit 100arcsec",
+    "sweep": "axis.yaml --grid load.inertia=1.3kg*m^2 -o out --periods 1 --settle 1",
+}
+TEXTS = (
+    "", " ", "nan", "inf", "-inf", "-1", "0", "1e400", "1e-400", "9" * 400, "-563 rpm", "5", "5 N*m", "5 rpm", "5 rad",
+    "5 Hz", "5 s", "5 parsec", "5 kg*m^2", "1e300 rpm", "1e-300 s", "nan rad", "inf N*m", "2 %", "1,5", "1..2", "2..1 rpm",
+    "1:2:3", "a=b", "=", "a=", "=1", "a=b=c", "gear.K1", "load.inertia=1 kg*m^2..2 kg*m^2", "1,2,3", "2,2", "a,b", "-",
+    "--", "x" * 3000, "\x1b[31m", "é½漢", "\udcff", "$HOME", "../../x", "/", "/dev/null", ".", "axis.yaml",
+    "log.csv", "scan.csv", "loop.csv", "empty.yaml", "bytes.csv", "missing.csv", "out", "no/such/folder/x", "%s%n", "{}",
+    "[1, 2]", "True", "1e3", "3.7", "0x10", "2 kg/0.3 m", "1 kg*m", "90deg/0.5s", "1 rpm/1 rpm", "CSG-40-50", "csv",
+)  # fmt: skip
+
+
+def hostile_command(name, seed):
+    """Arguments of a command, one or two of which make no sense."""
+    rng = Random(f"{name} {seed}")
+    arguments = [name, *VALID[name].split()]
+    options = [
+        option for option in command(name).params if option.param_type_name == "option" and option.name != "help"
+    ]
+    for _ in range(rng.choice((1, 1, 1, 2))):
+        draw = rng.random()
+        if draw < 0.45 and len(arguments) > 1:
+            arguments[rng.randrange(1, len(arguments))] = rng.choice(TEXTS)
+        elif draw < 0.9 and options:
+            option = rng.choice(options)
+            arguments += [rng.choice(option.opts)] + ([] if option.is_flag else [rng.choice(TEXTS)])
+        elif draw < 0.95:
+            arguments.append(rng.choice(TEXTS))
+        elif len(arguments) > 1:
+            del arguments[rng.randrange(1, len(arguments))]
+    return arguments
+
+
+def command(name):
+    """A command of a name."""
+    return cli.get_command(click.Context(cli), name)
+
+
+def answer_of(arguments, seconds):
+    """How a command ends ("done", "refused", "late"), and what is unsound about that."""
+    for name, text in FILES.items():
+        if not Path(name).is_file() or Path(name).read_text(encoding="utf-8") != text:
+            Path(name).write_text(text, encoding="utf-8")
+    os.environ["STRAINWAVE_DEBUG"] = "1"
+    try:
+        with within(seconds), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            warnings.simplefilter("error", RuntimeWarning)
+            run = CliRunner().invoke(cli, arguments)
+    except Late:
+        return "late", ""
+    finally:
+        del os.environ["STRAINWAVE_DEBUG"]
+    if isinstance(run.exception, Exception):
+        expected = isinstance(run.exception, FileError) or (
+            isinstance(run.exception, OSError) and run.exception.strerror
+        )
+        return "refused", "" if expected else fault(run.exception)
+    if run.exit_code not in (0, 1, 2, 3):
+        return "refused", f"exit code {run.exit_code}"
+    numbers = re.search(r".{0,60}\bnan\b.{0,40}", run.stdout, re.IGNORECASE)
+    if run.exit_code == 0 and numbers and "nan" not in " ".join(arguments):
+        return "done", numbers[0]
+    if run.exit_code and not run.output.strip():
+        return "refused", "silent"
+    return ("refused" if run.exit_code else "done"), ""

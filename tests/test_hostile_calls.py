@@ -1,0 +1,106 @@
+# ruff: noqa: ARG001
+"""Arguments of other kinds: what a signature says is said to who calls, and no public verb answers with a traceback."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from hostile_calls import answer, hostile_call
+from hostile_commands import VALID, answer_of, hostile_command
+from valid_calls import CALLS
+
+import strainwave as sw
+from strainwave.base.arguments import typed
+from strainwave.base.quantities import array_of, numbers
+
+SLOW = (
+    "shoot",
+    "frequency_response",
+    "exceedance",
+    "compare",
+    "demo",
+    "derive",
+    "reproduce",
+    "sweep_project",
+    "isolas",
+)
+
+
+@typed
+def verb(
+    drive: sw.Drive | None,
+    share: float = 0.5,
+    count: int = 1,
+    way: Literal["up", "down"] = "up",
+    names: Sequence[str] = (),
+    lines: Sequence[sw.Line] = (),
+    values: Mapping[str, float] | None = None,
+    told: Callable[[str], None] = print,
+    closed: bool = True,
+    other: Any = None,
+) -> str:
+    return f"{count} {way}"
+
+
+@pytest.mark.parametrize(
+    ("given", "kind", "sentence"),
+    [
+        ({"drive": 3}, TypeError, "drive is 3; give a Drive or None"),
+        ({"drive": sw.Drive}, TypeError, "drive is <class .*Drive'>; give a Drive or None"),
+        ({"share": "0.5"}, ValueError, "share is '0.5'; it must be a finite number"),
+        ({"share": True}, ValueError, "share is True; it must be a finite number"),
+        ({"count": 1.5}, ValueError, "count is 1.5; it must be a whole number"),
+        ({"way": ["up"]}, ValueError, r"way is \['up'\]; it must be 'up' or 'down'"),
+        ({"names": 5}, ValueError, "names is 5; it must be a list or tuple, each item a text"),
+        ({"names": ("a", 5)}, ValueError, r"names is \('a', 5\); it must be a list or tuple, each item a text"),
+        ({"lines": "x"}, TypeError, "lines is 'x'; give a list or tuple, each item a Line"),
+        ({"lines": (sw.Line(2, 1e-4), 3)}, TypeError, "give a list or tuple, each item a Line"),
+        (
+            {"values": [1.0]},
+            TypeError,
+            r"values is \[1.0\]; give a dictionary: of each name \(a text\) a finite number",
+        ),
+        ({"values": {1: 2.0}}, TypeError, r"values is \{1: 2.0\}; give a dictionary"),
+        ({"told": 5}, TypeError, "told is 5; give a function"),
+        ({"closed": np.ones(2)}, TypeError, r"closed is array\(\[1., 1.\]\); give True or False"),
+        ({"often": 3}, TypeError, "verb: got an unexpected keyword argument 'often'; its arguments are drive, share"),
+    ],
+)
+def test_an_argument_of_another_kind_than_its_annotation_is_refused_in_one_sentence(given, kind, sentence):
+    with pytest.raises(kind, match=sentence):
+        verb(**{"drive": None, **given})
+
+
+def test_what_the_annotations_say_passes_as_it_is():
+    given = {"names": np.array(["a"]), "lines": [sw.Line(2, 1e-4)], "values": {"a": 1}, "closed": np.bool_(False)}
+    assert verb(sw.HDC_40_050, np.float32(0.5), np.int64(2), "down", **given, other=object()) == "2 down"
+
+
+@pytest.mark.parametrize(
+    "values",
+    ["5", b"5", ["1", "2"], [b"1"], np.array([1j]), np.array(["2026-01-01"], "M8[D]"), [10**400], [[1.0], [1.0, 2.0]],
+     np.ma.array([1.0, 2.0], mask=[True, False]), [None], {1.0}, [1e61], np.array([np.longdouble("1e4000")])],
+)  # fmt: skip
+def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
+    for read in (numbers, array_of):
+        with pytest.raises(ValueError, match=r"^torque .* is .*; it must be .*numbers"):
+            read("torque [N*m]", values)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", [name for name in CALLS if name not in SLOW])
+def test_every_verb_answers_hostile_arguments_with_a_result_or_a_sentence(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for seed in range(3):
+        function, arguments, spoilt = hostile_call(name, f"test {seed}")
+        assert answer(function, arguments, 0.5)[1] == "", spoilt
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", [name for name in VALID if name not in SLOW])
+def test_every_command_answers_hostile_options_with_a_sentence(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for seed in range(3):
+        arguments = hostile_command(name, f"test {seed}")
+        assert answer_of(arguments, 0.5)[1] == "", arguments
