@@ -1,7 +1,4 @@
-"""A system's numbers from measured signals: output error in windows that grow until whole records run freely.
-
-Terms that a law may lack: what each would change in the outputs of an identified system.
-"""
+"""A system's numbers by output error in windows that grow to whole records, and the terms that its law may lack."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -35,7 +32,6 @@ MOVED = 0.2  # of a number's standard deviation: what halving the steps may chan
 POOR = 0.9  # of the motion's size: a residual that explains next to nothing
 LATE = 1.5  # samples: a delay that shifting the channel shortens
 LOOKED_AT = 400  # samples that the number of steps is chosen on
-
 SHARP = 0.02  # of the rate's size: over which the dry friction that is looked for changes its sign
 
 
