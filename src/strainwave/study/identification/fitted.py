@@ -195,7 +195,7 @@ def free_leaves(system: Any, free: Sequence[str]) -> list[int]:
     ValueError
         If a path names no float of the system, or is there twice.
     """
-    if isinstance(free, str):
+    if isinstance(free, str) or not np.iterable(free):
         raise ValueError(f"free is {shown(free)}; write the paths of the free parameters as a tuple, ({shown(free)},)")
     free = several("free", free)
     if not all(isinstance(path, str) for path in free):

@@ -11,7 +11,6 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.optimize import least_squares
 
-from ....base.arguments import typed
 from ....base.law import depends, energy_of, has, states_of, torque_of
 from ....base.protocols import with_parts
 from ....base.records import Labelled
@@ -226,7 +225,6 @@ class DecayFit(Fitted):
         return on_screen("\n".join(lines))
 
 
-@typed
 def fit_decay(time: Any, value: Any, system: Any, *, free: Sequence[str] = ("B", "law.K")) -> DecayFit:
     """Find the frequency and the damping of a free decay against its amplitude, and the law that has them.
 
