@@ -60,8 +60,8 @@ def refuse(name: str, value: Any, kind: Any) -> None:
     asked = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
     plain = [each for each in asked if each in (int, float, NoneType) or _is_list(each)]
     if get_origin(kind) is Literal or len(plain) == len(asked):
-        raise ValueError(f"{name} is {shown(value)}; it must be {said(kind)}")
-    raise TypeError(f"{name} is {shown(value)}; give {said(kind)}")
+        raise ValueError(f"{name} is {shown(value)}; it must be {in_words(kind)}")
+    raise TypeError(f"{name} is {shown(value)}; give {in_words(kind)}")
 
 
 def _is_list(kind: Any) -> bool:
@@ -125,26 +125,29 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
         return True  # what takes names says how a single one is written
     if isinstance(value, str | bytes | Mapping | type) or is_model(value) or not np.iterable(value):
         return False
-    items = value if isinstance(value, list | tuple) else ()
-    return all(fits(item, float if inner[0] is int else inner[0]) for item in items)
+    return _items_fit(value if isinstance(value, list | tuple) else (), float if inner[0] is int else inner[0])
 
 
-def said(kind: Any) -> str:
+def _items_fit(items: Iterable[Any], kind: Any) -> bool:
+    return all(fits(item, kind) for item in items)
+
+
+def in_words(kind: Any) -> str:
     """What an annotation asks for, in words."""
     form, inner = get_origin(kind), get_args(kind)
     if form in (Union, UnionType):
-        return " or ".join(dict.fromkeys(said(each) for each in inner))
+        return " or ".join(dict.fromkeys(in_words(each) for each in inner))
     if form is Literal:
         return " or ".join(repr(choice) for choice in inner)
     if form is Annotated:
-        return said(inner[0])
+        return in_words(inner[0])
     if kind in PLAIN:
         return PLAIN[kind][1]
     if isinstance(form, type) and issubclass(form, Callable):  # type: ignore[arg-type]
         return "a function"
     if isinstance(form, type) and issubclass(form, Mapping):
-        return f"a dictionary: of each name ({said(inner[0])}) {said(inner[1])}"
+        return f"a dictionary: of each name ({in_words(inner[0])}) {in_words(inner[1])}"
     if form is not None:
-        return f"a list or tuple, each item {said(inner[0])}" if inner else "a list or tuple"
+        return f"a list or tuple, each item {in_words(inner[0])}" if inner else "a list or tuple"
     name = getattr(kind, "__name__", str(kind))
     return GIVEN.get(name, f"{'an' if name[0] in 'AEIO' else 'a'} {name}")

@@ -119,13 +119,13 @@ class Exceedance(Result):
     @typed
     def ends(self, level: float = CONFIDENCE) -> tuple[Interval, Interval] | None:
         """Intervals [rad/s] with a share `level` of the lower and of the upper ends; None where no drive has them."""
-        known = ~np.isnan(self.low)
-        if not np.any(known):
+        finite = ~np.isnan(self.low)
+        if not np.any(finite):
             return None
         (level,) = probabilities("level", level)
         shares = 0.5 * (1.0 - level), 0.5 * (1.0 + level)
-        low = Interval(*map(float, np.quantile(self.low[known], shares)))
-        return low, Interval(*map(float, np.quantile(self.high[known], shares)))
+        low = Interval(*map(float, np.quantile(self.low[finite], shares)))
+        return low, Interval(*map(float, np.quantile(self.high[finite], shares)))
 
     def variables(self) -> Labelled:
         """Oscillation, its speed, the ends of the band and the factors of every drive."""
