@@ -155,3 +155,13 @@ def test_another_ratio_keeps_the_speeds_of_the_shaft_that_has_them(tmp_path, sha
     assert project.drive.N == 50.0
     other = replaced(project, {"gear": "CSG-40-100"})
     assert other.speeds.limits == pytest.approx([factor * omega for omega in project.speeds.limits], rel=1e-14)
+
+
+def test_the_scatter_of_a_notation_is_that_of_the_number_that_is_kept(read):
+    scatter = "scatter: {damping.ratio: 10 %, loop.bandwidth: 5 %, load.inertia: 3 %}"
+    text = f"{BUILT}{scatter}\nscatter_correlation: [[1, 0, 0.5], [0, 1, 0], [0.5, 0, 1]]\n"
+    found = sw.replaced(read(text), {"load.inertia": "2 kg*m^2"})
+    assert found.scatter == (("damping.B", 0.1), ("load.inertia", 0.03))
+    assert found.correlation == ((1.0, 0.5), (0.5, 1.0))
+    assert "Gains take the place of loop.bandwidth, whose scatter is left out." in found.notes[-1]
+    assert sw.replaced(read(text), {"load.inertia": "2 kg*m^2"}, retune=True).scatter[1] == ("loop.bandwidth", 0.05)

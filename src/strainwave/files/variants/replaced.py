@@ -132,12 +132,34 @@ def _as_built(project: Project, content: dict[str, Any], placed: Placed, result:
         if result.drive.B != B:
             damping = {name: value for name, value in changed["damping"].items() if name not in ratios}
             changed["damping"] = {**damping, "B": f"{B!r} N*m*s/rad"}
+            former = {f"damping.{name}" for name in ratios}  # B is as many percent off as they are
+            changed["scatter"] = {"damping.B" if key in former else key: item for key, item in _scatter(changed)}
             retained.append("the damping B")
     if not retained:
         return result
     note = f"Kept from the drive before the change: {' and '.join(retained)}."
+    if dropped := _drop_scatter_of_loop(changed):
+        note = f"{note} Gains take the place of {' and '.join(dropped)}, whose scatter is left out."
     result = _read(project, changed)
     return replace(result, notes=(*result.notes, note))
+
+
+def _scatter(content: dict[str, Any]) -> list[tuple[str, Any]]:
+    return list((content.get("scatter") or {}).items())
+
+
+def _drop_scatter_of_loop(content: dict[str, Any]) -> list[str]:
+    """Leave out the scatter of a bandwidth and of its damping where the loop has gains now; their names."""
+    named = [key for key, _ in _scatter(content) if key.removeprefix("motor.") in ("loop.bandwidth", "loop.damping")]
+    if not named or _has_bandwidth(content):
+        return []
+    kept = [i for i, (key, _) in enumerate(_scatter(content)) if key not in named]
+    content["scatter"] = dict([_scatter(content)[i] for i in kept])
+    if rows := content.pop("scatter_correlation", None):
+        content["scatter_correlation"] = [[rows[i][j] for j in kept] for i in kept]
+    if not kept:
+        del content["scatter"]
+    return named
 
 
 def _within(placed: Placed, *groups: Keys) -> Placed:
