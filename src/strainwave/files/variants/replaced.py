@@ -133,7 +133,8 @@ def _as_built(project: Project, content: dict[str, Any], placed: Placed, result:
             damping = {name: value for name, value in changed["damping"].items() if name not in ratios}
             changed["damping"] = {**damping, "B": f"{B!r} N*m*s/rad"}
             former = {f"damping.{name}" for name in ratios}  # B is as many percent off as they are
-            changed["scatter"] = {"damping.B" if key in former else key: item for key, item in _scatter(changed)}
+            if scatter := _scatter(changed):
+                changed["scatter"] = {"damping.B" if key in former else key: item for key, item in scatter}
             retained.append("the damping B")
     if not retained:
         return result
