@@ -87,7 +87,7 @@ def responses(path: Path, folder: Path) -> Told:
     card = words(found._repr_html_())
     yield "oscillation", printed("notebook", card, "error NUMBER rad at", 1.0 / ARCSEC)
     yield "torque", printed("notebook", card, "torque in it NUMBER N")
-    swept = sw.sweep_project(project, nominal(project))
+    swept = sw.sweep(sw.sample.largest, project, nominal(project))
     yield "oscillation", Value("sweep", swept["oscillation"].item() / ARCSEC)
     yield "torque", Value("sweep", swept["torque"].item())
     for face, whole, error in (("app", True, EXACT), ("app, slider", False, SLIDER)):

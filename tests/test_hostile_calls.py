@@ -22,7 +22,6 @@ SLOW = (
     "demo",
     "derive",
     "reproduce",
-    "sweep_project",
     "isolas",
 )
 
@@ -46,8 +45,8 @@ def verb(
 @pytest.mark.parametrize(
     ("given", "kind", "sentence"),
     [
-        ({"drive": 3}, TypeError, "drive is 3; give a Drive or None"),
-        ({"drive": sw.Drive}, TypeError, "drive is <class .*Drive'>; give a Drive or None"),
+        ({"drive": 3}, TypeError, "drive is 3; give a Drive"),
+        ({"drive": sw.Drive}, TypeError, "drive is <class .*Drive'>; give a Drive"),
         ({"share": "0.5"}, ValueError, "share is '0.5'; it must be a finite number"),
         ({"share": True}, ValueError, "share is True; it must be a finite number"),
         ({"count": 1.5}, ValueError, "count is 1.5; it must be a whole number"),
@@ -63,7 +62,7 @@ def verb(
         ),
         ({"values": {1: 2.0}}, TypeError, r"values is \{1: 2.0\}; give a dictionary"),
         ({"told": 5}, TypeError, "told is 5; give a function"),
-        ({"closed": np.ones(2)}, TypeError, r"closed is array\(\[1., 1.\]\); give True or False"),
+        ({"closed": np.ones(2)}, ValueError, "it must be True or False"),
         ({"often": 3}, TypeError, "verb: got an unexpected keyword argument 'often'; its arguments are drive, share"),
     ],
 )

@@ -197,7 +197,7 @@ def call(function, *names, **arguments):
 
 
 SPECIFICATION = {
-    "load_inertias": (1.3,), "speeds": (1.0, 3.0), "limit": 1e-3, "motor_inertias": (1e-4, 1e-3),
+    "load_inertias": (1.3,), "speeds": (1.0, 3.0), "limit": 1e-3, "rotor_inertias": (1e-4, 1e-3),
     "damping_ratio": 0.03, "duty": (), "mean_torque": 20.0, "peak_torque": 60.0,
     "average_speed": 3.0, "momentary_torque": 100.0, "preload": 0.0, "life": 1e3, "largest_size": 50,
     "largest_mass": 10.0, "ratios": (50, 100), "series": ("CSG",), "accuracy": None,
@@ -222,7 +222,7 @@ CALLS = {
     "project_text": lambda: (sw.project_text, {"source": train(), "omega": (100.0, 180.0), "title": "axis"}),
     "project_entry": call(sw.project_entry, model=sw.Cubic(1.0, 0.1)),
     "replaced": call(sw.replaced, "project", project=project, values={"load.inertia": "2 kg*m^2"}, retune=False),
-    "replace": call(sw.replace, model=STRONG, changes={"law.alpha": 0.2, "B": 0.1}),
+    "replaced, of a model": call(sw.replaced, project=STRONG, values={"law.alpha": 0.2, "B": 0.1}),
     "load": lambda: (sw.load, {"path": moved(STRONG).save("motion.npz")}),
     "simulate": call(sw.simulate, system=STRONG, y0=(0.1, 0.0), t=0.5, method=QUICK),
     "simulate, times": call(sw.simulate, system=STRONG, y0=(0.1, 0.0), t=[0.0, 0.1, 0.3], method=sw.Dopri5(1e-6)),
@@ -419,10 +419,6 @@ CALLS = {
     "Normal": call(lambda **k: drawn(sw.Normal(**k)), mean=0.1, deviation=0.01, low=0.05, high=0.2),
     "Uniform": call(lambda **k: drawn(sw.Uniform(**k)), low=0.1, high=0.2),
     "LogUniform": call(lambda **k: drawn(sw.sample.LogUniform(**k)), low=0.1, high=0.2),
-    "sweep_project": call(
-        sw.sweep_project, "project", project=axis, grid={"load.inertia": ["1.3 kg*m^2"]}, store=None, workers=1,
-        chunk=None, client=None, retune=False,
-    ),
     "compare": lambda: (sw.compare, {"projects": [axis(), axis()]}),
     "exceedance": call(sw.exceedance, "project", project=project, count=32, seed=0, limit=3e-4, retune=False),
     "scattered": call(

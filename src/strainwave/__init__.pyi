@@ -124,7 +124,6 @@ from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
 # Many drives
 from .sample.sweeping import sweep as sweep
 from .sample.sweeping import EnsembleMeasure as EnsembleMeasure
-from .files.variants.project_sweep import sweep_project as sweep_project
 from .files.variants.comparison import compare as compare
 from .files.variants.scatter import exceedance as exceedance
 from .sample.sampling import Normal as Normal

@@ -33,7 +33,9 @@ TRAIN = {
         "mode: held",
         "mode: free",
         "loop: {bandwidth: 9 Hz, lag: 1 ms}",
-        *("loop: " + sw.project_entry(c(2.0, 0.3)) for c in loop_types().values()),
+        *("loop: " + sw.project_entry(c(2.0, 0.3)) for c in loop_types().values() if c is not sw.train.CascadeLoop),
+        "loop: {type: cascade, K_v: 2 1/s, K_p: 0.3 N*m*s/rad, T_n: 0.5 s, "
+        "filters: [{type: notch, frequency: 9 Hz, width: 3 Hz}]}",
     ),
     "motor_drag": (None, DISSIPATIVE["Coulomb"], sw.Parallel(GRAVITY, LUGRE)),
     "load_drag": (DISSIPATIVE["Coulomb"], GRAVITY, LUGRE),

@@ -9,7 +9,7 @@ S = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.1)
 T = np.arange(2000) / 1000.0
 HUGE = 10**400
 SPEC = {
-    "load_inertias": (1.3,), "speeds": (0.5, 3.0), "limit": 4e-4, "motor_inertias": (5e-4,), "damping_ratio": 0.03,
+    "load_inertias": (1.3,), "speeds": (0.5, 3.0), "limit": 4e-4, "rotor_inertias": (5e-4,), "damping_ratio": 0.03,
     "mean_torque": 40.0, "peak_torque": 60.0,
 }  # fmt: skip
 DRIVE = sw.Drive(4.5e-4, 1.3, 50.0, 15.4, sw.Cubic(1.089e5, 6.85e4))
@@ -33,23 +33,26 @@ def design(**changes):
             lambda: sw.study.validity_map(None, sw.PRIMARY, [0.9, 1.1], [1.0]),
             "NamedTuple, such as Oscillator.*, not None",
         ),
-        (lambda: sw.numerics.orbit_diagram(S, [], [0.1, 0.2], (0.0, 0.0)), r"has no parameter \[\]"),
+        (lambda: sw.numerics.orbit_diagram(S, [], [0.1, 0.2], (0.0, 0.0)), r"path is \[\]; give a text"),
         (lambda: sw.sample.scattered(3.0, 4), "project is 3.0; give what read_project returns"),
-        (lambda: sw.move(TRAIN, sw.Trapezoid(0.3, 0.3), bands=3), "bands is 3; it must be a list or a tuple"),
-        (lambda: sw.compensate_move(TRAIN, sw.Trapezoid(0.1, 0.2), 3), "controllers is 3; it must be a list"),
+        (lambda: sw.move(TRAIN, sw.Trapezoid(0.3, 0.3), bands=3), "bands is 3; give a list or tuple"),
+        (lambda: sw.compensate_move(TRAIN, sw.Trapezoid(0.1, 0.2), 3), "controllers is 3; give a list"),
         (lambda: sw.compensate_move(TRAIN, sw.Trapezoid(0.1, 0.2), shaping=None), "shaping is None"),
-        (lambda: monitor(orders=b"x"), "orders is b'x'; it must be a list or a tuple"),
-        (lambda: monitor(orders=3), "orders is 3; it must be a list or a tuple"),
+        (lambda: monitor(orders=b"x"), "orders is b'x'; it must be a list or tuple"),
+        (lambda: monitor(orders=3), "orders is 3; it must be a list or tuple"),
         (lambda: monitor(angle=1.0), r"angle has the shape \(\)"),
         (lambda: monitor(angle="x"), "angle is 'x'; it must be an array of numbers"),
         (lambda: monitor(signal=[HUGE] * 2000), "signal is .*; it must be an array of numbers"),
         (lambda: monitor(signal=["1"] * 2000), "signal is .*; it must be an array of numbers"),
         (lambda: design(load_inertias=b"x"), "load_inertias is b'x'; it must be a list or a tuple"),
-        (lambda: design(ratios=50), "ratios is 50; it must be a list or a tuple"),
-        (lambda: design(ratios=("x",)), "one of ratios is 'x'"),
+        (lambda: design(ratios=50), "ratios is 50; it must be a list or tuple"),
+        (lambda: design(ratios=("x",)), "it must be a list or tuple, each item a whole"),
         (lambda: design(preload=None), r"preload \[N\*m\] is None"),
         (lambda: sw.gears.static_sources(HUGE), "orders are counted for a whole ratio"),
-        (lambda: sw.fit.fit_decay(T, np.cos(T), S, free=3), "free is 3; it must be a list or a tuple"),
+        (
+            lambda: sw.fit.fit_decay(T, np.cos(T), S, free=3),
+            "free is 3; write the paths of the free parameters",
+        ),
         (lambda: sw.fit.fit_decay(T, np.cos(T), S, free=(np.ones(2),)), "it must be the paths"),
         (lambda: sw.numerics.orbit_diagram(S, "B", "12", (0.0, 0.0)), "values is '12'; it must be one or more finite"),
     ],

@@ -24,6 +24,7 @@ HOMES = {
     "judged": "study.analysis.verdict",
     "panels_of": "plot",
     "project_entry": "files.fields.entries",
+    "sweep_project": "files.variants.project_sweep",
     "to_control": "drive.state_space",
 }
 NAMESPACES = ("laws", "train", "controllers", "gears", "fit", "sample", "numerics", "theory", "study", "results")
@@ -96,6 +97,10 @@ def namespaces() -> dict[str, str]:
 
 def former(name: str) -> Any:
     """What version 0.2 had at the top of the package under a name, with a warning that says where it is now."""
+    if name == "sweep_project":
+        call = f"{ROOT}.sweep({ROOT}.sample.largest, project, grid)"
+        warnings.warn(f"{ROOT}.{name}(project, grid) is {call} now", FutureWarning, stacklevel=3)
+        return above(name)
     if name in DRAWERS:
         return drawer(name)
     if f"{ROOT}.{name}" in FORMER:

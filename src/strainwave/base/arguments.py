@@ -13,6 +13,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..compile.tree import is_model, shown
 
@@ -25,6 +26,7 @@ PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
     str: ((str,), "a text"),
     NoneType: ((NoneType,), "None"),
 }
+ARRAYS = {each for each in get_args(ArrayLike) if each not in (bool, int, float, complex, str, bytes)}  # its marks
 GIVEN = {
     "Project": "what read_project returns",
     "Branch": "what frequency_response returns",
@@ -58,7 +60,7 @@ def refuse(name: str, value: Any, kind: Any) -> None:
     if fits(value, kind):
         return
     asked = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
-    plain = [each for each in asked if each in (int, float, NoneType) or _is_list(each)]
+    plain = [each for each in asked if each in (bool, int, float, NoneType) or _is_list(each)]
     if get_origin(kind) is Literal or len(plain) == len(asked):
         raise ValueError(f"{name} is {shown(value)}; it must be {in_words(kind)}")
     raise TypeError(f"{name} is {shown(value)}; give {in_words(kind)}")
@@ -87,8 +89,10 @@ def _fields(cls: Any) -> dict[str, Any]:
 def fits(value: Any, kind: Any) -> bool:
     """Whether a value is of the kind of an annotation, as far as it says."""
     form, inner = get_origin(kind), get_args(kind)
+    if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
+        value = value.item()  # a number in an array without axes
     if form in (Union, UnionType):
-        return any(fits(value, each) for each in inner)
+        return bool(ARRAYS & set(inner)) or any(fits(value, each) for each in inner)
     if form is Literal:
         return isinstance(value, str) and value in inner
     if form is Annotated:
@@ -121,6 +125,8 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
         return isinstance(value, Mapping) and all(fits(k, inner[0]) and fits(v, inner[1]) for k, v in value.items())
     if not issubclass(form, Iterable):
         return isinstance(value, form)
+    if inner and ARRAYS & set(get_args(inner[0])):
+        return True  # arrays of arrays are looked at by the function itself
     if isinstance(value, str) and inner[:1] == (str,):
         return True  # what takes names says how a single one is written
     if isinstance(value, str | bytes | Mapping | type) or is_model(value) or not np.iterable(value):
@@ -135,10 +141,13 @@ def _items_fit(items: Iterable[Any], kind: Any) -> bool:
 def in_words(kind: Any) -> str:
     """What an annotation asks for, in words."""
     form, inner = get_origin(kind), get_args(kind)
-    if form in (Union, UnionType):
-        return " or ".join(dict.fromkeys(in_words(each) for each in inner))
+    if form in (Union, UnionType) and ARRAYS & set(inner):
+        return "an array of numbers"
+    if form in (Union, UnionType):  # None is what an argument is that is left out
+        return " or ".join(dict.fromkeys(in_words(each) for each in inner if each is not NoneType))
     if form is Literal:
-        return " or ".join(repr(choice) for choice in inner)
+        *first, last = map(repr, inner)
+        return f"{', '.join(first)} or {last}" if first else last
     if form is Annotated:
         return in_words(inner[0])
     if kind in PLAIN:
@@ -148,6 +157,7 @@ def in_words(kind: Any) -> str:
     if isinstance(form, type) and issubclass(form, Mapping):
         return f"a dictionary: of each name ({in_words(inner[0])}) {in_words(inner[1])}"
     if form is not None:
-        return f"a list or tuple, each item {in_words(inner[0])}" if inner else "a list or tuple"
+        plain = not inner or inner[0] in (Any, object)
+        return "a list or tuple" if plain else f"a list or tuple, each item {in_words(inner[0])}"
     name = getattr(kind, "__name__", str(kind))
     return GIVEN.get(name, f"{'an' if name[0] in 'AEIO' else 'a'} {name}")

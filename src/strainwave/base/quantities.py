@@ -7,8 +7,8 @@ report read it. `parse` is the only way in for text with units; it refuses what 
 """
 
 from collections.abc import Iterable, Mapping
+from decimal import Decimal
 from functools import cache
-from itertools import zip_longest
 from math import isfinite
 from numbers import Complex, Integral, Real
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
@@ -232,7 +232,7 @@ def reals(values: Any) -> NDArray[np.float64]:
         array = np.array(values)
         if array.dtype.kind not in "biufO" or np.ma.is_masked(values):
             return np.empty(0)
-        if array.dtype.kind == "O" and not all(isinstance(value, Real) for value in array.flat):
+        if array.dtype.kind == "O" and not all(isinstance(value, Real | Decimal) for value in array.flat):
             return np.empty(0)
         with np.errstate(all="ignore"):
             return array.astype(float)
@@ -240,13 +240,15 @@ def reals(values: Any) -> NDArray[np.float64]:
         return np.empty(0)
 
 
-def numbers(name: str, values: Any, *, count: int | None = None) -> NDArray[np.float64]:
+def numbers(
+    name: str, values: Any, *, count: int | None = None, largest: float = LARGEST
+) -> NDArray[np.float64]:  # fmt: skip
     """Return one or more finite numbers (exactly `count`) as a new array (n,), or say that `name` are none."""
     array = np.atleast_1d(reals(values))
     if array.ndim != 1 or array.size == 0 or count not in (None, array.size) or not np.all(np.isfinite(array)):
         raise ValueError(f"{name} is {shown(values)}; it must be {count or 'one or more'} finite numbers")
-    if not np.all(np.abs(array) <= LARGEST):
-        raise ValueError(f"{name} is {shown(values)}; it must be numbers up to {LARGEST:g} in size, in SI units")
+    if not np.all(np.abs(array) <= largest):
+        raise ValueError(f"{name} is {shown(values)}; it must be numbers up to {largest:g} in size, in SI units")
     return array
 
 
@@ -261,14 +263,20 @@ def probabilities(name: str, values: Any) -> NDArray[np.float64]:
 def array_of(name: str, values: Any, *shape: int | None) -> NDArray[np.float64]:
     """Return finite numbers as a new array of a shape (None: any length; no shape: any), or say that they are none."""
     array = reals(values)
-    right = not shape or [None if m is None else n for n, m in zip_longest(array.shape, shape, fillvalue=0)] == [*shape]
-    if array.size == 0 or not right or not np.all(np.isfinite(array)):
+    right = not shape or (
+        array.ndim == len(shape) and all(m in (None, n) for n, m in zip(array.shape, shape, strict=True))
+    )
+    if array.size == 0 or not right or not np.all(np.abs(array) <= LARGEST):
         form = f" of the shape ({', '.join('n' if n is None else str(n) for n in shape)})" if shape else ""
         raise ValueError(f"{name} is {shown(values)}; it must be finite numbers{form}")
-    largest = float(np.max(np.abs(array)))
-    if not (largest == 0.0 or 1.0 / LARGEST <= largest <= LARGEST):
-        bounds = f"the largest from {1.0 / LARGEST:g} to {LARGEST:g} in size, in SI units, or all 0"
-        raise ValueError(f"{name} is {shown(values)}; it must be numbers, {bounds}")
+    return array
+
+
+def samples_of(name: str, values: Any) -> NDArray[np.float64]:
+    """Return numbers of any shape, NaN and none at all too, as a new array, or say that `name` are no numbers."""
+    array = reals(values)
+    if array.size == 0 and not (hasattr(values, "__len__") and len(values) == 0):
+        raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")
     return array
 
 

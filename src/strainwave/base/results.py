@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .archive import as_file, atomic
 from .arguments import typed
-from .quantities import array_of
+from .quantities import samples_of
 from .records import Labelled, Result
 from .sentences import on_screen
 from .series import oscillation
@@ -247,7 +247,7 @@ class Orbit(Result):
 
     def state(self, phase: Floats | float) -> Floats:
         """States (states, ...) at the base phase [rad], for instance the start of a trajectory at phase 0."""
-        angle = array_of("phase [rad]", phase) / self.period
+        angle = samples_of("phase [rad]", phase) / self.period
         k = np.arange(1, len(self.coefficients) // 2 + 1).reshape(-1, *[1] * angle.ndim)
         basis = np.empty((len(self.coefficients), *angle.shape))
         basis[0], basis[1::2], basis[2::2] = 1.0, np.cos(k * angle), np.sin(k * angle)

@@ -267,17 +267,17 @@ def unstable(train: DriveTrain, inertia: float) -> str:
         return ""
     pole = fastest_growth(train)
     sentence = f"is unstable with this gear: a vibration of {abs(pole) / HERTZ:.3g} Hz grows by {pole.real:.3g} 1/s"
-    tuning = tuning_of(control, inertia)
+    tuning, lagged = tuning_of(control, inertia), " and lag" if isinstance(control, Lagged) else ""
     limit = None if tuning is None else _largest_stable(train, tuning, inertia)
     if tuning is None or limit is None:
         if isinstance(core, CascadeLoop):
             return f"{sentence}; {_stable_cascade(train, control)}"
-        if not isinstance(control, Lagged):
-            return f"{sentence}; without its filters it is stable: move them to higher frequencies"
+        if isinstance(control, Filtered) or isinstance(control.loop, Filtered):
+            return f"{sentence}; without its filters{lagged} it is stable: move the filters to higher frequencies"
         lag = f"a lag below {1e3 * control.lag:.3g} ms"
         return f"{sentence}; give the loop more damping (K_d by position, K_p by speed) or {lag}"
     return (
-        f"{sentence}; with this damping and lag it is stable up to a bandwidth of {limit / HERTZ:.3g} Hz and has "
+        f"{sentence}; with this damping{lagged} it is stable up to a bandwidth of {limit / HERTZ:.3g} Hz and has "
         f"{tuning.bandwidth / HERTZ:.3g} Hz"
     )
 

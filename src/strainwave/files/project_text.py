@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..base.arguments import typed
 from ..base.quantities import checked, interval, number, shown
 from ..base.speeds import Speeds
 from ..drive.asked import MotorLimits
@@ -48,7 +47,6 @@ from .reading import ProjectError, from_text
 NEIGHBOURS = (0.0, -math.inf, math.inf)
 
 
-@typed
 def project_text(
     source: Project | DriveTrain, omega: float | tuple[float, float] | None = None, *, title: str = ""
 ) -> str:

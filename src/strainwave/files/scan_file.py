@@ -5,13 +5,12 @@ Every unit must stand in the column's name, `angle [deg]` or `angle (deg)`, or b
 A profile in CSV: time and angle of the load, with their units in the names of the columns.
 """
 
+import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..base.arguments import typed
 from ..base.quantities import checked
 from ..base.results import Floats
 from ..study.move.profiles import AngleProfile
@@ -53,9 +52,8 @@ class ScanFile:
     __repr__ = __str__
 
 
-@typed
 def read_scan(
-    path: str | Path,
+    path: str | os.PathLike[str],
     *,
     angle: str = ANGLE,
     error: str | None = None,
@@ -114,8 +112,9 @@ FORM = "name the columns with their units: time [s], angle [deg]"
 FORWARD = "a profile goes forward in time: correct or remove the line"
 
 
-@typed
-def read_profile(path: str | Path, *, delimiter: str | None = None, decimal: str | None = None) -> AngleProfile:
+def read_profile(
+    path: str | os.PathLike[str], *, delimiter: str | None = None, decimal: str | None = None
+) -> AngleProfile:
     """Read times and angles of the load.
 
     Parameters

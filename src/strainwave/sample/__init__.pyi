@@ -1,7 +1,7 @@
 """Many drives once: how they vary, one store, and what is made of the results."""
 
 from ..files.variants.comparison import compare as compare
-from ..files.variants.project_sweep import sweep_project as sweep_project
+from ..files.variants.project_sweep import largest as largest
 from ..files.variants.scatter import exceedance as exceedance
 from ..files.variants.scatter import scattered as scattered
 from .quantiles import variability as variability

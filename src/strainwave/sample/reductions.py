@@ -105,14 +105,15 @@ def _first_order(values: Floats, output: Floats) -> tuple[float, float]:
     linear = y * y * (1.0 - index) - noise
     products = basis.T @ (basis * noise[:, None])
     pairs = float(np.sum(products * products) - np.sum((noise * leverage) ** 2))
-    spread = float(np.var(linear)) / (n - basis.shape[1]) + 2.0 * pairs / n**2
+    spread = float(np.var(linear)) / max(n - basis.shape[1], 1) + 2.0 * pairs / n**2
     return index, float(np.sqrt(spread)) / variance
 
 
 def _basis(values: Floats) -> Floats:
     """Orthonormal functions (n, functions) of an input: a constant, itself, its square, cosines of its rank."""
     n = len(values)
-    rank = np.argsort(np.argsort(values, kind="stable"), kind="stable")
+    _, places, counts = np.unique(values, return_inverse=True, return_counts=True)
+    rank = (np.cumsum(counts) - 0.5 * (counts + 1.0))[places]  # the mean of equal ones
     cosines = np.cos(np.pi * (rank[:, None] + 0.5) / n * np.arange(round(COSINES * n ** (1.0 / 3.0)) + 1))
     x = (values - np.mean(values)) / (np.std(values) or 1.0)
     directions, sizes, _ = np.linalg.svd(np.column_stack([cosines, x, x * x]), full_matrices=False)

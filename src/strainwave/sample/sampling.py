@@ -9,6 +9,7 @@ Source: A. B. Owen, Monte Carlo theory, methods and examples, chapters 10 and 17
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from math import inf
 from numbers import Real
 from typing import Any, NamedTuple
 
@@ -180,7 +181,7 @@ class GridPoints:
             raise ValueError(
                 f"the grid is {shown(axes)}; it must be a dict of path to values, as in {{'law.K': [1, 2]}}"
             )
-        self.axes = {named(key): numbers(f"grid[{key!r}]", values) for key, values in axes.items()}
+        self.axes = {named(key): numbers(f"grid[{key!r}]", values, largest=inf) for key, values in axes.items()}
         self.dims = self.paths = tuple(self.axes)
         self.shape = tuple(len(axis) for axis in self.axes.values())
 

@@ -319,7 +319,7 @@ def name_axis(path: Path, axis: str, name: str, texts: Sequence[str], numbers: F
 
     A store that cannot be written stays as it is.
     """
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError, KeyError):
         group = zarr.open_group(LocalStore(path), mode="r+", zarr_format=3)
         group[axis].attrs.update({"name": name, "values": list(texts)})
         if numbers is not None and name not in group:

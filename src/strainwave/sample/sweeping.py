@@ -18,9 +18,11 @@ from uuid import uuid4
 import xarray as xr
 
 from .. import __version__
+from ..base.above import above
 from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats
 from ..compile.lanes import LANES
+from ..drive.project import Project
 from ..numerics.ensemble.ensemble import ensemble
 from ..numerics.ensemble.machine import machine_of
 from ..numerics.ensemble.measures import Peak, Rms
@@ -109,9 +111,10 @@ def sweep(
     chunk: int | None = None,
     seed: int = 0,
     units: Mapping[str, str] | None = None,
+    retune: bool = False,
     progress: Callable[[str, float], None] = lambda _what, _share: None,
 ) -> xr.Dataset:
-    """Measure a system at every point of a grid or a sample.
+    """Measure a system, or a project, at every point of a grid or a sample.
 
     Results do not depend on where or in which order the points are computed, nor on interruptions, bit for bit.
 
@@ -122,12 +125,13 @@ def sweep(
         generator that depends on `seed` and the point alone. With an attribute `whole_chunks = True`, as
         `EnsembleMeasure` has, it is `measure(system, values)`: arrays (n, ...) by name, or a dataset over "lane",
         from arrays (n,) by path, and `rng` is that of the chunk's first point.
-    system : NamedTuple
-        What the points are variants of.
+    system : NamedTuple or Project
+        What the points are variants of. The measure of a project may be `sample.largest`.
     grid : dict of str to (n,) array_like, LatinHypercube or Sobol
         Paths of parameters and their values (SI units): all combinations; or a sample of distributions. A tuple of
         paths in place of one has factors for values, which scale these parameters together: the dimension's name is
-        then that of the paths with " & " between them.
+        then that of the paths with " & " between them. Of a project: texts by names in its file, with their units, as
+        `replaced` takes them: {"loop.bandwidth": ["20 Hz", "30 Hz"], "gear": ["CSG-40-50", "SHG-40-50"]}.
     store : path, optional
         Folder (zarr v3) that keeps the results; running the same sweep again goes on where the last run stopped.
         Default: in memory.
@@ -140,11 +144,14 @@ def sweep(
     chunk : int, optional
         Most points that are computed and written at a time: results of fewer are lost when a run is stopped. Default:
         a 4096th of the points, at least 32; for whole-chunk measures a 64th, rounded up to fill blocks of 256 lanes,
-        at least what `EnsembleMeasure.least_chunk` says; never more than 131072.
+        at least what `EnsembleMeasure.least_chunk` says; never more than 131072. Of a project: a 512th, at least 1.
     seed : int
         Seed of the random numbers of a measure that takes `rng`.
     units : dict of str to str, optional
         Units of the variables of `measure`, for the result.
+    retune : bool
+        Of a project: whether gains given as a bandwidth and damping given as a ratio are computed anew at every point.
+        Default: the drive is built once and keeps them; `tuning` of the attributes says which.
     progress : callable
         Told what is being computed and which share of what was missing is finished, after every chunk.
 
@@ -160,12 +167,17 @@ def sweep(
     Raises
     ------
     TypeError, ValueError
-        If an argument is wrong, or the store is that of another sweep.
+        If an argument is wrong, a name or a value is not one of the file's, or the store is that of another sweep.
     RuntimeError
         If the store is in use or cannot be written, or the cluster is gone; what was finished is kept.
     KeyboardInterrupt
         On Ctrl-C, with a sentence; what was finished is kept, chunks under way are given up within about a second.
     """
+    if isinstance(system, Project):
+        more = {"client": client, "workers": workers, "processes": processes, "seed": seed, "progress": progress}
+        more |= {"store": store, "chunk": chunk, "units": units, "retune": retune}
+        data: xr.Dataset = above("sweep_project")(system, grid, measure, **more)
+        return data
     system, points = checked(system), points_of(grid)
     positive_count("chunk", 1 if chunk is None else chunk, 2**62)
     workers = positive_count("workers", _processors() if workers is None else workers, MOST_WORKERS)

@@ -16,8 +16,10 @@ def project(tmp_path):
 
 
 def test_every_point_has_the_largest_error_of_the_closed_form(project):
-    data = sw.sweep_project(
-        project, {"load.inertia": ["1 kg*m^2", "1.5 kg*m^2"], "damping.B": ["40 N*m*s/rad", "80 N*m*s/rad"]}
+    data = sw.sweep(
+        sw.sample.largest,
+        project,
+        {"load.inertia": ["1 kg*m^2", "1.5 kg*m^2"], "damping.B": ["40 N*m*s/rad", "80 N*m*s/rad"]},
     )
     assert data.attrs["failed_points"] == 0
     assert dict(data.sizes) == {"load.inertia": 2, "damping.B": 2}
@@ -41,7 +43,7 @@ def test_every_point_has_the_largest_error_of_the_closed_form(project):
 
 def test_a_store_says_what_its_axes_are(project, tmp_path):
     grid = {"damping.B": ["40 N*m*s/rad", "80 N*m*s/rad"], "motor.mode": ["held"]}
-    data = sw.sweep_project(project, grid, store=tmp_path / "s.zarr")
+    data = sw.sweep(sw.sample.largest, project, grid, store=tmp_path / "s.zarr")
     with xr.open_zarr(tmp_path / "s.zarr", consolidated=False) as stored:
         assert stored["damping.B"].dims == ("numbers.0",)
         assert stored["damping.B"].attrs["units"] == "N*m*s/rad"
@@ -50,14 +52,16 @@ def test_a_store_says_what_its_axes_are(project, tmp_path):
         assert stored["numbers.1"].attrs["name"] == "motor.mode"
         assert stored["numbers.1"].attrs["values"] == ["held"]
         np.testing.assert_array_equal(stored["peak"], data["peak"])
-    xr.testing.assert_identical(data.load(), sw.sweep_project(project, grid, store=tmp_path / "s.zarr").load())
+    xr.testing.assert_identical(
+        data.load(), sw.sweep(sw.sample.largest, project, grid, store=tmp_path / "s.zarr").load()
+    )
 
 
 @pytest.mark.slow
 def test_names_are_an_axis_and_a_store_goes_on(tmp_path):
     catalogue = from_text(PROJECTS["catalogue gear, motor not named"], tmp_path / "drive.yaml")
     grid = {"gear": ["CSG-40-50", "SHG-40-50"]}
-    found = sw.sweep_project(catalogue, grid, store=tmp_path / "s")
+    found = sw.sweep(sw.sample.largest, catalogue, grid, store=tmp_path / "s")
     assert list(found["gear"].values) == ["CSG-40-50", "SHG-40-50"]
     for name in grid["gear"]:
         response = sw.replaced(catalogue, {"gear": name}).response()
@@ -66,7 +70,7 @@ def test_names_are_an_axis_and_a_store_goes_on(tmp_path):
         sweep = response.sweep
         assert float(found["jumps"].sel(gear=name)) == len(sweep.on_run_up) + len(sweep.on_run_down)
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("peak/**/*")}
-    again = sw.sweep_project(catalogue, grid, store=tmp_path / "s")
+    again = sw.sweep(sw.sample.largest, catalogue, grid, store=tmp_path / "s")
     xr.testing.assert_identical(found.load(), again.load())
     assert {path: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("peak/**/*")} == before
 
@@ -83,4 +87,20 @@ def test_names_are_an_axis_and_a_store_goes_on(tmp_path):
 )
 def test_a_grid_that_the_file_does_not_take_is_refused_before_anything_is_computed(project, grid, said):
     with pytest.raises(ValueError, match=said):
-        sw.sweep_project(project, grid)
+        sw.sweep(sw.sample.largest, project, grid)
+
+
+def test_any_function_of_a_project_is_a_measure(project):
+    data = sw.sweep(
+        lambda drive: drive.drive.omega_0, project, {"load.inertia": ["1 kg*m^2", "4 kg*m^2"]}, units={"value": "rad/s"}
+    )
+    one, four = (sw.replaced(project, {"load.inertia": f"{J} kg*m^2"}).drive.omega_0 for J in (1, 4))
+    np.testing.assert_array_equal(data["value"], [one, four])
+    assert data["value"].attrs["units"] == "rad/s"
+
+
+def test_the_former_verb_names_the_present_one(project):
+    with pytest.warns(FutureWarning, match=r"is strainwave\.sweep\(strainwave\.sample\.largest, project, grid\) now"):
+        former = sw.sweep_project
+    grid = {"load.inertia": ["1 kg*m^2"]}
+    xr.testing.assert_identical(former(project, grid).load(), sw.sweep(sw.sample.largest, project, grid).load())

@@ -87,11 +87,12 @@ class Sentences(click.Group):
                 raise
             from .options import in_options
 
+            command = self.get_command(ctx, ctx.invoked_subcommand) if ctx.invoked_subcommand else None
             files = sys.modules.get("strainwave.files.yaml_text")
             if files is not None and isinstance(error, files.FileError):
-                click.echo(in_options(str(error)), err=True)
+                click.echo(in_options(str(error), command), err=True)
                 ctx.exit(INVALID_PROJECT)
-            click.echo(f"strainwave: {in_options(_sentence(error))}", err=True)
+            click.echo(f"strainwave: {in_options(_sentence(error), command)}", err=True)
             ctx.exit(FAILED)
 
 

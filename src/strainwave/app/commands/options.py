@@ -38,21 +38,28 @@ CALLS = (
     (re.compile(r"\bcolumns=\['time', 'load_angle', \.\.\.\]"), "--columns time,load_angle,..."),
     (re.compile(r"\bcolumns=\{'time': \.\.\.\}, or rate\b"), "--column time=..., or --rate"),
     (re.compile(r"\bunits= says"), "--unit says"),
-    (re.compile(r"\btrim=0\b"), "--trim 0"),
+    (re.compile(r"(?<![\w./-])trim=0(?![\w.])"), "--trim 0"),
 )
-GIVEN = re.compile(r"\b(unit|column)s=(\{[^{}]*\})")
+GIVEN = re.compile(r"(?<![\w./-])(unit|column)s=(\{[^{}]*\})")
 
 
-def in_options(sentence: str) -> str:
-    """A sentence of the library with options of the commands in place of its calls."""
+def in_options(sentence: str, command: click.Command | None = None) -> str:
+    """A sentence of the library with options in place of its calls, where the command has these."""
+    typed = sentence
     for call, option in CALLS:
-        sentence = call.sub(option, sentence)
-    return GIVEN.sub(_pairs_as_typed, sentence)
+        typed = call.sub(option, typed)
+    typed = GIVEN.sub(_pairs_as_typed, typed)
+    known = None if command is None else {option for one in command.params for option in one.opts}
+    named = set(re.findall(r"(?<!\S)--[a-z-]+", typed)) - set(re.findall(r"(?<!\S)--[a-z-]+", sentence))
+    return typed if known is None or named <= known else sentence
 
 
 def _pairs_as_typed(given: re.Match[str]) -> str:
-    pairs_given = literal_eval(given[2]).items()
-    return " ".join(f"--{given[1]} {quote(f'{channel}={value}')}" for channel, value in pairs_given)
+    try:
+        typed = [f"--{given[1]} {quote(f'{channel}={value}')}" for channel, value in literal_eval(given[2]).items()]
+    except (ValueError, SyntaxError, AttributeError):  # no dictionary: it is no call
+        return given[0]
+    return " ".join(typed)
 
 
 def output_option(help: str, **attributes: Any) -> Callable[[Any], Any]:

@@ -12,8 +12,17 @@ from typing import Any
 from ...base.law import depends
 from ...base.quantities import checked
 from ...model.laws.hysteresis import BoucWen
-from ...model.train.controls import KINDS, USUAL, CascadeLoop, Lagged, PositionLoop, SpeedLoop, Tuning
-from ...model.train.filters import FILTERS, around, control_of
+from ...model.train.controls import (
+    KINDS,
+    USUAL,
+    CascadeLoop,
+    Lagged,
+    PositionLoop,
+    SpeedLoop,
+    Tuning,
+    from_bandwidth,
+)  # fmt: skip
+from ...model.train.filters import FILTERS, Filtered, around
 from ...model.train.motion import AngleTorque
 from ...model.varying import Ripple, Variation
 from ..yaml_text import Keys, shown
@@ -118,7 +127,7 @@ class LoopSpec(Group):
     def check(self) -> Iterator[Wrong]:
         """Refuse a bandwidth beyond what the lag allows."""
         try:
-            control_of(self.tuning, 1.0)
+            from_bandwidth(self.bandwidth, 1.0, lag=self.lag or 0.0)
         except ValueError as error:
             yield Wrong(("bandwidth",), f"is too large: {error}")
 
@@ -131,7 +140,8 @@ class Loop(Kind):
 
     def read(self, value: object, place: Place) -> Any:
         if isinstance(value, dict) and {"bandwidth", "damping"} & set(value):
-            gains = {key: item for key, item in value.items() if key in ("K_p", "K_i", "K_d")}
+            known = {key for cls in loop_types().values() for key in rows_of(cls)}
+            gains = {key: item for key, item in value.items() if key in known}
             for gain in gains:
                 said = "is a gain, and bandwidth and damping give the gains already; remove one or the other"
                 place.at(gain).wrong(said, on_key=True)
@@ -141,8 +151,7 @@ class Loop(Kind):
         if isinstance(value, dict):
             rows = {key: rows_of(LoopSpec)[key] for key in AROUND if key in value}
             parts = {key: read(row.kind, value[key], place.at(key, row.example)) for key, row in rows.items()}
-            kind = {"type": f"{value['type']}_loop"} if value.get("type") in KINDS else {}
-            value = {key: item for key, item in value.items() if key not in AROUND} | kind
+            value = {key: item for key, item in _whole_name(value).items() if key not in AROUND}
         loop = LOOPS.read(value, place)
         return None if loop is None or None in parts.values() else around(loop, **parts)
 
@@ -166,7 +175,7 @@ class Loop(Kind):
             given = {key: getattr(value, key) for key in AROUND if getattr(value, key)}
             return group_text(LoopSpec(type=value.kind, bandwidth=value.bandwidth, damping=value.damping, **given))
         lag, filters, core = getattr(value, "lag", 0.0), list[Any](), value
-        while hasattr(core, "loop"):
+        while isinstance(core, Lagged | Filtered):
             filters = [*([] if isinstance(core, Lagged) else [core.filter]), *filters]
             core = core.loop
         if around(core, lag, tuple(filters)) != value:
@@ -175,8 +184,13 @@ class Loop(Kind):
         return ", ".join(filter(None, [LOOPS.text(core)[:-1], more[1:-1]])) + "}"
 
     def part(self, value: Any, key: str) -> Row | None:
-        gains = LOOPS.part(value, key) if isinstance(value, dict) else None
+        gains = LOOPS.part(_whole_name(value), key) if isinstance(value, dict) else None
         return gains or rows_of(LoopSpec).get(key)
+
+
+def _whole_name(value: dict[str, Any]) -> dict[str, Any]:
+    """The entry of a loop by its gains with the whole name of its type."""
+    return {**value, "type": f"{value['type']}_loop"} if value.get("type") in KINDS else value
 
 
 @dataclass(frozen=True)
@@ -221,7 +235,7 @@ def project_entry(model: Any) -> str:
     TypeError
         If it is not a model object.
     """
-    kind = LOOPS if isinstance(model, tuple(loop_types().values())) else LAW
+    kind = Loop() if isinstance(model, (Lagged, Filtered, *loop_types().values())) else LAW
     text, found = kind.text(checked(model)), list[Wrong]()
     read(kind, read_yaml(f"law: {text}").content["law"], Place((), found))
     if found:

@@ -23,6 +23,7 @@ HINTS = {  # what the spelling of a unit holds
     "N*m": "(N|lb|oz|gf)",
     "kg*m**2": "(g|lb|oz)",
     "s": "(s|min|h)",
+    "1/s": "(/ *s|s *\\^ *-1|s⁻¹)",
     "Hz": "(Hz|rad)",
     "K": "K",
 }

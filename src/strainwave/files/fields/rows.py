@@ -109,6 +109,8 @@ def _kind_of(hint: object, cls: type, key: str) -> Kind:
         return BANDWIDTH
     if unit == "1/s":
         return Quantity(unit, "positive", check=_no_frequency)
+    if cls in FILTERS or key == "T_n":
+        return Quantity(unit, "not negative" if key in ("depth", "zero_damping") else "positive")
     return PHASE if key == "phase" else Quantity(unit, SIGN_OF.get(unit, "any") if cls.__module__ in SPRINGS else "any")
 
 

@@ -4,6 +4,7 @@ Doubts about a log: channels that contradict each other, saturate, or do not mov
 of a file is which channel, and in which unit.
 """
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
@@ -12,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.results import Floats
 from ...compile.tree import shown
 from ...study.identification.log import Log
@@ -228,9 +228,8 @@ def _saturated(name: str, values: Floats, unit: str) -> list[str]:
     return sentences
 
 
-@typed
 def read_log(
-    path: str | Path,
+    path: str | os.PathLike[str],
     columns: Columns | None = None,
     units: Units | None = None,
     *,

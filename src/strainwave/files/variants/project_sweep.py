@@ -1,4 +1,4 @@
-"""`sweep_project`: the response of a whole drive over a grid of the numbers of its project file."""
+"""A sweep of a whole drive over a grid of the numbers of its project file: its response, or any measure of it."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -34,22 +34,48 @@ class Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class ResponseMeasure:
-    """The response of the project with the values of a `Choice`: see `sweep_project`."""
+    """The response of the project with the values of a `Choice`: see `largest`."""
 
     text: str
     path: str
     axes: tuple[tuple[str, tuple[str, ...]], ...]
     retune: bool = False
 
-    def __call__(self, choice: Choice) -> dict[str, float]:
-        """Largest values of the response at a point."""
+    def at(self, choice: Choice) -> Project:
+        """The project of a point."""
         project = from_text(self.text, Path(self.path))
         values = {name: texts[round(n)] for (name, texts), n in zip(self.axes, choice.numbers, strict=True)}
-        return measured(replaced(project, values, retune=self.retune))
+        variant: Project = replaced(project, values, retune=self.retune)
+        return variant
+
+    def __call__(self, choice: Choice) -> Any:
+        """Largest values of the response at a point."""
+        return largest(self.at(choice))
 
 
-def measured(project: Project) -> dict[str, float]:
-    """Largest error, oscillation and torque of the steady motions of a drive, their speeds, and its jumps (UNITS)."""
+@dataclass(frozen=True)
+class OwnMeasure:
+    """Another measure of the same projects."""
+
+    measure: Callable[[Project], Any]
+    response: ResponseMeasure
+
+    def __call__(self, choice: Choice) -> Any:
+        """What it is at a point."""
+        return self.measure(self.response.at(choice))
+
+
+def largest(project: Project) -> dict[str, float]:
+    """Largest error, oscillation and torque of a drive over its speeds: a measure of a project for `sweep`.
+
+    Returns
+    -------
+    dict of str to float
+        `peak` (largest |pointing error| [rad]), `oscillation` (its largest distance from the mean [rad]), `torque`
+        (largest in the gear [N*m]), `peak_at`, `oscillation_at`, `torque_at` (speed of the base angle [rad/s]) over the
+        motions that a slow run-up or run-down visits; `jumps` (their number in both), `truncated` (1 where harmonics
+        are missing).
+    """
     response = project.response()
     sweeps = response.sweep
     result: dict[str, float] = {}
@@ -64,55 +90,24 @@ def measured(project: Project) -> dict[str, float]:
 def sweep_project(
     project: Project,
     grid: Mapping[str, Sequence[str]],
+    measure: Callable[[Project], Any] = largest,
     *,
     store: str | os.PathLike[str] | None = None,
-    workers: int | None = None,
     chunk: int | None = None,
-    client: Any = None,
+    units: Mapping[str, str] | None = None,
     retune: bool = False,
-    progress: Callable[[str, float], None] = lambda _what, _share: None,
+    **options: Any,
 ) -> xr.Dataset:
-    """Follow the response of the whole drive at every point of a grid of the numbers of its project file.
-
-    Parameters
-    ----------
-    project : Project
-        As `read_project` returns it.
-    grid : dict of str to sequence of str
-        Values as the file has them, with their units, by their names in the file, as `replaced` takes them:
-        {"loop.bandwidth": ["20 Hz", "30 Hz"], "gear": ["CSG-40-50", "SHG-40-50"]}; all combinations.
-    retune : bool
-        Whether gains given as a bandwidth and damping given as a ratio are computed anew at every point (`replaced`).
-        Default: the drive is built once and keeps them; `tuning` of the attributes says which.
-    store, workers, chunk, client, progress
-        As of `sweep`: a store keeps what is finished, and the same call goes on from there; by default every point, of
-        large grids a 512th of them, is a chunk.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over the names of the grid, with the values in the unit that was typed or as words: `peak` (largest
-        |pointing error| [rad]), `oscillation` (its largest distance from the mean [rad]), `torque` (largest in
-        the gear [N*m]), `peak_at`, `oscillation_at`, `torque_at` (speed of the base angle [rad/s]) over the
-        motions that a slow run-up or run-down visits; `jumps` (their number in both), `truncated` (1 where
-        harmonics are missing), and `point_status` as of `sweep`, with the sentences in `errors`.
-
-    Raises
-    ------
-    ValueError
-        If a name or a value is not one of the file's: each value alone is tried before anything is computed, the ends
-        of more than 16. If the motor is free and the drive has more than its error equation.
-    """
+    """Measure a drive at every point of a grid of the numbers of its project file: `sweep` of a project."""
     axes = {name: list(map(str, texts)) for name, texts in grid.items()}
     check(project, axes)
-    measure = ResponseMeasure(project.text, str(project.path), tuple((n, tuple(t)) for n, t in axes.items()), retune)
+    response = ResponseMeasure(project.text, str(project.path), tuple((n, tuple(t)) for n, t in axes.items()), retune)
+    of_point = response if measure is largest else OwnMeasure(measure, response)
     places = {f"numbers.{i}": np.arange(len(texts), dtype=float) for i, texts in enumerate(axes.values())}
     choice = Choice((0.0,) * len(axes))
     chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)
-    data = sweep(
-        measure, choice, places, store=store, client=client, workers=workers, chunk=chunk, units=UNITS,
-        progress=progress,
-    )  # fmt: skip
+    units = UNITS if measure is largest else units
+    data = sweep(of_point, choice, places, store=store, chunk=chunk, units=units, **options)
     named = dict(zip(places, axes, strict=True))
     if store is not None:
         for axis, name in named.items():

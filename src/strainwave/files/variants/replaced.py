@@ -67,6 +67,9 @@ def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = Fals
     """
     if not isinstance(project, Project):
         return quantities.replace(project, values)
+    if not (isinstance(values, Mapping) and all(isinstance(text, str) for pair in values.items() for text in pair)):
+        example = "{'load.inertia': '2 kg*m^2'}"
+        raise TypeError(f"values are {quantities.shown(values)}; give a dict of names to texts, as in {example}")
     content = json.loads(_content(project.text))
     placed = {path: (keys_of(content, path), text) for path, text in values.items()}
     of_record = {keys[1]: _of_record(path, text) for path, (keys, text) in placed.items() if _in_record(keys)}

@@ -161,6 +161,8 @@ class Lagged(NamedTuple):
         if not self.lag > 0.0:
             raise ValueError(f"Lagged.lag is {self.lag:g} s; it must be positive, without a lag give the loop itself")
         need_loop(self)
+        if isinstance(self.loop, Lagged):
+            raise TypeError("Lagged.loop is Lagged; one loop has one lag: give the sum of both")
 
 
 def states_inside(control: Any) -> int:
@@ -180,12 +182,17 @@ def need_loop(control: Any) -> None:
 
 def core_of(control: Any) -> Any:
     """The loop inside the lags and filters of its torque."""
-    return core_of(control.loop) if hasattr(control, "loop") else control
+    return core_of(control.loop) if _is_around(control) else control
 
 
 def with_core(control: Any, core: Any) -> Any:
     """Another loop inside the same lags and filters."""
-    return control._replace(loop=with_core(control.loop, core)) if hasattr(control, "loop") else core
+    return control._replace(loop=with_core(control.loop, core)) if _is_around(control) else core
+
+
+def _is_around(control: Any) -> bool:
+    """Whether a control is a lag or a filter, whose fields begin with its loop."""
+    return getattr(control, "_fields", ()) in (Lagged._fields, ("loop", "filter"))
 
 
 class Nudged(NamedTuple):

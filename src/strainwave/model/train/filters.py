@@ -3,7 +3,6 @@
 from typing import Any, NamedTuple
 
 from ...base.law import has, torque_of, z_rate_of
-from ...base.protocols import lacking
 from ...base.quantities import AngularSpeed, Ratio, checked, shown
 from .controls import Lagged, Tuning, from_bandwidth, need_loop, states_inside
 
@@ -17,6 +16,10 @@ class LowPassFilter(NamedTuple):
     def shape(self) -> Any:
         """Coefficients (w, a, b, h) of (h s^2 + b s + w^2)/(s^2 + a s + w^2)."""
         return self.frequency, 2.0 * self.damping * self.frequency, 0.0 * self.frequency, 0.0 * self.frequency
+
+    def check(self) -> None:
+        """Refuse numbers that are not positive (ValueError)."""
+        _all_positive(self)
 
 
 class NotchFilter(NamedTuple):
@@ -32,6 +35,10 @@ class NotchFilter(NamedTuple):
     def shape(self) -> Any:
         """Coefficients (w, a, b, h) of (h s^2 + b s + w^2)/(s^2 + a s + w^2)."""
         return self.frequency, self.width, self.depth * self.width, 1.0 + 0.0 * self.frequency
+
+    def check(self) -> None:
+        """Refuse numbers that are not positive (ValueError)."""
+        _all_positive(self)
 
 
 class BiquadFilter(NamedTuple):
@@ -50,14 +57,24 @@ class BiquadFilter(NamedTuple):
         w, share = self.frequency, self.frequency / self.zero_frequency
         return w, 2.0 * self.damping * w, 2.0 * self.zero_damping * share * w, share * share
 
+    def check(self) -> None:
+        """Refuse numbers that are not positive (ValueError)."""
+        _all_positive(self)
+
+
+def _all_positive(filter_: Any) -> None:
+    for name, value in zip(filter_._fields, filter_, strict=True):
+        if not value >= 0.0 or (value == 0.0 and name not in ("depth", "zero_damping")):
+            raise ValueError(f"{type(filter_).__name__}.{name} is {value:g}; it must be positive")
+
 
 FILTERS = (LowPassFilter, NotchFilter, BiquadFilter)
 
 
 class Filtered(NamedTuple):
-    """A loop whose torque goes through a filter: `LowPassFilter`, `NotchFilter`, `BiquadFilter`, or one with `shape()`.
+    """A loop whose torque goes through a filter: `LowPassFilter`, `NotchFilter` or `BiquadFilter`.
 
-    The states [N*m] are the filter's output p without what passes at once, its rate over w, and those of the loop.
+    The states [N*m] are the torque behind the low-pass w^2/(s^2 + a s + w^2), its rate over w, and those of the loop.
     """
 
     loop: Any
@@ -81,12 +98,12 @@ class Filtered(NamedTuple):
     def check(self) -> None:
         """Refuse what is no loop or no stable filter (TypeError, ValueError)."""
         need_loop(self)
-        if lacking(self.filter, "shape"):
+        if isinstance(self.loop, Lagged):
+            raise TypeError("Filtered.loop is Lagged; give the lag around the filters, as Lagged(Filtered(...), lag)")
+        if not isinstance(self.filter, FILTERS):
             what = f"Filtered.filter is {shown(self.filter)}"
             raise TypeError(f"{what}; it must be a LowPassFilter, a NotchFilter or a BiquadFilter")
-        for name, value in zip(self.filter._fields, self.filter, strict=True):
-            if not value >= 0.0 or (value == 0.0 and name not in ("depth", "zero_damping")):
-                raise ValueError(f"{type(self.filter).__name__}.{name} is {value:g}; it must be positive")
+        self.filter.check()
         if has(self.loop, "inertia") and self.loop.inertia():
             raise ValueError("Filtered.loop has a gain K_d on the acceleration, which no filter takes; leave K_d out")
 

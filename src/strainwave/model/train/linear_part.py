@@ -22,6 +22,7 @@ from .motion import AtRest, Steady
 from .shafts import Motor
 
 SIZES = (1e-9, 1e-3, 1.0, 1e3)  # twists [rad] and speeds [rad/s] at which a law is asked whether it is linear
+TINY = 1e-300
 ROUNDING, FEWEST = 1e-12, 64  # of torques in balance, and places of a turn where their mean is taken
 WEAK = 1e-3  # of the base speed: loop that moves the multiplier 1 of a mean that nothing holds just below 1
 
@@ -146,10 +147,18 @@ def _means(stiffness: Floats) -> Floats:
     Its states rest where K z is 0 in all rows but the first, which is the torque: where that leaves the deviation no
     choice, the control holds any torque.
     """
-    *_, held = np.linalg.svd(stiffness[1:])[2] if len(stiffness) > 1 else [np.zeros(1)]
-    torque = float(stiffness[0] @ held)
-    integrates = np.linalg.matrix_rank(stiffness[1:]) == len(stiffness) - 1 and abs(held[0]) < ROUNDING and torque
-    return held / torque if integrates else np.zeros(len(stiffness))
+    means, rows = np.zeros(len(stiffness)), stiffness[1:]
+    if not len(rows):
+        return means
+    rows = rows / np.maximum(np.max(np.abs(rows), axis=1, keepdims=True), TINY)
+    own = rows[:, 1:]
+    rank = np.linalg.matrix_rank
+    if rank(own) < len(own) and rank(rows) == len(rows):
+        held = np.linalg.svd(own)[2][-1]
+        torque = float(stiffness[0, 1:] @ held)
+        if torque:
+            means[1:] = held / torque
+    return means
 
 
 def _states(

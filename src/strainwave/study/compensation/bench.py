@@ -106,13 +106,18 @@ class Bench:
             return np.zeros(len((self.model if model else self.plant).state_names()))
 
     def held(self, speed: float, *, model: bool = False) -> Floats:
-        """As `start`, but SolveError says why none is found; zeros where the plain loop is not a `SampledPD`."""
+        """As `start`, but SolveError says why none is found; zeros where the plain loop holds no torque by itself."""
         train, gains = self.model if model else self.plant, self.loop
-        if not isinstance(gains, SampledPD) or not gains.K_p:
+        if isinstance(gains, Cascade) and gains.K_v and gains.K_i:
+            control: Any = CascadeLoop(gains.K_v, gains.K_p, gains.K_p / gains.K_i)
+            place, stiffness, behind = 4, gains.K_i, 5  # of the integral, and of the states behind it
+        elif isinstance(gains, SampledPD) and gains.K_p:
+            control, place, stiffness, behind = PositionLoop(gains.K_p, gains.K_d), 2, gains.K_p, 4
+        else:
             return np.zeros(len(train.state_names()))
-        held = train._replace(motor=train.motor._replace(control=PositionLoop(gains.K_p, gains.K_d)))
+        held = train._replace(motor=train.motor._replace(control=control))
         state = operating_state(held, float(speed))
-        return np.concatenate([state[:4], [gains.K_p * -state[2]], state[4:]])
+        return np.concatenate([state[:4], [-stiffness * state[place]], state[behind:]])
 
     def with_stiffness(self, share: float) -> "Bench":
         """The bench with a drive whose gear is stiffer by a share than the model says."""

@@ -105,7 +105,7 @@ def compensate(
 @typed
 def compensation_bench(
     project: Project | DriveTrain,
-    controllers: Sequence[Any] = tuple(COMPENSATORS),
+    controllers: Sequence[Any] | str = tuple(COMPENSATORS),
     *,
     speeds: ArrayLike,
     sampling: Sampling | None = None,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arguments import typed
-from ...base.quantities import checked, interval, number, reals, several, shown
+from ...base.quantities import checked, interval, number, samples_of, several, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -130,7 +130,7 @@ def monitor(
         If arrays differ in length, samples are not even or too slow for an order, the angle does not move, or neither
         an angle nor a range of frequencies is given.
     """
-    t, y = reals(time), reals(signal)
+    t, y = samples_of("time", time), samples_of("signal", signal)
     if t.ndim != 1 or t.shape != y.shape or len(t) < 4:
         raise ValueError(f"time has the shape {t.shape} and signal {y.shape}; give as many numbers of both, at least 4")
     if not np.all(np.isfinite(t)):
@@ -145,8 +145,7 @@ def monitor(
         raise ValueError("signal has infinite numbers; give NaN where a sample is lost")
     if angle is None:
         return _tracked(t, y, period, frequencies, bandwidth)
-    angle = np.unwrap(np.atleast_1d(reals(angle)))
-    return _demodulated(t, y, period, angle, several("orders", orders), bandwidth)
+    return _demodulated(t, y, period, samples_of("angle", angle), several("orders", orders), bandwidth)
 
 
 def _demodulated(

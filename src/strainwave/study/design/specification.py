@@ -16,7 +16,7 @@ from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
 from ...model.gears.limits import Finding, check_limits, cubic_mean
-from ...model.train.controls import Tuning, from_bandwidth
+from ...model.train.filters import control_of
 
 SURE = 1.0 + 1e-9  # of an allowance: rounding
 WORDS = {
@@ -191,10 +191,7 @@ class Specification:
 
     def control(self, inertia: float) -> Any:
         """Control of the motor on the inertia [kg*m^2, motor side] that it turns; None of an ideally held motor."""
-        if not isinstance(self.loop, Tuning):
-            return self.loop
-        loop = self.loop
-        return from_bandwidth(loop.bandwidth, inertia, loop.damping, kind=loop.kind, lag=loop.lag)
+        return control_of(self.loop, inertia)
 
     def damping(self, K1: float, load_inertia: Any) -> Any:
         """Damping [N*m*s/rad] across the spring for loads [kg*m^2]."""

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.quantities import checked, positive_count, shown
 from ...base.results import Floats, Orbit
 from ...model.gears.error_spectrum import extremes
@@ -68,7 +67,6 @@ class ErrorParts:
         )
 
 
-@typed
 def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
     """Separate the error between motor and load into the pure kinematic error and the torsion.
 
@@ -113,7 +111,7 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
         if not np.isclose(orbit.omega, system.omega, rtol=1e-9, atol=0.0):
             raise ValueError(
                 f"the orbit belongs to omega = {orbit.omega:g} rad/s and the system to {system.omega:g}; "
-                "replace(system, {'omega': orbit.omega}) moves it"
+                "replaced(system, {'omega': orbit.omega}) moves it"
             )
         n = _samples(max(*orders, len(orbit.coefficients) // 2), orbit.period)
         phase = np.linspace(0.0, 2.0 * np.pi * orbit.period, n, endpoint=False)

@@ -168,7 +168,7 @@ def coordinates(problem: Any, points: Floats) -> Any:
     s = np.empty((len(points), *problem.stiff[0].shape), complex)
     condense(problem.pencil, base_speed(problem, points[:, -1]), 1.0, s, np.empty_like(s))
     p = eliminated(problem.pencil, s, np.moveaxis(to_complex(blocks), 1, 2))
-    if np.any(problem.part.integral):
+    if problem.pencil.controls and np.any(problem.part.integral):
         p[:, 0] += held_torque(problem, points, s, p)[:, None] * problem.part.integral
     return p
 

@@ -169,7 +169,7 @@ def error_scan(
     unevenly spaced data, false alarms); Bretthorst 1988, Bayesian Spectrum Analysis, ch. 2 (uncertainty of a line).
     """
     if not (isinstance(false_alarm, float | int) and 1e-100 <= false_alarm < 1.0):
-        raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability below 1, such as 0.01")
+        raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability between 0 and 1, such as 0.01")
     if noise not in ("auto", "white", "autocorrelated"):
         raise ValueError(f"noise is {shown(noise)}; it must be 'auto', 'white' or 'autocorrelated'")
     if not isinstance(drift, bool | np.bool_):

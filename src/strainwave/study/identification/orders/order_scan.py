@@ -124,8 +124,8 @@ def _differences(scan: OrderScan, joint: Joint, speeds: bool) -> list[str]:
         ]
     if _birge(joint) > DIFFERENT:
         return [
-            f"amplitudes agree and phases differ, {_birge(joint):.3g} times as much as by noise: give runs of one "
-            "shaft, with one zero of angle"
+            f"amplitudes agree within 5 % and phases differ, {_birge(joint):.3g} times as much as by noise: give runs "
+            "of one shaft, with one zero of angle"
         ]
     return []
 
