@@ -86,9 +86,11 @@ class Workers:
                 try:
                     return await self._answered(worker, worker.ask(work, *args, progress=progress), waiting)
                 except TimeoutError:
+                    longest = self._longest or 0.0
                     raise Refused(
-                        f"the answer takes longer than {self._longest:g} s of computing; narrow the speeds, take fewer "
-                        "or lower orders or a softer law, or use the command line, which has no such limit"
+                        f"the answer takes longer than {longest:g} s of computing, or than {SHARED * longest:g} s "
+                        "beside other work; narrow the speeds, take fewer or lower orders or a softer law, or use the "
+                        "command line, which has no such limit"
                     ) from None
                 except Died:
                     if not worker.interpreted:  # else `warm` has ended it, as another one has machine code now
