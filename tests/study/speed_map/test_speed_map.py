@@ -2,6 +2,7 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.study.speed_map.rules import common, complement
+from strainwave.study.speed_map.motions import OMEGA, OSCILLATION, Loose
+from strainwave.study.speed_map.rules import Rules, bands_of, common, complement
 
 ARCSEC, RPM = np.pi / 648_000.0, np.pi / 30.0
 EDGE = 5e-4  # accuracy of the ends of bands between points of a curve
@@ -569,3 +571,14 @@ def test_what_goes_on_where_a_motion_doubles_its_period_is_not_allowed(tmp_path)
     found = sw.speed_map(of)
     assert not any(low < omega < high for low, high in found.allowed[0])
     assert any(low < omega < high for low, high in found.forbidden[0])
+
+
+def test_no_sliver_between_forbidden_speeds_is_allowed_that_no_search_has_seen():
+    run = np.zeros((2, 8))
+    run[:, OMEGA], run[:, OSCILLATION] = (100.0, 200.0), 1.0
+    loose = tuple(Loose(w, 5.0, 0.0, 0) for w in (120.0, 124.0, 150.0))
+    loaded = SimpleNamespace(quasi_static=1.0, runs=[(run, None)], loose=loose)
+    found = bands_of(loaded, Rules(limit=2.0), (100.0, 200.0), [], 0.012)
+    np.testing.assert_allclose(
+        found.forbidden, [[120.0 / 1.012, 124.0 * 1.012], [150.0 / 1.012, 150.0 * 1.012]], rtol=1e-12
+    )

@@ -125,6 +125,10 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: list[Span]
     if rules.margin is not None:
         bands += [((1.0 - rules.margin) * low, (1.0 + rules.margin) * high) for low, high in resonances]
     forbidden = clipped(bands, span)
+    if loaded.loose:  # between two forbidden speeds no nearer one was searched: a motion that no curve has may go on
+        narrow = [(low, high) for low, high in complement(forbidden, span) if high < low * (1.0 + apart)]
+        inside = [(low, high) for low, high in narrow if low > span[0] and high < span[1]]
+        forbidden = clipped([*map(tuple, forbidden), *inside], span)
     return Bands(forbidden, complement(forbidden, span))
 
 
