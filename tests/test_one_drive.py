@@ -9,7 +9,7 @@ from twelve_projects import PROJECTS
 
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
-from strainwave.files.variants.project_sweep import measured
+from strainwave.files.variants.project_sweep import largest
 
 ARCSEC = np.pi / 648000.0
 
@@ -32,7 +32,7 @@ def test_command_line_sweep_report_and_python_agree(path):
     told = json.loads(result.stdout)
     assert told["oscillation"]["oscillation_arcsec"] == pytest.approx(found.oscillation[at] / ARCSEC, rel=1e-9)
     assert told["oscillation"]["speed"] == pytest.approx(project.speeds.own(float(found.omega[at])), rel=1e-9)
-    swept = measured(project)
+    swept = largest(project)
     assert swept["oscillation"] == pytest.approx(found.oscillation[at], rel=1e-9)
     assert swept["torque"] == pytest.approx(found.usage.peak_torque, rel=1e-9)
     assert swept["peak"] == pytest.approx(np.max(found.peak[found.visited()]), rel=1e-9)
