@@ -119,7 +119,7 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
     """Whether a value is a mapping, a function or a sequence as an annotation says."""
     if form is np.ndarray or not isinstance(form, type):
         return True
-    if issubclass(form, Callable):  # type: ignore[arg-type]
+    if form is Callable:
         return callable(value)
     if issubclass(form, Mapping):
         return isinstance(value, Mapping) and all(fits(k, inner[0]) and fits(v, inner[1]) for k, v in value.items())
@@ -152,7 +152,7 @@ def in_words(kind: Any) -> str:
         return in_words(inner[0])
     if kind in PLAIN:
         return PLAIN[kind][1]
-    if isinstance(form, type) and issubclass(form, Callable):  # type: ignore[arg-type]
+    if form is Callable:
         return "a function"
     if isinstance(form, type) and issubclass(form, Mapping):
         return f"a dictionary: of each name ({in_words(inner[0])}) {in_words(inner[1])}"

@@ -37,9 +37,9 @@ import pickle, sys
 from scipy.io import loadmat
 try:
     answer = loadmat(sys.argv[1], appendmat=False, squeeze_me=sys.argv[2] == "True", struct_as_record=False)
-except NotImplementedError:
+except NotImplementedError:  # as SciPy says of MATLAB 7.3, which another reader takes
     answer = NotImplementedError()
-except Exception as error:
+except Exception as error:  # whatever a damaged file makes SciPy raise
     answer = ValueError(str(error))
 pickle.dump(answer, sys.stdout.buffer)
 """
