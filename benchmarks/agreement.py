@@ -25,10 +25,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--first", type=int, default=0, help="number of the first drive of the seed")
     given = parser.parse_args()
     wrong = 0
-    for first in range(0, given.drives, TOGETHER):
-        numbers = range(first, min(first + TOGETHER, given.drives))
+    last = given.first + given.drives
+    for first in range(given.first, last, TOGETHER):
+        numbers = range(first, min(first + TOGETHER, last))
         texts = [drive_at_random(np.random.default_rng([given.seed, i])) for i in numbers]
         with tempfile.TemporaryDirectory() as folder:
             found = disagreements(texts, Path(folder))

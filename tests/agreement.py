@@ -24,6 +24,7 @@ from strainwave.app.web.state import ScriptRequest, State, project_of
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.variants.names import nominal_of
 from strainwave.files.yaml_text import read
+from strainwave.study.analysis.avoid import between, merged
 
 EXACT, SLIDER, PRINTED, MAP, MOTION = 1e-9, 2e-6, 1e-5, 2e-3, 2e-3
 UNITS = {"arcsec": 1.0, "arcmin": 60.0, "deg": 3600.0, "mrad": 1e-3 / ARCSEC, "rad": 1.0 / ARCSEC}
@@ -140,9 +141,14 @@ def analyses(path: Path, folder: Path) -> Told:
         yield "analyzed oscillation", Value(face, told["largest_oscillation"]["oscillation_arcsec"])
         yield "analyzed torque", Value(face, told["largest_torque"]["torque_Nm"])
         yield "answer", Value(face, told["verdict"]["answer"])
-        yield "allowed by the curve", Value(face, steadily_allowed(project, told["advice"]), MAP)
-    curve = sw.speed_map(project, search=False)
-    yield "allowed by the curve", Value("speed_map", tuple((curve.windows / RPM).ravel()), MAP)
+        cases = told["advice"]["by_load_torque"] or [told["advice"] | {"load_torque_Nm": project.mean_load_torque}]
+        loads = [case["load_torque_Nm"] for case in cases]
+        for load, case in zip(loads, cases, strict=True):
+            bands = [(band["from_rpm"] * RPM, band["to_rpm"] * RPM) for band in case["bands"]]
+            yield f"allowed by the curve under {load} N*m", Value(face, allowed(bands, project), MAP)
+    curve = sw.speed_map(project, loads=loads, search=False)
+    for load, bands in zip(loads, curve.forbidden, strict=True):
+        yield f"allowed by the curve under {load} N*m", Value("speed_map", allowed(bands, project), MAP)
     told = json.loads(run("speed-map", str(path), "-o", str(folder / "map"), "--json"))
     yield "allowed", Value("speed-map --json", tuple(np.ravel(told["allowed_under_every_load_rpm"])))
     shown = views.mapped(project_of(State(project=project.text)), True, [], lambda *_: None)
@@ -197,17 +203,10 @@ def compared(paths: list[Path], folder: Path) -> dict[Path, list[tuple[str, Valu
     }
 
 
-def steadily_allowed(project: sw.Project, advice: dict[str, Any]) -> tuple[float, ...]:
-    """Ends [rpm] of the speeds that no steady motion forbids: what the run-up adds is in no speed map."""
-    cases = advice["by_load_torque"] or [advice]
-    bands = sorted((band["from_rpm"], band["to_rpm"]) for case in cases for band in case["bands"])
-    low, high = (omega / RPM for omega in project.speeds.limits)
-    free, begin = list[float](), low
-    for start, end in bands:
-        if start > begin * (1.0 + EXACT):
-            free += [begin, start]
-        begin = max(begin, end)
-    return (*free, begin, high) if begin < high * (1.0 - EXACT) else tuple(free)
+def allowed(bands: Iterable[Any], project: sw.Project) -> tuple[float, ...]:
+    """Ends [rad/s] of the speeds that no band forbids; what is narrower than the curves' own error is none."""
+    wide = merged((low, high) for low, high in bands if high > low * (1.0 + MAP))
+    return tuple(end for free in between(wide, project.speeds.limits, MAP) for end in free)
 
 
 def differences(told: Iterable[tuple[str, Value]]) -> list[str]:

@@ -111,11 +111,11 @@ class TurnResponse(NamedTuple):
 
 
 def turn_response(
-    system: Any, speeds: tuple[float, float], points: int, harmonics: int | None, coexisting: bool, locate: bool = True
-) -> TurnResponse:  # fmt: skip
+    system: Any, speeds: tuple[float, float], points: int, harmonics: int | None, coexisting: bool
+) -> TurnResponse:
     """Response of any system through a range of speeds [rad/s], whose curve may be empty; see `traced_turn`.
 
-    `locate`: the speeds where stability changes are located between points of the curve; of springs they are always.
+    The speeds where stability changes are located between points of the curve.
     """
     problem, traced, tail, origin = traced_turn(system, speeds, points, harmonics, coexisting)
     placed, labels = with_crests(problem, traced.points, traced.labels)
@@ -123,7 +123,7 @@ def turn_response(
     curve = describe(problem, "omega", traced, tail, origin, locate=False)
     if problem.hill():
         return TurnResponse(problem, placed, with_all_said(problem, curve, traced))
-    if locate and np.any(np.diff(curve.stable)):
+    if np.any(np.diff(curve.stable)):
         placed, labels, floquet = with_special_points(problem, placed, labels, curve.multipliers)
         traced = replace(traced, points=placed, labels=labels)
         curve = describe(problem, "omega", traced, tail, origin, locate=False, floquet=floquet)

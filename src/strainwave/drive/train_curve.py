@@ -37,7 +37,7 @@ NO_MOTION = (
 @one_thread
 def train_curve(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True,
-    locate: bool = False, points: int = POINTS,
+    points: int = POINTS,
 ) -> DriveResponse | None:  # fmt: skip
     """Follow the steady motions of a train; None where none is found.
 
@@ -54,15 +54,13 @@ def train_curve(
         Highest harmonic of the base angle. Default: grown until those left out are negligible.
     coexisting : bool
         Whether motions that do not join the curve are looked for at the ends of the range.
-    locate : bool
-        Whether the speeds where stability changes are located between points of the curve.
     points : int
         About so many points, and more where the curve bends.
     """
     system = at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
-    found = turn_response(system, speeds, points, harmonics, coexisting, locate)
+    found = turn_response(system, speeds, points, harmonics, coexisting)
     if sweep_on(found.curve) is None:  # nothing stable to follow
         return None
     return of_train(system, found, follows_its_angle(train))

@@ -28,7 +28,7 @@ from .continuation.passage import linear_start, settled_start
 from .continuation.trace import Trace, describe, solve
 from .integration.methods import Dopri5
 from .integration.simulate import simulate
-from .labels import END
+from .labels import DECAYS, END
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
 STEPS = 30
@@ -220,7 +220,7 @@ def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, 
             Status.NO_CONVERGENCE: "Newton's method did not converge; start closer to the orbit, or give damping"
         }
         message = f"shooting stopped at omega = {omega:.6g} rad/s: {reasons.get(status, status.value)}"
-    stable = bool(status) and bool(np.abs(multipliers[0]) < 1.0)
+    stable = bool(status) and bool(np.abs(multipliers[0]) < DECAYS)
     return Orbit(omega, period, series, run.peak(), multipliers, stable, tail, status, message, value=omega)
 
 

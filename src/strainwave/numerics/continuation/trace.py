@@ -22,6 +22,7 @@ from ..balance.truncation import Tail, tail_along
 from ..labels import (
     BRANCH_POINT,
     CLOSED,
+    DECAYS,
     DOUBLING,
     END,
     FOLD,
@@ -306,7 +307,7 @@ def describe(
         peaks = displacement_peaks(series)
     values, turns = points[:, -1].copy(), int(problem.turns)
     omega = base_speed(problem, values.copy())
-    coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < 1.0
+    coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < DECAYS
     special: dict[int, list[Orbit]] = {label: [] for label in NAMES}
     for i in np.flatnonzero((labels == FOLD) | (labels > TOP)).tolist():
         label, w = int(labels[i]), float(omega[i])

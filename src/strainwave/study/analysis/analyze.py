@@ -26,7 +26,7 @@ from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
-from .avoid import in_run, speeds_to_avoid
+from .avoid import HALF_POWER, in_run, speeds_to_avoid
 from .in_time import TimeCase, speeds_in_time, time_case
 from .in_time.time_case import usage
 from .load_cases import LoadCase, load_cases, over_all, searched
@@ -87,19 +87,36 @@ def with_tops(
 ) -> tuple[Regime, ...]:
     """Add to every resonance p:1 its maximum on the computed curve, or on the one drawn for it alone.
 
-    Looked for between the neighbouring resonances, where a slow run-up or run-down goes; an end of the range is none.
+    Looked for between the neighbouring resonances, where a slow run-up or run-down goes; an end of the range is none,
+    nor is what lies in the half-power band of a larger maximum of another component.
     """
     places = sorted(regime.omega for regime in all_regimes if regime.resonance.q == 1)
+    responses = [close.get(regime.resonance, exact) for regime in all_regimes]
+    tops = [
+        _top(regime, places, system, response) if regime.resonance.q == 1 else None
+        for regime, response in zip(all_regimes, responses, strict=True)
+    ]
+    largest = {r.resonance.p: top[1] for r, top in zip(all_regimes, tops, strict=True) if top is not None}
     topped = []
-    for regime in all_regimes:
-        response = close.get(regime.resonance, exact)
-        top = None if regime.resonance.q != 1 else _top(regime, places, system, response)
-        met = top is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
-        topped.append(replace(regime, top=top, inside=regime.inside or met))
+    for regime, response, top in zip(all_regimes, responses, tops, strict=True):
+        place = None
+        if top is not None and not _of_another(regime.resonance.p, top, largest, system, response):
+            place = float(response.omega[top[0]]), top[1]
+        met = place is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
+        topped.append(replace(regime, top=place, inside=regime.inside or met))
     return tuple(topped)
 
 
-def _top(regime: Regime, places: list[float], system: Any, response: DriveResponse) -> tuple[float, float] | None:
+def _of_another(
+    p: int, top: tuple[int, float], largest: dict[int, float], system: Any, response: DriveResponse
+) -> bool:
+    """Whether a maximum of component p lies in the half-power band of another component, which is larger there."""
+    others = ((response.torsion_amplitude(system, q)[top[0]], size) for q, size in largest.items() if q != p)
+    return any(there > top[1] and there >= HALF_POWER * size for there, size in others)
+
+
+def _top(regime: Regime, places: list[float], system: Any, response: DriveResponse) -> tuple[int, float] | None:
+    """Point of the curve with the largest component of a resonance, and its amplitude [rad]."""
     i = places.index(regime.omega)
     low = max([regime.omega / FARTHEST, *((w * regime.omega) ** 0.5 for w in places[:i])])
     high = min([regime.omega * FARTHEST, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
@@ -113,7 +130,7 @@ def _top(regime: Regime, places: list[float], system: Any, response: DriveRespon
     top = int(np.argmax(amplitude))
     if not np.min(omega) < omega[top] < np.max(omega) or amplitude[top] < FAINT * np.max(response.curve.peak[visited]):
         return None
-    return float(omega[top]), float(amplitude[top])
+    return int(indices[top]), float(amplitude[top])
 
 
 @one_thread

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...base.results import Floats
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
+from ...drive.jumps import pieces_of
 from ...drive.run import DriveRun
 from .resonances import OperatingPoint
 
@@ -50,7 +51,8 @@ class Avoid:
     largest_passed : (float, float) or None
         Speed [rad/s] and size [rad] of the largest oscillation of that run-up; None where the curve has all torques.
     unstable : tuple of (float, float)
-        Those of the bands in which no motion of the curve is stable: the drive leaves it there.
+        Those of the bands in which no motion of the curve is stable: the drive leaves it there, or repeats after more
+        turns than its excitation.
     """
 
     bands: tuple[Speeds, ...]
@@ -166,13 +168,10 @@ def speeds_to_avoid(
 
 
 def without_stable(response: DriveResponse) -> tuple[Speeds, ...]:
-    """Speeds [rad/s] at which no motion of a curve is stable, where that ends a slow run-up or run-down."""
-    curve, sweep = response.curve, response.sweep
-    if sweep is not None and sweep.finished_up and sweep.finished_down:
-        return ()
+    """Speeds [rad/s] at which no motion of a curve is stable: the drive leaves it, or repeats after more turns."""
+    curve = response.curve
     first, last = curve.span
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], curve.stable, [False]])))
-    inside = (np.clip(curve.omega[i:j], first, last) for i, j in edges.reshape(-1, 2))
+    inside = (np.clip(curve.omega[piece], first, last) for piece in pieces_of(curve, curve.stable))
     known = merged((np.min(run), np.max(run)) for run in inside)
     return between(known, (first, last), NARROW)
 

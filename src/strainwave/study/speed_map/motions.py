@@ -101,6 +101,8 @@ class UnderLoad:
     jumps : tuple of (float, bool, bool)
         Speed [rad/s] of every jump of a slow run-up or run-down, whether it is of the run-up, and whether the error is
         larger after it.
+    jumping : tuple of (float, float)
+        Speeds [rad/s] between which a slow run-up and run-down are on different motions, and one of them jumps.
     doubled : tuple of (float, float)
         Speeds [rad/s] between which the main curve repeats after more than one turn.
     loose : tuple of Loose
@@ -113,6 +115,7 @@ class UnderLoad:
     curves: tuple[Motions, ...]
     quasi_static: float
     jumps: tuple[tuple[float, bool, bool], ...] = ()
+    jumping: tuple[tuple[float, float], ...] = ()
     doubled: tuple[tuple[float, float], ...] = ()
     loose: tuple[Loose, ...] = ()
     remarks: tuple[str, ...] = field(default=())

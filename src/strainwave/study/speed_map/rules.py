@@ -116,6 +116,7 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: list[Span]
     """
     level = rules.level(loaded.quasi_static)
     bands: list[Span] = [band for run, _ in loaded.runs for band in above(run, level)]
+    bands += loaded.jumping
     bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in loaded.runs], span)
     bands += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, _, _ in loaded.loose if size > level]
     if rules.motor_torque is not None:

@@ -3,6 +3,7 @@
 Campbell diagram of a nonlinear drive: motor speeds at which each order meets each resonance, against amplitude.
 """
 
+from dataclasses import replace
 from math import gcd, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -24,6 +25,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
 from ...numerics.curves.backbone import backbone
 from ..analysis.avoid import quasi_static
+from ..analysis.load_cases import searched
 from ..analysis.resonances import OperatingPoint, active_orders, operating_point
 from .motions import OMEGA, Motions, UnderLoad
 from .rules import Span, gaps
@@ -85,9 +87,6 @@ def case_of(project: Project, load: float, span: Span) -> Case:
     train = project.train
     if train is not None:
         refuse_free(train)
-    elif depends(equation.law) == 1:
-        train = project.whole
-    if train is not None:
         train = without_gravity(train)._replace(omega=equation.omega) if has_curve(train) else None
     return Case(load, equation, point, train, project.whole if project.train is None else None)
 
@@ -98,17 +97,15 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
     Raises
     ------
     SolveError
-        If no periodic motion is found.
+        If no stable periodic motion is found.
     """
     if case.train is not None:
-        found = train_curve(case.train, span, coexisting=False, locate=True)
-        if found is None:
-            raise SolveError(NO_MOTION)
-        return found
-    exact = exact_response(case.equation, span, train=case.whole)
-    if not len(exact.curve):
-        raise SolveError(exact.message)
-    return exact
+        found = train_curve(case.train, span, coexisting=False)
+    else:
+        found = exact_response(case.equation, span, coexisting=searched(case.equation.law), train=case.whole)
+    if found is None or found.sweep is None:
+        raise SolveError(NO_MOTION if found is None or len(found.curve) else found.message)
+    return found
 
 
 def under_load(
@@ -132,7 +129,8 @@ def under_load(
         for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
     said = () if response.status else (f"{response.message}; a speed without a known motion is forbidden",)
-    loaded = UnderLoad(case.load, curves, slow, jumps, doubled_spans(response.curve), (), said)
+    jumping = () if sweep is None else tuple((band.low, band.high) for band in sweep.jumping)
+    loaded = UnderLoad(case.load, curves, slow, jumps, jumping, doubled_spans(response.curve), (), said)
     if apart is None or not case.searched:
         return loaded, ()
     speeds = searched_at(loaded, span, apart, shift)
@@ -144,9 +142,9 @@ def extended(
 ) -> tuple[UnderLoad, tuple[Settling, ...]]:
     """The motions with those to which random starts at some speeds, and others, lead."""
     found: Found = search(case, loaded.curves, speeds, seeds, span)
-    whole = UnderLoad(
-        loaded.load, (*loaded.curves, *found.curves), loaded.quasi_static, loaded.jumps, loaded.doubled,
-        (*loaded.loose, *found.loose), loaded.remarks if found.settled else (*loaded.remarks, TOO_LIGHT),
+    whole = replace(
+        loaded, curves=(*loaded.curves, *found.curves), loose=(*loaded.loose, *found.loose),
+        remarks=loaded.remarks if found.settled else (*loaded.remarks, TOO_LIGHT),
     )  # fmt: skip
     return whole, found.seeds
 
