@@ -28,6 +28,7 @@ from strainwave.study.analysis.avoid import between, merged
 
 EXACT, SLIDER, PRINTED, MAP, MOTION = 1e-9, 2e-6, 1e-5, 2e-3, 2e-3
 UNITS = {"arcsec": 1.0, "arcmin": 60.0, "deg": 3600.0, "mrad": 1e-3 / ARCSEC, "rad": 1.0 / ARCSEC}
+NEUTRAL = "no motion on the curve is stable"
 NUMBER = r"(-?\d[\d.]*(?:e[-+]?\d+)?)"
 
 
@@ -245,9 +246,20 @@ def disagreements(texts: list[str], folder: Path) -> list[list[str]]:
 def all_faces(path: Path, folder: Path, why: str | None) -> list[tuple[str, Value]]:
     """What every face says of a drive; of one without a steady motion `why`."""
     folder.mkdir()
+    if why == NEUTRAL:
+        return [("stable", Value(face, found)) for face, found in (("Python", False), *stable(path, folder))]
     if why is not None:
         return [("refusal", Value("Python", why)), ("refusal", Value("response", refusal("response", str(path))))]
     return [said for face in (responses, analyses, moves) for said in face(path, folder)]
+
+
+def stable(path: Path, folder: Path) -> Iterator[tuple[str, bool]]:
+    """Whether each face knows a stable motion of a drive that has none."""
+    yield "response", NEUTRAL not in run("response", str(path))
+    told = json.loads(run("analyze", str(path), "-o", str(folder / "report"), "--json"))["verdict"]
+    yield "analyze", bool(told["allowed_speeds"]) or "no steady motion of the range is stable" not in told["headline"]
+    yield "app", views.response(project_of(State(project=path.read_text())), True)["passes"] is not False
+    yield "speed-map", "no stable steady motion" not in refusal("speed-map", str(path), "-o", str(folder / "map"))
 
 
 def refusal(*words: str) -> str:
@@ -258,9 +270,8 @@ def refusal(*words: str) -> str:
 
 
 def refused(path: Path) -> str | None:
-    """Why a drive has no response."""
+    """Why a drive has no response, or none that is stable."""
     try:
-        sw.read_project(path).response()
+        return NEUTRAL if sw.read_project(path).response().sweep is None else None
     except sw.SolveError as error:
         return str(error)
-    return None

@@ -1,7 +1,7 @@
 """Ensembles on a graphics processor, checked without one: what it would run gives the processor's answer.
 
 The kernels are run in Numba's simulator of a device, and once more from the code made for a device, in its LLVM form.
-Their PTX is read. benchmarks/cuda.py does the rest where there is a device.
+Their PTX is read. benchmarks/gpu.py does the rest where there is a device.
 """
 
 import json

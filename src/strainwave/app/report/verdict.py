@@ -21,6 +21,7 @@ ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
 )
 NO_LIMIT = "the file has no limit of the oscillation"
+NOTHING_STABLE = "no steady motion of the range is stable"
 RUN_UP = " In the run-up the oscillation about the mean of its turns reaches {}."
 TWICE = 2.0  # times a limit, from which on the size is told as a multiple
 NONE = 1e-9  # relative oscillation below which nothing is left but rounding
@@ -75,7 +76,9 @@ def _headline(view: View, verdict: Verdict) -> str:
     first = [finding for finding in passed if finding.limit not in MOTOR][:1]
     for finding in (*first, *(finding for finding in passed if finding.limit in MOTOR)):
         why.append(f"{number(finding.value)} {_unit(finding)} are above {_named(finding)}")
-    if avoid is not None and avoid.unstable:
+    if avoid is None:
+        why.append(NOTHING_STABLE)
+    elif avoid.unstable:
         why.append("at some speeds no motion of the curve is stable")
     sweep = view.analysis.response.sweep
     if not why and sweep is not None and sweep.jumping:
@@ -99,7 +102,7 @@ def _oscillation(view: View) -> Sentence:
     """The largest oscillation against its limit."""
     analysis, avoid = view.analysis, view.analysis.avoid
     if avoid is None:
-        return Sentence("no steady motion of the range is stable")
+        return Sentence(NOTHING_STABLE)
     largest = analysis.largest_oscillation()
     where = Speed(largest.omega, digits=5) + under_load(largest.torque)
     if avoid.limit is not None:

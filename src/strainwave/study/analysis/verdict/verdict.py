@@ -87,7 +87,7 @@ def verdict_of(
     if motor is not None:
         at[motor.torque] = motor.at
     covered = all(finding.unit == "rpm" or _in(beyond, at[finding.value]) for finding in exceeded)
-    bands = merged([*(() if avoid is None else avoid.bands), *beyond])
+    bands = merged([*((speeds,) if avoid is None else avoid.bands), *beyond])
     allowed = between(bands, speeds, 1e-9)
     if not bands and not exceeded and avoid is not None:
         answer = Answer.ALL_RIGHT
