@@ -175,7 +175,7 @@ TRAINS = {
     ),
     "cascade": PLAIN_TRAIN._replace(
         motor=sw.train.Motor(
-            0.2, control=around(sw.train.CascadeLoop(0.5, 0.3, 2.0), 0.1, (sw.train.NotchFilter(9.0, 3.0),))
+            0.2, control=around(sw.train.CascadeLoop(0.5, 0.3, 2.0), 0.1, (sw.train.NotchFilter(9.0, 3.0),), 5.0)
         )
     ),
     "everything": sw.DriveTrain(

@@ -33,7 +33,7 @@ from ..model.train.controls import (
     with_core,
 )  # fmt: skip
 from ..model.train.drive_train import DriveTrain, coupling_twist
-from ..model.train.filters import Filtered
+from ..model.train.filters import Filtered, PositionIntegral
 from ..model.train.train_forms import SteadyTrain
 from ..numerics.shooting import find_orbit
 from .operating_point import operating_state
@@ -223,6 +223,8 @@ def motor_name(control: Any, inertia: float) -> str:
         return str(tuning)
     if isinstance(control, Lagged):
         return f"{motor_name(control.loop, inertia)}, lag {1e3 * control.lag:.4g} ms"
+    if isinstance(control, PositionIntegral):
+        return f"{motor_name(control.loop, inertia)}, T_p {1e3 * control.T_p:.4g} ms"
     if isinstance(control, Filtered):
         kind = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", type(control.filter).__name__.removesuffix("Filter")).lower()
         at = control.filter.frequency / HERTZ
@@ -298,7 +300,7 @@ def _stable_cascade(train: DriveTrain, control: Any) -> str:
         limit = _last_stable(partial(_grows_with, train, control, name), value)
         if limit is not None:
             return f"with {name} up to {limit:.3g} {unit} it is stable, and it has {value:.3g}"
-    return "give it a longer T_n, or another lag or filter"
+    return "give it a longer T_n or T_p, or another lag or filter"
 
 
 def _grows_with(train: DriveTrain, control: Any, name: str, value: float) -> bool:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from one_bench import DRIVE, ERROR, J_L, J_M, LOOP, PD, PERIOD, N
+from scipy import signal
 
 import strainwave as sw
 from strainwave.base.quantities import checked
@@ -17,7 +18,7 @@ from strainwave.model.controllers.feedforward import inverse
 OPEN = DRIVE._replace(motor=DRIVE.motor._replace(control=sw.train.Commanded()))
 CONTROLLERS = {
     "SampledPD": sw.controllers.SampledPD(3.0, 0.1, PERIOD, 1e-3, 2e-3),
-    "Cascade": sw.controllers.Cascade(40.0, 0.5, 20.0, PERIOD, 1e-3, 2e-3),
+    "Cascade": sw.controllers.Cascade(40.0, 0.5, 20.0, PERIOD, 1e-3, 2e-3, 4.0),
     "LoadIntegral": sw.controllers.LoadIntegral(PD, N, 3.0, PERIOD),
     "AngleFeedforward": sw.controllers.AngleFeedforward(PD, ERROR, N, 3e-4, J_M),
     "TorqueTable": sw.controllers.TorqueTable(PD, sw.Harmonics((sw.Harmonic(0.2, 2, 0.4), sw.Harmonic(0.1, 4))), 3e-4),
@@ -108,6 +109,22 @@ def test_an_integral_gives_back_what_the_limit_took():
         return worst
 
     assert overshoot(True) < 0.2 * overshoot(False)
+
+
+@pytest.mark.parametrize("K_x", [0.0, 8.0])
+def test_a_cascade_answers_a_torque_step_as_its_transfer_function(K_x):
+    K_v, K_p, K_i, J, period = 40.0, 0.5, 20.0, 5e-3, 2e-5
+    cascade = sw.controllers.Cascade(K_v, K_p, K_i, period, K_x=K_x)
+    state, angle, speed, found = cascade.start(), 0.0, 0.0, []
+    for _ in range(20000):
+        found.append(angle)
+        state, torque = cascade.update(state, sw.controllers.Measurement(0.0, 0.0, 0.0, angle, 0.0, 0.0, 0.0))
+        angle += period * (speed + 0.5 * period * (torque - 1.0) / J)
+        speed += period * (torque - 1.0) / J
+    loop = np.polymul([1.0, K_v, K_v * K_x], [K_p, K_i])
+    step = signal.TransferFunction([-1.0, 0.0, 0.0], np.polyadd([J, 0.0, 0.0, 0.0, 0.0], loop))
+    _, wanted = signal.step(step, T=period * np.arange(20000))
+    np.testing.assert_allclose(found, wanted, atol=2e-3 * np.max(np.abs(wanted)))
 
 
 @pytest.mark.parametrize(("frequency", "gain"), [(200.0, 0.0), (20.0, 1.0), (2000.0, 1.0)])

@@ -1,4 +1,4 @@
-"""A cascade with filters and lag: closed loops by complex algebra, margins by python-control, motions by SciPy."""
+"""A cascade with filters, lag and integrals: complex algebra, margins by python-control, motions by SciPy."""
 
 import math
 
@@ -26,7 +26,9 @@ class Axis:
         self.gains = bandwidth / 5.0 * chance.uniform(0.5, 1.0), J * bandwidth, chance.uniform(5.0, 8.0) / bandwidth
         self.lag = chance.choice([0.0, 4e-4])
         self.filters = tuple(self.filter(chance, kind) for kind in chance.integers(0, 3, chance.integers(0, 3)))
-        self.control = around(sw.train.CascadeLoop(*self.gains), self.lag, self.filters)
+        self.T_p = chance.uniform(4.5, 8.0) / self.gains[0] if seed % 2 else math.inf
+        control = sw.train.CascadeLoop(*self.gains)
+        self.control = around(control, self.lag, self.filters, 0.0 if math.isinf(self.T_p) else self.T_p)
 
     @staticmethod
     def filter(chance, kind):
@@ -37,18 +39,35 @@ class Axis:
             return sw.train.NotchFilter(w, 0.4 * w, chance.uniform(0.05, 0.5))
         return sw.train.BiquadFilter(w, 0.7, 1.3 * w, chance.uniform(0.1, 0.5))
 
+    @staticmethod
+    def polynomials(one):
+        if isinstance(one, sw.train.NotchFilter):
+            return [1.0, one.depth * one.width, one.frequency**2], [1.0, one.width, one.frequency**2]
+        bottom = [1.0 / one.frequency**2, 2.0 * one.damping / one.frequency, 1.0]
+        if isinstance(one, sw.train.LowPassFilter):
+            return [1.0], bottom
+        return [1.0 / one.zero_frequency**2, 2.0 * one.zero_damping / one.zero_frequency, 1.0], bottom
+
+    def twist(self, factor=1.0):
+        """Amplitude [rad] under 20 N*m of order 1 at the load, the loop's torque times a factor."""
+        s = 1j * self.omega
+        above, below = self.controller()
+        gear = self.K + B * s
+        loop = factor * np.polyval(above, s) / np.polyval(below, s)
+        matrix = [
+            [self.J_m * s * s + loop + gear / N**2, -gear / N],
+            [-gear / N, self.J_l * s * s + gear],
+        ]
+        motor, load = np.linalg.solve(np.array(matrix), [0.0, 20.0])
+        return abs(motor / N - load)
+
     def controller(self):
         K_v, K_p, T_n = self.gains
-        above, below = K_p * np.polymul([1.0, K_v], [1.0, 1.0 / T_n]), np.array([1.0, 0.0])
+        above, below = K_p * np.polymul([1.0, K_v, K_v / self.T_p], [1.0, 1.0 / T_n]), np.array([1.0, 0.0, 0.0])
+        if math.isinf(self.T_p):
+            above, below = above[:-1], below[:-1]
         for one in self.filters:
-            if isinstance(one, sw.train.LowPassFilter):
-                top, bottom = [1.0], [1.0 / one.frequency**2, 2.0 * one.damping / one.frequency, 1.0]
-            elif isinstance(one, sw.train.NotchFilter):
-                top = [1.0, one.depth * one.width, one.frequency**2]
-                bottom = [1.0, one.width, one.frequency**2]
-            else:
-                top = [1.0 / one.zero_frequency**2, 2.0 * one.zero_damping / one.zero_frequency, 1.0]
-                bottom = [1.0 / one.frequency**2, 2.0 * one.damping / one.frequency, 1.0]
+            top, bottom = self.polynomials(one)
             above, below = np.polymul(above, top), np.polymul(below, bottom)
         return above, np.polymul(below, [self.lag, 1.0]) if self.lag else below
 
@@ -64,19 +83,29 @@ AXES = range(20)
 def test_the_steady_motion_is_that_of_complex_algebra_and_the_integral_holds_the_mean(seed):
     axis = Axis(seed)
     orbit = sw.find_orbit(axis.train(load_torque=sw.Harmonic(20.0, 1, mean=axis.mean)))
-    s = 1j * axis.omega
-    above, below = axis.controller()
-    gear = axis.K + B * s
-    matrix = [
-        [axis.J_m * s * s + np.polyval(above, s) / np.polyval(below, s) + gear / N**2, -gear / N],
-        [-gear / N, axis.J_l * s * s + gear],
-    ]
-    motor, load = np.linalg.solve(np.array(matrix), [0.0, 20.0])
-    assert orbit.amplitude(1) == pytest.approx(abs(motor / N - load), rel=1e-9)
+    assert orbit.amplitude(1) == pytest.approx(axis.twist(), rel=1e-9)
     x, _, motor_at, *_ = orbit.coefficients[0]
     assert x == pytest.approx(-axis.mean / axis.K, rel=1e-9)  # the gear's twist alone: the motor does not give way
     assert abs(motor_at) < 1e-12
     assert orbit.stable
+
+
+def test_a_moving_average_is_its_transfer_within_what_is_said_and_moves_an_axis_as_that_does():
+    span = 1.5e-3
+    w = np.linspace(1e-3, 60.0, 6001) / span
+    found = np.ones_like(w, complex)
+    for one in sw.train.MovingAverageFilter(span).sections():
+        top, bottom = Axis.polynomials(one)
+        found *= np.polyval(top, 1j * w) / np.polyval(bottom, 1j * w)
+        assert np.all(np.roots(bottom).real < 0.0)
+    off = np.abs(found - (1.0 - np.exp(-1j * w * span)) / (1j * w * span))
+    for most, below in ((0.002, 0.3), (0.055, 1.0), (0.16, math.inf)):
+        assert np.max(off[w * span <= 2.0 * math.pi * below]) < most
+    axis = Axis(2)
+    axis.control = around(sw.train.CascadeLoop(*axis.gains), axis.lag, (sw.train.MovingAverageFilter(span),))
+    orbit = sw.find_orbit(axis.train(load_torque=sw.Harmonic(20.0, 1, mean=axis.mean)))
+    axis.filters, s = (), 1j * axis.omega
+    assert orbit.amplitude(1) == pytest.approx(axis.twist((1.0 - np.exp(-s * span)) / (s * span)), rel=1e-7)
 
 
 @pytest.mark.parametrize("seed", AXES)
@@ -105,13 +134,13 @@ def test_a_nonlinear_axis_with_its_error_moves_as_equations_written_by_hand(seed
     w, count = axis.omega, len(axis.filters)
 
     def rates(t, y):
-        d, speed, load, load_speed, integral, *states = y
+        d, speed, load, load_speed, integral, place, *states = y
         angle, turning = w * t + d, w + speed
         e = sum(line.amplitude * math.cos(line.order * angle + line.phase) for line in error.lines)
         slope = sum(-line.order * line.amplitude * math.sin(line.order * angle + line.phase) for line in error.lines)
         u = angle / N - load - e
         torque = axis.K * u * (1.0 + 3e5 * u * u) + B * (turning / N - load_speed - slope * turning)
-        aside = speed + K_v * d
+        aside = speed + K_v * (d + place / axis.T_p)
         given, own = K_p * (aside + integral / T_n), []
         for i, one in enumerate(
             axis.filters
@@ -124,12 +153,12 @@ def test_a_nonlinear_axis_with_its_error_moves_as_equations_written_by_hand(seed
             own.append((given - states[-1]) / axis.lag)
             given = states[-1]
         pull = torque * (1.0 / N - slope)
-        return [speed, (-given - pull) / axis.J_m, load_speed, (torque + axis.mean) / axis.J_l, aside, *own]
+        return [speed, (-given - pull) / axis.J_m, load_speed, (torque + axis.mean) / axis.J_l, aside, d, *own]
 
     turn = 2.0 * math.pi / w
-    start = np.zeros(5 + 2 * count + bool(axis.lag))
+    start = np.zeros(6 + 2 * count + bool(axis.lag))
     start[3] = w / N
-    turns = math.ceil(4.0 / turn)
+    turns = math.ceil(6.0 / turn)
     ends = solve_ivp(rates, (0.0, turns * turn), start, "DOP853", [0.0, turns * turn], rtol=1e-9, atol=1e-12).y[:, -1]
     times = np.linspace(turns * turn, (turns + 1) * turn, 1001)
     found = solve_ivp(rates, times[[0, -1]], ends, "DOP853", times, rtol=1e-9, atol=1e-12)
@@ -148,14 +177,16 @@ excitation: {kinematic_error: [{order: 2, amplitude: 25 arcsec}]}
 """
 GAINS = "K_v: 30 1/s, K_p: 0.12 N*m*s/rad, T_n: 16 ms"
 FILTERS = "filters: [{type: notch, frequency: 150 Hz, width: 60 Hz}, {type: low_pass, frequency: 400 Hz}]"
+AVERAGE = ", filters: [{type: moving_average, time: 1 ms}]"
 
 
 def control_of(loop, tmp_path):
     return from_text(DRIVE.replace("LOOP", loop), tmp_path / "axis.yaml").train.motor.control
 
 
-@pytest.mark.parametrize("loop", [f"{{type: cascade, {GAINS}, lag: 0.5 ms, {FILTERS}}}", f"{{type: cascade, {GAINS}}}"])
-def test_a_project_file_gives_a_cascade_and_what_is_written_reads_back(loop, tmp_path):
+@pytest.mark.parametrize("more", [f", T_p: 150 ms, lag: 0.5 ms, {FILTERS}", "", ", T_p: 150 ms", AVERAGE])
+def test_a_project_file_gives_a_cascade_and_what_is_written_reads_back(more, tmp_path):
+    loop = f"{{type: cascade, {GAINS}{more}}}"
     found = control_of(loop, tmp_path)
     project = from_text(DRIVE.replace("LOOP", loop), tmp_path / "axis.yaml")
     again = from_text(sw.project_text(project.train), tmp_path / "axis.yaml")
@@ -173,6 +204,8 @@ def test_a_cascade_by_its_bandwidth_has_the_speed_loop_of_that_bandwidth(tmp_pat
     assert tuning_of(found, J)[:2] == pytest.approx((30.0 * HZ, 1.0))
     filtered = control_of(f"{{type: cascade, bandwidth: 30 Hz, damping: 1, {FILTERS}}}", tmp_path)
     assert filtered.loop.loop == found
+    slow = control_of("{type: cascade, bandwidth: 30 Hz, damping: 1, T_p: 0.2 s}", tmp_path)
+    assert slow == sw.train.PositionIntegral(found, 0.2)
 
 
 @pytest.mark.parametrize(
@@ -189,6 +222,8 @@ def test_a_cascade_by_its_bandwidth_has_the_speed_loop_of_that_bandwidth(tmp_pat
             "{type: speed, K_p: 0.1 N*m*s/rad, K_d: 1e-4 kg*m^2, " + FILTERS + "}",
             "which no filter takes; leave K_d out",
         ),
+        ("{type: speed, bandwidth: 30 Hz, T_p: 0.1 s}", "T_p: is the integral time of a cascade's position loop"),
+        ("{type: speed, K_p: 0.1 N*m*s/rad, T_p: 0.1 s}", "it must be a CascadeLoop, in whose position loop T_p"),
     ],
 )
 def test_a_wrong_cascade_gets_its_sentence(loop, said, tmp_path):

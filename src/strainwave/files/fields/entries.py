@@ -22,7 +22,7 @@ from ...model.train.controls import (
     Tuning,
     from_bandwidth,
 )  # fmt: skip
-from ...model.train.filters import FILTERS, Filtered, around
+from ...model.train.filters import FILTERS, Filtered, PositionIntegral, around
 from ...model.train.motion import AngleTorque
 from ...model.varying import Ripple, Variation
 from ..yaml_text import Keys, shown
@@ -93,7 +93,7 @@ def filter_types() -> dict[str, type]:
 
 LOOPS = Typed(loop_types)
 FILTERED = Items(Typed(filter_types, "filter"), 1, 8)
-AROUND = ("filters", "lag")  # fields of a loop, whether it is given by a bandwidth or by gains
+AROUND = ("filters", "lag", "T_p")  # fields of a loop, whether it is given by a bandwidth or by gains
 EXAMPLE_FILTERS = "[{type: notch, frequency: 120 Hz, width: 40 Hz}]"
 
 
@@ -118,11 +118,12 @@ class LoopSpec(Group):
         "Damping ratio of the closed loop on a rigid gear.", USUAL.damping)  # fmt: skip
     lag: float = field(Quantity("s", "positive"), "0.5 ms", "First-order lag of the torque, of the current loop.")
     filters: tuple[Any, ...] = field(FILTERED, EXAMPLE_FILTERS, "Filters of the torque, in series.")
+    T_p: float = field(Quantity("s", "positive"), "100 ms", "Integral time of a cascade's position loop; without it P.")
 
     @property
     def tuning(self) -> Tuning:
         """The loop, whose gains follow from the inertia that it turns."""
-        return Tuning(self.bandwidth, self.damping, self.type, self.lag or 0.0, self.filters or ())
+        return Tuning(self.bandwidth, self.damping, self.type, self.lag or 0.0, self.filters or (), self.T_p or 0.0)
 
     def check(self) -> Iterator[Wrong]:
         """Refuse a bandwidth beyond what the lag allows."""
@@ -130,6 +131,10 @@ class LoopSpec(Group):
             from_bandwidth(self.bandwidth, 1.0, lag=self.lag or 0.0)
         except ValueError as error:
             yield Wrong(("bandwidth",), f"is too large: {error}")
+        if self.T_p and self.type != "cascade":
+            yield Wrong(
+                ("T_p",), "is the integral time of a cascade's position loop; write 'type: cascade', or leave T_p out"
+            )
 
 
 @dataclass(frozen=True)
@@ -174,13 +179,17 @@ class Loop(Kind):
         if isinstance(value, Tuning):
             given = {key: getattr(value, key) for key in AROUND if getattr(value, key)}
             return group_text(LoopSpec(type=value.kind, bandwidth=value.bandwidth, damping=value.damping, **given))
-        lag, filters, core = getattr(value, "lag", 0.0), list[Any](), value
-        while isinstance(core, Lagged | Filtered):
-            filters = [*([] if isinstance(core, Lagged) else [core.filter]), *filters]
+        fields, filters, core = dict[str, Any](), list[Any](), value
+        while isinstance(core, Lagged | Filtered | PositionIntegral):
+            if isinstance(core, Filtered):
+                filters = [core.filter, *filters]
+            else:
+                fields |= {key: item for key, item in core._asdict().items() if key != "loop"}
             core = core.loop
-        if around(core, lag, tuple(filters)) != value:
+        fields |= {"filters": tuple(filters)} if filters else {}
+        if around(core, **fields) != value:
             raise ValueError("a project file has one lag of the torque, behind its filters; use this loop in Python")
-        more = group_text(LoopSpec(**({"lag": lag} if lag else {}), **({"filters": filters} if filters else {})))
+        more = group_text(LoopSpec(**fields))
         return ", ".join(filter(None, [LOOPS.text(core)[:-1], more[1:-1]])) + "}"
 
     def part(self, value: Any, key: str) -> Row | None:
@@ -235,7 +244,7 @@ def project_entry(model: Any) -> str:
     TypeError
         If it is not a model object.
     """
-    kind = Loop() if isinstance(model, (Lagged, Filtered, *loop_types().values())) else LAW
+    kind = Loop() if isinstance(model, (Lagged, Filtered, PositionIntegral, *loop_types().values())) else LAW
     text, found = kind.text(checked(model)), list[Wrong]()
     read(kind, read_yaml(f"law: {text}").content["law"], Place((), found))
     if found:

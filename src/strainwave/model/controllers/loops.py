@@ -10,8 +10,9 @@ Notch filter in the torque of a loop.
 from math import cos, pi, sin
 from typing import Any, NamedTuple
 
+from ...base.choices import select
 from ...base.protocols import need
-from ...base.quantities import AngularSpeed, Damping, Inertia, Ratio, Time, TorsionalStiffness, number
+from ...base.quantities import AngularSpeed, Damping, Inertia, Rate, Ratio, Time, TorsionalStiffness, number
 from ..laws.friction import positive
 from .measurement import known, moved
 
@@ -48,12 +49,13 @@ class SampledPD(NamedTuple):
 
 
 class Cascade(NamedTuple):
-    """P loop of the angle around a PI loop of the speed, with the reference's speed and acceleration fed forward.
+    """P or PI loop of the angle around a PI loop of the speed, with the reference's speed and acceleration fed forward.
 
-    Speed to follow: K_v (reference - motor) + its speed. Where the motor's torque was limited, the integral gives back
-    what was not applied with its own time constant K_p/K_i (back-calculation; Astrom & Hagglund, PID Controllers, 2nd
-    ed. 1995, sec. 3.5): not what a controller around it added. Its memory is the last deviation, the filtered rate,
-    whether there was a sample, and the integral.
+    Speed to follow: K_v (e + K_x int e) + that of the reference, e = reference - motor; with K_x = 0 the loop of the
+    angle is P. The integral of e waits while the torque is limited; that of the torque then gives back what was not
+    applied with its own time constant K_p/K_i (back-calculation; Astrom & Hagglund, PID Controllers, 2nd ed. 1995, sec.
+    3.5): not what a controller around it added. Its memory is the last deviation, the filtered rate,
+    whether there was a sample, and both integrals, of the torque and of -e.
     """
 
     K_v: Any
@@ -62,21 +64,24 @@ class Cascade(NamedTuple):
     period: Time
     filter: Time = 0.0
     J: Inertia = 0.0
+    K_x: Rate = 0.0
 
     def start(self) -> Any:
         """Memory before the first sample."""
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0
 
     def update(self, state: Any, m: Any) -> Any:
         """Memory after a sample, and the torque [N*m]."""
-        last, slow, begun, integral = state
+        last, slow, begun, integral, turned = state
         deviation = m.motor - m.reference
         raw = begun * (deviation - last) / self.period
         rate = slow + (raw - slow) * (self.period / (self.period + self.filter))
-        lag = -self.K_v * deviation - rate
+        more = self.period * select(m.cut == 0.0, deviation, 0.0)
+        turned = select(self.K_x > 0.0, turned + more, 0.0)  # without a K_x no state that stays where it is
+        lag = -self.K_v * (deviation + self.K_x * turned) - rate
         integral = integral + self.period * (self.K_i * lag + self.K_i / self.K_p * m.cut)
         torque = self.J * m.acceleration + self.K_p * lag + integral
-        return (deviation, rate, 1.0 + 0.0 * begun, integral), torque
+        return (deviation, rate, 1.0 + 0.0 * begun, integral, turned), torque
 
     def check(self) -> None:
         """Refuse gains that are negative and a period that is not positive (ValueError)."""

@@ -12,6 +12,8 @@ from .filters import Filtered as Filtered
 from .filters import LowPassFilter as LowPassFilter
 from .filters import NotchFilter as NotchFilter
 from .filters import BiquadFilter as BiquadFilter
+from .filters import MovingAverageFilter as MovingAverageFilter
+from .filters import PositionIntegral as PositionIntegral
 from .controls import Tuning as Tuning
 from .controls import from_bandwidth as from_bandwidth
 from .shafts import Elastic as Elastic

@@ -191,8 +191,8 @@ def with_core(control: Any, core: Any) -> Any:
 
 
 def _is_around(control: Any) -> bool:
-    """Whether a control is a lag or a filter, whose fields begin with its loop."""
-    return getattr(control, "_fields", ()) in (Lagged._fields, ("loop", "filter"))
+    """Whether a control is a lag, a filter or an integral, whose fields begin with its loop."""
+    return getattr(control, "_fields", ()) in (Lagged._fields, ("loop", "filter"), ("loop", "T_p"))
 
 
 class Nudged(NamedTuple):
@@ -281,13 +281,14 @@ def _no_inertia(control: Any) -> Any:
 
 
 class Tuning(NamedTuple):
-    """Bandwidth [rad/s], damping ratio and kind of a loop, the lag [s] of its current loop, filters of its torque."""
+    """Bandwidth [rad/s], damping ratio, kind and T_p [s] of a loop; lag [s] and filters of its torque."""
 
     bandwidth: AngularSpeed
     damping: Ratio = 0.7
     kind: Literal["position", "speed", "cascade"] = "position"
     lag: Time = 0.0
     filters: tuple[Any, ...] = ()
+    T_p: Time = 0.0
 
     def __str__(self) -> str:
         lag = f", lag {1e3 * self.lag:.4g} ms" if self.lag else ""

@@ -19,7 +19,7 @@ from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
 from ...model.train.controls import USUAL, CascadeLoop, Commanded, Lagged, PositionLoop, SpeedLoop, from_bandwidth
 from ...model.train.drive_train import DriveTrain
-from ...model.train.filters import Filtered
+from ...model.train.filters import Filtered, PositionIntegral
 from ...model.train.motion import AngleTorque, Steady
 from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
 from ..analysis.remedies.knobs import stiffer
@@ -243,6 +243,8 @@ def _sampled(control: Any, inertia: float, sampling: Sampling, remarks: list[str
         if control.K_d:
             remarks.append("The gain K_d of the speed loop, which acts as inertia, is left out of the sampled loop.")
         return SampledPD(control.K_i, control.K_p, period)
+    if isinstance(control, PositionIntegral):
+        return _sampled(control.loop, inertia, sampling, remarks)._replace(K_x=1.0 / control.T_p)
     if isinstance(control, CascadeLoop):
         return Cascade(control.K_v, control.K_p, control.K_p / control.T_n, period)
     if isinstance(control, Filtered):

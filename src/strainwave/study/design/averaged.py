@@ -29,7 +29,7 @@ from ...model.excitation import Harmonic, KinematicError
 from ...model.oscillator import Oscillator
 from ...model.train.controls import CascadeLoop, Lagged, PositionLoop, SpeedLoop
 from ...model.train.drive_train import DriveTrain
-from ...model.train.filters import Filtered
+from ...model.train.filters import Filtered, PositionIntegral
 from ...model.train.train_forms import AtLoad
 from ...numerics.balance.linear_part import one_harmonic
 from ...numerics.curves.over_a_turn import traced_turn
@@ -130,6 +130,9 @@ def loop_stiffness(loop: Any, s: Any) -> Any:
     if isinstance(loop, Filtered):
         w, a, b, h = loop.filter.shape()
         return loop_stiffness(loop.loop, s) * (h * s * s + b * s + w * w) / (s * s + a * s + w * w)
+    if isinstance(loop, PositionIntegral):
+        inside = loop.loop
+        return loop_stiffness(inside, s) * (s + inside.K_v * (1.0 + 1.0 / (loop.T_p * s))) / (s + inside.K_v)
     if isinstance(loop, CascadeLoop):
         return loop.K_p * (s + loop.K_v) * (1.0 + 1.0 / (loop.T_n * s))
     if isinstance(loop, PositionLoop):
