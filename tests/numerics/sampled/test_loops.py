@@ -6,14 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from one_bench import ERROR, GEAR, J_L, J_M, LOOP, PD, PERIOD, SAMPLING, B, N, loop
+from one_bench import DRIVE, ERROR, GEAR, J_L, J_M, LOOP, PD, PERIOD, SAMPLING, B, N, loop
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC
 from strainwave.maths import sqrt
 from strainwave.numerics.sampled.loops import fastest
+from strainwave.study.compensation.bench import bench_of
 
 SMOOTH = sw.Cubic(1e5, 5e3)
 IDEAL = sw.controllers.Sampling(PERIOD, PERIOD)
@@ -82,6 +84,23 @@ def test_encoder_and_limit_are_those_by_hand():
     assert np.max(np.abs(found.torque)) == 0.3
     expected = by_hand("Cubic", 50.0, sampling, 160, limit=0.3)
     np.testing.assert_allclose(found.error, expected, atol=1e-8 * np.max(np.abs(expected)))
+
+
+CASCADE = sw.train.CascadeLoop(40.0, 0.5, 0.02)
+
+
+@pytest.mark.parametrize("control", [LOOP, CASCADE, sw.train.PositionIntegral(CASCADE, 0.2)])
+def test_a_loaded_drive_begins_in_the_balance_of_its_torques(control):
+    load = sw.train.Load(J_L, sw.Harmonic(0.0, mean=-60.0))
+    bench = bench_of(DRIVE._replace(motor=sw.train.Motor(J_M, control=control), load=load), IDEAL)
+    closed = bench.closed(bench.loop, 50.0)
+    closed = closed._replace(train=closed.train._replace(error=sw.NoError()))
+    found = sw.numerics.run_loop(closed, 0.2, y0=bench.start(50.0))
+    np.testing.assert_allclose(found.torque, 60.0 / N, rtol=1e-9)
+    sag = 60.0 / N**2 / control.K_p if control is LOOP else 0.0
+    np.testing.assert_allclose(found.error, brentq(lambda u: GEAR.law.torque(u) - 60.0, 0.0, 0.01) + sag, rtol=1e-6)
+    many = sw.numerics.loop_ensemble(closed, {}, 0.2, settle=0.0, y0=bench.start(50.0))
+    assert many.torque_peak == pytest.approx(60.0 / N, rel=1e-9)
 
 
 def test_lost_angles_are_bridged_and_counted():

@@ -67,6 +67,7 @@ def even(seed: int, lane: int, sample: int, channel: int) -> float:
 
 NO_ERROR = NoError()
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
+HELD = 4  # place of the commanded torque among the states of a train
 LONGEST = 7.0  # samples of delay
 JUST = 1e-9  # of a period: rounding of a delay
 UNGUARDED = 1e9  # N*m: the guard of a controller that adapts is never met
@@ -173,6 +174,10 @@ class ClosedLoop(NamedTuple):
         """Memory before the first sample."""
         return Memory(self.controller.start(), (0.0,) * 8, 0.0, 0.0, 0.0, 0.0, 0.0)
 
+    def started(self, y: Any) -> Memory:
+        """Memory before the first sample of a plant in a state, whose torque is in force and was before."""
+        return self.start()._replace(torques=(y[HELD],) * 8)
+
     def measured(self, t: Any, y: Any, memory: Any, lane: int, sample: int) -> Any:
         """What the controller is given at a time [s]: a lost angle of the motor is the last good one, moved along.
 
@@ -207,7 +212,7 @@ class ClosedLoop(NamedTuple):
     def commanded(self, y: Any, memory: Any, later: int) -> Any:
         """State of the train with the torque that acts in the first part of a sample (later = 0) or in the second."""
         torque = memory.torques[whole(self.sampling) + 1 - later]
-        return (y[0], y[1], y[2], y[3], torque, *y[5:])
+        return (y[0], y[1], y[2], y[3], torque, *y[5:])  # at HELD
 
     def waits(self) -> Any:
         """Time [s] after a sample until another torque acts; the delay's whole periods are left out."""

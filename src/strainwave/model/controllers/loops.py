@@ -54,8 +54,9 @@ class Cascade(NamedTuple):
     Speed to follow: K_v (e + K_x int e) + that of the reference, e = reference - motor; with K_x = 0 the loop of the
     angle is P. The integral of e waits while the torque is limited; that of the torque then gives back what was not
     applied with its own time constant K_p/K_i (back-calculation; Astrom & Hagglund, PID Controllers, 2nd ed. 1995, sec.
-    3.5): not what a controller around it added. Its memory is the last deviation, the filtered rate,
-    whether there was a sample, and both integrals, of the torque and of -e.
+    3.5): not what a controller around it added. At the first sample it is the torque in force.
+
+    Its memory is the last deviation, the filtered rate, whether there was a sample, and the integrals, the last of -e.
     """
 
     K_v: Any
@@ -76,6 +77,7 @@ class Cascade(NamedTuple):
         deviation = m.motor - m.reference
         raw = begun * (deviation - last) / self.period
         rate = slow + (raw - slow) * (self.period / (self.period + self.filter))
+        integral = select(begun > 0.0, integral, m.applied)
         more = self.period * select(m.cut == 0.0, deviation, 0.0)
         turned = select(self.K_x > 0.0, turned + more, 0.0)  # without a K_x no state that stays where it is
         lag = -self.K_v * (deviation + self.K_x * turned) - rate

@@ -23,7 +23,7 @@ from ...base.units import ARCSEC
 from ...compile.jit import run
 from ...compile.lanes import LANES, lane
 from ...compile.tree import leaf_of, leaves, mapped
-from .march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, march, sums_by_address
+from .march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, begun, march, sums_by_address
 
 FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
 MOST_STEPS = 1000  # of a sample
@@ -200,7 +200,7 @@ def run_loop(
     samples, every = _samples(loop, duration), positive_count("every", every)
     columns = -(-samples // every)
     states, traces = np.full((len(y), columns), np.nan), np.full((4, columns), np.nan)
-    _, memory = marched(loop, y, loop.start(), samples, steps, states, traces, unit=unit, stride=every)
+    _, memory = marched(loop, y, begun(loop, y), samples, steps, states, traces, unit=unit, stride=every)
     t, torque, error, gear_torque = traces
     return LoopRun(t, error, torque, gear_torque, states, mapped(float, memory), steps)
 
@@ -273,7 +273,8 @@ def loop_ensemble(
     table = _table(loop, varied)
     lanes = table.shape[1]
     starts = np.broadcast_to(np.array(y if starts_of is None else starts_of).reshape(len(y), -1), (len(y), lanes))
-    held, memories = loop.start(), [leaves(lane(loop, table, 0, j).start()) for j in range(lanes)]
+    members = [lane(loop, table, 0, j) for j in range(lanes)]
+    held, memories = begun(loop, y), [leaves(begun(each, starts[:, j])) for j, each in enumerate(members)]
     table = np.concatenate([table, starts, np.array(memories, float).T])
     lines = numbers("orders", orders) if np.size(orders) else np.zeros(0)
     jobs = [(i, min(i + LANES_OF_JOB, lanes)) for i in range(0, lanes, LANES_OF_JOB)]

@@ -3,7 +3,8 @@
 A loop is a NamedTuple with `plant()`, the system; `start()`, its memory; `period()` and `waits()`, the time [s] from
 one sample to the next and that until the torque changes; `update(t, y, memory, lane, sample)`, its memory after a
 sample; `commanded(y, memory, later)`, the state with the torque in force; `watched(phase, y)`, a pair that is
-measured. It may have `finest()`, below which nothing that is measured counts as growing.
+measured. It may have `started(y)`, its memory with its plant in a state, and `finest()`, below which nothing that is
+measured counts as growing.
 
 `march` is compiled for each kind of loop: a call by address at every sample would cost a tenth of its time. What it
 sums comes block by block to `add`, which is compiled once for all.
@@ -14,15 +15,21 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ...base.choices import larger
+from ...base.protocols import lacking
 from ...base.results import Floats
 from ...compile.address import ByAddress, at, call
 from ...compile.jit import borrowed, entry, kernel, kernel_as
 from ...compile.lanes import lane
-from ...compile.tree import count
+from ...compile.tree import count, mapped
 from ..integration.steps import rk4_step
 
 SEEN, SUMS = 5, 14  # rows of what is seen of a lane; its sums before those of the orders: see `add`
 BLOCK = 512  # samples of a lane that are summed at once: they stay in the first-level cache
+
+
+def begun(loop: Any, y: Any) -> Any:
+    """Memory of a loop before its first sample, with its plant in a state (states,)."""
+    return loop.start() if lacking(loop, "started") else mapped(float, loop.started(y))
 
 
 class Sums(NamedTuple):
