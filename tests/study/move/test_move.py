@@ -93,6 +93,54 @@ def test_a_quarter_turn_in_600_ms_is_that_of_dop853_on_equations_by_hand():
     assert move.rest_error == pytest.approx(twist + PULL / N**2 / LOOP.K_p, abs=6e-5)  # and at most the kinematic error
 
 
+LAGGING = sw.train.CascadeLoop(30.0, 0.12, 0.02)
+LOOPS = {
+    "position": LOOP,
+    "cascade": LAGGING,
+    "PI cascade": sw.train.PositionIntegral(LAGGING, 0.2),
+    "lag": sw.train.Lagged(LAGGING, 4e-4),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+@pytest.mark.parametrize("kind", LOOPS)
+def test_a_limited_move_is_that_of_equations_by_hand(kind):
+    most, tail, weight = 0.3, 0.4, sw.train.AngleTorque(20.0)
+    motor, load = sw.train.Motor(J_M, control=LOOPS[kind]), sw.train.Load(J_L, drag=weight)
+    train = LINEAR._replace(motor=motor, load=load)
+    move = sw.move(train, sw.Trapezoid(QUARTER, TIME), limits=sw.MotorLimits(most), limited=True, tail=tail)
+    K_v, K_p, T_n = LAGGING
+
+    def rates(t, y, k):
+        motor, fast, load, slow, integral, place, lagged = y
+        angle, speed = commanded(t, k)
+        x, v = motor - N * angle, fast - N * speed
+        w = v + K_v * (x + (place / 0.2 if kind == "PI cascade" else 0.0))
+        wanted = -K_p * (w + integral / T_n)
+        asked = {"position": -LOOP.K_p * x - LOOP.K_d * v, "lag": lagged}.get(kind, wanted)
+        given = min(max(asked, -most), most)
+        passed = 31000.0 * (motor / N - load) + B * (fast / N - slow)
+        held = given != asked
+        pull = 20.0 * math.sin(load)
+        return [
+            fast, (given - passed / N) / J_M, slow, (passed - pull) / J_L, w - (given - asked) / K_p,
+            0.0 if held else x, (wanted - lagged) / 4e-4,
+        ]  # fmt: skip
+
+    knots, y = (0.0, 0.2, 0.4, 0.6, TIME + tail), np.zeros(7)
+    for k in range(4):
+        span = (knots[k], knots[k + 1])
+        part = solve_ivp(rates, span, y, "DOP853", rtol=1e-10, atol=1e-13, max_step=1e-3, args=(k,), dense_output=True)
+        use = (move.time > span[0]) & (move.time <= span[1])
+        theirs = np.array([commanded(t, k)[0] for t in move.time[use]]) - part.sol(move.time[use])[2]
+        np.testing.assert_allclose(move.pointing_error[use], theirs, rtol=0.0, atol=1e-5 * move.peak_error)
+        y = part.y[:, -1]
+    assert move.peak_motor_torque == most
+    assert move.within_limits
+    assert float(re.search("at its limit for (.*) s", move.remarks[-1])[1]) > 0.01
+
+
 def test_a_slow_move_has_the_torques_and_means_of_a_rigid_drive():
     # 1 rad in 5 s on a level axis: the inertias take less than 0.2 N m
     train = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-30.0)))
@@ -275,6 +323,12 @@ REFUSED = [
     ((FREE, sw.Trapezoid(QUARTER, TIME)), {}, "the motor of this drive is free and follows no profile"),
     ((SAGGING, sw.Trapezoid(QUARTER, TIME)), {}, "answers no deviation of the motor's angle"),
     ((TRAIN,), {}, "there is no profile"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limited": True}, "limited needs the largest torque of the motor"),
+    (
+        (TRAIN, sw.Trapezoid(QUARTER, TIME)),
+        {"limited": True, "limits": sw.MotorLimits(0.5)},
+        r"alone take 0.6 N\*m of the motor, whose limit is 0.5 N\*m: it does not hold",
+    ),
     ((TRAIN, []), {}, "the profile is empty"),
 ]  # fmt: skip
 

@@ -36,12 +36,14 @@ CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
     "--band", "bands", nargs=2, multiple=True, metavar="LOW HIGH",
     help='Motor speeds to avoid, as "1200 rpm" "1500 rpm"; repeatable.',
 )  # fmt: skip
+@click.option("--limited", is_flag=True, help="Keep the torque of the motor within motor.max_torque.")
 @click.option("--avoid", is_flag=True, help="Take the speeds to avoid of the analysis too, which takes its time.")
 @dialect_options
 @json_option
 def move(
     project: Path, profile: tuple[str, ...], output: Path, start: str | None, payload: str | None, window: str | None,
-    bands: tuple[tuple[str, str], ...], avoid: bool, delimiter: str | None, decimal: str | None, as_json: bool,
+    bands: tuple[tuple[str, str], ...], limited: bool, avoid: bool, delimiter: str | None, decimal: str | None,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Move the load along PROFILE: pointing error, settling, torques against the ratings, life, energy.
 
@@ -63,7 +65,7 @@ def move(
             analysed = drive.analyze(lambda what, share: progress.show(what, 0.5 * share)).avoid
             avoided += [] if analysed is None else list(analysed.bands)
         progress.show("move", 0.5)
-        result = moved(drive, parts or None, bands=avoided, **options)
+        result = moved(drive, parts or None, bands=avoided, limited=limited, **options)
         progress.show("writing", 0.9)
         _write(drive, result, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"

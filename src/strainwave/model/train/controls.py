@@ -245,23 +245,30 @@ def _with_all(control: Any, y: Any) -> Any:
 
 
 @chosen
-def controlled(control: Any, J: Any, torque: Any, reference: Any, deviation: Any, z: Any) -> Any:
-    """Acceleration [rad/s^2] of a motor under its control and another torque, torque [N*m] of the control, own rates.
+def controlled(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+    """Acceleration [rad/s^2] of a motor under its control and other torques, torque [N*m] of the control, own rates.
 
-    `reference` is the acceleration of its reference; z begins with the states of the control.
+    `excitation` [N*m] is the torque of the motor beside its control, `torque` what else turns it; `reference` is the
+    acceleration of its reference; z begins with the states of the control. A control may have this as `driven`.
     """
-    return _prescribed if class_of(control) is Held else _driven
+    if class_of(control) is Held:
+        return _prescribed
+    return _by_itself if has(control, "driven") else _driven
 
 
-def _prescribed(control: Any, J: Any, torque: Any, reference: Any, deviation: Any, z: Any) -> Any:
-    return reference, J * reference - torque, ()
+def _prescribed(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+    return reference, J * reference - torque - excitation, ()
 
 
-def _driven(control: Any, J: Any, torque: Any, reference: Any, deviation: Any, z: Any) -> Any:
+def _by_itself(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+    return control.driven(J, torque, excitation, reference, deviation, z)
+
+
+def _driven(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
     x, v = deviation
     own, heavy = share(control, z), inertia_of(control)
     against = torque_of(control, x, v, own)
-    acceleration = (torque - against + heavy * reference) / (J + heavy)
+    acceleration = (excitation + torque - against + heavy * reference) / (J + heavy)
     relative = acceleration - reference
     return acceleration, -against - heavy * relative, (v, relative, *z_rate_of(control, x, v, own))
 

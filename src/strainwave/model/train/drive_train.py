@@ -63,10 +63,10 @@ def motor_acceleration(train: Any, phase: Any, y: Any, motor: Any, reaction: Any
     """Acceleration [rad/s^2] of the motor, the torque [N*m] of its control, and the rates of the states of both."""
     control, drag = train.motor.control, train.motor.drag
     against = torque_of(drag, motor[0], motor[1], share(drag, states))
-    torque = train.motor.excitation.torque(phase) - against - reaction
+    excitation, torque = train.motor.excitation.torque(phase), -against - reaction
     reference = train.omega * train.omega * train.reference.curvature(phase)
     deviation, z = motor_states(control, y)
-    return controlled(control, train.motor.J, torque, reference, deviation, z)
+    return controlled(control, train.motor.J, torque, excitation, reference, deviation, z)
 
 
 @kernel

@@ -6,6 +6,7 @@ samples of a motion, from its values, rates and second derivatives: quintic Herm
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,9 +31,11 @@ from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
 from .follow import Followed, Path, follow
-from .mover import Mover, move_findings, mover_of, refuse_heavy
+from .mover import Mover, demand_of, move_findings, mover_of, refuse_heavy
 from .profiles import path_of
 from .result import Move, Pass, crossings, passes
+from .servo import limited as limited_train
+from .servo import limited_time
 
 ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
 WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
@@ -135,13 +138,15 @@ def move(
     bands: Sequence[tuple[float, float]] = (),
     tail: float | None = None,
     method: Method = ACCURATE,
+    limited: bool = False,
 ) -> Move:
     """Move the load of a drive along a profile and say how well that goes.
 
     The whole train is integrated, its two inertias with the loop of its motor, from rest where gravity holds it. The
     motor's loop follows the profile times the ratio. A move that asks more of the motor than its limits is computed as
-    if the motor had it, and fails (`Move.within_limits`). Torques have their means; lines of a torque, which follow an
-    angle at constant speed, are left out.
+    if the motor had it, and fails (`Move.within_limits`); with `limited` the motor has no more torque than its limit,
+    and the integral of a cascade does not wind up meanwhile. Torques have their means; lines of a torque, which follow
+    an angle at constant speed, are left out.
 
     Parameters
     ----------
@@ -170,6 +175,8 @@ def move(
         the profile at most.
     method : Dopri5, Rk4 or Dop8
         Integration method; steps end at every knot of the profile.
+    limited : bool
+        Whether the torque of the motor stays within its limit; `remarks` says for how long it was at it.
 
     Returns
     -------
@@ -181,7 +188,7 @@ def move(
     ------
     ValueError
         If the profile is empty or goes back in time; if the law of the gear cannot hold the payload; if the motor has
-        no loop, or a number is out of range.
+        no loop, or a number is out of range; if `limited` has no limit, or one below what holds the load.
     TypeError
         If it is no project or train, or a part of the profile is none.
     SolveError
@@ -203,6 +210,9 @@ def move(
     poles = state_space(mover.train, at=y0).poles
     decay = _tail(poles, path)
     tail = decay if tail is None else number("tail [s]", tail, positive=True)
+    if limited:
+        holding = float(np.max(np.abs(demand_of(mover.train, path, math.inf).motor)))
+        mover = replace(mover, train=limited_train(mover.train, mover.limits, holding), limited=True)
     run = follow(mover.train, path, y0, tail, method)
     crossed = crossings(mover.train, path, _resonances(poles))
     passed: tuple[Pass, ...] = ()
@@ -263,7 +273,11 @@ def _result(
 ) -> Move:  # fmt: skip
     train = run.train
     error, motor, gear, speed = run.seen()
-    peaks = run.peaks()
+    peaks, remarks = run.peaks(), mover.remarks
+    if mover.limited:
+        peaks[1] = min(peaks[1], mover.limits.torque)
+        time = limited_time(motor, run.t, mover.limits.torque)
+        remarks = (*remarks, f"The torque of the motor was at its limit for {time:.4g} s.")
     rms = [math.sqrt(integral / path.duration) for integral in run.means[:3]]
     turned = train.N * path.travel()
     average = math.cbrt(run.means[3] / turned)
@@ -314,7 +328,7 @@ def _result(
         work={name: float(value) for name, value in zip(train.power_names(), run.work[:, -1], strict=True)},
         stored=float(energy[-1] - energy[0]),
         imbalance=float(np.max(np.abs(gap))) / scale,
-        remarks=mover.remarks,
+        remarks=remarks,
     )
 
 

@@ -130,6 +130,7 @@ class Mover:
     gear: Gear | None
     limits: MotorLimits
     remarks: tuple[str, ...]
+    limited: bool = False  # whether the torque of the motor stays within its limit
 
     @property
     def remembers(self) -> bool:
