@@ -285,6 +285,10 @@ CALLS = {
     "Payload": call(
         lambda **k: sw.Payload(**k).on(TRAINS["free"]), mass=1.0, radius=0.1, inertia=0.0, phase=0.0, gravity=9.8
     ),
+    "Feedforward": call(
+        lambda **k: shortly(sw.Trapezoid(0.01, 0.002), feedforward=sw.Feedforward(**k)),
+        acceleration=1.0, gravity=1.0, friction=1.0, speed=1.0,
+    ),
     "MotorLimits": call(
         lambda **k: shortly(sw.Trapezoid(0.01, 0.002), limits=sw.MotorLimits(**k)),
         torque=5.0, speed=500.0,

@@ -47,6 +47,7 @@ from .files.variants.replaced import replaced as replaced
 from .base.archive import load as load
 from .drive.asked import MotorLimits as MotorLimits
 from .drive.asked import Payload as Payload
+from .drive.asked import Feedforward as Feedforward
 from .files.own_gears import read_gears as read_gears
 
 # Motion in time

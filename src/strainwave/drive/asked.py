@@ -4,7 +4,7 @@ import math
 from numbers import Real
 from typing import Annotated, Any, NamedTuple
 
-from ..base.quantities import Angle, AngularSpeed, Inertia, Torque, checked, number
+from ..base.quantities import Angle, AngularSpeed, Inertia, Ratio, Torque, checked, number
 from ..base.units import RPM
 from ..model.gears.limits import Finding
 from ..model.laws.hysteresis import Parallel
@@ -96,10 +96,31 @@ class Payload(NamedTuple):
                 raise ValueError(f"Payload.{name} is {getattr(self, name):g}; it must be zero or more")
 
 
+class Feedforward(NamedTuple):
+    """What the motor of a move is given before a deviation asks for it, as shares of what its model needs: 1 is exact.
+
+    `acceleration` is the torque of all inertias, rigid; `gravity` that which a constant torque and the angles of the
+    shafts take at rest; `friction` what their drags add at the speed of the reference, of a law with memory the part
+    that depends on the speed alone; `speed` is the share of the reference's speed in that which the speed loop follows.
+    """
+
+    acceleration: Ratio = 0.0
+    gravity: Ratio = 0.0
+    friction: Ratio = 0.0
+    speed: Ratio = 1.0
+
+    def check(self) -> None:
+        """Refuse negative shares (ValueError)."""
+        for name, value in zip(self._fields, self, strict=True):
+            if not value >= 0.0:
+                raise ValueError(f"Feedforward.{name} is {value:g}; it must be zero or more, 1 is exact")
+
+
 class Task(NamedTuple):
     """What a project file asks of a move: parts of the profile, angle at the begin [rad], payload, window [rad].
 
-    `files` has for every part the name of its file, empty where it is in the project file itself.
+    `files` has for every part the name of its file, empty where it is in the project file itself; `feedforward` is what
+    the motor is given beside its loop.
     """
 
     profile: tuple[Any, ...] = ()
@@ -107,3 +128,4 @@ class Task(NamedTuple):
     payload: Payload | None = None
     window: float | None = None
     files: tuple[str, ...] = ()
+    feedforward: Feedforward | None = None

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from ...base.quantities import checked
-from ...drive.asked import MotorLimits, Payload, Task
+from ...drive.asked import Feedforward, MotorLimits, Payload, Task
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
@@ -268,12 +268,15 @@ class MoveSpec(Group):
     start: float | None = field(Quantity("rad"), "-45 deg", "Angle of the load at the begin.")
     payload: Payload | None = field(PAYLOAD, "{mass: 2 kg, radius: 0.4 m}", "What the load carries.")
     window: float | None = field(ANGLE, "30 arcsec", "Largest distance of a settled load from rest.")
+    feedforward: Feedforward | None = field(
+        Feedforward, "{acceleration: 100 %, gravity: 90 %}",
+        "What the motor is given before a deviation asks for it, as shares of what its model needs.")  # fmt: skip
 
     def task(self, folder: Path) -> Task:
         """What is asked of the move, its files read from a folder (FileError)."""
         parts = (read_profile(folder / part.file) if isinstance(part, ProfileFile) else part for part in self.profile)
         files = tuple(part.file if isinstance(part, ProfileFile) else "" for part in self.profile)
-        return Task(tuple(parts), self.start, self.payload, self.window, files)
+        return Task(tuple(parts), self.start, self.payload, self.window, files, self.feedforward)
 
     @staticmethod
     def of(task: Task) -> "MoveSpec":
@@ -283,7 +286,8 @@ class MoveSpec(Group):
             raise ValueError(
                 "a project file holds an AngleProfile as a CSV file beside it; write one and name it there"
             )
-        return MoveSpec(profile=parts, start=task.start, payload=task.payload, window=task.window)
+        more = task._asdict() | {"profile": parts}
+        return MoveSpec(**{key: item for key, item in more.items() if key != "files"})
 
 
 class ProjectSpec(Group):

@@ -249,7 +249,8 @@ def controlled(control: Any, J: Any, torque: Any, excitation: Any, reference: An
     """Acceleration [rad/s^2] of a motor under its control and other torques, torque [N*m] of the control, own rates.
 
     `excitation` [N*m] is the torque of the motor beside its control, `torque` what else turns it; `reference` is the
-    acceleration of its reference; z begins with the states of the control. A control may have this as `driven`.
+    speed and the acceleration of its reference; z begins with the states of the control. A control may have this as
+    `driven`.
     """
     if class_of(control) is Held:
         return _prescribed
@@ -257,7 +258,7 @@ def controlled(control: Any, J: Any, torque: Any, excitation: Any, reference: An
 
 
 def _prescribed(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
-    return reference, J * reference - torque - excitation, ()
+    return reference[1], J * reference[1] - torque - excitation, ()
 
 
 def _by_itself(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
@@ -268,8 +269,8 @@ def _driven(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, 
     x, v = deviation
     own, heavy = share(control, z), inertia_of(control)
     against = torque_of(control, x, v, own)
-    acceleration = (excitation + torque - against + heavy * reference) / (J + heavy)
-    relative = acceleration - reference
+    acceleration = (excitation + torque - against + heavy * reference[1]) / (J + heavy)
+    relative = acceleration - reference[1]
     return acceleration, -against - heavy * relative, (v, relative, *z_rate_of(control, x, v, own))
 
 

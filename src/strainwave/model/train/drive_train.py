@@ -64,7 +64,8 @@ def motor_acceleration(train: Any, phase: Any, y: Any, motor: Any, reaction: Any
     control, drag = train.motor.control, train.motor.drag
     against = torque_of(drag, motor[0], motor[1], share(drag, states))
     excitation, torque = train.motor.excitation.torque(phase), -against - reaction
-    reference = train.omega * train.omega * train.reference.curvature(phase)
+    omega, motion = train.omega, train.reference
+    reference = omega * motion.slope(phase), omega * omega * motion.curvature(phase)
     deviation, z = motor_states(control, y)
     return controlled(control, train.motor.J, torque, excitation, reference, deviation, z)
 

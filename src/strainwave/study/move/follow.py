@@ -20,6 +20,7 @@ from ...model.train.train_forms import behind_gear
 from ...numerics.integration.attempts import watched_ends
 from ...numerics.integration.methods import AdaptiveStep, Method
 from ...numerics.integration.simulate import simulate
+from .servo import on_segment
 
 MOST = 3_000_000  # steps in all: a GB of samples
 MEANS = ("pointing^2", "motor torque^2", "gear torque^2", "gear torque^3 turns")
@@ -213,7 +214,7 @@ class Followed:
         i = self.steps
         fields: Any = self.train.reference
         reference = Segment(*(field[i] for field in fields))
-        system = Watched(self.train._replace(reference=reference))
+        system = Watched(on_segment(self.train, reference))
         every = watched_ends(system, self, i)
         return [largest_between(np.diff(self.t)[i], *ends) for ends in every]
 
@@ -239,7 +240,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
     most = min(MOST, method.max_steps) if isinstance(method, AdaptiveStep) else MOST
     t, values, rates, means, left = [], [], [], y[-len(MEANS) :], most
     for i, segment in enumerate([*segments, standstill]):
-        system, span = Watched(train._replace(reference=segment)), (knots[i], knots[i + 1])
+        system, span = Watched(on_segment(train, segment)), (knots[i], knots[i + 1])
         run = finished_or_interrupted(simulate(system, y, span, method=_within(method, left)))
         left -= len(run.t)
         if run.status is Status.TOO_MANY_STEPS or left < 1:
@@ -256,7 +257,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
         means, y = y[-len(MEANS) :], run.y[:, -1]  # those before the rest at the end
     which = np.repeat(np.arange(len(t)), [len(part) for part in t])
     columns: Any = [np.array(field)[which] for field in zip(*segments, standstill, strict=True)]
-    joined, whole = train._replace(reference=Segment(*columns)), np.concatenate(values, axis=1)
+    joined, whole = on_segment(train, Segment(*columns)), np.concatenate(values, axis=1)
     return Followed(
         joined, np.concatenate(t), whole[:states], np.concatenate(rates, axis=1), whole[states:], means, which
     )  # fmt: skip

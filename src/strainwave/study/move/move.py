@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from ...base.arguments import typed
 from ...base.law import has, spring_stiffness
 from ...base.protocols import lines_of
-from ...base.quantities import interval, number, several
+from ...base.quantities import LARGEST, checked, interval, number, several
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
 from ...base.units import ARCSEC
-from ...drive.asked import MotorLimits, Payload, Task
+from ...drive.asked import Feedforward, MotorLimits, Payload, Task
 from ...drive.run import INPUTS, waiting
 from ...drive.state_space import state_space
 from ...drive.steady import finished_or_interrupted
@@ -31,11 +31,10 @@ from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
 from .follow import Followed, Path, follow
-from .mover import Mover, demand_of, move_findings, mover_of, refuse_heavy
+from .mover import Mover, move_findings, mover_of, refuse_heavy, standing_torque
 from .profiles import path_of
 from .result import Move, Pass, crossings, passes
-from .servo import limited as limited_train
-from .servo import limited_time
+from .servo import limited_time, on_segment, servo_train
 
 ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
 WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
@@ -139,6 +138,7 @@ def move(
     tail: float | None = None,
     method: Method = ACCURATE,
     limited: bool = False,
+    feedforward: Feedforward | None = None,
 ) -> Move:
     """Move the load of a drive along a profile and say how well that goes.
 
@@ -177,6 +177,8 @@ def move(
         Integration method; steps end at every knot of the profile.
     limited : bool
         Whether the torque of the motor stays within its limit; `remarks` says for how long it was at it.
+    feedforward : Feedforward, optional
+        What the motor is given beside its loop. Default: that of the project file, or the speed alone.
 
     Returns
     -------
@@ -210,9 +212,10 @@ def move(
     poles = state_space(mover.train, at=y0).poles
     decay = _tail(poles, path)
     tail = decay if tail is None else number("tail [s]", tail, positive=True)
-    if limited:
-        holding = float(np.max(np.abs(demand_of(mover.train, path, math.inf).motor)))
-        mover = replace(mover, train=limited_train(mover.train, mover.limits, holding), limited=True)
+    shares = feedforward or task.feedforward or Feedforward()
+    if limited or shares != Feedforward():
+        mover = _driven(mover, path, checked(shares), limited)
+        y0 = _at_rest(mover.train, 0.0, float(path.angle[0]))
     run = follow(mover.train, path, y0, tail, method)
     crossed = crossings(mover.train, path, _resonances(poles))
     passed: tuple[Pass, ...] = ()
@@ -226,9 +229,18 @@ def move(
     return _result(mover, path, run, window, spans, passed, rests)
 
 
+def _driven(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mover:
+    """The mover with feedforward, and with the limit of its motor's torque."""
+    if limited and not math.isfinite(mover.limits.torque):
+        raise ValueError("limited needs the largest torque of the motor; give limits=MotorLimits(torque) or max_torque")
+    holding = standing_torque(mover.train, path) if limited else 0.0
+    train = servo_train(mover.train, mover.limits.torque if limited else LARGEST, holding, shares)
+    return replace(mover, train=train, limited=limited)
+
+
 def _standing(train: DriveTrain, t: float, angle: float) -> DriveTrain:
     """The drive at a time [s] with its reference at an angle of the load [rad]."""
-    return train._replace(reference=Segment(t, train.N * angle, 0.0, 0.0, 0.0))
+    return on_segment(train, Segment(t, train.N * angle, 0.0, 0.0, 0.0))
 
 
 def _is_loose(train: DriveTrain, t: float, state: Any) -> bool:

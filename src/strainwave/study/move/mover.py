@@ -60,6 +60,14 @@ def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
     return Demand(t, angle, N * speed, holding, given)
 
 
+def standing_torque(train: DriveTrain, path: Path) -> float:
+    """Largest torque [N*m] that a motor gives at the rests of a path, of a rigid drive."""
+    t = np.array([0.0, *(end for _, end in path.motions())])
+    angle, end, still = path.at(t)[0], train.load.end(), 0.0 * t
+    holding = _drag(end.drag, angle, still) - end.excitation.torque(t)
+    return float(np.max(np.abs(_drag(train.motor.drag, train.N * angle, still) + holding / train.N)))
+
+
 def refuse_heavy(train: DriveTrain, path: Path) -> None:
     """Refuse a load that is beyond what the law of the gear carries (ValueError)."""
     demand = demand_of(train, path)
