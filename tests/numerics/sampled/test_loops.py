@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from one_bench import DRIVE, ERROR, GEAR, J_L, J_M, LOOP, PD, PERIOD, SAMPLING, B, N, loop
+from scipy import signal
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -87,9 +88,11 @@ def test_encoder_and_limit_are_those_by_hand():
 
 
 CASCADE = sw.train.CascadeLoop(40.0, 0.5, 0.02)
+LOW_PASS, NOTCH = sw.train.LowPassFilter(3000.0), sw.train.NotchFilter(900.0, 300.0)
+FILTERED = sw.train.Filtered(sw.train.Filtered(CASCADE, LOW_PASS), NOTCH)
 
 
-@pytest.mark.parametrize("control", [LOOP, CASCADE, sw.train.PositionIntegral(CASCADE, 0.2)])
+@pytest.mark.parametrize("control", [LOOP, CASCADE, sw.train.PositionIntegral(CASCADE, 0.2), FILTERED])
 def test_a_loaded_drive_begins_in_the_balance_of_its_torques(control):
     load = sw.train.Load(J_L, sw.Harmonic(0.0, mean=-60.0))
     bench = bench_of(DRIVE._replace(motor=sw.train.Motor(J_M, control=control), load=load), IDEAL)
@@ -101,6 +104,27 @@ def test_a_loaded_drive_begins_in_the_balance_of_its_torques(control):
     np.testing.assert_allclose(found.error, brentq(lambda u: GEAR.law.torque(u) - 60.0, 0.0, 0.01) + sag, rtol=1e-6)
     many = sw.numerics.loop_ensemble(closed, {}, 0.2, settle=0.0, y0=bench.start(50.0))
     assert many.torque_peak == pytest.approx(60.0 / N, rel=1e-9)
+
+
+def test_filters_of_a_loop_are_those_of_scipy_on_its_torque():
+    motor = sw.train.Motor(J_M, control=FILTERED)
+    filtered = bench_of(DRIVE._replace(motor=motor), IDEAL).loop
+    plain = filtered.loop.loop
+    states, given, found = [plain.start(), filtered.start()], [], []
+    for k in range(400):
+        m = sw.controllers.Measurement(0.0, 0.0, 0.0, 1e-3 * math.cos(0.3 * k) + 1e-6 * k * k, 0.0, 0.0, 0.0)
+        states[0], torque = plain.update(states[0], m)
+        states[1], behind = filtered.update(states[1], m)
+        given.append(torque)
+        found.append(behind)
+    wanted = np.array(given)
+    for w, above, below in (
+        (3000.0, [3000.0**2], [1.0, 1.4 * 3000.0, 3000.0**2]),
+        (900.0, [1.0, 30.0, 900.0**2], [1.0, 300.0, 900.0**2]),
+    ):
+        b, a = signal.bilinear(above, below, 0.5 * w / math.tan(0.5 * w * PERIOD))
+        wanted = signal.lfilter(b, a, wanted, zi=signal.lfilter_zi(b, a) * wanted[0])[0]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.max(np.abs(wanted)))
 
 
 def test_lost_angles_are_bridged_and_counted():

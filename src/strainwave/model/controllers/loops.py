@@ -7,7 +7,7 @@ Disturbance observer: what turns the motor beside its own torque is estimated an
 Notch filter in the torque of a loop.
 """
 
-from math import cos, pi, sin
+from math import cos, pi, sin, tan
 from typing import Any, NamedTuple
 
 from ...base.choices import select
@@ -233,8 +233,9 @@ class DisturbanceObserver(NamedTuple):
 class Notch(NamedTuple):
     """The torque of `loop` behind a filter of second order; `notch` makes it from a frequency and a width.
 
-    y = b0 x + b1 x1 + b2 x2 - a1 y1 - a2 y2, with x the torque of the loop now and one and two samples ago. Its memory
-    is that of the loop and x1, x2, y1, y2.
+    y = b0 x + b1 x1 + b2 x2 - a1 y1 - a2 y2, with x the torque of the loop now and one and two samples ago. It begins
+    as if the first x had been before: a filter with gain 1 at rest leaves a torque that holds a load. Its memory is
+    that of the loop, x1, x2, y1, y2, and whether there was a sample.
     """
 
     loop: Any
@@ -246,18 +247,39 @@ class Notch(NamedTuple):
 
     def start(self) -> Any:
         """Memory before the first sample."""
-        return self.loop.start(), 0.0, 0.0, 0.0, 0.0
+        return self.loop.start(), 0.0, 0.0, 0.0, 0.0, 0.0
 
     def update(self, state: Any, m: Any) -> Any:
         """Memory after a sample, and the torque [N*m]."""
-        inner, x1, x2, y1, y2 = state
+        inner, x1, x2, y1, y2, begun = state
         inner, x = self.loop.update(inner, m)
+        x1, x2 = select(begun > 0.0, x1, x), select(begun > 0.0, x2, x)
+        y1, y2 = select(begun > 0.0, y1, x), select(begun > 0.0, y2, x)
         y = self.b0 * x + self.b1 * x1 + self.b2 * x2 - self.a1 * y1 - self.a2 * y2
-        return (inner, x, x1, y, y1), y
+        return (inner, x, x1, y, y1, 1.0 + 0.0 * begun), y
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError)."""
         is_controller("Notch.loop", self.loop)
+
+
+def sampled_filter(loop: Any, shape: tuple[float, float, float, float], period: float) -> Notch:
+    """The torque of a loop behind the filter (h s^2 + b s + w^2)/(s^2 + a s + w^2), `shape` (w, a, b, h), sampled.
+
+    The bilinear transform, with its gain and phase kept at w; see `notch`.
+    """
+    w, a, b, h = shape
+    if not w * period < pi:
+        raise ValueError(
+            f"a filter of the loop has its frequency at {w:g} rad/s; samples every {period:g} s carry none above "
+            f"{pi / period:g} rad/s: sample faster, or lower it"
+        )
+    c = w / tan(0.5 * w * period)
+    d0 = c * c + a * c + w * w
+    return Notch(
+        loop, (h * c * c + b * c + w * w) / d0, 2.0 * (w * w - h * c * c) / d0, (h * c * c - b * c + w * w) / d0,
+        2.0 * (w * w - c * c) / d0, (c * c - a * c + w * w) / d0,
+    )  # fmt: skip
 
 
 def notch(loop: Any, frequency: float, period: float, *, width: float = 0.5, depth: float = 0.0) -> Notch:

@@ -13,7 +13,7 @@ from ...drive.operating_point import operating_state
 from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
-from ...model.controllers.loops import Cascade, SampledPD
+from ...model.controllers.loops import Cascade, Notch, SampledPD, sampled_filter
 from ...model.excitation import Harmonic, Harmonics
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
@@ -108,6 +108,8 @@ class Bench:
     def held(self, speed: float, *, model: bool = False) -> Floats:
         """As `start`, but SolveError says why none is found; zeros where the plain loop holds no torque by itself."""
         train, gains = self.model if model else self.plant, self.loop
+        while isinstance(gains, Notch):
+            gains = gains.loop
         if isinstance(gains, Cascade) and gains.K_v and gains.K_i:
             control: Any = CascadeLoop(gains.K_v, gains.K_p, gains.K_p / gains.K_i)
             place, stiffness, behind = 4, gains.K_i, 5  # of the integral, and of the states behind it
@@ -248,10 +250,7 @@ def _sampled(control: Any, inertia: float, sampling: Sampling, remarks: list[str
     if isinstance(control, CascadeLoop):
         return Cascade(control.K_v, control.K_p, control.K_p / control.T_n, period)
     if isinstance(control, Filtered):
-        raise ValueError(
-            "motor.loop has filters, which the sampled loop of a compensation has not; leave them out, or give `loop`, "
-            "a controller with its own"
-        )
+        return sampled_filter(_sampled(control.loop, inertia, sampling, remarks), control.filter.shape(), period)
     if depends(control) == 1 and not lacking(control, "torque"):
         remarks.append(f"The drive's own motor is {type(control).__name__}; a loop is needed to sample.")
     loop = from_bandwidth(USUAL.bandwidth, inertia)
