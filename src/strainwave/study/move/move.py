@@ -17,7 +17,6 @@ from ...base.law import has, spring_stiffness
 from ...base.protocols import lines_of
 from ...base.quantities import LARGEST, checked, interval, number, several
 from ...base.results import Floats, SolveError
-from ...base.sentences import Sentence
 from ...base.units import ARCSEC
 from ...drive.asked import Feedforward, MotorLimits, Payload, Task
 from ...drive.run import INPUTS, waiting
@@ -257,9 +256,7 @@ def _at_rest(train: DriveTrain, t: float, angle: float) -> Floats:
         return waiting(standing, t)
     except SolveError as error:
         said = str(error).removesuffix("; give the state to begin with, y0")
-        raise SolveError(
-            Sentence("the drive does not hold its load at {:.4g} deg: {}", math.degrees(angle), said)
-        ) from error
+        raise SolveError(f"the drive does not hold its load at {math.degrees(angle):.4g} deg: {said}") from error
 
 
 def _without_error(train: DriveTrain) -> DriveTrain:
