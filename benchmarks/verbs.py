@@ -85,6 +85,8 @@ def questions(folder):
     project = sw.read_project(path)
     elbow = sw.read_specification(Path(__file__).parent.parent / "examples" / "projects" / "elbow.yaml")
     loop, scan, runs, decay, log = bench_loop(), slow_scan(), two_runs(), free_decay(), logged(project.train)
+    omega = np.geomspace(20.0, 1500.0, 80)
+    bode = sw.fit.measured_bode(omega, 1.1 * sw.bode(DRIVE.train(), omega).motor * np.exp(-4e-4j * omega))
     decaying = SYSTEM._replace(error=sw.NoError(), omega=1.0)
     measure = sw.EnsembleMeasure((0.0, 0.0), periods=1, settle=40, measures=(sw.Peak(),))
     lanes = {"omega": np.linspace(*BAND, 10_000)}
@@ -130,6 +132,8 @@ def questions(folder):
          lambda: sw.fit_loop(*loop)),
         ("What is the stiffness of my gear, from a free vibration?", "sw.fit_decay(time, torsion, system)", "",
          lambda: sw.fit_decay(*decay, decaying, free=("B", "law.K1", "law.T1"))),
+        ("What are inertias, stiffness, damping and delay, from a Bode plot?", "sw.fit.fit_bode(measured, project)",
+         "fit-bode", lambda: sw.fit.fit_bode(bode, train)),
         ("What are stiffness, damping and error of my drive, from a log?", "sw.identify_drive(project, log)",
          "identify-drive", lambda: sw.identify_drive(project, log)),
         ("Which orders does my gear's error have, from a slow scan?", "sw.error_scan(angle, error)", "error-scan",

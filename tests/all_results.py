@@ -84,6 +84,12 @@ def response_fit():
 
 
 @cache
+def measured_bode():
+    omega = np.geomspace(10.0, 1000.0, 20)
+    return sw.fit.measured_bode(omega, 1.0 / (1j * omega * 5e-4), deviation=0.1 / omega, amplitude=1.0)
+
+
+@cache
 def design():
     spec = sw.Specification(
         load_inertias=(1.3,), speeds=(1.0, 3.0), limit=1e-3, rotor_inertias=(1e-4, 1e-3), damping_ratio=0.03
@@ -223,6 +229,8 @@ RESULTS = {
         ),
         "OrderScan": order_scan,
         "ResponseFit": response_fit,
+        "MeasuredBode": measured_bode,
+        "BodeFit": lambda: sw.fit.fit_bode(measured_bode(), LOOPED, free=("J_m", "delay")),
         "CompensationBench": lambda: sw.results.CompensationBench(
             np.array([150.0]), ("adaptive",), ((compensation(),),)
         ),

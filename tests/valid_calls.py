@@ -18,6 +18,7 @@ from strainwave.base.quantities import checked
 
 TIMES = 0.01 * np.arange(200)
 TURN = np.linspace(0.0, 4.0 * np.pi, 240, endpoint=False)
+SWEEP = np.tile(np.cos(0.05 * np.arange(50) ** 2), 4)
 GEAR = sw.catalogue.gear("CSG-40-50")
 LOOP = sw.train.PositionLoop(50.0, 0.5)
 QUICK = sw.Rk4(8)
@@ -293,6 +294,11 @@ CALLS = {
         lambda **k: shortly(sw.Trapezoid(0.01, 0.002), limits=sw.MotorLimits(**k)),
         torque=5.0, speed=500.0,
     ),
+    "read_frd": lambda: (
+        sw.read_frd,
+        {"path": written("b.csv", table(TIMES[1:], TIMES[1:], names=("frequency [Hz]", "size [dB]"))), "columns": None,
+         "units": {"size": "dB"}, "quantity": "plant", "amplitude": 1.0, "estimator": "H1", "delimiter": ",", "decimal": "."},
+    ),
     "read_profile": lambda: (
         sw.read_profile,
         {"path": written("p.csv", table(TIMES, TIMES, names=("time [s]", "angle [rad]"))), "delimiter": ",", "decimal": "."},
@@ -470,6 +476,17 @@ CALLS = {
         sw.fit.fit_response,
         {"omega": np.linspace(0.7, 0.95, 8), "amplitude": 0.18 / (1.0 - np.linspace(0.7, 0.95, 8) ** 2 + 0.05),
          "system": DUFFING, "free": ("B",), "phase": None, "harmonics": 3, "speed_error": 1e-4},
+    ),
+    "fit_bode": call(
+        sw.fit.fit_bode, measured=RESULTS["MeasuredBode"](), project=LOOPED, free=("J_m",), speed=0.0
+    ),
+    "measured_bode": call(
+        sw.fit.measured_bode, omega=TIMES[1:], value=1.0 / TIMES[1:], quantity="plant", phased=True, deviation=None,
+        amplitude=1.0, estimator="H1", notes=(),
+    ),
+    "bode_of_records": call(
+        sw.fit.bode_of_records, time=TIMES, reference=SWEEP, torque=np.roll(SWEEP, 2), speed=np.roll(SWEEP, 3),
+        held=True, amplitude=1.0, notes=(),
     ),
     "lyapunov_exponent": call(sw.numerics.lyapunov_exponent, system=DUFFING, y0=(0.0, 0.0), turns=20, settle=1),
     "orbit_diagram": call(

@@ -112,6 +112,7 @@ from .files.export.export import export as export
 from .study.identification.run import Run as Run
 from .study.identification.log import Log as Log
 from .files.logs.read import read_log as read_log
+from .files.logs.frd import read_frd as read_frd
 from .files.scan_file import read_scan as read_scan
 from .study.identification.orders.order_scan import order_scan as order_scan
 from .study.identification.orders.error_scan import error_scan as error_scan

@@ -16,6 +16,9 @@ from .study.identification.intervals import spread as spread
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.orders.order_scan import order_scan as order_scan
+from .study.identification.response_curve.bode_fit import fit_bode as fit_bode
+from .study.identification.response_curve.measured_bode import bode_of_records as bode_of_records
+from .study.identification.response_curve.measured_bode import measured_bode as measured_bode
 from .study.identification.response_curve.response_fit import fit_response as fit_response
 
 __all__: list[str]

@@ -73,6 +73,8 @@ from .study.identification.orders.error_result import Reversal as Reversal
 from .study.identification.orders.error_result import ScanLine as ScanLine
 from .study.identification.orders.order_result import OrderLine as OrderLine
 from .study.identification.orders.order_result import OrderScan as OrderScan
+from .study.identification.response_curve.bode_fit import BodeFit as BodeFit
+from .study.identification.response_curve.measured_bode import MeasuredBode as MeasuredBode
 from .study.identification.response_curve.response_fit import ResponseFit as ResponseFit
 from .study.kinematic_error.budget import BudgetRow as BudgetRow
 from .study.kinematic_error.budget import BudgetTotal as BudgetTotal

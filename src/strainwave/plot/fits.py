@@ -1,6 +1,7 @@
 """Figures of measurements and of models fitted to them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,8 +14,11 @@ from ..study.identification.identified import Identified
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_result import LoopFit
 from ..study.identification.orders.order_result import OrderScan
+from ..study.identification.response_curve.bode_fit import BodeFit
+from ..study.identification.response_curve.measured_bode import Complexes, MeasuredBode
 from ..study.identification.response_curve.response_fit import ResponseFit
 from .colours import BLACK, BLUE, DASHES, GREY, ORANGE, PALE
+from .curves import HERTZ
 from .panels import TIME, Axis, Note, Panel, angle, panels_of
 
 TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
@@ -150,3 +154,32 @@ def friction_fit_panels(fit: FrictionFit) -> list[Panel]:
     panel.line(fit.speed[order], fit.fitted[order], BLUE, "fitted", width=1.0)
     panel.points(fit.speed[order], fit.fitted[order], BLUE, "", ".", BLUE)
     return [panel]
+
+
+@panels_of.register
+def measured_bode_panels(
+    measured: MeasuredBode, responses: Sequence[tuple[str, Complexes, str, str]] = ()
+) -> list[Panel]:
+    """Size and phase of a measured Bode plot; over them responses (n,) with their names, colours and dashes."""
+    ends, unit = (float(measured.omega[0]), float(measured.omega[-1])), "dB"
+    if measured.quantity == "plant":
+        unit = "dB re 1 rad/(N*m*s)"
+    size = Panel("", HERTZ, Axis(measured.quantity, unit), xlim=ends, xlog=True)
+    phase = Panel("", HERTZ, Axis("phase", "deg"), xlim=ends, xlog=True, ystep=90.0)
+    size.points(measured.omega, measured.decibels, ORANGE, "measured", ".", ORANGE)
+    if measured.phased:
+        phase.points(measured.omega, measured.degrees, ORANGE, "measured", ".", ORANGE)
+    for name, response, colour, dash in responses:
+        plot = replace(measured, value=response, phased=True)
+        size.line(measured.omega, plot.decibels, colour, name, dash)
+        phase.line(measured.omega, plot.degrees, colour, name, dash)
+    return [size, phase]
+
+
+@panels_of.register
+def bode_fit_panels(fit: BodeFit) -> list[Panel]:
+    """The measured Bode plot under that of the drive and that of the fit."""
+    responses = [("drive", fit.model, GREY, DASHES)]
+    if fit.values:
+        responses.append(("fitted", fit.computed, BLUE, ""))
+    return measured_bode_panels(fit.measured, responses)

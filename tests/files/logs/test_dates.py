@@ -88,9 +88,9 @@ def test_dates_and_durations_of_numpy_are_seconds(tmp_path):
 
 def test_arrays_that_are_no_channels_are_named_and_times_of_another_length_refused(tmp_path):
     channels = {"time": np.arange(5.0), "current": np.arange(5.0)}
-    np.savez(tmp_path / "log.npz", **channels, torque=np.ones((5, 2)), position=1j * np.ones(5))
+    np.savez(tmp_path / "log.npz", **channels, torque=np.ones((5, 2)), position=np.ones((5, 3)), gain=1j * np.ones(5))
     log = sw.read_log(tmp_path / "log.npz", trim=0.0)
-    assert list(log.channels) == ["current"]
+    assert list(log.channels) == ["current", "gain_real", "gain_imaginary"]
     assert "torque, position are no vectors of real numbers and were left out" in log.notes
     np.savez(tmp_path / "log.npz", **channels, current_time=np.arange(3.0))
     with pytest.raises(

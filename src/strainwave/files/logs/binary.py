@@ -59,6 +59,9 @@ def _flattened(name: str, value: Any, arrays: dict[str, Any]) -> None:
 
 def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     """Vectors as columns; each goes with the vector of the time that has its length, or its own, `NAME_time`."""
+    for name in [name for name, a in arrays.items() if a.dtype.kind == "c"]:
+        whole = arrays.pop(name)
+        arrays |= {f"{name}_real": whole.real, f"{name}_imaginary": whole.imag}
     plain = {name: np.ravel(a).astype(float) for name, a in arrays.items() if _is_vector(a)}
     if not plain:
         raise refuse(path, "has no vectors of numbers; save one for each channel, and `time`")

@@ -62,7 +62,7 @@ def header_cells(line: str, delimiter: str) -> list[str]:
 def unit_row(cells: list[str]) -> bool:
     """Whether a line below the names holds units: some, and nothing else."""
     bare = [cell.strip("[]() ") for cell in cells]
-    return any(bare) and all(not cell or cell == "-" or si_unit(cell) is not None for cell in bare)
+    return any(bare) and all(not cell or cell in ("-", "dB") or si_unit(cell) is not None for cell in bare)
 
 
 def named(cell: str) -> Named:

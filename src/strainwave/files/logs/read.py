@@ -287,19 +287,25 @@ def read_log(
         If the library for a format is not installed.
     """
     path = as_path(path)
-    if path.suffix.lower() in BINARY:
-        if not path.is_file():
-            raise refuse(path, "does not exist, or is no file; check the name and the folder")
-        file, notes = BINARY[path.suffix.lower()](path)
-    else:
-        count = None if columns is None or hasattr(columns, "keys") else len(columns)
-        file, notes, _ = read_table(path, delimiter, decimal, count)
+    count = None if columns is None or hasattr(columns, "keys") else len(columns)
+    file, notes = columns_of(path, delimiter, decimal, count)
     log = _log(path, file, columns, units or {}, rate, unwrap, notes)
     if ratio is not None:
         _check_ratio(path, log, ratio, notes)
     log = trimmed(log, trim, notes)
     regular(log, notes)
     return Log(log.time, log.channels, log.units, tuple(notes), doubts(log))
+
+
+def columns_of(
+    path: Path, delimiter: str | None, decimal: str | None, count: int | None = None
+) -> tuple[list[Column], list[str]]:
+    """Columns of a file, binary or text, and notes about what was guessed; `count` as of `read_table`."""
+    if path.suffix.lower() not in BINARY:
+        return read_table(path, delimiter, decimal, count)[:2]
+    if not path.is_file():
+        raise refuse(path, "does not exist, or is no file; check the name and the folder")
+    return BINARY[path.suffix.lower()](path)
 
 
 def _log(

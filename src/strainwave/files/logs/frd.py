@@ -1,0 +1,195 @@
+"""Measured Bode plots from files: tables of frequencies as drives export them, or records of a closed loop."""
+
+import os
+import re
+from collections.abc import Mapping
+from math import pi
+from pathlib import Path
+
+import numpy as np
+
+from ...base.arguments import typed
+from ...base.quantities import shown
+from ...base.results import Floats
+from ...model.train.controls import HERTZ
+from ...study.identification.response_curve.measured_bode import (
+    Complexes,
+    Estimator,
+    MeasuredBode,
+    Quantity,
+    bode_of_records,
+    measured_bode,
+)
+from ..yaml_text import FileError, as_path
+from .read import columns_of, read_log
+from .table import Column, place_of, refuse
+
+Columns = Mapping[str, str | int] | None
+
+WORDS = {
+    "frequency": {"frequency", "freq", "f", "frequenz", "omega", "w", "ω"},
+    "size": {"magnitude", "mag", "gain", "amplitude", "amplitudengang", "betrag", "ampl", "abs", "size"},
+    "phase": {"phase", "phi", "phasengang", "angle", "arg", "φ"},
+    "real": {"real", "re", "realteil"},
+    "imaginary": {"imaginary", "imag", "im", "imaginärteil", "imaginaerteil"},
+}
+UNITS = {
+    "frequency": {"hz": HERTZ, "khz": 1e3 * HERTZ, "rad/s": 1.0},
+    "size": {"db": 0.0, "1": 1.0, "-": 1.0, "gain": 1.0},  # a factor is of no use to decibels
+    "phase": dict.fromkeys(("deg", "°", "degree", "degrees", "grad"), pi / 180.0) | {"rad": 1.0},
+}
+SPELT = {"rad_per_s": "rad/s", "rad_s": "rad/s", "rads": "rad/s", "rad/sec": "rad/s"}
+ASKED = {"frequency": ("Hz", "rad/s"), "size": ("dB", "gain"), "phase": ("deg", "rad")}
+LOAD = {"load", "output", "joint", "link"}
+OF = ", motor speed over motor torque"
+OMEGA = {"omega", "w", "ω"}
+TURNS = 4.0 * pi  # a phase beyond it in radians is in degrees
+RECORDS = {
+    "reference": {"reference", "ref", "excitation", "setpoint", "sollwert", "command"},
+    "motor_torque": {"torque", "moment", "drehmoment", "tau"},
+    "motor_speed": {"speed", "velocity", "vel", "drehzahl"},
+}
+
+
+@typed
+def read_frd(
+    path: str | os.PathLike[str], columns: Columns = None, units: Mapping[str, str] | None = None, *,
+    quantity: Quantity | None = None, amplitude: float | None = None, estimator: Estimator = "unknown",
+    delimiter: str | None = None, decimal: str | None = None,
+) -> MeasuredBode:  # fmt: skip
+    """Read a measured Bode plot.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file as of `read_log` with a column of frequencies, and size and phase, size alone, or real and imaginary
+        part; or with time, reference, torque and speed of the motor, from which `bode_of_records` estimates the plant.
+    columns : mapping, optional
+        Columns by "frequency", "size", "phase", "real", "imaginary", or by "time", "reference", "motor_torque",
+        "motor_speed". Default: by the names in the file.
+    units : mapping, optional
+        Units: Hz, kHz, rad/s; dB, gain; deg, rad. Default: those of the file, or refused where they are not clear.
+    quantity : {"plant", "open loop", "closed loop"}, optional
+        What was measured. Default: what the names in the file say, else the plant, motor speed over torque.
+    amplitude, estimator
+        As of `measured_bode`.
+    delimiter, decimal
+        As of `read_log`.
+
+    Returns
+    -------
+    MeasuredBode
+
+    Raises
+    ------
+    FileError
+        If the file has no such columns, several that may be meant, or a unit that is not clear; one sentence.
+    """
+    path, columns = as_path(path), dict(columns or {})
+    file, notes = columns_of(path, delimiter, decimal)
+    records = "frequency" not in columns and not any(_words(column) & WORDS["frequency"] for column in file)
+    try:
+        if records:
+            places = _places(path, file, columns)
+            log = read_log(path, places, units, trim=0.0, unwrap=False, delimiter=delimiter, decimal=decimal)
+            rows = [log.channels[role] for role in RECORDS]
+            return bode_of_records(log.time, *rows, amplitude=amplitude, notes=log.notes)
+        picked = {role: _picked(path, file, role, columns) for role in WORDS}
+        omega, z, phased = _response(picked, units or {}, notes)
+        names = " ".join(re.findall(r"[a-z0-9]+", " ".join(c.name.lower() for c in picked.values() if c is not None)))
+        if quantity is None:
+            quantity = "open loop" if "open loop" in names else "closed loop" if "closed loop" in names else "plant"
+            notes.append(f"it was taken as that of the {quantity}{OF if quantity == 'plant' else ''}")
+        if estimator == "unknown" and "h1" in names.split():
+            estimator = "H1"
+        return measured_bode(
+            omega, z, quantity=quantity, phased=phased, amplitude=amplitude, estimator=estimator, notes=tuple(notes)
+        )  # fmt: skip
+    except FileError:
+        raise
+    except ValueError as error:
+        raise refuse(path, str(error), what="Bode plot") from None
+
+
+def _words(column: Column) -> set[str]:
+    """Words of a column's name, in small letters."""
+    text = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", "_", column.name.replace("dB", "db").replace("Hz", "hz"))
+    return set(re.findall(r"[^\W\d_]+", text.lower()))
+
+
+def _unit(role: str, column: Column) -> str:
+    """Unit that a file gives a column of a Bode plot, "" without one."""
+    text = f"{column.name} {column.unit}".lower()
+    for spelling, unit in SPELT.items():
+        text = text.replace(spelling, unit)
+    words = re.findall(r"[^\s\[\](),;_]+", text)
+    words += [word.rpartition("/")[2] for word in words]
+    return next((word for word in words if word in UNITS[role] and word != "gain"), "")
+
+
+def _picked(path: Path, file: list[Column], role: str, columns: Mapping[str, str | int]) -> Column | None:
+    """Column of a role: as given, or the only one whose name says so."""
+    if role in columns:
+        return file[place_of(path, file, role, columns[role])]
+    named = [column for column in file if _words(column) & WORDS[role]]
+    if len(named) > 1:
+        names, first = ", ".join(column.name for column in named), named[0].name
+        raise ValueError(f"has {len(named)} columns of the {role}, {names}; which one? columns={{{role!r}: {first!r}}}")
+    return named[0] if named else None
+
+
+def _in_unit(role: str, column: Column, units: Mapping[str, str], notes: list[str]) -> Floats:
+    """Values of a column: rad/s, size or rad."""
+    values, spelling = column.values, _unit(role, column)
+    guesses = {
+        "frequency": "rad/s" if _words(column) & OMEGA else "",
+        "size": "db" if np.any(values < 0.0) else "",
+        "phase": "deg" if np.nanmax(np.abs(values)) > TURNS else "",
+    }
+    unit = units.get(role, spelling).lower() or guesses[role]
+    if unit not in UNITS[role]:
+        first, second = ASKED[role]
+        fact = f"is in {unit}" if unit else "has no unit"
+        raise ValueError(f"{shown(column.name)} {fact}; is it {first} or {second}? units={{{role!r}: {first!r}}}")
+    if not spelling and role not in units:
+        notes.append(f"the {role} was read in {unit.replace('db', 'dB')}")
+    return np.asarray(10.0 ** (values / 20.0) if unit == "db" else values * UNITS[role][unit])
+
+
+def _response(
+    picked: Mapping[str, Column | None], units: Mapping[str, str], notes: list[str]
+) -> tuple[Floats, Complexes, bool]:  # fmt: skip
+    """Frequencies [rad/s], complex values or sizes, and whether they have a phase."""
+    part = {
+        role: _in_unit(role, column, units, notes) if role in ASKED else column.values
+        for role, column in picked.items()
+        if column is not None
+    }
+    if len(set(map(len, part.values()))) > 1:
+        raise ValueError(f"has {', '.join(f'{len(v)} values of the {k}' for k, v in part.items())}; give equally many")
+    pair = {"real", "imaginary"} <= part.keys()
+    if not pair and "size" not in part:
+        raise ValueError("has frequencies, but no size and no real and imaginary part; columns={'size': NAME} names it")
+    z = part["real"] + 1j * part["imaginary"] if pair else part["size"] * np.exp(1j * part.get("phase", 0.0))
+    good = np.isfinite(z) & (part["frequency"] > 0.0) & (z != 0.0)
+    if not np.all(good):
+        notes.append(f"{np.sum(~good)} lines at no frequency or without a value were left out")
+    return part["frequency"][good], z[good], pair or "phase" in part
+
+
+def _places(path: Path, file: list[Column], columns: Mapping[str, str | int]) -> dict[str, str | int]:
+    """Columns of a log of reference, torque and speed."""
+    places = dict(columns)
+    for role, words in RECORDS.items():
+        if role in places:
+            continue
+        taken = [place_of(path, file, channel, column) for channel, column in places.items()]
+        named = [i for i, c in enumerate(file) if _words(c) & words and not _words(c) & LOAD and i not in taken]
+        if len(named) != 1:
+            names = ", ".join(file[i].name for i in named) or "none"
+            raise ValueError(
+                f"has no frequency, and records need a {role.replace('_', ' ')}, of which there is {names}: "
+                f"columns={{'frequency': NAME}} or columns={{{role!r}: NAME}} names it"
+            )
+        places[role] = named[0]
+    return places

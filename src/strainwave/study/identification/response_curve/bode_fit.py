@@ -1,0 +1,289 @@
+"""`fit_bode`: a measured Bode plot over that of the drive, and the numbers of the drive that fit it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, log, nan, pi
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+from scipy.optimize import least_squares
+
+from ....base.arguments import typed
+from ....base.facts import Fact
+from ....base.quantities import number, several, shown
+from ....base.records import Labelled
+from ....base.results import Floats
+from ....drive.margins import MotorLoop
+from ....drive.project import train_of
+from ....drive.state_space import StateSpace, state_space
+from ....model.laws.springs import Linear
+from ....model.train.controls import FREE, HERTZ
+from ....model.train.drive_train import DriveTrain
+from ..fitted import Fit, refuse_unidentifiable
+from ..intervals import Spread, spread
+from .measured_bode import Complexes, MeasuredBode
+
+UNITS = {"J_m": "kg*m^2", "J_l": "kg*m^2", "K": "N*m/rad", "B": "N*m*s/rad", "delay": "s", "gain": ""}
+USUAL = ("J_m", "J_l", "K", "B", "delay")
+STARTS = (1.0, 0.4, 2.5)  # of the stiffness
+DAMPED = 0.01  # damping ratio of a start without damping
+FAR = 5.0  # logarithm of the factor that a number may be off from its start
+STEP, ROUGH = 1e-4, 12  # of the unknowns for differences, and evaluations of a start
+TOLERANCE = 1e-4  # of the largest singular value: what the points tell
+MISSES = 1.3  # times the noise: a residual beyond it is no noise
+SHARE, MOVED = 0.1, 0.02  # relative differences between two amplitudes that are named
+PHASELESS = "no phase was measured, so that the delay is not identifiable"
+LACKS = "the model leaves {} times the noise: the intervals do not hold what it lacks"
+STIFFER = "rises", "backlash, or a spring that stiffens"
+SOFTER = "falls", "friction inside the gear that lets go, or a spring that softens"
+DRY = "dry friction takes a smaller part of a larger torque"
+LOSS = "something saturates, or a loss grows with the motion"
+NONE = Spread(np.empty((0, 0)), np.empty(0), np.empty(0))
+
+
+class Modelled(NamedTuple):
+    """The Bode plot of a train, as one was measured, about a speed [rad/s] of the motor."""
+
+    train: DriveTrain
+    measured: MeasuredBode
+    speed: float
+
+    def start(self) -> dict[str, float]:
+        """Numbers of the train as it is; without damping a small one."""
+        linear, end = state_space(self.train, speed=self.speed), self.train.load.end()
+        response = linear.response([np.sqrt(self.measured.omega[0] * self.measured.omega[-1])])[:, -1, 0]
+        K = (response[linear.outputs.index("gear torque")] / response[linear.outputs.index("error")]).real
+        B = self.train.B or 2.0 * DAMPED * (K * end.J) ** 0.5
+        return {"J_m": self.train.motor.J, "J_l": end.J, "K": float(K), "B": float(B), "delay": 0.0, "gain": 1.0}
+
+    def of(self, values: dict[str, float]) -> Complexes:
+        """Response (n,) with other numbers, those that are not given being the train's."""
+        train, load, omega = self.train, self.train.load, self.measured.omega
+        end = load.end()
+        load = load.with_end(end._replace(J=values.get("J_l", end.J)))
+        motor = train.motor._replace(J=values.get("J_m", train.motor.J))
+        law = Linear(values["K"]) if "K" in values else train.law
+        train = train._replace(motor=motor, load=load, law=law, B=values.get("B", train.B))
+        factor = values.get("gain", 1.0) * np.exp(-1j * omega * values.get("delay", 0.0))
+        if self.measured.quantity == "plant":
+            free = state_space(train._replace(motor=motor._replace(control=FREE)), speed=self.speed)
+            return np.asarray(factor * _speed_over_torque(free, omega, self.measured.hold))
+        L = factor * MotorLoop(train, None, self.speed)(omega)
+        return np.asarray(L if self.measured.quantity == "open loop" else L / (1.0 + L))
+
+    def off(self, computed: Complexes) -> Floats:
+        """Residual: relative differences in size, and in phase where that was measured, over the noise if known."""
+        value, noise = self.measured.value, self.measured.deviation
+        weight = np.abs(value) / noise if np.all(noise > 0.0) else 1.0
+        if not self.measured.phased:
+            return np.asarray((np.abs(computed / value) - 1.0) * weight)
+        ratio = (computed / value - 1.0) * weight * np.sqrt(2.0)
+        return np.concatenate([ratio.real, ratio.imag])
+
+
+def _speed_over_torque(free: StateSpace, omega: Floats, hold: float) -> Complexes:
+    """Response (n,) of a free motor's speed to its torque, which is continuous or constant for a time [s]."""
+    place = free.inputs.index("motor torque")
+    if not hold:
+        return np.asarray(free.response(omega)[0, place])
+    n = len(free.A)
+    both = np.zeros((n + 1, n + 1))
+    both[:n, :n], both[:n, n] = free.A * hold, free.B[:, place] * hold
+    step = expm(both)
+    turn = np.exp(1j * omega * hold)[:, None, None] * np.eye(n)
+    return np.asarray(np.linalg.solve(turn - step[:n, :n], step[:n, n:].astype(complex))[:, :, 0] @ free.C[0])
+
+
+@dataclass(frozen=True, eq=False)
+class BodeFit(Fit):
+    """A measured Bode plot, that of the drive, and the numbers of the drive that fit it.
+
+    Attributes
+    ----------
+    measured : MeasuredBode
+        The measurement.
+    values : dict of str to float
+        Numbers that were fitted: `J_m` of the motor and `J_l` of the load [kg*m^2], `K` [N*m/rad] and `B` [N*m*s/rad]
+        of the gear, `delay` [s], `gain`; empty for a comparison.
+    covariance, freedom, unidentified
+        As of `Fit`.
+    start : dict of str to float
+        The drive's own numbers, by the same names.
+    computed, model : (n,) complex arrays
+        Response with the numbers fitted, and of the drive as it is.
+    missed : float
+        Root mean square of what the fit leaves over the noise; nan where the noise is not known.
+    loop : str
+        What drives the motor, in words.
+    dependence : tuple of str
+        What changes with the amplitude, where two were measured.
+    """
+
+    rows: ClassVar[str] = "frequency"
+    by_logarithm: ClassVar[tuple[str, ...]] = ("J_m", "J_l", "K", "B", "gain")
+
+    measured: MeasuredBode
+    values: dict[str, float]
+    covariance: Floats
+    freedom: Floats
+    unidentified: dict[str, str]
+    start: dict[str, float]
+    computed: Complexes
+    model: Complexes
+    missed: float
+    loop: str
+    dependence: tuple[str, ...] = ()
+
+    def coordinates(self) -> Labelled:
+        """Frequencies."""
+        return self.measured.coordinates()
+
+    def variables(self) -> Labelled:
+        """Responses measured, of the drive as it is, and with the numbers fitted."""
+        value = self.measured.variables()["value"]
+        return {"measured": value} | {n: (value[0], getattr(self, n), value[2]) for n in ("model", "computed")}
+
+    def facts(self) -> tuple[Fact, ...]:
+        """What was measured and assumed, what model and fit miss, and the numbers with their intervals."""
+        facts = list(self.measured.facts())
+        if self.measured.quantity != "plant":
+            facts.append(Fact("loop", self.loop, "loop of the drive: {}"))
+        for name, response in (("drive", self.model), ("fit", self.computed))[: 1 + bool(self.values)]:
+            size, phase = self._off(response)
+            facts.append(Fact(f"{name}.off_dB", size, "off by {} dB"))
+            facts.append(Fact(f"{name}.off_degrees", phase, "{} degrees rms" if self.measured.phased else ""))
+        if self.values:
+            facts.append(Fact("numbers", tuple(self._row(name) for name in self.values), "{}"))
+        lacks = self.values and self.missed > MISSES
+        return (
+            *facts, Fact("left_over_noise", self.missed, LACKS if lacks else ""),
+            Fact("unidentified", tuple(self.unidentified.values()), "{}"),
+            Fact("dependence_on_amplitude", self.dependence, "{}"),
+        )  # fmt: skip
+
+    def _row(self, name: str) -> tuple[Fact, ...]:
+        low, high = self.interval(name)
+        return (
+            Fact("name", name, "number"), Fact("value", self.values[name], "value"), Fact("low", low, "from"),
+            Fact("high", high, "to (95 %)"), Fact("given", self.start[name], "drive"),
+            Fact("unit", UNITS[name], "unit"),
+        )  # fmt: skip
+
+    def _off(self, response: Complexes) -> tuple[float, float]:
+        """Root mean square differences from the measurement in dB and degrees."""
+        ratio = response / self.measured.value
+        size, phase = np.sqrt(np.mean([np.log(np.abs(ratio)) ** 2, np.angle(ratio) ** 2], axis=1)).tolist()
+        return 20.0 / log(10.0) * size, 180.0 / pi * phase if self.measured.phased else nan
+
+
+@typed
+def fit_bode(
+    measured: MeasuredBode | Sequence[MeasuredBode], project: Any, *, free: Sequence[str] | None = None,
+    speed: float = 0.0,
+) -> BodeFit:  # fmt: skip
+    """Compare a measured Bode plot with that of a drive, and fit the drive's numbers to it.
+
+    Least squares of the complex relative differences, each over its noise where that is known, from several starts of
+    the stiffness; intervals allow for residuals that are coloured.
+
+    Parameters
+    ----------
+    measured : MeasuredBode, or two of them
+        From `read_frd`, `measured_bode` or `bode_of_records`. The first is fitted; of a second one with another
+        amplitude it is said what changes with the amplitude: backlash, friction.
+    project : Project or DriveTrain
+        The drive with start values, about which it is linear; its loop counts for "open loop" and "closed loop".
+    free : sequence of str, optional
+        Numbers to fit, of `J_m`, `J_l`, `K`, `B`, `delay` [s] and `gain`, a factor where the scale of the measurement
+        is not known; none: comparison alone. Default: all but the gain, without a phase without the delay.
+    speed : float
+        Speed of the motor [rad/s] at which it was measured, which friction depends on.
+
+    Returns
+    -------
+    BodeFit
+
+    Raises
+    ------
+    ValueError
+        If a name is another, or the measurement does not tell the numbers apart.
+
+    References
+    ----------
+    Pintelon & Schoukens 2012, System Identification: A Frequency Domain Approach, sec. 9.3 (weighted least squares).
+    """
+    plots = (measured,) if isinstance(measured, MeasuredBode) else several("measured", measured)
+    if len(plots) not in (1, 2):
+        raise ValueError(f"measured has {len(plots)} Bode plots; give one, or two of different amplitudes")
+    plot, (loop, train) = plots[0], train_of(project, "fit_bode")
+    if plot.quantity != "plant" and (train.motor.free or train.motor.held):
+        raise ValueError(f"the {plot.quantity} was measured and the motor of the drive has no loop; give it one")
+    modelled = Modelled(train, plot, number("speed [rad/s]", speed))
+    start, unknown = modelled.start(), {} if plot.phased else {"delay": PHASELESS}
+    names = tuple(name for name in USUAL if name not in unknown) if free is None else several("free", free)
+    wrong = next((name for name in names if name not in UNITS or names.count(name) > 1 or name in unknown), None)
+    if wrong is not None:
+        raise ValueError(unknown.get(wrong) or f"free has {shown(wrong)}; name each once, of {', '.join(UNITS)}")
+    dependence = amplitude_dependence(*plots) if len(plots) == 2 else ()
+    values, scatter = _fitted(modelled, names, start) if names else ({}, NONE)
+    model, computed = modelled.of({}), modelled.of(values)
+    noisy = bool(np.all(plot.deviation > 0.0))
+    missed = float(np.sqrt(np.mean(modelled.off(computed) ** 2))) if noisy else nan
+    return BodeFit(
+        plot, values, scatter.covariance, scatter.freedom, unknown, start, computed, model, missed, loop, dependence
+    )  # fmt: skip
+
+
+def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -> tuple[dict[str, float], Spread]:
+    """Values by name, and their scatter."""
+    count, fastest = len(modelled.measured.omega), float(modelled.measured.omega[-1])
+
+    def values(p: Floats) -> dict[str, float]:
+        pairs = zip(names, p.tolist(), strict=True)
+        return {name: x / fastest if name == "delay" else start[name] * exp(x) for name, x in pairs}
+
+    def off(p: Floats) -> Floats:
+        return modelled.off(modelled.of(values(p)))
+
+    def off_in_size(p: Floats) -> Floats:  # leads to the fit from farther away
+        return np.asarray(np.log(np.abs(modelled.of(values(p)) / modelled.measured.value)))
+
+    begins = [np.array([log(factor) if name == "K" else 0.0 for name in names]) for factor in STARTS]
+    ways: Any = {"bounds": (-FAR, FAR), "diff_step": STEP}
+    rough = [least_squares(off_in_size, begin, max_nfev=ROUGH, **ways) for begin in begins]
+    best = min(rough, key=lambda fit: float(fit.cost)).x
+    x = np.asarray(least_squares(off, best, x_scale="jac", **ways).x)
+    J = np.stack([(off(x + step) - off(x - step)) / (2.0 * STEP) for step in STEP * np.eye(len(names))], axis=1)
+    refuse_unidentifiable(J, names, np.ones(len(names)), TOLERANCE)
+    scatter, solved = spread(J, off(x), len(J) // count * [count]), values(x)  # records: real and imaginary part
+    sizes = np.array([1.0 / fastest if name == "delay" else solved[name] for name in names])
+    return solved, scatter._replace(covariance=scatter.covariance * np.outer(sizes, sizes))
+
+
+def amplitude_dependence(first: MeasuredBode, second: MeasuredBode) -> tuple[str, ...]:
+    """Say what changes from the smaller to the larger amplitude of two measurements of one quantity."""
+    small, large = sorted((first, second), key=lambda plot: plot.amplitude)
+    if not small.amplitude < large.amplitude or small.quantity != large.quantity:
+        raise ValueError("two Bode plots need one quantity and different amplitudes; give amplitude= of each")
+    between = f"from the amplitude {small.amplitude:g} to {large.amplitude:g}"
+    before, after = _resonance(small), _resonance(large)
+    grid = small.omega[(small.omega >= large.omega[0]) & (small.omega < 0.7 * min(before, after))]
+    sizes = np.interp(grid, large.omega, np.abs(large.value)) / np.interp(grid, small.omega, np.abs(small.value))
+    ratio, sentences = float(np.median(sizes)) if len(grid) else 1.0, []
+    if abs(after / before - 1.0) > MOVED:
+        moves, cause = STIFFER if after > before else SOFTER
+        sentences.append(f"{between} the resonance {moves} {before / HERTZ:.4g} -> {after / HERTZ:.4g} Hz: {cause}")
+    if abs(ratio - 1.0) > SHARE:
+        cause = DRY if ratio > 1.0 else LOSS
+        sentences.append(f"{between} the response below the resonance changes by the factor {ratio:.3g}: {cause}")
+    return tuple(sentences) or (f"{between} neither the resonance nor the response below it changes",)
+
+
+def _resonance(bode: MeasuredBode) -> float:
+    """Frequency [rad/s] of the highest crest above a straight line, in logarithms."""
+    x, y = np.log(bode.omega), np.log(np.abs(bode.value))
+    y = y - np.polyval(np.polyfit(x, y, 1), x)
+    i = int(np.argmax(y[1:-1])) + 1
+    a, b, _ = np.polyfit(x[i - 1 : i + 2] - x[i], y[i - 1 : i + 2], 2)
+    return float(np.exp(x[i] + np.clip(-0.5 * b / min(a, -1e-300), x[i - 1] - x[i], x[i + 1] - x[i])))

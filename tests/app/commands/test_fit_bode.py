@@ -1,0 +1,58 @@
+"""`strainwave fit-bode`: what it prints and writes, with the numbers of the library, and what it asks."""
+
+import json
+
+import numpy as np
+import pytest
+from bode_machine import TRUE, plant
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands.cli import cli
+
+HZ = np.geomspace(3.0, 300.0, 60)
+PROJECT = """
+gear: {ratio: 100, law: {type: linear, K: 4e4 N*m/rad}}
+motor: {inertia: 6 kg*cm^2, loop: {type: speed, bandwidth: 20 Hz, damping: 1}}
+load: {inertia: 3.5 kg*m^2}
+damping: {B: 60 N*m*s/rad}
+speed: {from: 100 rad/s, to: 180 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+"""
+
+
+@pytest.fixture
+def files(tmp_path):
+    value = plant(2.0 * np.pi * HZ)
+    rows = np.column_stack([HZ, 20.0 * np.log10(np.abs(value)), np.degrees(np.angle(value))])
+    names = {"units": "f [Hz],size [dB],phase [deg]", "none": "f,size [dB],phase [deg]"}
+    for name, head in names.items():
+        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",", header=head, comments="")
+    (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
+    return tmp_path
+
+
+def invoke(*given):
+    return CliRunner().invoke(cli, ["fit-bode", *map(str, given)])
+
+
+def test_the_command_prints_and_writes_the_numbers_of_the_library(files):
+    run = invoke(files / "axis.yaml", files / "units.csv", "-o", files / "out", "--json")
+    assert run.exit_code == 0, run.output
+    data = json.loads(run.stdout)
+    fit = sw.fit.fit_bode(sw.read_frd(files / "units.csv"), sw.read_project(files / "axis.yaml"))
+    assert {row["name"]: row["value"] for row in data["numbers"]} == pytest.approx(fit.values)
+    assert fit.values["K"] == pytest.approx(TRUE["K"], rel=1e-6)
+    assert json.loads((files / "out" / "bode.json").read_text()) == data
+    assert len((files / "out" / "bode.csv").read_text().splitlines()) == 61
+    assert "<svg" in (files / "out" / "bode.svg").read_text()
+
+
+def test_a_comparison_alone_and_what_is_not_clear_in_options(files):
+    run = invoke(files / "axis.yaml", files / "none.csv", "--unit", "frequency=Hz", "--free", "")
+    assert run.exit_code == 0, run.output
+    assert "drive: off by" in run.stdout
+    assert "number " not in run.stdout
+    run = invoke(files / "axis.yaml", files / "none.csv")
+    assert run.exit_code == 3
+    assert "is it Hz or rad/s? --unit frequency=Hz" in run.output
