@@ -230,6 +230,7 @@ RESULTS = {
         "OrderScan": order_scan,
         "ResponseFit": response_fit,
         "MeasuredBode": measured_bode,
+        "Standstill": lambda: sw.study.standstill(LOOPED),
         "BodeFit": lambda: sw.fit.fit_bode(measured_bode(), LOOPED, free=("J_m", "delay")),
         "CompensationBench": lambda: sw.results.CompensationBench(
             np.array([150.0]), ("adaptive",), ((compensation(),),)
@@ -244,6 +245,7 @@ WITHOUT_FIGURE = (
     "Passage",
     "Passages",
     "StateSpace",
+    "Standstill",
     "Margins",
     "Exceedance",
     "ProjectComparison",

@@ -477,6 +477,7 @@ CALLS = {
         {"omega": np.linspace(0.7, 0.95, 8), "amplitude": 0.18 / (1.0 - np.linspace(0.7, 0.95, 8) ** 2 + 0.05),
          "system": DUFFING, "free": ("B",), "phase": None, "harmonics": 3, "speed_error": 1e-4},
     ),
+    "standstill": call(sw.study.standstill, project=LOOPED),
     "fit_bode": call(
         sw.fit.fit_bode, measured=RESULTS["MeasuredBode"](), project=LOOPED, free=("J_m",), speed=0.0
     ),

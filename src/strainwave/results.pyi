@@ -13,6 +13,7 @@ from .drive.loop_margin import Bode as Bode
 from .drive.margins import Margins as Margins
 from .drive.reductions import Reductions as Reductions
 from .drive.run import DriveRun as DriveRun
+from .drive.standstill import Standstill as Standstill
 from .drive.state_space import StateSpace as StateSpace
 from .files.export.export import Exported as Exported
 from .files.identified.identify_drive import IdentifiedDrive as IdentifiedDrive

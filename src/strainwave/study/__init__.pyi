@@ -2,6 +2,7 @@
 
 from ..drive.operating_point import operating_state as operating_state
 from ..drive.reductions import compare_reductions as compare_reductions
+from ..drive.standstill import standstill as standstill
 from .analysis.hardening import hardening as hardening
 from .analysis.validity import validity_in_general as validity_in_general
 from .analysis.validity import validity_map as validity_map

@@ -58,6 +58,13 @@ def test_the_numbers_of_the_machine_are_in_the_intervals_from_starts_that_are_of
     assert len(fit.panels()) == 2
 
 
+def test_a_start_from_which_the_sizes_lead_astray_is_left_for_another():
+    t, r, u, y = records([1])
+    fit = sw.fit.fit_bode(sw.fit.bode_of_records(t, r, u[:, 0], y[:, 0]), START)
+    assert fit.missed < 1.2
+    assert fit.values["K"] == pytest.approx(TRUE["K"], rel=0.15)
+
+
 def test_a_model_that_lacks_a_resonance_is_said_to_leave_more_than_the_noise():
     measured = sw.fit.measured_bode(OMEGA, plant(OMEGA), deviation=1e-3 * np.abs(plant(OMEGA)))
     fit = sw.fit.fit_bode(measured, START, free=("J_m", "delay"))

@@ -252,8 +252,8 @@ def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -
     begins = [np.array([log(factor) if name == "K" else 0.0 for name in names]) for factor in STARTS]
     ways: Any = {"bounds": (-FAR, FAR), "diff_step": STEP}
     rough = [least_squares(off_in_size, begin, max_nfev=ROUGH, **ways) for begin in begins]
-    best = min(rough, key=lambda fit: float(fit.cost)).x
-    x = np.asarray(least_squares(off, best, x_scale="jac", **ways).x)
+    fits = [least_squares(off, fit.x, x_scale="jac", **ways) for fit in rough]
+    x = np.asarray(min(fits, key=lambda fit: float(fit.cost)).x)
     J = np.stack([(off(x + step) - off(x - step)) / (2.0 * STEP) for step in STEP * np.eye(len(names))], axis=1)
     refuse_unidentifiable(J, names, np.ones(len(names)), TOLERANCE)
     scatter, solved = spread(J, off(x), len(J) // count * [count]), values(x)  # records: real and imaginary part

@@ -1,0 +1,270 @@
+"""Where a drive train rests under its mean torques, with dry friction and an integrating loop, and whether it hunts."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from math import inf, nan, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.arguments import typed
+from ..base.facts import Fact
+from ..base.law import states_of, torque_of
+from ..base.quantities import AngularSpeed, Torque
+from ..base.records import Result
+from ..base.results import Floats, SolveError
+from ..base.units import ARCSEC
+from ..model.excitation import Harmonic, NoError
+from ..model.laws.friction import Coulomb, LuGre, Stribeck, Viscous, sliding_friction
+from ..model.laws.hysteresis import Parallel
+from ..model.train.controls import CascadeLoop, core_of, off_reference
+from ..model.train.drive_train import DriveTrain
+from ..model.train.motion import AtRest
+from ..numerics.integration.methods import Dopri5
+from ..numerics.integration.simulate import simulate
+from .operating_point import operating_state, with_mean_torques
+from .project import train_of
+from .state_space import state_space
+
+SAMPLES = 2000  # of a stretch of time, between which the end of a slip or a stick is found
+HEAVY = 1e12  # times its inertia: a motor that sticks
+SLIPS, SAME = 80, 1e-4  # slips that are followed, and relative difference of two turns of a cycle
+LONGEST = 18  # doublings of a stretch after which a stick has no end
+SMALL = 1e-3  # of the largest slip: smaller ones are none
+INTEGRATED = 1e-9  # rad for 1 N*m: deviation of a motor that an integrator holds
+ROUNDING = 1e-9  # of the largest pole: a smaller one is none
+METHOD = Dopri5(rtol=1e-8)
+
+
+class Slip(NamedTuple):
+    """Dry friction of a shaft that slides one way: negative torques of one that slides backward."""
+
+    T_c: Torque
+    T_s: Torque
+    v_s: AngularSpeed
+
+    def torque(self, x: Any, v: Any) -> Any:  # noqa: ARG002
+        """Torque [N*m] at the speed v [rad/s], whose sign does not count."""
+        return sliding_friction(v, self.T_c, self.T_s, self.v_s)
+
+
+@dataclass(frozen=True, eq=False)
+class Standstill(Result):
+    """A drive train at rest under its mean torques.
+
+    Attributes
+    ----------
+    sag : (float, float)
+        Least and largest deviation [rad, output side] of the motor from its reference; dry friction holds any between.
+    error : (float, float)
+        The same of the pointing error of the load [rad], with the twist of gear and couplings.
+    motor_friction, load_friction : float
+        Break-away torque [N*m] of dry friction on the shafts.
+    integrates : bool
+        Whether the loop has an integrator that takes the motor to its reference.
+    period, size : float
+        Of hunting: period [s] and deviation of the motor [rad, output side], 0-to-peak; nan without hunting. Of hunting
+        without a fixed period their mean and largest value.
+    regular : bool
+        Whether every cycle of hunting is like the one before.
+    slips : int
+        Slips that were followed until they repeated or ended.
+    """
+
+    sag: tuple[float, float]
+    error: tuple[float, float]
+    motor_friction: float
+    load_friction: float
+    integrates: bool
+    period: float
+    size: float
+    regular: bool
+    slips: int
+
+    @property
+    def hunts(self) -> bool:
+        """Whether the motor sticks and slips for ever."""
+        return self.period == self.period
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Where it rests, and whether it hunts."""
+        hunting = {"period_s": self.period, "size_arcsec": self.size / ARCSEC, "regular": self.regular}
+        return (
+            Fact("standstill.sag_arcsec", self.sag), Fact("standstill.pointing_error_arcsec", self.error),
+            Fact("standstill.integrates", self.integrates),
+            Fact("standstill.hunting", hunting if self.hunts else None), Fact("", self.sentences(), "{}"),
+        )  # fmt: skip
+
+    def sentences(self) -> tuple[str, ...]:
+        """Where it rests, and whether it hunts, a sentence each."""
+        dry = DRY.format(self.motor_friction, self.load_friction) if self.motor_friction + self.load_friction else ""
+        place = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
+        return (f"At standstill {place}{dry}.", *([self._hunting()] if self.integrates and self.motor_friction else []))
+
+    def _hunting(self) -> str:
+        alone = ", without the dry friction of the load" if self.load_friction else ""
+        if not self.hunts:
+            return f"No hunting was found{alone}: after a kick the motor comes to rest in {self.slips} slips."
+        period = f"a period of {self.period:.4g} s"
+        if not self.regular:
+            period = f"no fixed period, {self.period:.4g} s in the mean"
+        size = f"±{self.size / ARCSEC:.4g} arcsec (output)"
+        return f"It hunts{alone}: the integrator makes the motor stick and slip by up to {size}, with {period}."
+
+
+DRY = "; dry friction: {:.3g} N*m (motor), {:.3g} N*m (load)"
+
+
+def _range(ends: tuple[float, float]) -> str:
+    low, high = [f"{round(value / ARCSEC, 6) + 0.0:.4g}" for value in ends]
+    return f"{low} arcsec" if low == high else f"anything from {low} to {high} arcsec"
+
+
+@typed
+def standstill(project: Any) -> Standstill:
+    """Find where a drive rests under its mean torques, and whether its loop hunts.
+
+    Dry friction of a shaft holds it anywhere within its break-away torque: rest is a set, whose ends have the friction
+    with either sign. With an integrator and friction on the motor sticks and slips follow each other: the motor rests
+    until the integrator breaks it away, slides against `Coulomb`, `Stribeck` or `LuGre` friction without its smoothed
+    sign, and sticks again. They are integrated from a kick until they repeat, which is hunting, or end. The dry
+    friction of the load is left out there. A gear with hysteresis is where a slow load from rest brings it.
+
+    Parameters
+    ----------
+    project : Project or DriveTrain
+        The drive with a loop that holds its motor's angle.
+
+    Returns
+    -------
+    Standstill
+
+    Raises
+    ------
+    ValueError
+        If nothing holds the motor's angle.
+    SolveError
+        If a law cannot carry the torques.
+
+    References
+    ----------
+    Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), 1083-1138, sec. 4 (hunting).
+    """
+    train = with_mean_torques(train_of(project, "standstill")[1])
+    train = train._replace(error=NoError(), reference=AtRest(), omega=1.0)
+    if train.motor.free or train.motor.held:
+        raise ValueError("the motor has no loop that holds its angle; give it a position loop or a cascade")
+    frictions = breakaway(train.motor.drag), breakaway(train.load.end().drag)
+    corners = [_rest(train, push) for push in {*product(*((-T, 0.0, T) for T in frictions))}]
+    sag, error = [(min(column), max(column)) for column in zip(*corners, strict=True)]
+    integrates = bool(np.ptp([_rest(train, (torque, 0.0))[0] for torque in (0.0, 1.0)]) < INTEGRATED)
+    period, size, regular, slips = _hunting(train) if integrates and frictions[0] else (nan, nan, False, 0)
+    return Standstill(sag, error, *frictions, integrates, period, size, regular, slips)
+
+
+def standing(train: DriveTrain) -> Standstill | None:
+    """Standstill of a train with dry friction on its shafts or a cascade; None of others, and where none is found."""
+    dry = breakaway(train.motor.drag) + breakaway(train.load.end().drag)
+    if not (dry or isinstance(core_of(train.motor.control), CascadeLoop)):
+        return None
+    try:
+        return standstill(train)
+    except (SolveError, TypeError, ValueError):  # nothing holds the motor's angle, or a torque has no mean
+        return None
+
+
+def breakaway(law: Any) -> float:
+    """Largest torque [N*m] of the dry friction in the law of a shaft."""
+    if isinstance(law, Parallel):
+        return breakaway(law.first) + breakaway(law.second)
+    return float(law.T_c if isinstance(law, Coulomb) else law.T_s if isinstance(law, Stribeck | LuGre) else 0.0)
+
+
+def one_way(law: Any, sign: float) -> Any:
+    """The law of a shaft that slides one way, of the sign 1 or -1; of the sign 0 without its dry friction."""
+    if isinstance(law, Parallel):
+        return Parallel(one_way(law.first, sign), one_way(law.second, sign))
+    if isinstance(law, Coulomb):
+        return Slip(sign * law.T_c, sign * law.T_c, 1.0)
+    if isinstance(law, Stribeck):
+        return Slip(sign * law.T_c, sign * law.T_s, law.v_s)
+    if isinstance(law, LuGre):
+        return Parallel(Slip(sign * law.T_c, sign * law.T_s, law.v_s), Viscous(law.sigma_2))
+    return law
+
+
+def _sliding(train: DriveTrain, sign: float) -> DriveTrain:
+    """The train whose motor slides one way, and whose load has no dry friction."""
+    motor, end = train.motor, train.load.end()
+    load = train.load.with_end(end._replace(drag=one_way(end.drag, 0.0)))
+    return train._replace(motor=motor._replace(drag=one_way(motor.drag, sign)), load=load)
+
+
+def _rest(train: DriveTrain, pushes: tuple[float, ...]) -> tuple[float, float]:
+    """Deviation of the motor over N and pointing error [rad] with torques [N*m] for friction of motor and load."""
+    plain = _sliding(train, 0.0)
+    motor, end = plain.motor, plain.load.end()
+    load = plain.load.with_end(end._replace(excitation=Harmonic(0.0, mean=end.excitation.mean + pushes[1])))
+    motor = motor._replace(excitation=Harmonic(0.0, mean=motor.excitation.mean + pushes[0]))
+    state = operating_state(plain._replace(motor=motor, load=load), 0.0)
+    return float(off_reference(motor.control, state)[0] / train.N), float(train.pointing_error(state))
+
+
+def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
+    """Period [s] and size [rad, output side] of hunting, whether it is regular, and the slips that were followed."""
+    plain, T, J = _sliding(train, 0.0), breakaway(train.motor.drag), train.motor.J
+    stuck = plain._replace(motor=plain.motor._replace(J=HEAVY * J))
+    state = operating_state(plain, 0.0)
+    poles = np.abs(state_space(plain, at=state).poles)
+    span = 2.0 * pi / float(np.min(poles[poles > ROUNDING * np.max(poles)]))
+
+    def pull(y: Any) -> Floats:
+        return np.asarray(stuck.rhs(0.0, tuple(y))[3]) * (HEAVY * J)
+
+    def spare(y: Floats) -> Floats:
+        return np.abs(pull(y)) - T
+
+    core = core_of(train.motor.control)
+    state[2] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # its torque is twice what breaks it away
+    time, places, times = 0.0, [float(state[2])], [0.0]
+    for slips in range(1, SLIPS + 1):
+        passed, state = _until(stuck, state, span, spare)
+        if passed == inf:
+            return nan, nan, False, slips - 1
+        sign = float(np.sign(pull(state)))
+        lasted, state = _until(_sliding(train, sign), state, span, partial(_back, sign))
+        state[3], time = 0.0, time + passed + lasted
+        places, times = [*places, float(state[2])], [*times, time]
+        ways = np.abs(np.diff(places))
+        if np.max(ways[-4:]) < SMALL * np.max(ways):
+            return nan, nan, False, slips
+        if slips > 5 and np.allclose(ways[-4:], ways[-1], rtol=SAME) and places[-1] * places[-2] < 0.0:
+            return times[-1] - times[-3], float(ways[-1]) / (2.0 * train.N), True, slips
+    last, moments = np.array(places[SLIPS // 2 :]), np.array(times[SLIPS // 2 :])
+    turns = moments[1:][last[1:] * last[:-1] < 0.0]
+    return 2.0 * float(np.mean(np.diff(turns))), float(np.ptp(last)) / (2.0 * train.N), False, SLIPS
+
+
+def _back(sign: float, y: Floats) -> Floats:
+    """Speed [rad/s] of the motor against the way in which it slides."""
+    return np.asarray(-sign * y[3])
+
+
+def _until(system: DriveTrain, state: Floats, span: float, excess: Callable[[Floats], Floats]) -> tuple[float, Floats]:
+    """Time [s] until something crosses 0 upward, and the state then; infinite where it does not."""
+    time = 0.0
+    for _ in range(LONGEST):
+        run = simulate(system, state, np.linspace(0.0, span, SAMPLES), method=METHOD)
+        if not run.status:
+            raise SolveError(f"the motion between two stops was not found: {run.status.name}")
+        value = excess(run.y)
+        if time == 0.0 and value[0] > 0.0:
+            return 0.0, state
+        i = int(np.argmax(value[1:] >= 0.0))
+        if value[i + 1] >= 0.0:
+            share = value[i] / min(value[i] - value[i + 1], -1e-300)
+            return time + float(run.t[i] + share * (run.t[1] - run.t[0])), run.y[:, i : i + 2] @ [1.0 - share, share]
+        time, span, state = time + span, 2.0 * span, run.y[:, -1]
+    return inf, state

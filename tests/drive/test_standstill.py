@@ -1,0 +1,148 @@
+"""Rest under gravity and dry friction against closed forms, hunting against a long integration of equations by hand."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import strainwave as sw
+from strainwave.app.commands.cli import cli
+from strainwave.model.train.filters import around
+
+ARCSEC = math.pi / 648000.0
+N, J_M, J_L, B, G = 100.0, 4.5e-4, 5.0, 30.0, 110.0  # an elbow with SHG-32-100
+SPRING, ELEMENT = sw.catalogue.gear("SHG-32-100").law, sw.BoucWen(9e3, 0.0, 1e-4)
+SMOOTH = sw.Linear(0.0)
+BANDWIDTH = 2.0 * math.pi * 40.0
+
+
+def loop(kind):
+    return sw.train.from_bandwidth(BANDWIDTH, J_M + J_L / N**2, 0.7, kind=kind)
+
+
+def elbow(control, motor=SMOOTH, load=SMOOTH, gear=None):
+    law = gear or sw.Parallel(SPRING, ELEMENT)
+    train = sw.Drive(J_M, J_L, N, B, law).train(control=control, load_torque=sw.Harmonic(0.0, mean=-G))
+    train = train._replace(motor=train.motor._replace(drag=motor))
+    return train._replace(load=train.load._replace(drag=load))
+
+
+def twist(torque):
+    """Twist [rad] of the gear under a slow load from rest: z = yield (1 - exp(-x/yield)), beta = gamma = 1/2."""
+    Y = ELEMENT.yield_twist
+
+    def missing(x):
+        return float(SPRING.torque(x)) + ELEMENT.K * Y * (1.0 - math.exp(-x / Y)) - torque
+
+    return brentq(missing, 0.0, 0.1, xtol=1e-16)
+
+
+def test_an_integrator_takes_the_motor_to_its_reference_and_the_gear_alone_winds_up():
+    found = sw.study.standstill(elbow(loop("cascade")))
+    assert found.integrates
+    assert np.abs(found.sag) == pytest.approx(0.0, abs=1e-6 * ARCSEC)
+    assert found.error == pytest.approx((twist(G), twist(G)), rel=1e-6)
+    assert "sags by 0 arcsec" in str(found)
+    assert not found.hunts
+
+
+@pytest.mark.parametrize(
+    ("motor", "load", "T_m", "T_l"),
+    [
+        (sw.laws.Coulomb(0.05, 1e-2), sw.laws.Coulomb(8.0, 1e-4), 0.05, 8.0),
+        (sw.Parallel(sw.laws.Viscous(1e-4), sw.laws.Stribeck(0.05, 0.08, 0.5, 1e-2)), sw.Linear(0.0), 0.08, 0.0),
+        (sw.Linear(0.0), sw.laws.LuGre(1e5, 10.0, 1.0, 5.0, 6.0, 1e-2), 0.0, 6.0),
+    ],
+)
+def test_with_dry_friction_rest_is_the_set_between_both_signs_over_the_stiffness_of_the_loop(motor, load, T_m, T_l):
+    control = loop("position")
+    found = sw.study.standstill(elbow(control, motor, load))
+    sag = [-(((G + s * T_l) / N + s * T_m) / control.K_p) / N for s in (1.0, -1.0)]
+    assert found.sag == pytest.approx(sag, rel=1e-6)
+    error = [twist(G + s * T_l) + ((G + s * T_l) / N + s * T_m) / control.K_p / N for s in (-1.0, 1.0)]
+    assert found.error == pytest.approx(error, rel=1e-6)
+    assert not found.integrates
+    assert f"{sag[0] / ARCSEC:.4g} to {sag[1] / ARCSEC:.4g} arcsec" in " ".join(str(found).split())
+
+
+def hunted(control, dry, end, lag=0.0):
+    """Period [s] and size [rad, motor] of the last cycles of a long stiff integration, friction with a sharp sign."""
+    Y, width = ELEMENT.yield_twist, 1e-5
+
+    def rates(_, y):
+        x_m, v_m, z, x_l, v_l, b, u = y
+        x, v = x_m / N - x_l, v_m / N - v_l
+        gear = float(SPRING.torque(x)) + ELEMENT.K * b + B * v
+        w = v_m + control.K_v * x_m
+        wanted = control.K_p * (w + z / control.T_n)
+        torque = u if lag else wanted
+        friction = v_m / math.hypot(v_m, width) * (dry.T_c + (dry.T_s - dry.T_c) * math.exp(-((v_m / dry.v_s) ** 2)))
+        slip = v - (0.5 * abs(v) * b + 0.5 * v * abs(b)) / Y
+        follow = (wanted - u) / (lag or 1.0)
+        return v_m, (-torque - friction - gear / N) / J_M, w, v_l, (gear - G) / J_L, slip, follow
+
+    x0 = twist(G)
+    start = [3e-3, 0.0, -G / N * control.T_n / control.K_p, 3e-5 - x0, 0.0, Y * (1.0 - math.exp(-x0 / Y)), -G / N]
+    run = solve_ivp(rates, (0.0, end), start, method="BDF", rtol=1e-6, atol=1e-10, max_step=0.02)
+    assert run.success, run.message
+    x, t = run.y[0], run.t
+    i = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
+    moments = t[i] - x[i] * (t[i + 1] - t[i]) / (x[i + 1] - x[i])
+    return float(np.mean(np.diff(moments)[-3:])), 0.5 * float(np.ptp(x[t > moments[-4]]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("K_v", "T_n", "v_s", "lag"), [(20.0, 0.05, 0.02, 0.0), (15.0, 0.06, 0.01, 5e-4)])
+def test_hunting_has_the_period_and_size_of_a_long_integration(K_v, T_n, v_s, lag):
+    control = sw.train.CascadeLoop(K_v, (J_M + J_L / N**2) * BANDWIDTH, T_n)
+    dry = sw.laws.Stribeck(0.05, 0.1, v_s, 1e-3)
+    found = sw.study.standstill(elbow(around(control, lag, ()), dry))
+    period, size = hunted(control, dry, 20.0, lag)
+    assert found.hunts
+    assert found.regular
+    assert found.period == pytest.approx(period, rel=0.02)
+    assert found.size * N == pytest.approx(size, rel=0.02)
+    assert "It hunts" in str(found)
+
+
+def test_friction_that_does_not_fall_with_the_speed_lets_an_integrator_come_to_rest():
+    """Bisoffi, Da Lio, Teel & Zaccarian 2018, IEEE Trans. Automatic Control 63(8), 2654-2661."""
+    found = sw.study.standstill(elbow(loop("cascade"), sw.laws.Coulomb(0.05, 1e-2), gear=sw.Linear(5e4)))
+    assert not found.hunts
+    assert "No hunting was found" in str(found)
+
+
+@pytest.mark.parametrize("control", [sw.train.Held(), sw.train.Free()])
+def test_a_motor_without_a_loop_is_refused(control):
+    with pytest.raises(ValueError, match="no loop that holds its angle"):
+        sw.study.standstill(elbow(control))
+
+
+PROJECT = """
+gear: SHG-32-100
+motor: {inertia: 4.5 kg*cm^2, loop: {type: cascade, bandwidth: 40 Hz},
+  drag: {type: coulomb, T_c: 0.05 N*m, width: 0.01 rad/s}}
+load: {inertia: 5 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 40 rad/s, to: 60 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}], load_torque: {mean: -110 N*m}}
+"""
+
+
+@pytest.mark.slow
+def test_the_command_response_and_the_analysis_say_it(tmp_path):
+    (tmp_path / "elbow.yaml").write_text(PROJECT, encoding="utf-8")
+    run = CliRunner().invoke(cli, ["response", str(tmp_path / "elbow.yaml"), "--json"])
+    assert run.exit_code == 0, run.output
+    found = json.loads(run.stdout)["standstill"]
+    assert found["sag_arcsec"] == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert found["hunting"] is None
+    assert found["integrates"]
+    project = sw.read_project(tmp_path / "elbow.yaml")
+    remarks = " ".join(project.analyze(advice=False).train.remarks)
+    assert "At standstill the motor sags by 0 arcsec" in remarks
+    assert "No hunting was found" in remarks
