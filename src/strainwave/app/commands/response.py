@@ -89,7 +89,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
     unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
     name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
     most = found.top
-    still = None if project.train is None else standing(project.train)
+    resting = None if project.train is None else standing(project.train)
     top, size, fast = found.largest(), float(found.oscillation[most]), speeds.own(float(curve.omega[most]))
     known, peak, least = curve_data(speeds, found), None, None
     if top is not None:
@@ -117,7 +117,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         *(Fact(key, value) for key, value in known.items()),
         Fact("", f"{known['harmonics']} harmonics; {left_out}", "{}"),
         Fact("", WHAT_X_IS, "{}"),
-        *(() if still is None else still.facts()),
+        *(() if resting is None else resting.facts()),
         Fact("beyond_limits", tuple(judged.remarks), "note: {}"),
         Fact("conventions", CONVENTIONS),
         Fact("remarks", tuple(unsaid(_remarks(project), judged.remarks)), "note: {}"),

@@ -245,8 +245,8 @@ def train_study(
                 "no motion with it repeats with every turn: the steady curve leaves it out, the run-up has it."
             )
     progress("standstill")
-    still = standing(train)
-    remarks += still.sentences() if still is not None else ()
+    resting = standing(train)
+    remarks += () if resting is None else resting.sentences()
     if curve is not None:
         probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
         whole, reduced = along(curve, probes), along(exact, probes)
