@@ -18,7 +18,7 @@ from ..base.results import Branch, Floats, Orbit, Status
 from ..base.sentences import on_screen
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits
-from .asked import MotorLimits, motor_findings
+from .asked import MotorLimits, Need, motor_findings, sheet_findings
 from .jumps import Jumps
 
 
@@ -83,12 +83,13 @@ def most_used(*some: Usage) -> Usage:
 
 def limit_findings(
     gear: Gear | None, usage: Usage, fastest: float | None, limits: MotorLimits | None = None,
-    motor: MotorUse | None = None,
+    motor: MotorUse | None = None, needs: Iterable[Need | None] = (), resting: float | None = None,
 ) -> tuple[Finding, ...]:  # fmt: skip
     """Compare motions with the limits of the gear and of the motor; `Finding.fails` says by which a drive fails.
 
     `fastest` is the largest input speed [rad/s], None where it is not known. It counts as the mean speed too: every
-    speed of the range may be kept up.
+    speed of the range may be kept up. `needs` is what the motions ask of the motor at every speed, `resting` the torque
+    of the load at rest [N*m, motor side].
     """
     findings: tuple[Finding, ...] = ()
     if gear is not None:
@@ -98,8 +99,13 @@ def limit_findings(
         )  # fmt: skip
     if limits is None:
         return findings
+    asked_of = [need for need in needs if need is not None]
     torque, holding = (None, 0.0) if motor is None else (motor.torque, motor.holding)
-    return findings + motor_findings(limits, torque, fastest, holding)
+    if motor is not None and motor.in_run_up:
+        asked_of.append(Need(np.array([motor.at]), np.array([motor.torque]), np.zeros(1), np.ones(0, bool)))
+    torque = None if limits.peak_torque and asked_of else torque
+    simple = motor_findings(limits, torque, fastest, holding)
+    return (*findings, *simple, *sheet_findings(limits, asked_of, fastest, resting))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,9 +133,9 @@ class DriveResponse(Result):
     without_angle : bool
         Whether a torque that follows the load's own angle, gravity for one, is left out: it repeats once in N turns of
         the motor, so that no motion with it repeats with every turn.
-    motor_torque, motor_mean : (n,) arrays or None
-        Largest size, and mean over a turn, of the torque of the motor [N*m, motor side], at every point; of a free
-        motor that which it is given. None where the ratio is not known.
+    motor_torque, motor_mean, motor_rms : (n,) arrays or None
+        Largest size, mean and root mean square over a turn of the torque of the motor [N*m, motor side], at every
+        point; of a free motor that which it is given. None where the ratio is not known.
     """
 
     curve: Branch
@@ -141,6 +147,7 @@ class DriveResponse(Result):
     without_angle: bool = False
     motor_torque: Floats | None = None
     motor_mean: Floats | None = None
+    motor_rms: Floats | None = None
 
     method: ClassVar[str] = "harmonic balance"
 
@@ -161,6 +168,7 @@ class DriveResponse(Result):
     def variables(self) -> Labelled:
         """Those of the curve, whether a slow sweep visits a point, and what gear and motor are asked for there."""
         units = {"across": "rad", "torque": "N*m", "mean_torque": "N*m", "motor_torque": "N*m", "motor_mean": "N*m"}
+        units["motor_rms"] = "N*m"
         known = {name: values for name in units if (values := getattr(self, name)) is not None and len(values)}
         asked = {name: ("point", values, units[name]) for name, values in known.items()}
         visited = np.isin(np.arange(len(self.curve)), self.swept)
@@ -264,6 +272,20 @@ class DriveResponse(Result):
         top = self.top_of(self.motor_torque)
         holding = float(np.max(np.abs(self.motor_mean[self.visited()])))
         return MotorUse(float(self.motor_torque[top]), float(self.omega[top]), holding)
+
+    def need(self, turns: int = 1, shifts: tuple[float, ...] = (0.0,)) -> Need | None:
+        """What the same motions ask of the motor at every speed; None where it is not known.
+
+        Of the `shifts` of its mean torque [N*m], those of other loads, the largest counts; the vibration is that of the
+        curve, and the peak at least the mean. `turns` are those of the base angle in one of the motor.
+        """
+        if self.motor_torque is None or self.motor_mean is None or self.motor_rms is None:
+            return None
+        at = self.visited()
+        mean, peak = self.motor_mean[at], self.motor_torque[at]
+        moved = np.max(np.abs(mean + np.array(shifts)[:, None]), axis=0)
+        ripple = np.maximum(self.motor_rms[at] ** 2 - mean * mean, 0.0)
+        return Need(self.omega[at] / turns, np.maximum(peak, moved), np.sqrt(moved**2 + ripple), np.diff(at) == 1)
 
     def asked(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
         """What the motions ask of gear and motor, and at least what a range of `loads` [N*m] takes at steady speed.

@@ -152,7 +152,7 @@ def of_equation(
     if train is None:
         return found
     motor = motor_torque(train, angles, torque)
-    return replace(found, motor_torque=largest_of_samples(motor), motor_mean=np.mean(motor, axis=1))
+    return replace(found, **sizes_of(motor))
 
 
 def torque_along(system: Any, curve: Branch) -> tuple[Floats, Floats]:
@@ -172,6 +172,12 @@ def torque_along(system: Any, curve: Branch) -> tuple[Floats, Floats]:
     # the curve holds no internal states; the torque is tau - J x''
     bends = np.repeat(k * k, 2, axis=0) * waves
     return theta, np.asarray(system.excitation.torque(theta) + system.J * omega * omega * (coefficients[:, 1:] @ bends))
+
+
+def sizes_of(motor: Floats) -> dict[str, Any]:
+    """Largest size, mean and root mean square of samples (n, samples) of the torque of a motor, by their fields."""
+    rms = np.sqrt(np.mean(motor * motor, axis=1))
+    return {"motor_torque": largest_of_samples(motor), "motor_mean": np.mean(motor, axis=1), "motor_rms": rms}
 
 
 def motor_torque(train: DriveTrain, angles: Floats, torque: Floats) -> Floats:

@@ -24,7 +24,7 @@ from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
 from .reductions import left_out
-from .response import FEWEST, PER_HARMONIC, TurnResponse, gear_torque, sweep_on, turn_response
+from .response import FEWEST, PER_HARMONIC, TurnResponse, gear_torque, sizes_of, sweep_on, turn_response
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
 
@@ -139,7 +139,7 @@ def of_train(system: AtLoad, found: TurnResponse, without_angle: bool = False) -
     motor = train.motor_torque(angles, there) + 0.0 * torque
     return DriveResponse(
         curve, sweep_on(curve), displacement_peaks(state[0]), largest_of_samples(torque), cubic_means(torque),
-        not system.train.motor.free, without_angle, largest_of_samples(motor), np.mean(motor, axis=1),
+        not system.train.motor.free, without_angle, **sizes_of(motor),
     )  # fmt: skip
 
 

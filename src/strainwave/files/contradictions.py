@@ -7,7 +7,7 @@ from ..base.law import depends, spring_stiffness
 from ..base.quantities import checked
 from ..model.gears.gear import Gear
 from .fields.groups import CATALOGUE, Radians
-from .fields.schema import ExplicitGear, ProjectSpec
+from .fields.schema import CURVE_COLUMNS, ExplicitGear, ProjectSpec
 from .variants.names import nominal_of
 from .yaml_text import Keys
 
@@ -145,6 +145,10 @@ def _whole_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
     """What the whole drive train does not go together with."""
     if spec.motor is not None and spec.motor.loop is not None and spec.motor.mode == "free":
         yield ("motor", "loop"), "keeps the motor's speed, and 'mode: free' gives it up; write 'mode: held' or no loop"
+    curves = [name for name in CURVE_COLUMNS if spec.motor is not None and getattr(spec.motor, name) is not None]
+    for name in curves:
+        if spec.speed is not None and spec.speed.shaft == "forcing":
+            yield ("motor", name), "is over the motor's speed, and the speeds are a forcing's; write 'shaft: motor'"
     for field in train_fields(spec):
         if spec.speed is not None and spec.speed.shaft == "forcing":
             yield field, "belongs to a shaft, and the speeds to the forcing; write 'shaft: motor' under speed"

@@ -217,14 +217,12 @@ def _friction(friction: object) -> float | None:
 
 
 def _motor(motor: Any, mode: str | None, limits: MotorLimits | None = None) -> MotorSpec:
-    most = limits or MotorLimits()
     return MotorSpec(
         inertia=motor.J or None,
         mode=mode,
         loop=None if motor.free or motor.held else motor.control,
         drag=_drag(motor.drag),
-        max_torque=most.torque if math.isfinite(most.torque) else None,
-        max_speed=most.speed if math.isfinite(most.speed) else None,
+        **MotorSpec.sheet_of(limits),
     )
 
 

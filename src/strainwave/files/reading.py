@@ -9,7 +9,7 @@ from pathlib import Path
 from ..base.quantities import checked, convert
 from ..base.sentences import printable
 from ..base.speeds import Speeds
-from ..drive.asked import Task
+from ..drive.asked import MotorLimits, Task
 from ..drive.loop_margin import unstable
 from ..drive.project import Project
 from ..model.drive import Drive
@@ -39,7 +39,9 @@ FROM_REST = 0.01  # of the end of a range from 0: where it begins
 REST_NOTE = "The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {}."
 
 
-def resolved(spec: ProjectSpec, gear_entry: Gear | ExplicitGear, path: Path, text: str) -> Project:
+def resolved(
+    spec: ProjectSpec, gear_entry: Gear | ExplicitGear, path: Path, text: str, sheet: MotorLimits | None
+) -> Project:  # fmt: skip
     """Return the project that the fields of a file describe, with its notes; `text` is that of the file."""
     gear, ratio = gear_entry if isinstance(gear_entry, Gear) else None, float(gear_entry.ratio)
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
@@ -70,8 +72,8 @@ def resolved(spec: ProjectSpec, gear_entry: Gear | ExplicitGear, path: Path, tex
         limit=None if spec.limit is None else spec.limit.oscillation,
         whole=whole,
         motor_named=spec.motor.named,
-        motor_limits=spec.motor.limits,
-        sampling=None if spec.controller is None else spec.controller.sampling(spec.motor.limits),
+        motor_limits=sheet,
+        sampling=None if spec.controller is None else spec.controller.sampling(sheet),
         scatter=tuple((spec.scatter or {}).items()),
         correlation=spec.scatter_correlation,
     )
@@ -208,10 +210,17 @@ def from_located(located: Located, text: str, path: Path) -> Project:
     gear: Gear | ExplicitGear | None = None
     elsewhere: list[str] = []
     task: Task | None = None
+    sheet: MotorLimits | None = None
     try:
         task = None if spec.move is None else spec.move.task(path.parent)
     except FileError as error:
         elsewhere.append(str(error))
+    try:
+        sheet = None if spec.motor is None else spec.motor.limits(path.parent)
+    except FileError as error:
+        elsewhere.append(str(error))
+    if sheet is not None and (said := sheet.crossing()):
+        problems.append(Problem(*located.place(("motor", "continuous_torque")), "motor.continuous_torque", said))
     try:
         gear = _gear(spec, path)
     except FileError as error:
@@ -223,7 +232,7 @@ def from_located(located: Located, text: str, path: Path) -> Project:
         problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in wrong_together]
     if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), *elsewhere) if part))
-    project = replace(resolved(spec, gear, path, text), move=task)
+    project = replace(resolved(spec, gear, path, text, sheet), move=task)
     if project.train is not None and (sentence := unstable(project.train, project.loop_inertia)):
         refuse(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)], ProjectError)
     return project

@@ -2,7 +2,8 @@
 
 Every unit must stand in the column's name, `angle [deg]` or `angle (deg)`, or beside the name that the caller gives.
 
-A profile in CSV: time and angle of the load, with their units in the names of the columns.
+A profile in CSV: time and angle of the load, with their units in the names of the columns. A motor's torque over its
+speed likewise.
 """
 
 import os
@@ -13,6 +14,7 @@ import numpy as np
 
 from ..base.quantities import checked
 from ..base.results import Floats
+from ..drive.asked import Curve, curve_fault
 from ..study.move.profiles import AngleProfile
 from .logs.names import named
 from .logs.table import read_table, refuse, rising_columns
@@ -144,6 +146,27 @@ def read_profile(
     times, angles = rising_columns(path, file, lines, COLUMNS, FORM, FORWARD)
     profile: AngleProfile = checked(AngleProfile(tuple(times.tolist()), tuple(angles.tolist())))
     return profile
+
+
+def read_torque_curve(path: str | os.PathLike[str], column: str) -> Curve:
+    """Read speeds [rad/s] and torques [N*m] of a motor: the columns `speed` and `column`, or `torque`, with units.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, a column or its unit is missing, a number is wrong, speeds do not ascend from 0, or
+        a torque is negative.
+    """
+    path = as_path(path)
+    file, _, lines = read_table(path, None, None, kind="torque curve")
+    named_so = column in [named(one.name).name for one in file]
+    form = f"name the columns with their units: speed [rpm], {column} [N*m]"
+    fields = {"speed": ("speed", "rad/s"), column: (column if named_so else "torque", "N*m")}
+    speeds, torques = rising_columns(path, file, lines, fields, form, "give speeds that ascend: sort the lines")
+    curve = tuple(zip(speeds.tolist(), torques.tolist(), strict=True))
+    if said := curve_fault(curve):
+        raise refuse(path, said)
+    return curve
 
 
 class ProfileFile(NamedTuple):

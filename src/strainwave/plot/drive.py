@@ -4,6 +4,7 @@ The mean of the error, its static wind-up, is left out: it stands beside the fig
 unstable ones dashed. Curves have more points than were computed: between those their harmonics follow a smooth curve.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from ..base.results import Floats
 from ..base.sentences import number
 from ..base.speeds import Speeds
 from ..base.units import RPM
+from ..drive.asked import PEAK, RMS, MotorLimits
 from ..drive.drive_response import DriveResponse
 from ..drive.project import Project
 from ..numerics.balance.fourier import synthesis, to_blocks
@@ -128,6 +130,11 @@ def drive_panels(
     if np.size(drive.torque):
         _torque(torque, project, drive, extras)
         panels.append(torque)
+    sheet = None if project is None else project.motor_limits
+    if sheet is not None and (sheet.peak_torque or sheet.lasts):
+        motor = Panel("", x, Axis("torque of the motor", "N*m"), xlim=error.xlim)
+        _motor(sheet, motor, drive, extras)
+        panels.append(motor)
     for panel in panels:
         panel.fit()
         for i, band in enumerate(() if extras.avoid is None else extras.avoid.bands):
@@ -200,6 +207,18 @@ def _torque(panel: Panel, project: Project | None, drive: DriveResponse, extras:
     for name, (limit, dash) in limits.items():
         if limit is not None and limit < NEAR * top:
             panel.level(limit, BLACK, f"{name} of {project.gear.name}", dash)
+
+
+def _motor(sheet: MotorLimits, panel: Panel, drive: DriveResponse, extras: Drawn) -> None:
+    """Largest and rms torque of the motor, under every load, below its curves."""
+    for response in (drive, *(case.drive for case in extras.cases)):
+        if response.motor_torque is not None and response.motor_rms is not None:
+            panel.parted(response.omega, response.motor_torque, True, BLUE, "largest", keep=response.stable)
+            panel.parted(response.omega, response.motor_rms, True, ORANGE, "rms", keep=response.stable)
+    speeds = np.linspace(np.min(drive.omega), np.max(drive.omega), 200)
+    for limit, name, dash in ((PEAK, "peak torque", DASHES), (RMS, "continuous torque", DOTS)):
+        if math.isfinite(sheet.at(limit, 0.0)):
+            panel.line(speeds, sheet.at(limit, speeds), BLACK, f"{name} of the motor", dash)
 
 
 def draw_exact(panel: Panel, method: str, x: Floats, y: Floats, stable: Any, keep: Any = True) -> None:

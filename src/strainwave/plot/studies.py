@@ -5,7 +5,7 @@ import numpy as np
 from ..base.results import Floats
 from ..base.sentences import number
 from ..base.units import RPM
-from ..drive.asked import MotorLimits
+from ..drive.asked import PEAK, RMS, MotorLimits
 from ..model.gears.gear import Gear
 from ..study.design.result import Design
 from ..study.move.result import Move
@@ -41,7 +41,7 @@ def move_panels(move: Move, gear: Gear | None = None, limits: MotorLimits = UNLI
     motor, torque = move.motor_torque[samples], move.gear_torque[samples]
     lower = Panel(f"torque of the motor, rms {number(move.rms_motor_torque, 3)} N·m", TIME, TORQUE)
     lower.line(t, motor, width=1.5)
-    _limit(lower, limits.torque, move.peak_motor_torque, motor, "largest torque of the motor", DOT_DASH)
+    _allowed(lower, limits, t, move.motor_speed[samples], motor)
     lowest = Panel(f"torque in the gear, cubic mean {number(move.average_gear_torque, 3)} N·m", TIME, TORQUE)
     lowest.line(t, torque, width=1.5)
     for name, dash in {"rated_torque": "4 2", "repeated_peak_torque": "8 3", "momentary_torque": "2 3"}.items():
@@ -54,6 +54,14 @@ def move_panels(move: Move, gear: Gear | None = None, limits: MotorLimits = UNLI
     return panels
 
 
+def _allowed(panel: Panel, limits: MotorLimits, t: Floats, speed: Floats, torque: Floats) -> None:
+    """Draw what the motor gives at most, and of continuous duty, at the speeds of a move."""
+    _limit(panel, limits.torque, float(np.max(np.abs(torque))), torque, "largest torque of the motor", DOT_DASH)
+    for limit, points, name in ((PEAK, limits.peak_torque, "peak"), (RMS, limits.continuous_torque, "continuous")):
+        for side in _sides(torque) if points else ():
+            panel.line(t, side * limits.at(limit, speed), ORANGE, f"{name} torque of the motor", DOTS, 1.4)
+
+
 def _speed(move: Move, t: Floats, speed: Floats, gear: Gear | None, limits: MotorLimits) -> Panel:
     panel = Panel("commanded speed of the motor", TIME, RPMS)
     top, sides = float(np.max(np.abs(speed))), _sides(speed)
@@ -63,7 +71,7 @@ def _speed(move: Move, t: Floats, speed: Floats, gear: Gear | None, limits: Moto
     panel.line(t, speed, width=1.8)
     times = [crossing.time for crossing in move.passes]
     panel.points(times, np.interp(times, t, speed), BLACK, "resonance passed")
-    bound = min(limits.speed, *([] if gear is None or gear.max_rpm is None else [gear.max_rpm * RPM]), np.inf)
+    bound = min(limits.fastest, *([] if gear is None or gear.max_rpm is None else [gear.max_rpm * RPM]), np.inf)
     _limit(panel, bound, top, speed, "largest speed of motor or gear", DOT_DASH)
     sizes = [size for size in (bound, *(high for _, high in move.bands)) if size < NEAR * top]
     edge = 1.08 * max([top, *sizes])

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC, RPM
+from strainwave.drive.asked import Need, sheet_findings
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.verdict import Answer
 
@@ -127,3 +128,79 @@ def test_one_curve_is_judged_by_the_motor_too():
     assert [sentence.split(" of")[0] for sentence in judged.failures] == ["The torque", "The speed"]
     strong = dataclasses.replace(drive, motor_limits=sw.MotorLimits(5.0, 3000.0 * RPM))
     assert strong.judged(strong.response(coexisting=False)).passes is True
+
+
+SHEET = (
+    ", peak_torque: [[0 rpm, 1.5 N*m], [1900 rpm, 1.5 N*m], [2000 rpm, 1.3 N*m]]"
+    ", continuous_torque: [[0 rpm, 1.36 N*m], [2000 rpm, 1.29 N*m]], rated_speed: 1500 rpm, brake: 1.1 N*m"
+)
+
+
+def test_peak_and_rms_torque_are_judged_at_every_speed_against_the_curves_of_the_motor():
+    loaded = project(1700, 2000, SHEET).under(-PULL)
+    found = loaded.response(coexisting=False)
+    torque = at_speed(2000.0, lambda _: -PULL, 60, 4)[:-1]
+    peak, rms = np.max(np.abs(torque)), math.sqrt(np.mean(torque**2))
+    top = int(np.argmax(found.omega))
+    assert found.motor_rms[top] == pytest.approx(rms, rel=1e-3)
+    judged = loaded.judged(found)
+    passed = {finding.limit: finding for finding in judged.findings if finding.exceeded}
+    assert set(passed) == {"motor torque", "motor rms torque", "motor rated speed", "motor brake torque"}
+    assert passed["motor torque"].value == pytest.approx(peak, rel=1e-3)
+    assert passed["motor torque"].bound == pytest.approx(1.3)
+    assert f"at 2000 rpm, its peak torque there 1.3 N*m: {peak - 1.3:.2g}" in passed["motor torque"].sentence
+    assert passed["motor brake torque"].value == pytest.approx(PULL / N)
+    assert not passed["motor rated speed"].fails
+    sheet, speeds = loaded.motor_limits, np.linspace(1700.0, 2000.0, 61) * RPM
+    sizes = {"motor torque": found.motor_torque, "motor rms torque": found.motor_rms}
+    asked = {name: np.interp(speeds, found.omega, size) for name, size in sizes.items()}
+    for i, omega in enumerate(speeds):
+        fails = any(size[i] > sheet.at(name, omega) for name, size in asked.items())
+        near = any(abs(size[i] / sheet.at(name, omega) - 1.0) < 1e-3 for name, size in asked.items())
+        assert near or fails == any(low <= omega <= high for low, high in judged.verdict.speeds)
+
+
+def test_a_curve_that_dips_between_two_motions_is_met_at_its_own_points():
+    need = Need(np.array([100.0, 200.0]), np.array([1.0, 1.2]), np.array([0.5, 0.5]), np.array([True]))
+    dip = sw.MotorLimits(peak_torque=((0.0, 2.0), (140.0, 2.0), (150.0, 0.9), (160.0, 2.0), (200.0, 2.0)))
+    speeds, torque, _, joined = need.against(dip, "motor torque")
+    assert (speeds.tolist(), joined.tolist()) == ([100.0, 140.0, 150.0, 160.0, 200.0], [True] * 4)
+    assert torque.tolist() == pytest.approx([1.0, 1.08, 1.1, 1.12, 1.2])
+    (found,) = sheet_findings(dip, [need])
+    assert (found.value, found.bound, found.omega) == (pytest.approx(1.1), 0.9, 150.0)
+    apart = need._replace(joined=np.array([False]))
+    assert apart.against(dip, "motor torque")[0].tolist() == [100.0, 200.0]
+
+
+@pytest.mark.slow
+def test_a_duty_cycle_is_judged_by_its_rms_torque_at_its_speeds_and_the_rest_that_is_named_makes_it_pass():
+    limits = sw.MotorLimits(continuous_torque=((0.0, 1.4), (1000.0 * RPM, 1.0), (3000.0 * RPM, 0.4)), K_t=0.5)
+    angle, time = math.radians(60.0), 0.5
+    move = sw.move(project(), sw.Trapezoid(angle, time, ramp=0.5), limits=limits)
+    rate = 4.0 * angle / time**2 * N
+    half = 0.5 * time
+
+    def reference(t):
+        if t < half:
+            return 0.5 * rate * t * t, rate * t, rate
+        left = max(0.0, time - t)
+        return N * angle - 0.5 * rate * left * left, rate * left, -rate if left else 0.0
+
+    start = (0.0, 0.0, -ARCSEC * sum(size for _, size in LINES), 0.0)
+    t, torque = motor_torque(reference, lambda q: -PULL * math.sin(q), time, 40_001, start)
+    rms = math.sqrt(np.trapezoid(torque**2, t) / time)
+    assert move.rms_motor_torque == pytest.approx(rms, rel=1e-4)
+    assert move.peak_motor_torque == pytest.approx(np.max(np.abs(torque)), rel=1e-3)
+    assert {fact.key: fact.value for fact in move.facts()}["motor.rms_current_A"] == pytest.approx(2.0 * rms, rel=1e-4)
+    speed = np.array([reference(moment)[1] for moment in t])  # the deviation of the loop is below 1 % of it
+    allowed = np.interp(speed, [0.0, 1000.0 * RPM, 3000.0 * RPM], [1.4, 1.0, 0.4])
+    share = np.trapezoid((torque / allowed) ** 2, t)
+    (finding,) = [one for one in move.findings if one.limit == "motor rms torque"]
+    assert finding.bound == pytest.approx(math.sqrt(np.trapezoid(torque**2, t) / share), rel=5e-3)
+    assert finding.fails == (share > time)
+    rest = float(finding.sentence.split("rest at the end for ")[1].split(" s")[0])
+    held = PULL * math.sin(angle) / N / 1.4
+    assert rest == pytest.approx((share - time) / (1.0 - held**2), rel=0.02)
+    for duration, fails in ((0.9 * rest, True), (1.1 * rest, False)):
+        cycle = sw.move(project(), [sw.Trapezoid(angle, time, ramp=0.5), sw.study.Dwell(duration)], limits=limits)
+        assert [one.fails for one in cycle.findings if one.limit == "motor rms torque"] == [fails]

@@ -8,8 +8,8 @@ from typing import Any
 
 from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import RPM
-from ...drive.asked import MotorLimits
-from ...model.gears.limits import Finding, gravest
+from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits
+from ...model.gears.limits import RATED, Finding, gravest
 from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict
@@ -25,11 +25,12 @@ NOTHING_STABLE = "no steady motion of the range is stable"
 RUN_UP = " In the run-up the oscillation about the mean of its turns reaches {}."
 TWICE = 2.0  # times a limit, from which on the size is told as a multiple
 NONE = 1e-9  # relative oscillation below which nothing is left but rounding
-MOTOR = ("motor torque", "motor speed")
+MOTOR = (PEAK, "motor speed", RMS, RATED, BRAKE)
 REST = ("max_rpm", "average_rpm", "average_torque", *MOTOR)  # limits that are named only where they are passed
 NAMES = {
     "max_rpm": "largest input speed", "average_rpm": "average input speed", "motor torque": "motor's largest torque",
-    "motor speed": "motor's largest speed",
+    "motor speed": "motor's largest speed", RMS: "motor's continuous torque", RATED: "motor's rated speed",
+    BRAKE: "torque of the motor's brake",
 }  # fmt: skip
 
 LEAST = 0.01  # share of the motor's torque from which on the steady part is told
@@ -269,8 +270,11 @@ def _motor(view: View) -> str:
     said = Sentence(text, number(motor.torque), run, Speed(motor.at, digits=5) + under_load(motor.load))
     if motor.holding > LEAST * motor.torque:
         said += f"; steady loads and friction alone take up to {number(motor.holding)} N·m"
-    torque, speed = limits or MotorLimits()
-    said += "." + _has(motor.torque, torque, "N·m")
+    sheet = limits or MotorLimits()
+    torque, speed = sheet.most, sheet.fastest
+    said += "." + ("" if sheet.peak_torque else _has(motor.torque, torque, "N·m"))
+    if math.isfinite(sheet.K_t):
+        said += f" That is a current of {number(motor.torque / sheet.K_t)} A."
     if view.speeds.by_motor:
         fastest = view.speeds.given[-1] / RPM
         said += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
@@ -278,6 +282,8 @@ def _motor(view: View) -> str:
         text = f" The run-up of {number(study.ramp.duration, 3)} s takes up to {number(motor.run_up)} N·m with its "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
         said += text + "acceleration" + (": run up more slowly." if slower else ".")
+    told = [f.sentence for f in view.analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
+    said += "".join(" " + sentence.replace("*", "·") for sentence in told)
     return said if limits else said + " The project file gives no limits of the motor."
 
 

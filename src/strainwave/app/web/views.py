@@ -72,9 +72,8 @@ def solved(project: Project, whole: bool = False) -> Curve:
 
 def _as_fast(found: DriveResponse, g: int) -> DriveResponse:
     """The response with the torque of the motor itself; a motor that is g times as fast gives a g-th of it."""
-    if found.motor_torque is None or found.motor_mean is None:
-        return found
-    return replace(found, motor_torque=g * found.motor_torque, motor_mean=g * found.motor_mean)
+    sizes = {name: getattr(found, name) for name in ("motor_torque", "motor_mean", "motor_rms")}
+    return replace(found, **{name: g * size for name, size in sizes.items() if size is not None})
 
 
 def folded(project: Project) -> tuple[Project, int]:
@@ -158,8 +157,8 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         if motor is None
         else {
             "torque": motor.torque, "holding_torque": motor.holding, "speed": scale * motor.at,
-            "largest_speed": speeds.scale * speeds.given[-1], "max_torque": motor_limits.torque,
-            "max_speed": motor_limits.speed * speeds.scale,
+            "largest_speed": speeds.scale * speeds.given[-1], "max_torque": motor_limits.most,
+            "max_speed": motor_limits.fastest * speeds.scale,
         },
         "message": found.message,
         "remarks": [

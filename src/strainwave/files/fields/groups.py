@@ -9,12 +9,27 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from ...base.quantities import checked
-from ...drive.asked import MotorLimits
+from ...drive.asked import MotorLimits, curve_fault
 from ...model.controllers.closed_loop import Sampling
 from ...model.excitation import Line
 from ..yaml_text import shown
-from .kinds import PHASE, Either, Items, Kind, NotA, Place, Quantity, Schema, Text, Whole, Wrong, number, read
-from .rows import Fields, Group, field, needed, rows_of
+from .kinds import (
+    FILE_NAME,
+    PHASE,
+    Either,
+    Items,
+    Kind,
+    NotA,
+    Place,
+    Quantity,
+    Schema,
+    Text,
+    Whole,
+    Wrong,
+    number,
+    read,
+)
+from .rows import Fields, Group, Points, field, needed, rows_of
 
 MOST_LINES = 64
 CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
@@ -229,6 +244,34 @@ def _bits(text: str) -> Any:
 BITS = Text(_bits, lambda: {"pattern": "^\\s*[0-9]{1,2}[ -]?bits?\\s*$", "examples": ["16 bit"]}, "an encoder")
 
 
+@dataclass(frozen=True)
+class TorqueCurve(Points):
+    """Points of a motor's torque over its speed, or the name of a CSV file that has them."""
+
+    units: tuple[str, str] = ("rad/s", "N*m")
+    pair: str = "a speed and a torque; write [3000 rpm, 1.2 N*m]"
+
+    def read(self, value: object, place: Place) -> Any:
+        if isinstance(value, str):
+            return FILE_NAME.read(value, place)
+        points = super().read(value, place)
+        whole = all(point and None not in point for point in points)  # what is wrong in a point is told there
+        if said := curve_fault(points) if whole else "":
+            raise ValueError(said)
+        return points
+
+    def schema(self) -> Schema:
+        return {"anyOf": [super().schema(), FILE_NAME.schema()]}
+
+    def text(self, value: Any) -> str:
+        if isinstance(value, str):
+            return FILE_NAME.text(value)
+        return f"[{', '.join(f'[{speed!r} rad/s, {torque!r} N*m]' for speed, torque in value)}]"
+
+    def example(self) -> str:
+        return "points such as [[0 rpm, 2 N*m], [3000 rpm, 1.2 N*m]], or the name of a CSV file"
+
+
 class ControllerSpec(Group):
     """Samples and encoders of the drive's own controller."""
 
@@ -257,7 +300,7 @@ class ControllerSpec(Group):
                 load_encoder=int(self.load_encoder != "none"),
             )
         )
-        most = math.inf if limits is None else limits.torque
+        most = math.inf if limits is None else limits.most
         return sampling._replace(limit=most) if math.isfinite(most) else sampling
 
     @staticmethod

@@ -240,7 +240,10 @@ class Coefficients(Kind):
 
 @dataclass(frozen=True)
 class Points(Kind):
-    """Pairs of a torsion and a torque."""
+    """Pairs of a torsion and a torque, or of others."""
+
+    units: tuple[str, str] = ("rad", "N*m")
+    pair: str = "a torsion and a torque; write [0.54 mrad, 54 N*m]"
 
     def read(self, value: object, place: Place) -> Any:
         if not isinstance(value, list):
@@ -249,11 +252,11 @@ class Points(Kind):
 
     def _pair(self, pair: object, at: Place) -> Any:
         if not isinstance(pair, list) or len(pair) != 2:
-            return at.wrong("is no pair of a torsion and a torque; write [0.54 mrad, 54 N*m]")
-        return tuple(read(Quantity(unit), pair[j], at.at(j)) for j, unit in enumerate(("rad", "N*m")))
+            return at.wrong(f"is no pair of {self.pair}")
+        return tuple(read(Quantity(unit), pair[j], at.at(j)) for j, unit in enumerate(self.units))
 
     def schema(self) -> Schema:
-        pair = [Quantity("rad").schema(), Quantity("N*m").schema()]
+        pair = [Quantity(unit).schema() for unit in self.units]
         one = {"type": "array", "prefixItems": pair, "minItems": 2, "maxItems": 2}
         return {"type": "array", "items": one, "minItems": 2}
 

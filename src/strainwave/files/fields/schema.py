@@ -1,5 +1,6 @@
 """The table of a project file: a row for every field, with what it holds, an example and a sentence."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +15,9 @@ from ...model.laws.meshing import LoadFriction
 from ...model.laws.springs import Play
 from ...model.varying import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
-from ..scan_file import ProfileFile, read_profile
+from ..scan_file import ProfileFile, read_profile, read_torque_curve
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
-from .groups import CATALOGUE, LINE, ControllerSpec, Correlation, ExcitationSpec, Scatter, ascending
+from .groups import CATALOGUE, LINE, ControllerSpec, Correlation, ExcitationSpec, Scatter, TorqueCurve, ascending
 from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Word, Wrong
 from .rows import Fields, Group, Typed, field, group_text, needed, rows_of
 
@@ -117,6 +118,12 @@ class BacklashSpec(Group):
     half_gap: float = needed(ANGLE, "10 arcsec", "Half of the backlash, on the output side.")
 
 
+SHEET = {"torque": "max_torque", "speed": "max_speed"}  # fields of the file by those of `MotorLimits`
+CURVE_COLUMNS = {"peak_torque": "peak", "continuous_torque": "continuous"}
+EXAMPLE_PEAK = "[[0 rpm, 3 N*m], [4000 rpm, 3 N*m], [6000 rpm, 1.5 N*m]]"
+EXAMPLE_CONTINUOUS = "[[0 rpm, 1.3 N*m], [3000 rpm, 1.2 N*m], [6000 rpm, 0.6 N*m]]"
+
+
 class MotorSpec(Group):
     """What turns with the motor shaft, and how it is driven."""
 
@@ -132,13 +139,30 @@ class MotorSpec(Group):
     drag: Any = field(DRAG, EXAMPLE_DRAG, "Friction or cogging that opposes the motor shaft.")
     max_torque: float | None = field(Quantity("N*m", "positive"), "3 N*m", "Largest torque of the motor.")
     max_speed: float | None = field(SPEED, "6000 rpm", "Largest speed of the motor.")
+    peak_torque: Any = field(TorqueCurve(), EXAMPLE_PEAK,
+        "Peak torque over the speed (S3): points, or a CSV file with the columns speed and peak.")  # fmt: skip
+    continuous_torque: Any = field(TorqueCurve(), EXAMPLE_CONTINUOUS,
+        "Continuous torque over the speed (S1): points, or a CSV file with columns speed, continuous.")  # fmt: skip
+    rms_torque: float | None = field(Quantity("N*m", "positive"), "1.3 N*m",
+        "Largest rms torque that the winding stands, at any speed.")  # fmt: skip
+    rated_speed: float | None = field(SPEED, "3000 rpm", "Largest mean speed of the motor.")
+    brake: float | None = field(Quantity("N*m", "positive"), "2 N*m", "Torque that the brake of the motor holds.")
+    K_t: float | None = field(Quantity("N*m/A", "positive"), "0.12 N*m/A", "Torque of the motor per current.")
 
-    @property
-    def limits(self) -> MotorLimits | None:
-        """Largest torque and speed of the motor, where the file gives one of them."""
-        given = {"torque": self.max_torque, "speed": self.max_speed}
-        known = {name: value for name, value in given.items() if value is not None}
+    def limits(self, folder: Path) -> MotorLimits | None:
+        """Sheet of the motor, where the file gives a part of it, with curves of a folder's files (FileError)."""
+        sheet = {name: getattr(self, SHEET.get(name, name)) for name in MotorLimits._fields}
+        for name, column in CURVE_COLUMNS.items():
+            if isinstance(sheet[name], str):
+                sheet[name] = read_torque_curve(folder / sheet[name], column)
+        known = {name: value for name, value in sheet.items() if value is not None}
         return MotorLimits(**known) if known else None
+
+    @staticmethod
+    def sheet_of(limits: MotorLimits | None) -> dict[str, Any]:
+        """Fields of a sheet, None where nothing is known."""
+        sheet = (limits or MotorLimits())._asdict().items()
+        return {SHEET.get(name, name): None if value in (math.inf, ()) else value for name, value in sheet}
 
     @property
     def named(self) -> bool:

@@ -12,6 +12,7 @@ from ...base.units import RPM
 from .gear import Gear
 
 DUTY = "average_rpm"  # a limit of the mean over a duty cycle: no speed by itself says how long it lasts
+RATED = "motor rated speed"  # the same of a motor
 
 # Limits of the peak torque, and what to do beyond them.
 TORQUES = (
@@ -39,6 +40,8 @@ class Finding:
         "N*m" (output side) or "rpm" (input speed, as datasheets print it).
     sentence : str
         Fact, value and, beyond the limit, the remedy; then the doubts of the record about the limit.
+    omega : float or None
+        Speed of the motor [rad/s] at which that is, where a limit of the motor depends on it.
     """
 
     limit: str
@@ -46,6 +49,7 @@ class Finding:
     bound: float
     unit: str
     sentence: str
+    omega: float | None = None
 
     @property
     def exceeded(self) -> bool:
@@ -55,7 +59,7 @@ class Finding:
     @property
     def fails(self) -> bool:
         """Whether a drive fails by it: not by the average input speed, beyond which it may turn for a short time."""
-        return self.exceeded and self.limit != DUTY
+        return self.exceeded and self.limit not in (DUTY, RATED)
 
     def data(self) -> dict[str, Any]:
         """It as plain data; `fails` says whether a drive fails by it."""

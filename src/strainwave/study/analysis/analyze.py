@@ -188,7 +188,9 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     subject = Subject(system, None if curve is None else train, limits, project)
     motor = _asked_of_motor(drive, by_load, study)
     fastest = speeds.given[-1] if speeds.by_motor else None
-    findings = limit_findings(project.gear, largest, fastest, project.motor_limits, motor)
+    curves = tuple(case.drive for case in by_load) or (drive,)
+    needs, resting = [curve.need() for curve in curves], max(map(abs, project.load_torques)) / project.drive.N
+    findings = limit_findings(project.gear, largest, fastest, project.motor_limits, motor, needs, resting)
     if advice:
         progress("what would help", 0.9)
     helps, not_tried = (
@@ -197,8 +199,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         else ((), ())
     )
     change = smallest_change(subject, drive, avoid, by_load, largest.peak_torque, helps)
-    curves = tuple(case.drive for case in by_load) or (drive,)
-    verdict = verdict_of(limits, curves, avoid, largest, findings, change, motor)
+    verdict = verdict_of(limits, curves, avoid, largest, findings, change, motor, sheet=project.motor_limits)
     return Analysis(
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),

@@ -30,7 +30,7 @@ from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
 from .follow import Followed, Path, follow
-from .mover import Mover, move_findings, mover_of, refuse_heavy, standing_torque
+from .mover import Motion, Mover, move_findings, mover_of, refuse_heavy, standing_torque
 from .profiles import path_of
 from .result import Move, Pass, crossings, passes
 from .servo import limited_time, on_segment, servo_train
@@ -163,7 +163,7 @@ def move(
     gear : Gear, optional
         Record whose limits the move is compared with. Default: that of the project.
     limits : MotorLimits, optional
-        Largest torque and speed of the motor. Default: those of the project file.
+        Sheet of the motor: largest torque and speed, curves, rms torque, brake. Default: that of the project file.
     window : float, optional
         Largest distance from the error at rest [rad] of a settled load. Default: the limit of the project file, or 1
         arcmin.
@@ -302,7 +302,8 @@ def _result(
         findings = check_limits(
             mover.gear, peak_torque=peaks[2], average_torque=average, max_speed=peaks[3], average_speed=mean_speed
         )
-    findings += move_findings(train, path, mover.limits, peaks[1], peaks[3])
+    motion = Motion(run.t, motor, speed, peaks[1], rms[1], peaks[3], mean_speed)
+    findings += tuple(move_findings(train, path, mover.limits, motion))
     keep = np.append(True, np.diff(run.t) > 0.0)
     last = np.flatnonzero(path.moving)[-1]  # the last segment of the last motion
     return Move(
@@ -338,6 +339,7 @@ def _result(
         stored=float(energy[-1] - energy[0]),
         imbalance=float(np.max(np.abs(gap))) / scale,
         remarks=remarks,
+        K_t=mover.limits.K_t if math.isfinite(mover.limits.K_t) else None,
     )
 
 

@@ -5,6 +5,7 @@ motion asks of a motor against its limits.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,7 +16,17 @@ from ...base.protocols import lacking, terms_of
 from ...base.quantities import checked, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
-from ...drive.asked import MotorLimits, Payload, motor_findings
+from ...drive.asked import (
+    PEAK,
+    RMS,
+    MotorLimits,
+    Need,
+    Payload,
+    motor_findings,
+    sheet_findings,
+    short_finding,
+    torque_finding,
+)
 from ...drive.operating_point import mean_torque
 from ...drive.project import train_of
 from ...drive.run import holds_its_place
@@ -37,14 +48,30 @@ class Demand(NamedTuple):
     """Of a rigid drive, at times (m,) of a profile [s].
 
     `angle` of the load [rad], `speed` of the motor [rad/s]; torques [N*m]: `holding` at the output, of gravity,
-    friction and the load's own mean torque, and `motor`, all that the motor has to give.
+    friction and the load's own mean torque, `resting` the same at rest, and `motor`, all that the motor has to give.
     """
 
     t: Floats
     angle: Floats
     speed: Floats
     holding: Floats
+    resting: Floats
     motor: Floats
+
+
+class Motion(NamedTuple):
+    """What a move asked of the motor.
+
+    Times (n,) [s] with its torque [N*m] and speed [rad/s]; largest and rms torque, largest and mean speed.
+    """
+
+    t: Floats
+    torque: Floats
+    speed: Floats
+    peak_torque: float
+    rms_torque: float
+    peak_speed: float
+    mean_speed: float
 
 
 def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
@@ -57,7 +84,8 @@ def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
     passed = holding + train.load_inertia * acceleration
     lost = _drag(train.motor.drag, N * angle, N * speed) + train.friction.torque(passed, N * speed) / N
     given = train.motor.J * N * acceleration + passed / N + lost
-    return Demand(t, angle, N * speed, holding, given)
+    resting = _drag(end.drag, angle, 0.0 * speed) - end.excitation.torque(t)
+    return Demand(t, angle, N * speed, holding, resting, given)
 
 
 def standing_torque(train: DriveTrain, path: Path) -> float:
@@ -84,28 +112,60 @@ def refuse_heavy(train: DriveTrain, path: Path) -> None:
         ) from error
 
 
-def move_findings(
-    train: DriveTrain, path: Path, limits: MotorLimits, torque: float, speed: float
-) -> tuple[Finding, ...]:
+def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion) -> Iterator[Finding]:
     """What a move asks of the motor, its vibration included, against the limits; what helps goes by the profile."""
-    asked = demand_of(train, path)
-    fastest, largest = float(np.max(np.abs(asked.speed))), float(np.max(np.abs(asked.motor)))
+    demand = demand_of(train, path)
+    fastest = float(np.max(np.abs(demand.speed)))
     smoother = "take a longer time, a smoother profile or a stronger motor"
-    of_torque = _stretched(train, path, limits.torque) if largest > limits.torque else smoother
+    of_torque = _stretched(train, path, limits) if _too_large(demand, limits) else smoother
     of_speed = smoother
-    if fastest > limits.speed:
-        need = _up(path.duration * fastest / limits.speed)
+    if fastest > limits.fastest:
+        need = _up(path.duration * fastest / limits.fastest)
         of_speed = f"stretch it from {path.duration:.4g} s to {need} s or more, or take a smaller ratio"
-    without = "the move is computed as if the motor had that; "
+    computed = "the move is computed as if the motor had that; "
     holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
-    return motor_findings(limits, torque, speed, holding, (without + of_torque, without + of_speed))
+    peak = None if limits.peak_torque else motion.peak_torque
+    yield from motor_findings(limits, peak, motion.peak_speed, holding, (computed + of_torque, computed + of_speed))
+    if limits.peak_torque:
+        size = np.abs(motion.torque)
+        asked = Need(np.abs(motion.speed), size, size, np.zeros(len(size) - 1, bool))
+        yield torque_finding(limits, PEAK, [asked], computed + of_torque)
+    if limits.lasts:
+        yield _lasting(train, path, limits, motion)
+    yield from sheet_findings(limits, [], motion.mean_speed, float(np.max(np.abs(demand.resting))) / train.N)
 
 
-def _stretched(train: DriveTrain, path: Path, most: float) -> str:
+def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion) -> Finding:
+    """The rms torque of a profile that is repeated without end against the continuous torque at its speeds.
+
+    The mean of (torque/continuous torque)^2 over the profile must be at most 1. The bound is the continuous torque with
+    the same mean: that of each speed, weighted by the heat there.
+    """
+    inside = motion.t <= path.duration
+    t, torque, allowed = motion.t[inside], motion.torque[inside], limits.at(RMS, motion.speed[inside])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(torque == 0.0, 0.0, torque / allowed)
+        held = float(np.abs(demand_of(train, path, math.inf).motor[-1] / limits.at(RMS, 0.0)))
+    heat, relative = float(np.trapezoid(torque * torque, t)), float(np.trapezoid(share * share, t))
+    bound = math.sqrt(heat / relative) if relative > 0.0 else float(np.min(allowed))
+    remedy = "take a stronger motor"
+    if held < 1.0 and path.duration < relative < math.inf:
+        rest = _up((relative - path.duration) / (1.0 - held * held))
+        remedy = f"let it rest at the end for {rest} s more in every cycle, or {remedy}"
+    fact = f"The rms torque of the motor over the profile is {motion.rms_torque:.4g} N*m, its continuous torque {{}}"
+    return short_finding(RMS, motion.rms_torque, bound, fact, remedy)
+
+
+def _too_large(demand: Demand, limits: MotorLimits) -> bool:
+    return bool(np.any(np.abs(demand.motor) > limits.at(PEAK, demand.speed)))
+
+
+def _stretched(train: DriveTrain, path: Path, limits: MotorLimits) -> str:
     """By how much a rigid drive stretches a profile whose torque is too large; friction stays that of its speed."""
 
     def too_large(stretch: float) -> bool:
-        return float(np.max(np.abs(demand_of(train, path, stretch).motor))) > most
+        demand = demand_of(train, path, stretch)
+        return _too_large(demand._replace(speed=demand.speed / stretch), limits)
 
     if too_large(math.inf):
         return "without any acceleration it still asks too much: take a stronger motor or a larger ratio"

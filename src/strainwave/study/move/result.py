@@ -174,6 +174,8 @@ class Move(Result):
         What work and stored energy do not explain, relative to the largest energy moved.
     remarks : tuple of str
         What was assumed, as sentences.
+    K_t : float or None
+        Torque of the motor's current [N*m/A], where it is known.
     """
 
     time: Floats
@@ -208,6 +210,7 @@ class Move(Result):
     stored: float
     imbalance: float
     remarks: tuple[str, ...]
+    K_t: float | None = None
 
     rows: ClassVar[str] = "time"
 
@@ -264,6 +267,7 @@ class Move(Result):
             Fact("pointing_error_rad.rest", self.rest_error, "at rest {}"),
             Fact("motor.peak_torque_N_m", self.peak_motor_torque, "at most {}"),
             Fact("motor.rms_torque_N_m", self.rms_motor_torque, "rms {}"),
+            *self._currents(),
             Fact("motor.peak_speed_rpm", self.peak_speed, "up to {}"),
             Fact("motor.average_speed_rpm", self.average_speed, "{} in the mean"),
             Fact("motor.work_J", self.motor_work, "net work {}"),
@@ -284,6 +288,12 @@ class Move(Result):
             Fact("", tuple(item for item in self.warnings if item not in self.failures), "warning: {}"),
             Fact("remarks", tuple(map(str, self.remarks)), "note: {}"),
         )
+
+    def _currents(self) -> Iterator[Fact]:
+        """Largest and rms current of the motor, where they are known."""
+        if self.K_t is not None:
+            yield Fact("motor.peak_current_A", self.peak_motor_torque / self.K_t, "current at most {}")
+            yield Fact("motor.rms_current_A", self.rms_motor_torque / self.K_t, "rms {}")
 
     def _in_bands(self) -> list["InBand"]:
         times = zip(self.bands, self.time_in_bands, strict=True)

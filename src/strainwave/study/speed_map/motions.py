@@ -22,7 +22,7 @@ from ...numerics.balance.fourier import synthesis, to_blocks
 SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
 FINER = 8  # places on a curve between two of its points
 PER_HARMONIC, FEWEST = 8, 64  # samples of a turn for the extremes of the error
-OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR = range(6)  # columns of a run
+OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS = range(7)  # columns of a run
 
 
 class Loose(NamedTuple):
@@ -69,20 +69,20 @@ class Motions:
 
     @cached_property
     def table(self) -> Floats:
-        """Speed, oscillation, torque, least and largest error, torque of the motor (n, 6) of every point."""
+        """Speed, oscillation, torque, least and largest error, peak and rms of the motor's torque (n, 7) of points."""
         low, high = extremes(self.branch.coefficients)
-        torque, motor = self.found.torque, self.found.motor_torque
-        motor = 0.0 * torque if motor is None else motor
-        own = self.branch.omega, oscillation(self.branch.coefficients), torque, low, high, motor
+        torque, of_motor = self.found.torque, (self.found.motor_torque, self.found.motor_rms)
+        motor = [0.0 * torque if size is None else size for size in of_motor]
+        own = self.branch.omega, oscillation(self.branch.coefficients), torque, low, high, *motor
         return np.column_stack(own)
 
     @cached_property
     def runs(self) -> tuple[Floats, ...]:
-        """Tables (m, 6) of the stable runs of the curve, each with rising speed."""
+        """Tables (m, 7) of the stable runs of the curve, each with rising speed."""
         return tuple(finer(self.table[run]) for run in stable_runs(self.branch))
 
     def at(self, omega: float) -> list[Floats]:
-        """Rows (6,) of the stable motions of this curve at a speed [rad/s]."""
+        """Rows (7,) of the stable motions of this curve at a speed [rad/s]."""
         return [row_at(run, omega) for run in self.runs if run[0, OMEGA] <= omega <= run[-1, OMEGA]]
 
 
@@ -161,5 +161,5 @@ def finer(table: Floats) -> Floats:
 
 
 def row_at(run: Floats, omega: Any) -> Floats:
-    """Row (6,) of a run at a speed, or rows (n, 6) at speeds."""
+    """Row (7,) of a run at a speed, or rows (n, 7) at speeds."""
     return np.stack([np.interp(omega, run[:, OMEGA], run[:, j]) for j in range(run.shape[1])], axis=-1)

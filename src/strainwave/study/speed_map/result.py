@@ -269,4 +269,8 @@ class SpeedMap(Result):
             conditions.append(f"faster than {rules.speed / RPM:.5g} rpm")
         if rules.motor_torque is not None:
             conditions.append(f"motor torque above {rules.motor_torque:.4g} N*m")
+        if rules.sheet is not None and rules.sheet.peak_torque:
+            conditions.append("motor torque above its peak torque")
+        if rules.sheet is not None and rules.sheet.lasts:
+            conditions.append("rms torque of the motor above its continuous torque")
         return "forbidden: " + " or ".join(conditions)

@@ -9,8 +9,9 @@ and speeds of a speed map against the limits of its gear and its motor.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from math import pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from ...base.quantities import number
 from ...base.results import Floats
 from ...base.sentences import number as written
 from ...base.units import RPM
+from ...drive.asked import PEAK, RMS, MotorLimits, Need, sheet_findings
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
@@ -27,6 +29,7 @@ from ..analysis.avoid import AMPLIFIED, between, merged
 from ..analysis.avoid import Motions as Sizes
 from ..analysis.load_cases import hulls_between
 from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad
+from .motions import RMS as OF_RMS
 
 # f_n [Hz] that the vendor's selection procedure asks for, and where
 REQUIRED = (
@@ -63,6 +66,8 @@ class Rules:
     speed, motor_torque : float or None
         Largest speed of the motor [rad/s], of its gear or its own, where the map goes beyond it, and largest torque of
         the motor [N*m].
+    sheet : MotorLimits or None
+        Limits of the motor's peak and rms torque, which may depend on its speed.
     """
 
     limit: float | None = None
@@ -70,6 +75,7 @@ class Rules:
     margin: float | None = None
     speed: float | None = None
     motor_torque: float | None = None
+    sheet: MotorLimits | None = None
 
     def level(self, quasi_static: float) -> float:
         """Oscillation [rad] from which on a speed is forbidden."""
@@ -119,8 +125,10 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: list[Span]
     bands += loaded.jumping
     bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in loaded.runs], span)
     bands += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, _, _ in loaded.loose if size > level]
-    if rules.motor_torque is not None:
-        bands += [band for run, _ in loaded.runs for band in above(run, rules.motor_torque, MOTOR)]
+    sheet = rules.sheet or MotorLimits()
+    for need, limit in product(needs_of(loaded), (PEAK, RMS)):
+        omega, torque, available, joined = need.against(sheet, limit)
+        bands += Sizes(omega, torque - available, joined).above(0.0)
     if rules.speed is not None:
         bands.append((rules.speed, span[1]))
     if rules.margin is not None:
@@ -133,9 +141,14 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: list[Span]
     return Bands(forbidden, complement(forbidden, span))
 
 
-def above(run: Floats, level: float, what: int = OSCILLATION) -> list[Span]:
-    """Bands of a run in which the oscillation, or another column, is above a level; ends by linear interpolation."""
-    return Sizes(run[:, OMEGA], run[:, what], np.ones(len(run), bool)).above(level)
+def above(run: Floats, level: float) -> list[Span]:
+    """Bands of a run in which the oscillation is above a level; ends by linear interpolation."""
+    return Sizes(run[:, OMEGA], run[:, OSCILLATION], np.ones(len(run), bool)).above(level)
+
+
+def needs_of(loaded: UnderLoad) -> list[Need]:
+    """What the runs of a load ask of the motor."""
+    return [Need(run[:, OMEGA], run[:, MOTOR], run[:, OF_RMS], np.ones(len(run) - 1, bool)) for run, _ in loaded.runs]
 
 
 def swept(first: Floats, second: Floats) -> list[Span]:
@@ -267,7 +280,8 @@ def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
     """The rules with the speeds and the motor torque by which a drive of this gear and motor fails."""
     bounds = [f.bound * RPM for f in _findings(project, span[1], NOTHING) if f.fails]
     most = math.inf if project.motor_limits is None else project.motor_limits.torque
-    return replace(rules, speed=min(bounds, default=None), motor_torque=most if math.isfinite(most) else None)
+    torque = most if math.isfinite(most) else None
+    return replace(rules, speed=min(bounds, default=None), motor_torque=torque, sheet=project.motor_limits)
 
 
 def beyond_ratings(
@@ -280,19 +294,33 @@ def beyond_ratings(
     known = np.where(np.isfinite(torque), torque, 0.0)
     load, column = np.unravel_index(np.argmax(known), known.shape)
     usage = replace(NOTHING, peak_torque=float(known[load, column]))
+    sheet, worst = project.motor_limits or MotorLimits(), dict[str, Any]()
+    for loaded in by_load:
+        for finding in sheet_findings(sheet, needs_of(loaded)):
+            row = finding, loaded.load
+            worst[finding.limit] = max(worst.get(finding.limit, row), row, key=_short)
     tops = [(run[np.argmax(run[:, MOTOR])], loaded.load) for loaded in by_load for run, _ in loaded.runs]
     top, under = max(tops, key=lambda one: float(one[0][MOTOR]), default=(np.zeros(MOTOR + 1), 0.0))
     motor = MotorUse(float(top[MOTOR]), float(top[OMEGA]), 0.0)
-    places = {"motor torque": (motor.at, under)}
+    places = {PEAK: (motor.at, under)} | {limit: (row[0].omega, row[1]) for limit, row in worst.items()}
+    resting = max(map(abs, project.load_torques)) / project.drive.N
 
     def said(finding: Finding) -> str:
         omega, value = places.get(finding.limit, (speeds[column], loads[load]))
         where = "" if finding.unit == "rpm" else f" (at {omega / RPM:.5g} rpm under {value:.4g} {unit})"
         return finding.sentence + where
 
-    passed = gravest(_findings(project, float(speeds[-1]), usage, motor))
+    simple = _findings(project, float(speeds[-1]), usage, None if PEAK in worst else motor, resting)
+    passed = gravest((*simple, *(row[0] for row in worst.values())))
     return tuple(said(f) for f in passed if f.fails), tuple(said(f) for f in passed if not f.fails)
 
 
-def _findings(project: Project, fastest: float, used: Usage, motor: MotorUse | None = None) -> tuple[Finding, ...]:
-    return limit_findings(project.gear, used, fastest if project.speeds.by_motor else None, project.motor_limits, motor)
+def _short(row: tuple[Finding, float]) -> float:
+    return row[0].value - row[0].bound
+
+
+def _findings(
+    project: Project, fastest: float, used: Usage, motor: MotorUse | None = None, resting: float | None = None
+) -> tuple[Finding, ...]:  # fmt: skip
+    speed = fastest if project.speeds.by_motor else None
+    return limit_findings(project.gear, used, speed, project.motor_limits, motor, (), resting)

@@ -134,7 +134,7 @@ def _required_motor(view: View) -> dict[str, Any] | None:
     motor, limits = view.analysis.motor, view.project.motor_limits or MotorLimits()
     if motor is None:
         return None
-    torque, speed = limits
+    torque, speed = limits.most, limits.fastest
     return view.place(motor.at) | {
         "torque_Nm": motor.torque,
         "holding_torque_Nm": motor.holding,
@@ -144,6 +144,7 @@ def _required_motor(view: View) -> dict[str, Any] | None:
         "speed_rpm": view.speeds.rpm(view.speeds.given[-1]),
         "max_torque_Nm": torque if math.isfinite(torque) else None,
         "max_speed_rpm": speed / RPM if math.isfinite(speed) else None,
+        "current_A": motor.torque / limits.K_t if math.isfinite(limits.K_t) else None,
     }
 
 
@@ -154,7 +155,12 @@ def _motor_numbers(view: View) -> list[tuple[str, str, bool]]:
         return []
 
     def excess(name: str) -> str:
-        return f": more than its {number(exceeded[name].bound)} {exceeded[name].unit}" if name in exceeded else ""
+        if name not in exceeded:
+            return ""
+        value, bound, unit, omega = [getattr(exceeded[name], key) for key in ("value", "bound", "unit", "omega")]
+        if omega is not None:
+            return f"; {number(value - bound)} {unit} short at {number(omega / RPM, 5)} rpm"
+        return f": more than its {number(bound)} {unit}"
 
     run = " in the run-up, its acceleration left out" if motor.in_run_up else ""
     text = f"largest torque that the motor must give{run}, at " + Speed(motor.at, digits=5) + under_load(motor.load)

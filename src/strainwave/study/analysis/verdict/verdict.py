@@ -11,6 +11,7 @@ import numpy as np
 
 from ....base.results import Floats, SolveError
 from ....base.units import RPM
+from ....drive.asked import BRAKE, MotorLimits
 from ....drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
 from ....drive.project import Project
 from ....model.gears.limits import Finding, gravest
@@ -58,7 +59,7 @@ class Verdict:
 
 def verdict_of(
     speeds: Speeds, curves: tuple[DriveResponse, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
-    change: Remedy | None = None, motor: MotorUse | None = None, turns: int = 1,
+    change: Remedy | None = None, motor: MotorUse | None = None, turns: int = 1, sheet: MotorLimits | None = None,
 ) -> Verdict:  # fmt: skip
     """Put together what is wrong with a drive and at which speeds.
 
@@ -80,14 +81,17 @@ def verdict_of(
         What the motions ask of the motor.
     turns : int
         Turns of the base angle in one of the motor.
+    sheet : MotorLimits or None
+        Limits of the motor, which may depend on its speed.
     """
     exceeded = tuple(finding for finding in limits if finding.fails)
-    beyond = merged(band for finding in exceeded for band in _where(finding, speeds, curves, turns))
+    outside = merged(band for finding in exceeded for band in _where(finding, speeds, curves, turns, sheet))
     at = {usage.peak_torque: usage.at_peak, usage.average_torque: usage.at_average}
     if motor is not None:
         at[motor.torque] = motor.at
-    covered = all(finding.unit == "rpm" or _in(beyond, at[finding.value]) for finding in exceeded)
-    bands = merged([*((speeds,) if avoid is None else avoid.bands), *beyond])
+    places = [at.get(f.value) if f.omega is None else turns * f.omega for f in exceeded if f.unit != "rpm"]
+    covered = all(place is not None and _in(outside, place) for place in places)
+    bands = merged([*((speeds,) if avoid is None else avoid.bands), *outside])
     allowed = between(bands, speeds, 1e-9)
     if not bands and not exceeded and avoid is not None:
         answer = Answer.ALL_RIGHT
@@ -96,11 +100,21 @@ def verdict_of(
     return Verdict(answer, bands, allowed, exceeded, change)
 
 
-def _where(finding: Finding, speeds: Speeds, curves: tuple[DriveResponse, ...], turns: int) -> list[Speeds]:
+def _where(
+    finding: Finding, speeds: Speeds, curves: tuple[DriveResponse, ...], turns: int, sheet: MotorLimits | None
+) -> list[Speeds]:
     """Speeds at which a limit of the gear or the motor is passed."""
     if finding.limit in INPUT_SPEEDS:
         return [(max(speeds[0], turns * finding.bound * RPM), speeds[1])]
-    bands = []
+    bands: list[Speeds] = []
+    if finding.limit == BRAKE:
+        return bands
+    if sheet is not None and finding.omega is not None:
+        for need in (curve.need(turns) for curve in curves):
+            if need is not None:
+                omega, asked, available, joined = need.against(sheet, finding.limit)
+                bands += Motions(turns * omega, asked - available, joined).above(0.0)
+        return bands
     for curve in curves:
         at = curve.visited()
         torque = _limited(finding.limit, curve)
@@ -190,9 +204,11 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     mean, loads, speeds = project.mean_load_torque, project.load_torques, project.speeds
     usage, motor = response.asked(mean, loads, project.drive.N)
     fastest = speeds.given[-1] / turns if speeds.by_motor else None
-    findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor)
+    shifts = tuple((mean - load) / project.drive.N for load in (mean, *loads))
+    need, resting = response.need(turns, shifts), max(map(abs, loads)) / project.drive.N
+    findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)
     avoid = _avoid(project, response)
-    verdict = verdict_of(speeds.limits, (response,), avoid, usage, findings, motor=motor, turns=turns)
+    verdict = verdict_of(speeds.limits, (response,), avoid, usage, findings, None, motor, turns, project.motor_limits)
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
         passes = False if verdict.exceeded or avoid is None or avoid.unstable else None
