@@ -48,6 +48,10 @@ from .base.archive import load as load
 from .drive.asked import MotorLimits as MotorLimits
 from .drive.asked import Payload as Payload
 from .drive.asked import Feedforward as Feedforward
+from .drive.postures import Link as Link
+from .drive.postures import Posture as Posture
+from .drive.postures import two_link as two_link
+from .files.scan_file import read_postures as read_postures
 from .files.own_gears import read_gears as read_gears
 
 # Motion in time
@@ -89,6 +93,7 @@ from .drive.state_space import state_space as state_space
 # Speeds, moves, design
 from .study.speed_map.speed_map import speed_map as speed_map
 from .study.move.move import move as move
+from .study.move.postures import move_postures as move_postures
 from .study.move.profiles import Trapezoid as Trapezoid
 from .study.move.profiles import SCurve as SCurve
 from .study.move.profiles import AngleProfile as AngleProfile

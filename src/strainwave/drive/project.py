@@ -92,6 +92,8 @@ class Project:
         What the file asks of a move (`strainwave.move`).
     sampling : Sampling or None
         Samples and encoders of the drive's own controller, with the motor's largest torque (`strainwave.compensate`).
+    postures : tuple of Posture
+        Loads of the drive in the postures of the machine.
     """
 
     title: str
@@ -118,6 +120,7 @@ class Project:
     motor_limits: MotorLimits | None = None
     move: Task | None = None
     sampling: Sampling | None = None
+    postures: tuple[Any, ...] = ()
 
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]

@@ -27,6 +27,7 @@ from .fields.groups import (
     TorqueRange,
     TorqueSpec,
 )
+from .fields.postures import PostureSpec
 from .fields.rows import texts_of
 from .fields.schema import (
     BacklashSpec,
@@ -174,6 +175,7 @@ def _parts(project: Project) -> dict[str, Any]:
         "scatter_correlation": project.correlation,
         "limit": None if project.limit is None else LimitSpec(oscillation=project.limit),
         "move": project.move and MoveSpec.of(project.move),
+        "postures": [PostureSpec(**row._asdict() | {"name": row.name or None}) for row in project.postures] or None,
     }
 
 

@@ -11,6 +11,7 @@ from ..base.sentences import printable
 from ..base.speeds import Speeds
 from ..drive.asked import MotorLimits, Task
 from ..drive.loop_margin import unstable
+from ..drive.postures import Posture
 from ..drive.project import Project
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
@@ -24,6 +25,7 @@ from ..model.train.filters import control_of
 from ..model.train.shafts import NO_DRAG, Elastic
 from .contradictions import contradictions, train_fields
 from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
+from .fields.postures import postures_of
 from .fields.rows import read_file
 from .fields.schema import ExplicitGear, LoadSpec, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes
@@ -211,6 +213,7 @@ def from_located(located: Located, text: str, path: Path) -> Project:
     elsewhere: list[str] = []
     task: Task | None = None
     sheet: MotorLimits | None = None
+    rows: tuple[Posture, ...] = ()
     try:
         task = None if spec.move is None else spec.move.task(path.parent)
     except FileError as error:
@@ -222,6 +225,10 @@ def from_located(located: Located, text: str, path: Path) -> Project:
     if sheet is not None and (said := sheet.crossing()):
         problems.append(Problem(*located.place(("motor", "continuous_torque")), "motor.continuous_torque", said))
     try:
+        rows = postures_of(spec.postures, path.parent)
+    except FileError as error:
+        elsewhere.append(str(error))
+    try:
         gear = _gear(spec, path)
     except FileError as error:
         elsewhere.append(str(error))
@@ -232,7 +239,12 @@ def from_located(located: Located, text: str, path: Path) -> Project:
         problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in wrong_together]
     if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), *elsewhere) if part))
-    project = replace(resolved(spec, gear, path, text, sheet), move=task)
+    project = replace(resolved(spec, gear, path, text, sheet), move=task, postures=rows)
+    try:
+        for row in rows:
+            row.on(project)
+    except ValueError as error:
+        refuse(path, [Problem(*located.place(("postures",)), "postures", str(error))], ProjectError)
     if project.train is not None and (sentence := unstable(project.train, project.loop_inertia)):
         refuse(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)], ProjectError)
     return project

@@ -3,7 +3,7 @@
 Every unit must stand in the column's name, `angle [deg]` or `angle (deg)`, or beside the name that the caller gives.
 
 A profile in CSV: time and angle of the load, with their units in the names of the columns. A motor's torque over its
-speed likewise.
+speed, and postures, likewise.
 """
 
 import os
@@ -15,9 +15,10 @@ import numpy as np
 from ..base.quantities import checked
 from ..base.results import Floats
 from ..drive.asked import Curve, curve_fault
+from ..drive.postures import Posture
 from ..study.move.profiles import AngleProfile
 from .logs.names import named
-from .logs.table import read_table, refuse, rising_columns
+from .logs.table import columns_in_si, read_table, refuse, rising_columns
 from .yaml_text import as_path
 
 OURS, VENDORS, BACKWARD, ANGLE = "error", "ate", "backward", "angle"
@@ -109,6 +110,8 @@ def read_scan(
     return ScanFile(columns[0], sign * columns[1], sign * columns[2] if len(columns) > 2 else None, max(lines))
 
 
+POSTURE_UNITS = {"inertia": "kg*m**2", "torque": "N*m", "coupling": "N*m/rad"}
+POSTURE_FORM = "name the columns with their units: inertia [kg*m^2], torque [N*m], coupling [N*m/rad]"
 COLUMNS = {"time": ("time", "s"), "angle": ("angle", "rad")}
 FORM = "name the columns with their units: time [s], angle [deg]"
 FORWARD = "a profile goes forward in time: correct or remove the line"
@@ -167,6 +170,28 @@ def read_torque_curve(path: str | os.PathLike[str], column: str) -> Curve:
     if said := curve_fault(curve):
         raise refuse(path, said)
     return curve
+
+
+def read_postures(path: str | os.PathLike[str]) -> tuple[Posture, ...]:
+    """Read postures: the column `inertia`, and where they are there `torque` and `coupling`, with units.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, a column or its unit is missing, a number is wrong, or an inertia or a stiffness is
+        not positive.
+    """
+    path = as_path(path)
+    file, _, lines = read_table(path, None, None, kind="table of postures")
+    there = {named(column.name).name for column in file} | {"inertia"}
+    fields = {name: (name, unit) for name, unit in POSTURE_UNITS.items() if name in there}
+    columns, places = columns_in_si(path, file, lines, fields, POSTURE_FORM)
+    for name, values, place in zip(fields, columns, places, strict=True):
+        if name != "torque" and np.any(values <= 0.0):
+            i = int(np.argmax(values <= 0.0))
+            raise refuse(path, f"is {values[i]:g}; write a value above zero", lines[i], place + 1, name)
+    rows = zip(*(values.tolist() for values in columns), strict=True)
+    return tuple(Posture(**dict(zip(fields, row, strict=True))) for row in rows)
 
 
 class ProfileFile(NamedTuple):

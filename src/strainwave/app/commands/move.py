@@ -16,6 +16,7 @@ from ...files.yaml_text import name, read
 from ...plot.studies import move_panels
 from ...plot.svg import stacked
 from ...study.move.move import move as moved
+from ...study.move.postures import move_postures
 from ...study.move.result import Move
 from ..console import Progress, reported
 from ..output import write_all
@@ -38,11 +39,13 @@ CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
 )  # fmt: skip
 @click.option("--limited", is_flag=True, help="Keep the torque of the motor within motor.max_torque.")
 @click.option("--avoid", is_flag=True, help="Take the speeds to avoid of the analysis too, which takes its time.")
+@click.option("--postures", is_flag=True, help="Move in every posture of the file; only move.json is written.")
 @dialect_options
 @json_option
 def move(
     project: Path, profile: tuple[str, ...], output: Path, start: str | None, payload: str | None, window: str | None,
-    bands: tuple[tuple[str, str], ...], limited: bool, avoid: bool, delimiter: str | None, decimal: str | None,
+    bands: tuple[tuple[str, str], ...], limited: bool, avoid: bool, postures: bool, delimiter: str | None,
+    decimal: str | None,
     as_json: bool,
 ) -> None:  # fmt: skip
     """Move the load along PROFILE: pointing error, settling, torques against the ratings, life, energy.
@@ -65,7 +68,14 @@ def move(
             analysed = drive.analyze(lambda what, share: progress.show(what, 0.5 * share)).avoid
             avoided += [] if analysed is None else list(analysed.bands)
         progress.show("move", 0.5)
-        result = moved(drive, parts or None, bands=avoided, limited=limited, **options)
+        options["limited"] = limited
+        if postures:
+            options["progress"] = lambda share: progress.show("move", share)
+            rows = move_postures(drive, parts or None, bands=avoided, **options)
+            write_all(output, {JSON: reported(drive.title, rows.facts(), True)})
+            click.echo(reported(drive.title, rows.facts(), as_json, f"written: {output / JSON}"))
+            return
+        result = moved(drive, parts or None, bands=avoided, **options)
         progress.show("writing", 0.9)
         _write(drive, result, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"

@@ -59,7 +59,7 @@ def speed_map(
 def write(result: SpeedMap, folder: Path) -> None:
     """Write cells, bands, lines and the figure; the files appear when they are complete."""
     load, speed = np.meshgrid(result.loads, result.speeds, indexing="ij")
-    of_load = "load_N_m" if result.load_name == "load torque" else "load_kg_m2"
+    of_load = {"load torque": "load_N_m", "load inertia": "load_kg_m2"}.get(result.load_name, result.load_name)
     cells = [
         (of_load, load.ravel()), ("motor_speed_rpm", speed.ravel() / RPM),
         ("oscillation_rad", result.oscillation.ravel()), ("gear_torque_N_m", result.torque.ravel()),

@@ -19,6 +19,7 @@ from ..scan_file import ProfileFile, read_profile, read_torque_curve
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
 from .groups import CATALOGUE, LINE, ControllerSpec, Correlation, ExcitationSpec, Scatter, TorqueCurve, ascending
 from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Word, Wrong
+from .postures import EXAMPLE_POSTURES, PosturesKind
 from .rows import Fields, Group, Typed, field, group_text, needed, rows_of
 
 MOST_COUPLINGS = 4  # in series: each is a class of its own to the compiler
@@ -338,6 +339,8 @@ class ProjectSpec(Group):
     excitation: ExcitationSpec = needed(ExcitationSpec, f"{{kinematic_error: [{LINE}]}}")
     limit: LimitSpec | None = field(LimitSpec, "{oscillation: 60 arcsec}")
     move: MoveSpec | None = field(MoveSpec, "{profile: [{type: trapezoid, angle: 90 deg, time: 0.6 s}]}")
+    postures: Any = field(PosturesKind(), EXAMPLE_POSTURES,
+        "Loads of the drive in postures of the machine: rows, a CSV file, or links and angles of an arm.")  # fmt: skip
     scatter: dict[str, float] | None = field(
         Scatter(),
         "{load.inertia: 5 %}",

@@ -218,6 +218,22 @@ def rising_columns(
     reverse : bool
         Whether the first column may descend throughout: all are then turned.
     """
+    columns, places = columns_in_si(path, file, lines, fields, hint)
+    first, name = file[places[0]].values, next(iter(fields))
+    if reverse and len(first) > 1 and first[1] < first[0]:
+        first, lines, columns = first[::-1], lines[::-1], [values[::-1] for values in columns]
+    back = np.flatnonzero(np.diff(first) <= 0.0)
+    if len(back):
+        i = int(back[0])
+        sentence = f"{first[i + 1]:.9g} stands after {first[i]:.9g} of line {lines[i]}; {remedy}"
+        raise refuse(path, sentence, lines[i + 1], places[0] + 1, name)
+    return columns
+
+
+def columns_in_si(
+    path: Path, file: list[Column], lines: list[int], fields: Mapping[str, tuple[str, str]], hint: str
+) -> tuple[list[Floats], list[int]]:  # fmt: skip
+    """Columns of a table in SI, all numbers finite, and their places; arguments as of `rising_columns`."""
     columns, places = [], []
     for field, (text, kind) in fields.items():
         name, unit = named(text)
@@ -241,15 +257,7 @@ def rising_columns(
         except ValueError as error:
             raise refuse(path, str(error), 1, place + 1, field) from None
         places.append(place)
-    first, name = file[places[0]].values, next(iter(fields))
-    if reverse and len(first) > 1 and first[1] < first[0]:
-        first, lines, columns = first[::-1], lines[::-1], [values[::-1] for values in columns]
-    back = np.flatnonzero(np.diff(first) <= 0.0)
-    if len(back):
-        i = int(back[0])
-        sentence = f"{first[i + 1]:.9g} stands after {first[i]:.9g} of line {lines[i]}; {remedy}"
-        raise refuse(path, sentence, lines[i + 1], places[0] + 1, name)
-    return columns
+    return columns, places
 
 
 def _lines(text: str) -> Lines:

@@ -230,10 +230,10 @@ def move(
 
 def _driven(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mover:
     """The mover with feedforward, and with the limit of its motor's torque."""
-    if limited and not math.isfinite(mover.limits.torque):
+    if limited and not math.isfinite(mover.limits.most):
         raise ValueError("limited needs the largest torque of the motor; give limits=MotorLimits(torque) or max_torque")
     holding = standing_torque(mover.train, path) if limited else 0.0
-    train = servo_train(mover.train, mover.limits.torque if limited else LARGEST, holding, shares)
+    train = servo_train(mover.train, mover.limits.most if limited else LARGEST, holding, shares)
     return replace(mover, train=train, limited=limited)
 
 
@@ -284,8 +284,8 @@ def _result(
     error, motor, gear, speed = run.seen()
     peaks, remarks = run.peaks(), mover.remarks
     if mover.limited:
-        peaks[1] = min(peaks[1], mover.limits.torque)
-        time = limited_time(motor, run.t, mover.limits.torque)
+        peaks[1] = min(peaks[1], mover.limits.most)
+        time = limited_time(motor, run.t, mover.limits.most)
         remarks = (*remarks, f"The torque of the motor was at its limit for {time:.4g} s.")
     rms = [math.sqrt(integral / path.duration) for integral in run.means[:3]]
     turned = train.N * path.travel()

@@ -17,7 +17,15 @@ from .rules import Rules, VendorRule, common, listed, swept, vendor_sentence
 from .under_load import CampbellLine
 
 WAYS = {True: "jumps up", False: "drops"}  # of the error at a jump
-UNITS = {"load torque": "N*m", "load inertia": "kg*m^2"}
+POSTURE = "posture"
+UNITS = {"load torque": "N*m", "load inertia": "kg*m^2", POSTURE: ""}
+
+
+def load_text(load: float, name: str, title: str = "") -> str:
+    """A load with its unit, or a posture with its number and title."""
+    if name != POSTURE:
+        return f"{number(load, 3)} {sign(UNITS[name].replace('^', '**'))}"
+    return f"posture {load:g}" + (f" ({title})" if title else "")
 
 
 class JumpSpeed(NamedTuple):
@@ -72,9 +80,9 @@ class SpeedMap(Result):
     speeds : (m,) array
         Speeds of the motor [rad/s] of the cells.
     loads : (n,) array
-        Mean torques on the load [N*m, a resisting one is negative], or its inertias [kg*m^2].
-    load_name : {"load torque", "load inertia"}
-        Which of the two.
+        Mean torques on the load [N*m, a resisting one is negative], its inertias [kg*m^2], or numbers of postures.
+    load_name : {"load torque", "load inertia", "posture"}
+        Which of them.
     oscillation, torque : (n, m) arrays
         Largest oscillation of the error [rad] and largest torque in the gear [N*m] of all stable motions; inf where
         none is known.
@@ -102,6 +110,8 @@ class SpeedMap(Result):
         What a reader must know.
     failures : tuple of str
         Limits of the gear and the motor by which the drive fails in the range, and a limit that no speed meets.
+    postures : tuple of Posture
+        Those of the loads, where these are postures.
     """
 
     speeds: Floats
@@ -122,6 +132,7 @@ class SpeedMap(Result):
     scatter: Scatter | None = None
     remarks: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
+    postures: tuple[Any, ...] = ()
     rows: ClassVar[str] = "speed"
 
     @property
@@ -190,7 +201,20 @@ class SpeedMap(Result):
 
     def load_text(self, i: int) -> str:
         """A load with its unit."""
-        return f"{number(float(self.loads[i]), 3)} {sign(self.load_unit.replace('^', '**'))}"
+        title = self.postures[i].name if self.postures else ""
+        return load_text(float(self.loads[i]), self.load_name, title)
+
+    @property
+    def worst(self) -> int:
+        """Number of the load with the largest oscillation, or without a known motion at some speed."""
+        return int(np.argmax(np.max(self.oscillation, axis=1)))
+
+    def _worst_sentence(self) -> str:
+        i = self.worst
+        j = int(np.argmax(self.oscillation[i]))
+        size, speed = float(self.oscillation[i, j]), f"{number(float(self.speeds[j]) / RPM, 5)} rpm"
+        said = f"{number(size / ARCSEC)} arcsec at {speed}" if np.isfinite(size) else f"no motion is known at {speed}"
+        return f"{self.load_text(i)}, {said}"
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a map, once."""
@@ -207,6 +231,8 @@ class SpeedMap(Result):
             Fact("largest_motor_torque_N_m", rules.motor_torque),
             Fact("loads", tuple(self._under(i) for i in loads)),
             Fact("", tuple(self._sentence(i) for i in loads), "{}"),
+            Fact("worst_load", float(self.loads[self.worst])),
+            Fact("", self._worst_sentence(), "largest oscillation: {}" if len(self.loads) > 1 else ""),
             Fact("allowed_under_every_load_rpm", self.windows),
             Fact("", listed(self.windows) or "no speed", "allowed under every load: {}"),
             Fact("units", None if scatter is None else scatter.units),

@@ -285,11 +285,18 @@ def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
 
 
 def beyond_ratings(
-    project: Project, speeds: Floats, loads: Floats, torque: Floats, by_load: list[UnderLoad], unit: str
+    project: Project,
+    speeds: Floats,
+    loads: Floats,
+    torque: Floats,
+    by_load: list[UnderLoad],
+    texts: dict[float, str],
+    resting: float,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences about limits that the map passes: those by which the drive fails, and others.
 
-    Speeds (m,) [rad/s] and loads (n,) of cells, torques (n, m) [N*m] in the gear, and the motions under each load.
+    Speeds (m,) [rad/s] and loads (n,) of cells, torques (n, m) [N*m] in the gear, the motions under each load, its name
+    by the load, and the torque [N*m, motor side] of the loads at rest.
     """
     known = np.where(np.isfinite(torque), torque, 0.0)
     load, column = np.unravel_index(np.argmax(known), known.shape)
@@ -303,11 +310,10 @@ def beyond_ratings(
     top, under = max(tops, key=lambda one: float(one[0][MOTOR]), default=(np.zeros(MOTOR + 1), 0.0))
     motor = MotorUse(float(top[MOTOR]), float(top[OMEGA]), 0.0)
     places = {PEAK: (motor.at, under)} | {limit: (row[0].omega, row[1]) for limit, row in worst.items()}
-    resting = max(map(abs, project.load_torques)) / project.drive.N
 
     def said(finding: Finding) -> str:
         omega, value = places.get(finding.limit, (speeds[column], loads[load]))
-        where = "" if finding.unit == "rpm" else f" (at {omega / RPM:.5g} rpm under {value:.4g} {unit})"
+        where = "" if finding.unit == "rpm" else f" (at {omega / RPM:.5g} rpm under {texts[value]})"
         return finding.sentence + where
 
     simple = _findings(project, float(speeds[-1]), usage, None if PEAK in worst else motor, resting)

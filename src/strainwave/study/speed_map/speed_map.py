@@ -16,11 +16,12 @@ from ...base.protocols import lacking
 from ...base.quantities import interval, number, numbers, positive_count, shown
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.units import ARCSEC, RPM
+from ...drive.postures import Posture
 from ...drive.project import Project
 from ..analysis.avoid import out_of_reach
 from ..analysis.runup import silent
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
-from .result import UNITS, JumpSpeed, Scatter, SpeedMap
+from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import (
     Bands,
     Rules,
@@ -54,6 +55,7 @@ def speed_map(
     speeds: ArrayLike | None = None,
     loads: ArrayLike | None = None,
     load_inertias: ArrayLike | None = None,
+    postures: Sequence[Posture] = (),
     limit: float | None = None,
     amplification: float | None = None,
     margin: float | None = None,
@@ -78,10 +80,11 @@ def speed_map(
     speeds : (low, high) or (m,) array_like, optional
         Range of the motor speed [rad/s], or the cells themselves, ascending. Default: the project's range.
     loads : (n,) array_like, optional
-        Mean torques on the load [N*m]; a resisting one is negative. Default: 9 over the project's range of loads, or
-        its own one.
+        Mean torques on the load [N*m]; a resisting one is negative. Default: postures, or 9 over its range, or one.
     load_inertias : (n,) array_like, optional
         Inertias of the load [kg*m^2] in place of torques, as along a robot's reach.
+    postures : sequence of Posture
+        Loads in postures of the machine in place of torques: each by itself, nothing between two rows.
     limit : float, optional
         Largest oscillation of the error [rad]. Default, where no rule is given: the project's limit, or else an
         `amplification` of 2.
@@ -129,7 +132,8 @@ def speed_map(
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
     cells, span = _speeds(project, speeds)
     rules = with_ratings(rules_of(limit, amplification, margin, project.limit), project, span)
-    values, name, variants = _loads(project, loads, load_inertias)
+    values, name, variants = _loads(project, loads, load_inertias, postures)
+    rows = (*postures, *project.postures)[: len(values)] if name == POSTURE else ()
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
     total, drives = len(cases), list(units)
@@ -146,8 +150,10 @@ def speed_map(
     ]
     table = [cells_of(loaded, cells) for loaded in by_load]
     oscillation, torque, motions, subharmonic = map(np.array, zip(*table, strict=True))
-    scatter = _scatter(drives if len(computed) == total else [], values, name, cells, span, rules, progress)
-    failures, warnings = beyond_ratings(project, cells, values, torque, by_load, UNITS[name])
+    scatter = _scatter(drives if len(computed) == total else [], values, name, rows, cells, span, rules, progress)
+    resting = max(abs(torque) for variant in variants for torque in variant.load_torques) / project.drive.N
+    texts = {value: load_text(value, name, rows[int(value) - 1].name if rows else "") for value in values.tolist()}
+    failures, warnings = beyond_ratings(project, cells, values, torque, by_load, texts, resting)
     result = SpeedMap(
         speeds=cells,
         loads=values,
@@ -158,15 +164,16 @@ def speed_map(
         subharmonic=subharmonic,
         forbidden=tuple(one.forbidden for one in bands),
         allowed=tuple(one.allowed for one in bands),
-        windows=_windows([one.forbidden for one in bands], span),
+        windows=_windows([one.forbidden for one in bands], span, name != POSTURE),
         jumps=tuple(JumpSpeed(i, *jump) for i, loaded in enumerate(by_load) for jump in loaded.jumps),
         lines=tuple(lines),
         vendor=tuple(_vendor_rules(variants, values, bands, span)),
         rules=rules,
         quasi_static=np.array([loaded.quasi_static for loaded in by_load]),
         scatter=scatter,
-        remarks=(*_remarks(cases, by_load, name, lines, span, rules, search), *warnings),
+        remarks=(*_remarks(cases, by_load, name, lines, span, rules, search), *warnings, *_without(rows, project)),
         failures=failures,
+        postures=tuple(rows[i] for i in computed) if rows else (),
     )
     result = replace(result, failures=(*_unreachable(result), *failures))
     finished = 0 if scatter is None else scatter.units
@@ -216,11 +223,15 @@ def _speeds(project: Project, speeds: ArrayLike | None) -> tuple[Floats, Span]:
 
 
 def _loads(
-    project: Project, loads: ArrayLike | None, load_inertias: ArrayLike | None
+    project: Project, loads: ArrayLike | None, load_inertias: ArrayLike | None, postures: Sequence[Posture] = ()
 ) -> tuple[Floats, str, list[Any]]:  # fmt: skip
     """Loads (n,), what they are, and the project under each."""
-    if loads is not None and load_inertias is not None:
-        raise ValueError("loads and load_inertias are both given; give one of them")
+    arguments = ("loads", loads), ("load_inertias", load_inertias), ("postures", postures or None)
+    given = [name for name, value in arguments if value is not None]
+    if given[1:]:
+        raise ValueError(f"{' and '.join(given[:2])} are both given; give one of them")
+    if loads is None and load_inertias is None and (rows := tuple(postures) or project.postures):
+        return np.arange(1.0, len(rows) + 1.0), POSTURE, [row.on(project) for row in rows]
     if load_inertias is not None:
         values = np.unique(numbers("load_inertias [kg*m^2]", load_inertias))
         if not values[0] > 0.0:
@@ -314,9 +325,10 @@ def _unreachable(result: SpeedMap) -> tuple[str, ...]:
     )
 
 
-def _windows(forbidden: list[Floats], span: Span) -> Floats:
-    """Speeds allowed under all loads, and between them: what bands of neighbouring loads enclose is forbidden."""
-    spans = [band for first, second in pairwise([*forbidden[:1], *forbidden]) for band in swept(first, second)]
+def _windows(forbidden: list[Floats], span: Span, between: bool) -> Floats:
+    """Speeds allowed under all loads, and `between` them: what bands of neighbouring loads enclose is forbidden."""
+    pairs = pairwise([*forbidden[:1], *forbidden]) if between else ((bands, bands) for bands in forbidden)
+    spans = [band for first, second in pairs for band in swept(first, second)]
     return complement(clipped(spans, span), span)
 
 
@@ -331,15 +343,15 @@ def _vendor_rules(variants: list[Any], values: Floats, bands: list[Bands], span:
 
 
 def _scatter(
-    drives: list[Any], values: Floats, name: str, cells: Floats, span: Span, rules: Rules,
+    drives: list[Any], values: Floats, name: str, rows: Sequence[Posture], cells: Floats, span: Span, rules: Rules,
     progress: Callable[[str, float], None],
 ) -> Scatter | None:  # fmt: skip
     """Quantiles over units, each followed along its main curve; after Ctrl-C over those finished, None without any."""
     results = []
-    inertias = name == "load inertia"
+    given: Any = {"load torque": (values, None), "load inertia": (None, values)}.get(name, (None, None, rows))
     with suppress(KeyboardInterrupt):
         for i, drive in enumerate(drives):
-            variants = _loads(drive, None if inertias else values, values if inertias else None)[2]
+            variants = _loads(drive, *given)[2]
             pairs = zip(variants, values, strict=True)
             results.append([_of_unit(case_of(one, load, span), cells, span, rules) for one, load in pairs])
             progress("units", 0.5 + 0.5 * (i + 1.0) / len(drives))
@@ -356,6 +368,12 @@ def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Float
     own, _ = under_load(case, span, None)
     lines = [] if rules.margin is None else _lines([case], [own], ())
     return cells_of(own, cells)[0], holds(bands_of(own, rules, span, _resonances(own, lines), 0.0).forbidden, cells)
+
+
+def _without(rows: Sequence[Posture], project: Project) -> tuple[str, ...]:
+    """That postures have no torque of gravity, in one sentence."""
+    count, mean = sum(row.torque is None for row in rows), f"{project.mean_load_torque:.4g} N*m"
+    return (f"{count} of {len(rows)} postures give no torque of gravity: they have the mean, {mean}",) * bool(count)
 
 
 def _remarks(

@@ -1,0 +1,113 @@
+"""Postures of a machine: what its other joints make of the load of a drive, and the rows of a two-link arm.
+
+A posture takes the place of the load's inertia, of the torque of gravity and of the coupling's stiffness. Gains of the
+loop and damping stay those of the project. Gravity is constant in a posture.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from math import cos
+from typing import NamedTuple
+
+from ..base.quantities import Inertia, Torque, TorsionalStiffness, number
+from ..model.train.drive_train import DriveTrain
+from ..model.train.shafts import Elastic
+from .asked import WEIGHT, Length, Mass
+from .project import Project
+
+ROUNDING = 1e-12
+
+
+class Posture(NamedTuple):
+    """Load of a drive in a posture: inertia, torque of gravity, stiffness of the coupling next to the gear.
+
+    A torque that resists the motion is negative. Without a torque the mean torque of the project stays, without a
+    stiffness its coupling.
+    """
+
+    inertia: Inertia
+    torque: Torque | None = None
+    coupling: TorsionalStiffness | None = None
+    name: str = ""
+
+    def on(self, project: Project) -> Project:
+        """The project in this posture.
+
+        Raises
+        ------
+        ValueError
+            If a number is out of range, or the project has no coupling with one stiffness.
+        """
+        torque = project.mean_load_torque if self.torque is None else number("Posture.torque [N*m]", self.torque)
+        loaded = project.with_load_inertia(self.inertia).under(torque)
+        if self.coupling is None:
+            return loaded
+        K = number("Posture.coupling [N*m/rad]", self.coupling, positive=True)
+        train, whole = loaded.train and _coupled(loaded.train, K), _coupled(loaded.whole, K)
+        return replace(loaded, train=train, whole=whole)
+
+
+def _coupled(train: DriveTrain | None, K: float) -> DriveTrain:
+    load = train and train.load
+    if train is None or not isinstance(load, Elastic) or "K" not in getattr(load.law, "_fields", ()):
+        raise ValueError(
+            "a posture gives the stiffness of a coupling, and the project has none with one stiffness K; write "
+            "load: {coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 2e5 N*m/rad}}}, or leave the stiffness out"
+        )
+    return train._replace(load=load._replace(law=load.law._replace(K=K)))
+
+
+class Link(NamedTuple):
+    """A link of an arm: mass, length, distance of its centre from its joint, inertia about its centre."""
+
+    mass: Mass
+    length: Length
+    centre: Length
+    inertia: Inertia
+
+    @classmethod
+    def rod(cls, mass: float, length: float) -> "Link":
+        """A uniform rod."""
+        return cls(mass, length, 0.5 * length, mass * length**2 / 12.0)
+
+
+def two_link(
+    first: Link, second: Link, angles: Iterable[tuple[float, float]], *, joint: int = 1, payload: float = 0.0,
+    gravity: float = WEIGHT,
+) -> tuple[Posture, ...]:  # fmt: skip
+    """Postures of one joint of an arm of two links in a vertical plane, the other joint held.
+
+    Parameters
+    ----------
+    first, second : Link
+        Links, from the base on.
+    angles : iterable of (float, float)
+        Angle [rad] of the first link above the horizontal, and of the second relative to the first.
+    joint : {1, 2}
+        Joint that the drive turns; its positive direction lifts a link that points along the horizontal.
+    payload : float
+        Point mass [kg] at the end of the second link.
+    gravity : float
+        Acceleration [m/s^2] in the plane of the arm.
+
+    References
+    ----------
+    Spong, Hutchinson & Vidyasagar 2006, Robot Modeling and Control, sec. 7.3.2: d11, d22, phi1 and phi2.
+    """
+    if joint not in (1, 2):
+        raise ValueError(f"joint is {joint!r}; it is 1, at the base, or 2, between the links")
+    outer = second.mass * second.centre + payload * second.length  # first moment about the second joint
+    moved = second.inertia + second.mass * second.centre**2 + payload * second.length**2
+    tip, carried = first.length, second.mass + payload
+    base = first.inertia + first.mass * first.centre**2 + carried * tip**2
+    inner = first.mass * first.centre + carried * tip
+    rows = []
+    for q_1, q_2 in angles:
+        lever = outer * cos(q_1 + q_2)
+        inertia = moved
+        if joint == 1:
+            lever += inner * cos(q_1)
+            inertia += base + 2.0 * tip * outer * cos(q_2)
+        upright = abs(lever) < ROUNDING * (outer + inner)  # cos(90 deg) is 6e-17
+        rows.append(Posture(inertia, 0.0 if upright else -gravity * lever))
+    return tuple(rows)
