@@ -59,7 +59,7 @@ class TwoLinkSpec(Group):
 
     def postures(self) -> tuple[Posture, ...]:
         """Rows of the arm, named by their angles."""
-        first, second = (link.link() for link in self.links)
+        first, second = [link.link() for link in self.links]
         rows = two_link(first, second, self.angles, joint=self.joint, payload=self.payload)
         names = [f"{degrees(a):.6g} and {degrees(b):.6g} deg" for a, b in self.angles]
         return tuple(row._replace(name=name) for row, name in zip(rows, names, strict=True))
