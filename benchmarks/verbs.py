@@ -118,6 +118,7 @@ def questions(folder):
         ("How much does a compensator gain?", "sw.compensate(project, controller, speed=speed)", "compensate",
          lambda: sw.compensate(project, "inverse", speed=150.0)),
         ("Is the motor's loop stable, with which margins?", "sw.margins(train)", "", lambda: sw.margins(train)),
+        ("Which gains should the motor's loop have?", "sw.tune(project)", "tune", lambda: sw.tune(project)),
         ("Which gear of the catalogue does my joint need?", "sw.design(specification)", "design",
          lambda: sw.design(elbow)),
         ("How much do drives of one type differ?", "sw.sample.variability(system, scatter, count=1000)", "",

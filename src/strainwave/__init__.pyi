@@ -89,6 +89,7 @@ from .theory.small_signal import small_signal as small_signal
 from .drive.loop_margin import bode as bode
 from .drive.margins import margins as margins
 from .drive.state_space import state_space as state_space
+from .study.tuning.tune import tune as tune
 
 # Speeds, moves, design
 from .study.speed_map.speed_map import speed_map as speed_map

@@ -86,6 +86,12 @@ from .study.move.result import Pass as Pass
 from .study.speed_map.result import SpeedMap as SpeedMap
 from .study.speed_map.rules import VendorRule as VendorRule
 from .study.speed_map.under_load import CampbellLine as CampbellLine
+from .study.tuning.linear import LoopFigures as LoopFigures
+from .study.tuning.result import GainSensitivity as GainSensitivity
+from .study.tuning.result import NotchAdvice as NotchAdvice
+from .study.tuning.result import Tuning as Tuning
+from .study.tuning.trial import TuningLimits as TuningLimits
+from .study.tuning.trial import TuningPoint as TuningPoint
 from .theory.derivation import Derivation as Derivation
 from .theory.passage.moving import DelayedJump as DelayedJump
 from .theory.passage.moving import Passage as Passage

@@ -41,7 +41,7 @@ class MotorLoop:
         held = train._replace(motor=train.motor._replace(control=Held()))
         self.plant: StateSpace = state_space(free, at=self.closed.at[kept], speed=speed)
         locked = state_space(held, at=np.delete(self.closed.at[kept], [2, 3]), speed=speed)
-        self.own = _linear_control(control, self.closed.at, ~kept)
+        self.own = linear_control(control, self.closed.at, ~kept)
         # its resonances, those of the closed loop, and its antiresonances: the modes with the motor locked
         self.corners = np.concatenate([self.plant.poles, self.closed.poles, locked.poles])
 
@@ -176,7 +176,7 @@ def _root(loop: MotorLoop, grid: Floats, i: int, part: Any) -> float:
     return bracketed_root(lambda w: part(loop(w)[0]), float(grid[i]), float(grid[i + 1]), xtol=0.0, rtol=1e-13)
 
 
-def _linear_control(control: Any, state: Floats, own: Any) -> tuple[Any, ...]:
+def linear_control(control: Any, state: Floats, own: Any) -> tuple[Any, ...]:
     """Derivatives of a control's torque by angle and speed; its inertia; A, B (by both), C of its own states."""
     z, count = state[own], states_of(control)
     start = np.concatenate([state[2:4], z])

@@ -1,4 +1,4 @@
-"""Figures of moves, speed maps and designs."""
+"""Figures of moves, speed maps, designs and tunings."""
 
 import numpy as np
 
@@ -10,6 +10,8 @@ from ..model.gears.gear import Gear
 from ..study.design.result import Design
 from ..study.move.result import Move
 from ..study.speed_map.result import SpeedMap
+from ..study.tuning.result import Tuning
+from ..study.tuning.trial import GOALS
 from .colours import BLACK, BLUE, DOT_DASH, DOTS, GREEN, GREY, ORANGE, PINK
 from .panels import MOTOR, TIME, Axis, Cells, Note, Panel, angle, panels_of
 
@@ -200,3 +202,23 @@ def design_panels(design: Design) -> list[Panel]:
     first = {c.gear: c for c in reversed(design.pareto)}
     panel.notes = [Note(c.reflected_inertia, c.oscillation, gear) for gear, c in first.items()]
     return [panel]
+
+
+@panels_of.register
+def tuning_panels(tuning: Tuning) -> list[Panel]:
+    """Nonlinear response before and after, and what the first goal costs in peak sensitivity."""
+    drawn = ((tuning.response_before, GREY, "gains of the file"), (tuning.response_after, BLUE, "recommended gains"))
+    found = [(response, colour, name) for response, colour, name in drawn if response is not None]
+    largest = [float(np.max(response.oscillation)) for response, _, _ in found]
+    swept = Panel("Under the load with the largest oscillation", MOTOR, angle("oscillation of the error", largest))
+    for response, colour, name in found:
+        swept.parted(response.omega, response.oscillation, response.stable, colour, name)
+    swept.fit()
+    goal, points = GOALS[tuning.goals[0]], tuning.front
+    values = [p.goals[0] for p in points]
+    y = angle(goal.words, values) if goal.key.endswith("arcsec") else Axis(goal.words)
+    front = Panel("Gains that no others beat in all goals and in the peak sensitivity", Axis("peak sensitivity"), y)
+    front.points([p.figures.peak_sensitivity for p in points], values, BLUE, "tried")
+    best = tuning.recommended
+    front.points([best.figures.peak_sensitivity], [best.goals[0]], ORANGE, "recommended", "s", ORANGE)
+    return [swept, front]

@@ -22,7 +22,7 @@ from ...model.train.controls import (
     Tuning,
     from_bandwidth,
 )  # fmt: skip
-from ...model.train.filters import FILTERS, Filtered, PositionIntegral, around
+from ...model.train.filters import FILTERS, Filtered, PositionIntegral, apart, around
 from ...model.train.motion import AngleTorque
 from ...model.varying import Ripple, Variation
 from ..yaml_text import Keys, shown
@@ -179,14 +179,7 @@ class Loop(Kind):
         if isinstance(value, Tuning):
             given = {key: getattr(value, key) for key in AROUND if getattr(value, key)}
             return group_text(LoopSpec(type=value.kind, bandwidth=value.bandwidth, damping=value.damping, **given))
-        fields, filters, core = dict[str, Any](), list[Any](), value
-        while isinstance(core, Lagged | Filtered | PositionIntegral):
-            if isinstance(core, Filtered):
-                filters = [core.filter, *filters]
-            else:
-                fields |= {key: item for key, item in core._asdict().items() if key != "loop"}
-            core = core.loop
-        fields |= {"filters": tuple(filters)} if filters else {}
+        core, fields = apart(value)
         if around(core, **fields) != value:
             raise ValueError("a project file has one lag of the torque, behind its filters; use this loop in Python")
         more = group_text(LoopSpec(**fields))

@@ -184,6 +184,18 @@ def around(loop: Any, lag: float = 0.0, filters: tuple[Any, ...] = (), T_p: floa
     return checked(Lagged(loop, lag) if lag else loop)
 
 
+def apart(control: Any) -> tuple[Any, dict[str, Any]]:
+    """The loop within a control, and the arguments with which `around` makes the control of it."""
+    fields, filters, core = dict[str, Any](), list[Any](), control
+    while isinstance(core, Lagged | Filtered | PositionIntegral):
+        if isinstance(core, Filtered):
+            filters = [core.filter, *filters]
+        else:
+            fields |= {key: item for key, item in core._asdict().items() if key != "loop"}
+        core = core.loop
+    return core, fields | ({"filters": tuple(filters)} if filters else {})
+
+
 def control_of(loop: Any, inertia: float) -> Any:
     """Control of a loop as it was read, on the inertia [kg*m^2, motor side] that it turns."""
     if not isinstance(loop, Tuning):

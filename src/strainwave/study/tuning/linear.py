@@ -1,0 +1,157 @@
+"""A motor's loop about an operating point, for any gains: margins and disturbance response, without a new linear train.
+
+The train without its loop does not depend on the gains. It is made linear once; every set of gains is then algebra.
+"""
+
+from math import inf, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.law import states_of
+from ...base.results import Floats, SolveError
+from ...drive.margins import MotorLoop, linear_control
+from ...drive.operating_point import operating_state
+from ...drive.state_space import Complexes
+from ...model.train.drive_train import DriveTrain
+
+POINTS, BEYOND = 500, 30.0  # frequencies, and how far below and above the slowest and fastest pole they go
+ABOUT = np.tan(np.linspace(-1.45, 1.45, 31))  # places around a resonance, in half widths
+ZOOM = 33  # places between the neighbours of the largest sensitivity
+AT_REST = 1e-9  # of the largest pole: one that stands for 0
+SETTLED, TIMES = 0.02, 1000  # share of the largest deviation, and times that are looked at
+
+
+class LoopFigures(NamedTuple):
+    """What the linear loop shows with some gains.
+
+    Attributes
+    ----------
+    peak_sensitivity : float
+        Largest |1/(1 + L)| over the frequencies; infinite of an unstable loop.
+    gain_margin, phase_margin : float
+        Least factor above 1 of the gain, and least phase [rad], that reaches instability; 0 of an unstable loop.
+    compliance : float
+        Largest deviation of the load's angle over a torque on the load [rad/(N*m)], over the frequencies.
+    settling : float
+        Time [s] after a step of torque on the load from which on its angle stays within 2 % of the largest deviation.
+    """
+
+    peak_sensitivity: float = inf
+    gain_margin: float = 0.0
+    phase_margin: float = 0.0
+    compliance: float = inf
+    settling: float = inf
+
+
+UNSTABLE = LoopFigures()
+
+
+class OpenLoop:
+    """A train cut at its motor's torque, linear about the state of its mean torques at its speed.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        With a loop of the motor.
+    delay : float
+        Delay [s] of the loop that the train does not have.
+    """
+
+    def __init__(self, train: DriveTrain, delay: float = 0.0) -> None:
+        try:
+            state: Any = operating_state(train, train.omega)
+        except (SolveError, TypeError):  # a law cannot carry the torque, or a torque has no mean
+            state = None
+        loop = MotorLoop(train, state, train.omega)
+        self.plant, self.delay = loop.plant, delay
+        outputs = map(self.plant.outputs.index, ("motor deviation", "motor speed", "load speed"))
+        self.angle, self.rate, self.load = self.plant.C[list(outputs)]
+        self.motor, self.torque = self.plant.B[:, 0], self.plant.B[:, self.plant.inputs.index("load torque")]
+        self.memory = sum(" z" in name for name in self.plant.states)
+        sizes = np.abs(loop.corners)
+        sizes = sizes[sizes > AT_REST * np.max(sizes)]
+        even = np.geomspace(np.min(sizes) / BEYOND, np.max(sizes) * BEYOND, POINTS)
+        self.grid = np.unique(np.concatenate([even, around(loop.corners)]))
+        self.answer = self._answer(self.grid)
+
+    @property
+    def resonance(self) -> float:
+        """Frequency [rad/s] of the least damped vibration with the motor free; 0 where none vibrates."""
+        waves = self.plant.poles[self.plant.poles.imag > 0.0]
+        return float(np.abs(waves)[np.argmax(waves.real / np.abs(waves))]) if len(waves) else 0.0
+
+    def figures(self, control: Any) -> LoopFigures:
+        """Margins and disturbance response with a control."""
+        count = states_of(control)
+        parts = linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
+        poles, vectors = np.linalg.eig(self._closed(parts))
+        moving = np.abs(poles) > AT_REST * np.max(np.abs(poles))
+        if np.sum(~moving) > self.memory or np.any(poles[moving].real >= 0.0):
+            return UNSTABLE
+        extra = around(poles)
+        grid = np.concatenate([self.grid, extra])
+        order = np.argsort(grid)
+        grid = grid[order]
+        L = _gain(parts, grid) * np.concatenate([self.answer, self._answer(extra)])[order]
+        gains, _ = crossings(grid, L)
+        if np.any(np.mod(gains[:, 1], 2.0 * pi) < self.delay * gains[:, 0]):
+            return UNSTABLE
+        L *= np.exp(-1j * self.delay * grid)
+        gains, phases = crossings(grid, L)
+        margins = np.min(phases[phases[:, 1] > 1.0, 1], initial=inf), np.min(np.abs(gains[:, 1]), initial=inf)
+        top = int(np.argmin(np.abs(1.0 + L)))
+        fine = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], ZOOM)
+        close = _gain(parts, fine) * self._answer(fine) * np.exp(-1j * self.delay * fine)
+        peak = 1.0 / min(abs(1.0 + L[top]), np.min(np.abs(1.0 + close)))
+        into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
+        angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
+        return LoopFigures(*map(float, (peak, *margins, *_disturbed(poles[moving], angle, grid))))
+
+    def _answer(self, omega: Floats) -> Complexes:
+        """Deviation of the motor over a torque on it, without its loop."""
+        s = 1j * omega[:, None, None] * np.eye(len(self.plant.A)) - self.plant.A
+        return np.asarray(np.linalg.solve(s, self.motor[:, None].astype(complex))[:, :, 0] @ self.angle)
+
+    def _closed(self, parts: tuple[Any, ...]) -> Floats:
+        """Matrix of the closed loop, the states of the control last."""
+        by_angle, by_speed, inertia, A, B, C = parts
+        heavy = 1.0 + inertia * float(self.rate @ self.motor)
+        against = (by_angle * self.angle + by_speed * self.rate + inertia * self.rate @ self.plant.A) / heavy
+        top = np.hstack([self.plant.A - np.outer(self.motor, against), -np.outer(self.motor, C[0] / heavy)])
+        return np.vstack([top, np.hstack([B @ np.vstack([self.angle, self.rate]), A])])
+
+
+def _gain(parts: tuple[Any, ...], omega: Floats) -> Complexes:
+    """Torque of a control against a deviation of the motor."""
+    by_angle, by_speed, inertia, A, B, C = parts
+    s = 1j * omega[:, None, None]
+    inner = np.linalg.solve(s * np.eye(len(A)) - A, B[:, :1] + s * B[:, 1:])
+    return np.asarray((by_angle + s * by_speed + s * s * inertia + C @ inner)[:, 0, 0])
+
+
+def around(poles: Complexes) -> Floats:
+    """Frequencies [rad/s] close around poles that vibrate."""
+    waves = poles[poles.imag > 0.0]
+    places = waves.imag[:, None] + np.abs(waves.real)[:, None] * ABOUT
+    return np.asarray(places[places > 0.0])
+
+
+def crossings(grid: Floats, L: Complexes) -> tuple[Floats, Floats]:
+    """Rows (frequency, phase of -L) where |L| is 1, and (frequency, 1/|L|) where L is real and negative."""
+    size, phase = np.log(np.maximum(np.abs(L), 1e-300)), np.angle(-L)
+    turn = (np.diff(phase) + pi) % (2.0 * pi) - pi
+    rows = []
+    for values, steps, level, slopes in ((size, np.diff(size), phase, turn), (phase, turn, -size, -np.diff(size))):
+        at = np.flatnonzero((values[:-1] * (values[:-1] + steps) < 0.0) & (np.abs(steps) < 0.5 * pi))
+        share = -values[at] / steps[at]
+        rows.append(np.column_stack([grid[at] + share * np.diff(grid)[at], level[at] + share * slopes[at]]))
+    return rows[0], np.column_stack([rows[1][:, 0], np.exp(rows[1][:, 1])])
+
+
+def _disturbed(poles: Complexes, angle: Complexes, grid: Floats) -> tuple[float, float]:
+    """Compliance and settling of the load's angle, whose answer to a torque has these parts at these poles."""
+    t = np.linspace(0.0, 10.0 / float(np.min(np.abs(poles.real))), TIMES)
+    off = np.abs(np.exp(np.multiply.outer(t, poles)) @ (angle / poles)).real
+    largest = np.max(np.abs((angle / (1j * grid[:, None] - poles)).sum(axis=1)))
+    return max(float(largest), off[0]), t[np.flatnonzero(off > SETTLED * np.max(off))[-1]]

@@ -1,0 +1,169 @@
+"""`Tuning`: what `tune` returns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ...base.facts import Fact
+from ...base.records import Labelled, Result
+from ...base.sentences import number
+from ...drive.drive_response import DriveResponse
+from ...drive.project import Project
+from ...model.train.controls import HERTZ
+from .trial import GOALS, TuningLimits, TuningPoint, having
+
+UNITS = {"K_v": "1/s", "K_p": "N·m·s/rad", "T_n": "s", "K_i": "N·m/rad", "K_d": "N·m·s/rad"}
+
+
+class GainSensitivity(NamedTuple):
+    """How the measure answers to one gain: its relative change for a step up and a step down.
+
+    None where the step breaks a limit; the measure is the geometric mean of the goals.
+    """
+
+    gain: str
+    step: float
+    up: float | None
+    down: float | None
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers."""
+        return tuple(map(Fact, self._fields, self))
+
+    def __str__(self) -> str:
+        sides = [
+            f"{number(100.0 * self.step)} % {way} {'breaks a limit' if change is None else changed(change)}"
+            for way, change in (("more", self.up), ("less", self.down))
+        ]
+        return f"{self.gain}: {', '.join(sides)}"
+
+
+class NotchAdvice(NamedTuple):
+    """A notch filter that makes the goals better: frequency [rad/s], width over it, depth, gains, the control."""
+
+    frequency: float
+    width: float
+    depth: float
+    point: TuningPoint
+    control: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Tuning(Result):
+    """Gains of a loop that are best for a drive.
+
+    Attributes
+    ----------
+    goals, gains : tuple of str
+        What is made small, and the gains that are tuned.
+    limits : TuningLimits
+        What must hold.
+    ranges : tuple of (float, float)
+        Range of each gain that was searched.
+    before, rule, recommended : TuningPoint
+        The gains of the project, the symmetric optimum slowed down until it keeps the limits (else the nearest gains
+        that do), and the recommended ones, with what they give.
+    front : tuple of TuningPoint
+        Gains that no other of those tried beats in all goals and in the peak sensitivity at once.
+    binding : tuple of str
+        Limits, and ends of the range of a gain, at which the recommended gains stand.
+    sensitivities : tuple of GainSensitivity
+        How the goals answer to each gain.
+    control : loop
+        The loop with the recommended gains.
+    response_before, response_after : DriveResponse or None
+        Nonlinear response of the project with both, under the load with the largest oscillation; None where no motion
+        is stable.
+    computed : int
+        How many nonlinear responses and moves were computed.
+    notch : NotchAdvice or None
+        A notch filter that makes the goals better, where one was asked for and does.
+    remarks : tuple of str
+        What was assumed.
+    """
+
+    goals: tuple[str, ...]
+    gains: tuple[str, ...]
+    limits: TuningLimits
+    ranges: tuple[tuple[float, float], ...]
+    before: TuningPoint
+    rule: TuningPoint
+    recommended: TuningPoint
+    front: tuple[TuningPoint, ...]
+    binding: tuple[str, ...]
+    sensitivities: tuple[GainSensitivity, ...]
+    control: Any
+    response_before: DriveResponse | None
+    response_after: DriveResponse | None
+    computed: int
+    notch: NotchAdvice | None = None
+    remarks: tuple[str, ...] = ()
+
+    rows: ClassVar[str] = "point"
+
+    def applied(self, project: Project, *, notch: bool = False) -> Project:
+        """The project with the recommended loop, or with the one that has the notch filter."""
+        return having(project, self.notch.control if notch and self.notch else self.control)
+
+    def variables(self) -> Labelled:
+        """Gains, goals and peak sensitivity of the points on the front."""
+        names = (*self.gains, *self.goals, "peak_sensitivity")
+        units = (
+            [UNITS[name].replace("·", "*") for name in self.gains] + [GOALS[name].unit for name in self.goals] + ["1"]
+        )
+        table = np.array([(*p.gains, *p.goals, p.figures.peak_sensitivity) for p in self.front])
+        return {name: ("point", table[:, i], units[i]) for i, name in enumerate(names)}
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of a tuning, once."""
+        rows = (("file", self.before), ("rule", self.rule), ("recommended", self.recommended))
+        broken = [name for name, used in self.before.used(self.limits).items() if used > 1.0]
+        return (
+            Fact("", f"least {' and '.join(GOALS[name].words for name in self.goals)}, worst of all loads", "{}"),
+            Fact("points", tuple((Fact("gains", name, "gains"), *self._row(p)) for name, p in rows), "{}"),
+            Fact("broken", tuple(broken), "the gains of the file break the limit of the {}"),
+            Fact("binding", self.binding, "binds: {}"),
+            Fact("sensitivities", tuple(change.facts() for change in self.sensitivities)),
+            Fact("", tuple(map(str, self.sensitivities)), "{}"),
+            Fact("front", tuple(self._row(p) for p in self.front)),
+            Fact("", f"{len(self.front)} of the gains tried are best for some peak sensitivity", "{}"),
+            Fact("computed", self.computed, "{} nonlinear responses and moves"),
+            *(() if self.notch is None else self._notch(self.notch)),
+            Fact("remarks", self.remarks, "note: {}"),
+        )
+
+    def _row(self, p: TuningPoint) -> tuple[Fact, ...]:
+        names = {name: f"{name} [{UNITS[name]}]" for name in self.gains}
+        return (
+            *(Fact(name, p.gains[i], words) for i, (name, words) in enumerate(names.items())),
+            *(Fact(GOALS[n].key, v, n.replace("_", " ")) for n, v in zip(self.goals, p.goals, strict=True)),
+            Fact("peak_sensitivity", p.figures.peak_sensitivity, "peak sensitivity"),
+            Fact("gain_margin", p.figures.gain_margin), Fact("phase_margin_rad", p.figures.phase_margin),
+            Fact("disturbance_settling_s", p.figures.settling, "settling"),
+            Fact("motor_torque_N_m", p.motor_torque if isfinite(sum(p.goals)) else None, "motor"),
+        )  # fmt: skip
+
+    def _notch(self, notch: NotchAdvice) -> tuple[Fact, ...]:
+        change = np.mean(np.log(np.array(notch.point.goals) / np.array(self.recommended.goals)))
+        before, after = self.recommended.figures.settling, notch.point.figures.settling
+        sentence = (
+            f"a notch filter at {number(notch.frequency / HERTZ)} Hz with {gains_text(self.gains, notch.point.gains)} "
+            f"{changed(float(np.expm1(change)))}; a torque on the load settles in {number(after)} s, without it in "
+            f"{number(before)} s"
+        )
+        numbers = [("frequency_rad_per_s", notch.frequency), ("width_rad_per_s", notch.width * notch.frequency)]
+        numbers += [("depth", notch.depth), *((fact.key, fact.value) for fact in self._row(notch.point))]
+        return (*(Fact(f"notch.{key}", value) for key, value in numbers), Fact("", sentence, "{}"))
+
+
+def gains_text(names: Sequence[str], gains: Sequence[float]) -> str:
+    """Gains with their units, in a row."""
+    return ", ".join(f"{name} {number(gain)} {UNITS[name]}" for name, gain in zip(names, gains, strict=True))
+
+
+def changed(share: float) -> str:
+    """A relative change of the goals in words."""
+    return f"changes the goal by {100.0 * share:+.2g} %".replace("-", "−")

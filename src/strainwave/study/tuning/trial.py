@@ -1,0 +1,193 @@
+"""What gains are judged by: goals that shall be small, limits that hold, over all loads and units of a drive."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from math import inf, isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.results import Floats, SolveError
+from ...drive.project import Project
+from ...drive.train_curve import FEW, largest_oscillation, train_curve
+from ..move.move import move
+from .linear import LoopFigures, OpenLoop
+
+SHORT = 1e-4  # s: a move that is settled at its end counts as settled then
+
+
+class Goal(NamedTuple):
+    """What shall be small: its words, its key in JSON with the unit, its unit, and whether it is one of a move."""
+
+    words: str
+    key: str
+    unit: str
+    of_move: bool = False
+
+
+GOALS = {
+    "pointing": Goal("largest oscillation of the pointing error", "pointing_arcsec", "rad"),
+    "compliance": Goal("largest compliance of the load [rad/(N·m)] over all frequencies", "compliance", "rad/(N*m)"),
+    "move": Goal("largest pointing error in the move", "move_arcsec", "rad", True),
+    "settling": Goal("settling time of the move", "settling_time_s", "s", True),
+    "motor_rms": Goal("rms torque of the motor in the move", "motor_rms_N_m", "N*m", True),
+}
+
+
+class TuningLimits(NamedTuple):
+    """What must hold: largest sensitivity, least gain margin (a factor) and phase margin [rad], motor torque [N*m]."""
+
+    peak_sensitivity: float = inf
+    gain_margin: float = 0.0
+    phase_margin: float = 0.0
+    motor_torque: float = inf
+
+
+class TuningPoint(NamedTuple):
+    """Gains and what they give, over all loads the worst.
+
+    Attributes
+    ----------
+    gains, goals : tuple of float
+        Gains that are tuned, and goals, in SI; goals are infinite where no motion is stable.
+    figures : LoopFigures
+        Margins, compliance and settling of the linear loop.
+    motor_torque : float
+        Largest torque [N*m] of the motor at steady speeds, and in the move where a goal is one of it.
+    """
+
+    gains: tuple[float, ...]
+    goals: tuple[float, ...]
+    figures: LoopFigures
+    motor_torque: float = 0.0
+
+    def used(self, limits: TuningLimits) -> dict[str, float]:
+        """Share of every limit that is taken; above 1 it is broken."""
+        peak, gain, phase, *_ = self.figures
+        return {
+            "peak sensitivity": peak / limits.peak_sensitivity if isfinite(peak) else inf,
+            "gain margin": limits.gain_margin / gain if gain else inf,
+            "phase margin": limits.phase_margin / phase if phase else inf,
+            "motor torque": self.motor_torque / limits.motor_torque,
+        }
+
+
+class Setting(NamedTuple):
+    """Of a trial: loads [N*m] of each drive or None for its own, goals, limits, share of units, delay [s]."""
+
+    loads: Sequence[float] | None
+    goals: tuple[str, ...]
+    limits: TuningLimits
+    share: float
+    delay: float
+
+
+class Trial:
+    """Drives that one set of gains serves: the project's first, then other units of it, each under all its loads.
+
+    Of units the worst counts, or of a share of them. Gains come as logarithms.
+    """
+
+    def __init__(
+        self, drives: Sequence[Project], setting: Setting, control: Callable[[Floats], Any]
+    ) -> None:  # fmt: skip
+        self.setting, self.control, self.drives = setting, control, drives
+        self.loaded = [loads_of(drive, setting.loads) for drive in drives]
+        self.loops = [[OpenLoop(case.train, setting.delay) for case in cases if case.train] for cases in self.loaded]
+        self.moved = any(GOALS[name].of_move for name in setting.goals)
+        self.harmonics: int | None = None
+        self.full = isfinite(setting.limits.motor_torque)  # whether the torque of the motor is computed
+        self.computed = 0  # responses and moves
+
+    def linear(self, x: Floats) -> TuningPoint:
+        """The linear figures alone; goals are infinite."""
+        control = self.control(x)
+        units = [np.max([_inverse(loop.figures(control)) for loop in loops], axis=0) for loops in self.loops]
+        figures = LoopFigures(*_inverse(self._over(units)).tolist())
+        return TuningPoint(tuple(np.exp(x).tolist()), (inf,) * len(self.setting.goals), figures)
+
+    def broken(self, x: Floats) -> float:
+        """Largest share of a limit of the linear loop that gains take; above 1 it is broken."""
+        return max(self.linear(x).used(self.setting.limits).values())
+
+    def point(self, x: Floats) -> TuningPoint:
+        """All that gains give, also where they break a limit."""
+        return self.kept(x) or self.linear(x)
+
+    def kept(self, x: Floats, surplus: Callable[[Floats], bool] | None = None) -> TuningPoint | None:
+        """All that gains give; for a search goals stay infinite where the linear loop breaks a limit.
+
+        None where what the first drives and loads give is a `surplus`.
+        """
+        point = self.linear(x)
+        allowed = self.setting.limits if surplus else TuningLimits(1e300)
+        if max(point.used(allowed).values()) > 1.0:
+            return point
+        worst = np.zeros((len(self.drives), 1 + len(self.setting.goals)))
+        for i, drive in enumerate(self.drives):
+            for left, row in self._rows(drive, self.loaded[i], point):
+                worst[i] = np.maximum(worst[i], row)
+                last = i == len(self.drives) - 1 and not left
+                if surplus and self.setting.share == 1.0 and not last and surplus(np.max(worst, axis=0)[1:]):
+                    return None
+        torque, *goals = self._over(worst).tolist()
+        return point._replace(goals=tuple(goals), motor_torque=torque)
+
+    def _rows(self, drive: Project, cases: Sequence[Project], point: TuningPoint) -> Iterator[tuple[int, Floats]]:
+        """How many rows are left, torque of the motor and goals of a drive: in its move, then under each load."""
+        control, goals = self.control(np.log(point.gains)), self.setting.goals
+        if self.moved:
+            self.computed += 1
+            yield len(cases), self._of_move(having(drive, control))
+        for i, case in enumerate(cases, 1):
+            torque, largest = 0.0, 0.0
+            if "pointing" in goals or self.full:
+                self.computed += 1
+                torque, largest = self._of_speeds(having(case, control))
+            values = {"pointing": largest, "compliance": point.figures.compliance}
+            yield len(cases) - i, np.array([torque, *(values.get(name, 0.0) for name in goals)])
+
+    def _of_speeds(self, drive: Project) -> tuple[float, float]:
+        """Largest torque of the motor [N*m], where it is computed, and largest oscillation [rad] over the speeds."""
+        train, speeds = drive.train, drive.speeds.limits
+        if train is not None and self.harmonics is not None and not self.full:
+            top = largest_oscillation(train, speeds, self.harmonics, False)
+            return 0.0, inf if top is None else top[1]
+        curve = train and train_curve(train, speeds, self.harmonics, coexisting=False, points=FEW)
+        if curve is None or curve.motor is None:
+            return inf, inf
+        self.harmonics = self.harmonics or curve.curve.coefficients.shape[1] // 2
+        return curve.motor.torque, float(np.max(curve.oscillation[curve.curve.inside]))
+
+    def _of_move(self, drive: Project) -> Floats:
+        try:
+            run = move(drive)
+        except SolveError:
+            return np.full(1 + len(self.setting.goals), inf)
+        late = inf if run.settling_time is None else max(run.settling_time, SHORT)
+        values = {"move": run.peak_error, "settling": late, "motor_rms": run.rms_motor_torque}
+        return np.array([run.peak_motor_torque, *(values.get(name, 0.0) for name in self.setting.goals)])
+
+    def _over(self, units: Any) -> Floats:
+        """Worst values of a share of the units."""
+        return np.asarray(np.quantile(np.array(units), self.setting.share, axis=0, method="higher"))
+
+
+def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:
+    """A drive under each of some loads; by default the ends and the middle of its range, or as it is."""
+    low, high = drive.load_torques
+    if loads is None and low == high:
+        return [drive]
+    return [drive.under(float(torque)) for torque in (np.linspace(low, high, 3) if loads is None else loads)]
+
+
+def having(drive: Project, control: Any) -> Project:
+    """A drive with another loop of its motor."""
+    train = drive.train and drive.train._replace(motor=drive.train.motor._replace(control=control))
+    return replace(drive, train=train, whole=train)
+
+
+def _inverse(figures: Any) -> Floats:
+    """Figures as numbers that are small when they are good, and back: margins are inverted."""
+    with np.errstate(divide="ignore"):
+        return np.array([figures[0], 1.0 / np.float64(figures[1]), 1.0 / np.float64(figures[2]), *figures[3:]])

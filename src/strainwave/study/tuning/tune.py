@@ -1,0 +1,296 @@
+"""`tune`: gains of the motor's loop that are best for a drive, from classical rules on, with what binds them."""
+
+from collections.abc import Callable, Sequence
+from math import inf, pi
+from typing import Any
+
+import numpy as np
+
+from ...base.arguments import typed
+from ...base.quantities import number as checked_number
+from ...base.quantities import shown
+from ...base.results import Floats, SolveError
+from ...base.sentences import number
+from ...drive.drive_response import DriveResponse
+from ...drive.project import Project
+from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
+from ...model.train.filters import NotchFilter, apart, around
+from ..analysis.runup import silent
+from .result import UNITS, GainSensitivity, NotchAdvice, Tuning, gains_text
+from .search import COARSE, FINE, SMALL, WORTH, Search, least_broken
+from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of
+
+ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
+SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
+SLOWER = np.geomspace(1.0, 1e3, 121)  # times the sum of lags and delays, of the rule
+NEAR = 0.97  # share of a limit from which on it binds
+STEP = 0.05  # of a gain, of its sensitivity
+NOTCH = 0.5, 0.1  # width over the frequency, and depth
+BETTER = 0.01  # of the measure: a notch that gains less is not offered
+DEFAULT = 2.0
+
+
+def rule(core: Any, inertia: float, time: float) -> Any:
+    """Gains of the symmetric optimum for an inertia [kg*m^2] and the sum of lags and delays [s] of its loop.
+
+    With the sum T of small times the speed loop has K_p = J/(2 T), T_n = 4 T; closed it is about a lag of 4 T, behind
+    which the position gain K_v = 1/(16 T) gives the damping ratio 1. Without the position loop K_i = K_p/T_n. A PD loop
+    of the position is the same loop with other names.
+    """
+    K_p = (inertia + getattr(core, "inertia", lambda: 0.0)()) / (2.0 * time)
+    if isinstance(core, CascadeLoop):
+        return CascadeLoop(1.0 / (16.0 * time), K_p, 4.0 * time)
+    if isinstance(core, SpeedLoop):
+        return core._replace(K_p=K_p, K_i=K_p / (4.0 * time))
+    return PositionLoop(K_p / (4.0 * time), K_p)
+
+
+@typed
+def tune(
+    project: Project,
+    *,
+    goals: Sequence[str] = ("pointing",),
+    gains: Sequence[str] | None = None,
+    peak_sensitivity: float | None = None,
+    gain_margin: float | None = None,
+    phase_margin: float | None = None,
+    loads: Sequence[float] | None = None,
+    units: Sequence[Project] = (),
+    share: float = 1.0,
+    delay: float | None = None,
+    notch: bool = False,
+    progress: Callable[[str, float], None] = silent,
+) -> Tuning:
+    """Find the gains of the motor's loop that make what is named small, while margins and the motor's torque hold.
+
+    Points spread over a box about the symmetric optimum, the gains of the file among them, are compared by the
+    nonlinear response of the drive; from the best ones gains are changed as long as it helps. In the end no change of
+    one or two gains by 2, 5 or 20 % that keeps the limits makes the measure 1 % better. The margins are those of the
+    linear loop about the state of the mean torques at the middle speed. A result is never worse than the rule, slowed
+    down until it keeps the limits.
+
+    Parameters
+    ----------
+    project : Project
+        With a loop of the motor, and with a move where a goal is one of it.
+    goals : sequence of str
+        What shall be small: "pointing" (largest oscillation of the pointing error over the speeds, of the nonlinear
+        response), "compliance" (largest deviation of the load over a torque on it, at any frequency), and of the move
+        of the project "move" (largest pointing error), "settling" (time) and "motor_rms" (torque). Of several the
+        geometric mean counts.
+    gains : sequence of str, optional
+        Names of the gains to change, as "K_p". Default: all of the loop that are not 0.
+    peak_sensitivity : float, optional
+        Largest |1/(1 + L)|. Default: 2 where no margin is given; it implies a gain margin of 2 and a phase margin of 29
+        degrees.
+    gain_margin, phase_margin : float, optional
+        Least factor of the gain, and least phase [rad].
+    loads : sequence of float, optional
+        Torques [N*m] on the load. Default: the ends and the middle of those of the project.
+    units : sequence of Project
+        More drives with the same gains, such as `sw.sample` draws them by the scatter of the file, or other postures.
+    share : float
+        Share of all drives, in (0, 1], for which goals and limits hold; 1 for the worst of them.
+    delay : float, optional
+        Delay [s] of the loop beside its lag, in the margins alone. Default: that of the project's controller, or 0.5 ms
+        where the file gives neither a lag nor a controller.
+    notch : bool
+        Whether a notch filter at the resonance with the motor free is tried, with gains of its own.
+    progress : callable
+        Told what is done now, and the share of the work that is done.
+
+    Returns
+    -------
+    Tuning
+        `recommended` gains and those on the `front`, what binds, sensitivities, and the responses before and after.
+
+    Raises
+    ------
+    ValueError
+        If the motor has no loop, a goal or a gain is not known, or no gains keep the limits: by how much they miss.
+
+    References
+    ----------
+    Modelica library DriveControl, user's guide, speed and position controller (symmetric optimum with a = 2 after
+    Schröder, Elektrische Antriebe: Regelung von Antriebssystemen, 2009; position gain for a damping ratio of 1).
+    """
+    margins = [bound for bound in (gain_margin, phase_margin) if bound is not None]
+    if peak_sensitivity is None:
+        peak_sensitivity = inf if margins else DEFAULT
+    torque = inf if project.motor_limits is None else project.motor_limits.most
+    limits = TuningLimits(peak_sensitivity, gain_margin or 0.0, phase_margin or 0.0, torque)
+    loop = Loop(project, gains)
+    time, remarks = _delay(project, loop.lag, delay)
+    setting = Setting(loads, _goals(project, goals), limits, checked_number("share", share, positive=True), time)
+    progress("linear loops", 0.0)
+    trial = Trial((project, *units), setting, loop.control)
+    search, by_rule = _search(trial, loop)
+    best = search.run([by_rule, loop.logs(loop.core)], progress)
+    if search.measure(best) == inf:
+        raise ValueError(_motor_sentence(search, loop.names))
+    progress("before and after", 0.9)
+    sensitivities = tuple(_sensitivity(search, best, i, name) for i, name in enumerate(loop.names))
+    advice = _notched(search, loop, best) if notch else None
+    trial.full = True
+    own, ruled, found = [trial.point(x) for x in (loop.logs(loop.core), by_rule, best)]
+    before, after = [_response(project, loads, loop.control(x)) for x in (loop.logs(loop.core), best)]
+    binding = tuple(_binding(search, best, found, loop.names))
+    ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
+    return Tuning(
+        setting.goals, loop.names, limits, ranges, own, ruled, found, front(search), binding, sensitivities,
+        loop.control(best), before, after, trial.computed, advice, remarks,
+    )  # fmt: skip
+
+
+class Loop:
+    """The loop of a project: its gains by name, and the control with others."""
+
+    def __init__(self, project: Project, names: Sequence[str] | None) -> None:
+        self.core, self.about = apart(None if project.whole is None else project.whole.motor.control)
+        if not project.motor_named or not isinstance(self.core, CascadeLoop | SpeedLoop | PositionLoop):
+            raise ValueError(
+                "the motor of this project has no loop to tune: it is held, free or not named; write for example "
+                "'motor: {loop: {type: cascade, bandwidth: 30 Hz, lag: 0.5 ms}}'"
+            )
+        self.inertia, self.lag = project.loop_inertia, self.about.get("lag", 0.0)
+        tunable = [name for name, gain in rule(self.core, self.inertia, 1.0)._asdict().items()
+                   if gain != getattr(self.core, name) > 0.0]  # fmt: skip
+        self.names = tuple(tunable if names is None else names)
+        if wrong := [name for name in self.names if name not in tunable]:
+            raise ValueError(f"there is no gain {wrong[0]!r} to tune in this loop; it has {', '.join(tunable)}")
+
+    def logs(self, core: Any) -> Floats:
+        """Logarithms of the gains of a loop."""
+        return np.log([getattr(core, name) for name in self.names])
+
+    def powers(self) -> Floats:
+        """Powers of the frequency of the loop that its gains go with."""
+        rules = [self.logs(rule(self.core, self.inertia, time)) for time in (1.0, np.e)]
+        return np.round(rules[0] - rules[1])
+
+    def control(self, x: Floats, *more: Any) -> Any:
+        """The control with gains of these logarithms, and with more filters."""
+        core = self.core._replace(**dict(zip(self.names, np.exp(x).tolist(), strict=True)))
+        return around(core, **self.about | {"filters": (*self.about.get("filters", ()), *more)})
+
+
+def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
+    for name in goals:
+        if name not in GOALS:
+            raise ValueError(f"there is no goal {shown(name)}; there are {', '.join(GOALS)}")
+        if GOALS[name].of_move and project.move is None:
+            raise ValueError(f"the goal {name!r} is one of a move, and the project has none; write its group 'move'")
+    if not goals:
+        raise ValueError(f"there is no goal; name one or more of {', '.join(GOALS)}")
+    return tuple(dict.fromkeys(goals))
+
+
+def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tuple[str, ...]]:
+    """Delay [s] in the margins beside the lag, and what is to be said of it."""
+    if given is not None or (lag and project.sampling is None):
+        return checked_number("delay [s]", given or 0.0), ()
+    if project.sampling is not None:
+        time = project.sampling.lead
+        return time, (f"The margins count the delay of the controller, {number(1e3 * time)} ms; responses do not.",)
+    said = f"a delay of {number(1e3 * ASSUMED)} ms is assumed in the margins"
+    return ASSUMED, (f"The project has neither a lag of the loop nor a controller: {said}, as gains end by it.",)
+
+
+def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
+    """The search about the rule, slowed down until it keeps the linear limits; else about the nearest gains that do."""
+    times = SLOWER * ((loop.lag + trial.setting.delay) or ASSUMED)
+    series = [loop.logs(rule(loop.core, loop.inertia, time)) for time in times]
+    start = next((x for x in series if trial.broken(x) <= 1.0), None)
+    if start is None:
+        start = least_broken(trial, min([*series, loop.logs(loop.core)], key=trial.broken))
+        if trial.broken(start) > 1.0:
+            raise ValueError(_linear_sentence(trial, start, loop.names))
+    both, reach = [start, loop.logs(loop.core)], np.log(SPAN) * np.abs(loop.powers())
+    box = np.min(both, axis=0) - reach, np.max(both, axis=0) + reach
+    return Search(trial, box, np.array(trial.point(start).goals)), start
+
+
+def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
+    """Which limit no gains keep, and by how much."""
+    point, limits = trial.linear(x), trial.setting.limits
+    used = point.used(limits)
+    name = max(used, key=lambda key: used[key])
+    if used[name] == inf:
+        return "no gains make the loop stable; shorten its lag and delay, or move its filters to higher frequencies"
+    field, scale = name.replace(" ", "_"), 180.0 / pi if name == "phase margin" else 1.0
+    unit, side = "°" if name == "phase margin" else "", "above" if name == "peak sensitivity" else "below"
+    bound, value = scale * getattr(limits, field), scale * getattr(point.figures, field)
+    return (
+        f"no gains keep the {name} of {number(bound)}{unit}: the nearest, {gains_text(names, point.gains)}, have "
+        f"{number(value)}{unit}, {number(100.0 * abs(value / bound - 1.0), 3)} % {side} it; allow more, or shorten lag "
+        "and delay of the loop"
+    )
+
+
+def _motor_sentence(search: Search, names: tuple[str, ...]) -> str:
+    """By how much the motor's torque is missed by the gains that need least of it."""
+    limit = search.trial.setting.limits.motor_torque
+    heavy = [point for point in search.computed.values() if limit < point.motor_torque < inf]
+    if not heavy:
+        return "no gains within the limits have a stable steady motion in the range of speeds; take other speeds"
+    least = min(heavy, key=lambda point: point.motor_torque)
+    return (
+        f"no gains that keep the margins keep the motor's torque of {number(limit)} N·m: the nearest, "
+        f"{gains_text(names, least.gains)}, need {number(least.motor_torque)} N·m, "
+        f"{number(100.0 * (least.motor_torque / limit - 1.0), 3)} % above it; take a stronger motor or less load"
+    )
+
+
+def _sensitivity(search: Search, best: Floats, i: int, name: str) -> GainSensitivity:
+    """How the measure answers to one gain; its sides are None where a limit is broken there."""
+    steps = [np.log1p(change) * np.eye(len(best))[i] for change in (STEP, -STEP)]
+    values = [search.measure(best + step) for step in steps]
+    return GainSensitivity(
+        name, STEP, *(float(np.expm1(value - search.measure(best))) if value < inf else None for value in values)
+    )
+
+
+def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str, ...]) -> Any:
+    for limit, used in point.used(search.trial.setting.limits).items():
+        if used >= NEAR:
+            yield f"the {limit}, {number(100.0 * used, 3)} % of it taken"
+    for side, ends in (("lower", search.low), ("upper", search.high)):
+        for name, x, end in zip(names, best, ends, strict=True):
+            if abs(x - end) < np.log1p(STEP):
+                yield f"the {side} end of the range of {name}, {number(float(np.exp(end)))} {UNITS[name]}"
+
+
+def _response(project: Project, loads: Sequence[float] | None, control: Any) -> DriveResponse | None:
+    """Response under the load with the largest oscillation; None where it has no stable motion."""
+    try:
+        responses = [having(case, control).response() for case in loads_of(project, loads)]
+    except SolveError:
+        return None
+    return max(responses, key=lambda response: float(response.oscillation[response.top]))
+
+
+def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
+    """The notch filter at the resonance of the free train, with gains of its own, where these are better by 1 %."""
+    place, trial = max(loop.resonance for loop in search.trial.loops[0]), search.trial
+    if not place:
+        return None
+    added = NotchFilter(place, NOTCH[0] * place, NOTCH[1])
+    notched = Search(
+        Trial(trial.drives, trial.setting, lambda x: loop.control(x, added)), (search.low, search.high),
+        search.reference,
+    )  # fmt: skip
+    x = notched.descend(notched.descend(least_broken(notched.trial, best), COARSE, WORTH), FINE, SMALL)
+    trial.computed += notched.trial.computed
+    if notched.measure(x) > search.measure(best) - BETTER:
+        return None
+    return NotchAdvice(place, *NOTCH, notched.computed[tuple(x.round(12).tolist())], loop.control(x, added))
+
+
+def front(search: Search) -> tuple[TuningPoint, ...]:
+    """Points within the limits that no other beats in all goals and in the peak sensitivity at once."""
+    marks = {(*p.goals, p.figures.peak_sensitivity): p for p in search.computed.values() if search.of(p) < inf}
+    best: list[tuple[float, ...]] = []
+    for mark in sorted(marks):
+        if not any(all(a <= b for a, b in zip(other, mark, strict=True)) for other in best):
+            best.append(mark)
+    return tuple(marks[mark] for mark in best)

@@ -1,0 +1,63 @@
+"""`strainwave tune`: what it prints and writes, with the numbers of the library, and its complaints."""
+
+import csv
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+
+PROJECT = """\
+title: Level axis
+gear: {ratio: 50, law: {type: linear, K: 3e4 N*m/rad}}
+motor: {inertia: 4.5 kg*cm^2, loop: {type: speed_loop, K_p: 0.2 N*m*s/rad, K_i: 5 N*m/rad, lag: 0.5 ms}}
+load: {inertia: 1.2 kg*m^2}
+damping: {B: 11 N*m*s/rad}
+speed: {from: 500 rpm, to: 3000 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "axis.yaml"
+    path.write_text(PROJECT)
+    return path
+
+
+def invoke(*given):
+    return CliRunner().invoke(command.cli, ["tune", *map(str, given)])
+
+
+@pytest.mark.slow
+def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path):
+    run = invoke(path, "--gain", "K_p", "-o", tmp_path / "out", "--json")
+    assert run.exit_code == 0, run.output
+    found, data = sw.tune(sw.read_project(path), gains=("K_p",)), json.loads(run.stdout)
+    best = data["points"][2]
+    assert (best["gains"], best["K_p"]) == ("recommended", pytest.approx(found.recommended.gains[0]))
+    assert json.loads((tmp_path / "out/tune.json").read_text()) == data
+    rows = list(csv.DictReader((tmp_path / "out/tune.csv").read_text().splitlines()))
+    assert list(rows[0]) == ["K_p_N_m_s_per_rad", "pointing_rad", "peak_sensitivity"]
+    assert len(rows) == len(found.front)
+    written = sw.read_project(tmp_path / "out/tuned.yaml")
+    assert written.whole.motor.control == found.control
+    assert (tmp_path / "out/tune.svg").read_text().startswith("<svg")
+
+
+@pytest.mark.parametrize(
+    ("given", "code", "said"),
+    [
+        (["--goal", "speed"], 2, "'speed' is not one of"),
+        (["--goal", "settling"], 1, "one of a move, and the project has none"),
+        (["--gain", "K_v"], 1, "there is no gain 'K_v'"),
+        (["--phase-margin", "45"], 2, "--phase-margin"),
+        (["--units", "5"], 1, "scatter"),
+    ],
+)
+def test_a_wrong_command_ends_with_one_sentence(path, given, code, said):
+    run = invoke(path, *given)
+    assert run.exit_code == code
+    assert said in run.output

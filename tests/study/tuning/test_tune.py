@@ -1,0 +1,185 @@
+"""Gains of the motor's loop: figures by other roads, the rule in closed form, the best by their neighbours."""
+
+import math
+from itertools import combinations, product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import StateSpace, step
+
+import strainwave as sw
+from strainwave.drive.margins import MotorLoop
+from strainwave.files.reading import from_text
+from strainwave.model.train.filters import around
+from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
+from strainwave.study.tuning.search import PROOF, moves
+from strainwave.study.tuning.tune import rule
+
+SPEED = "{type: speed_loop, K_p: 0.2 N*m*s/rad, K_i: 5 N*m/rad, lag: 0.5 ms}"
+J_M, J_L, N, K, B, ERROR = 4.5e-4, 1.2, 50.0, 3e4, 11.0, 1.1e-4
+TEXT = """
+gear: {{ratio: 50, law: {{type: linear, K: 3e4 N*m/rad}}}}
+motor: {{inertia: 4.5 kg*cm^2, {motor}}}
+load: {{inertia: 1.2 kg*m^2}}
+damping: {{B: 11 N*m*s/rad}}
+speed: {{from: 500 rpm, to: 3000 rpm, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 2, amplitude: 1.1e-4 rad}}]}}
+"""
+CASCADE, NOTCH = sw.train.CascadeLoop(60.0, 0.23, 0.016), sw.train.NotchFilter(1500.0, 600.0, 0.1)
+
+
+def project(motor=f"loop: {SPEED}"):
+    return from_text(TEXT.format(motor=motor), Path("axis.yaml"))
+
+
+def train(control, law=None, **given):
+    drive = sw.Drive(J_M, J_L, N, B, law or sw.Linear(K))
+    return drive.train(control=control, omega=150.0, **given)
+
+
+HOLDING = {"load_torque": sw.Harmonics((sw.Harmonic(0.0, mean=-40.0),))}
+TRAINS = {
+    "cascade with lag and notch": train(around(CASCADE, 5e-4, (NOTCH,))),
+    "speed loop with inertia": train(sw.train.SpeedLoop(0.2, 5.0, 1e-4)),
+    "hysteresis under load": train(
+        around(CASCADE, 5e-4), sw.Parallel(sw.Cubic(K, 1e4), sw.BoucWen(6e3, 0.0, 8e-5)), **HOLDING
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TRAINS)
+def test_the_figures_are_those_of_margins_and_of_the_linear_train(name):
+    whole = TRAINS[name]
+    given = OpenLoop(whole._replace(motor=whole.motor._replace(control=sw.train.PositionLoop(30.0, 0.3))))
+    given = OpenLoop(whole) if name.startswith("hysteresis") else given  # whose state depends on no gain
+    found, at = given.figures(whole.motor.control), sw.study.operating_state(whole, whole.omega)
+    margins, loop = sw.margins(whole, at=at, speed=whole.omega), MotorLoop(whole, at, whole.omega)
+    assert found.phase_margin == pytest.approx(abs(margins.phase_margin), abs=1e-3)
+    assert found.gain_margin == pytest.approx(margins.gain_margin, rel=1e-3)
+    sensitivity = np.max(1.0 / np.abs(1.0 + loop(loop.frequencies())))
+    assert found.peak_sensitivity == pytest.approx(sensitivity, rel=1e-3)
+    linear = sw.state_space(whole, at=at, speed=whole.omega)
+    load, torque = linear.outputs.index("load speed"), linear.inputs.index("load torque")
+    grid = np.geomspace(1.0, 1e4, 20_001)
+    assert found.compliance == pytest.approx(np.max(np.abs(linear.response(grid)[load, torque] / grid)), rel=2e-3)
+    angle = np.zeros(len(linear.states))
+    angle[[0, 2]] = -1.0, 1.0 / N
+    time = np.linspace(0.0, 3.0 * found.settling, 6001)
+    _, answer = step(StateSpace(linear.A, linear.B[:, [torque]], angle[None], [[0.0]]), T=time)
+    off = np.abs(answer - answer[-1])
+    assert found.settling == pytest.approx(time[np.flatnonzero(off > 0.02 * np.max(off))[-1]], rel=0.02)
+
+
+def test_a_loop_is_unstable_from_the_delay_on_that_its_margins_give():
+    whole = TRAINS["cascade with lag and notch"]
+    most = sw.margins(whole, at=sw.study.operating_state(whole, whole.omega), speed=whole.omega).delay_margin
+    assert OpenLoop(whole, 1.001 * most).figures(whole.motor.control) == UNSTABLE
+    assert OpenLoop(whole, 0.999 * most).figures(whole.motor.control).peak_sensitivity > 100.0
+
+
+def test_the_rule_is_the_symmetric_optimum():
+    # open loop K_p (1 + 1/(T_n s))/(J s (T s + 1)): |L| is 1 at 1/(2 T) with atan(2) - atan(1/2) of phase margin
+    J, T = 2e-3, 4e-4
+    loop = rule(sw.train.SpeedLoop(1.0, 1.0), J, T)
+    s = 0.5j / T
+    L = (loop.K_p + loop.K_i / s) / (J * s * (T * s + 1.0))
+    assert abs(L) == pytest.approx(1.0)
+    assert np.angle(-L) == pytest.approx(math.atan(2.0) - math.atan(0.5))
+    cascade, position = rule(CASCADE, J, T), rule(sw.train.PositionLoop(1.0, 1.0), J, T)
+    assert (cascade.K_p, cascade.K_p / cascade.T_n) == pytest.approx((loop.K_p, loop.K_i))
+    assert (position.K_d, position.K_p) == pytest.approx((loop.K_p, loop.K_i))
+    assert np.roots([4.0 * T, 1.0, cascade.K_v]) == pytest.approx([-0.125 / T] * 2, rel=1e-6)  # damping ratio 1
+
+
+def test_the_proof_takes_every_step_of_one_and_two_gains():
+    steps = {tuple(np.exp(step).round(6)) for step in moves(3, PROOF)}
+    sizes = [1.0 + sign * size for size in (0.02, 0.05, 0.2) for sign in (1.0, -1.0)]
+    every = {(a, b, c) for a, b, c in product([1.0, *sizes], repeat=3) if 1.0 in (a, b, c)} - {(1.0, 1.0, 1.0)}
+    assert steps == {tuple(np.round(one, 6)) for one in every}
+
+
+@pytest.mark.parametrize(
+    ("motor", "given", "said"),
+    [
+        ("mode: held", {}, "has no loop to tune"),
+        (f"loop: {SPEED}", {"gains": ("K_v",)}, "no gain 'K_v' to tune in this loop; it has K_p, K_i"),
+        (f"loop: {SPEED}", {"goals": ("speed",)}, "no goal 'speed'; there are pointing, compliance"),
+        (f"loop: {SPEED}", {"goals": ("settling",)}, "one of a move, and the project has none"),
+        (f"loop: {SPEED}", {"goals": ()}, "there is no goal"),
+        (
+            f"loop: {SPEED}",
+            {"peak_sensitivity": 0.5},
+            r"keep the peak sensitivity of 0.5: the nearest, K_p .* % above it",
+        ),
+    ],
+)
+def test_what_cannot_be_tuned_is_one_sentence(motor, given, said):
+    with pytest.raises(ValueError, match=said):
+        sw.tune(project(motor), **given)
+
+
+def closed_form(gains, lag=5e-4):
+    """Largest |pointing error| [rad] over the speeds, of the linear drive: its torque times e' is left out."""
+    s = 2j * np.linspace(500.0, 3000.0, 20_001) * math.pi / 30.0
+    control = (gains[0] * s + gains[1]) / (lag * s + 1.0)
+    gear, motor = K + B * s, J_M * s * s + control
+    twist = -ERROR / (1.0 + gear / (J_L * s * s) + gear / (N * N * motor))
+    return np.max(np.abs(gear * twist / (J_L * s * s)))
+
+
+@pytest.fixture(scope="module")
+def tuned():
+    return sw.tune(project())
+
+
+@pytest.mark.slow
+def test_no_step_of_one_or_two_gains_is_better_and_the_rule_is_worse(tuned):
+    whole, unit = project(), np.eye(2)
+    linear = OpenLoop(whole.train)
+    sizes = [1.0 + sign * size for size in (0.02, 0.05, 0.2) for sign in (1.0, -1.0)]
+    steps = [np.where(row, size, 1.0) for row in unit for size in sizes]
+    steps += [np.array(pair) for pair in product(sizes, sizes)]
+    best = closed_form(tuned.recommended.gains)
+    for change in steps:
+        gains = np.array(tuned.recommended.gains) * change
+        control = sw.train.Lagged(sw.train.SpeedLoop(*gains), 5e-4)
+        if linear.figures(control).peak_sensitivity <= 2.0:
+            assert closed_form(gains) > 0.98 * best  # 1 %, and as much for what the closed form leaves out
+    for point in (tuned.before, tuned.rule, tuned.recommended):
+        assert point.goals[0] == pytest.approx(closed_form(point.gains), rel=0.01)
+    assert tuned.rule.figures.peak_sensitivity <= 2.0
+    assert tuned.recommended.goals[0] < min(tuned.rule.goals[0], tuned.before.goals[0])
+    assert max(tuned.response_after.oscillation) == pytest.approx(tuned.recommended.goals[0], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_the_same_project_has_the_same_gains_and_the_file_has_them(tuned):
+    again, whole = sw.tune(project()), tuned.applied(project())
+    assert again.recommended == tuned.recommended
+    assert from_text(sw.project_text(whole), Path("axis.yaml")).whole.motor.control == tuned.control
+    marks = [(p.goals[0], p.figures.peak_sensitivity) for p in tuned.front]
+    assert not any(a[0] <= b[0] and a[1] <= b[1] for a, b in combinations(marks, 2))
+    assert tuned.to_dataframe().shape == (len(marks), 4)
+    assert [len(panel.curves) > 0 for panel in tuned.panels()] == [True, True]
+
+
+@pytest.mark.slow
+def test_limits_bind_and_a_notch_is_offered_only_where_it_helps():
+    stiff = sw.tune(project(), goals=("compliance",), notch=True)
+    assert stiff.recommended.figures.peak_sensitivity <= 2.0
+    assert stiff.recommended.goals[0] <= min(stiff.rule.goals[0], stiff.before.goals[0])
+    if stiff.notch is not None:
+        assert stiff.notch.point.goals[0] < 0.99 * stiff.recommended.goals[0]
+    limited = from_text(TEXT.format(motor=f"max_torque: 0.01 N*m, loop: {SPEED}"), Path("axis.yaml"))
+    with pytest.raises(ValueError, match=r"keep the motor's torque of 0.01 N·m: the nearest, K_p .* % above it"):
+        sw.tune(limited)
+
+
+@pytest.mark.slow
+def test_several_drives_share_gains_and_the_worst_of_them_counts(tuned):
+    light = sw.replaced(project(), {"load.inertia": "0.8 kg*m^2"})
+    both = sw.tune(project(), units=(light,))
+    alone = [both.applied(drive).response(coexisting=False) for drive in (project(), light)]
+    assert both.recommended.goals[0] == pytest.approx(max(max(one.oscillation) for one in alone), rel=1e-3)
+    assert both.recommended.goals[0] > 0.99 * tuned.recommended.goals[0]
