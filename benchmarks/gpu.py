@@ -2,9 +2,10 @@
 
     python benchmarks/gpu.py [--lanes 1048576] [--periods 200] [--code]
 
-Everything that needs a device, in one line (with an NVIDIA device, its driver, and the extra `cuda`):
+Everything that needs a device, in two commands (with an NVIDIA device, its driver, and the extra `cuda`):
 
-    export PYTHONPATH=src:tests; python3 benchmarks/gpu.py --code && python3 -m pytest -q tests/numerics/ensemble/test_gpu.py
+    export PYTHONPATH=src:tests; python3 benchmarks/gpu.py --code
+    python3 -m pytest -q tests/numerics/ensemble/test_gpu.py
 
 Wall time, as a device has no thread time: the median of the rounds without compilation; trajectories per second are
 those of the whole call (estimate of the error included), steps per second those of the device with all transfers.

@@ -48,9 +48,7 @@ from .base.archive import load as load
 from .drive.asked import MotorLimits as MotorLimits
 from .drive.asked import Payload as Payload
 from .drive.asked import Feedforward as Feedforward
-from .drive.postures import Link as Link
 from .drive.postures import Posture as Posture
-from .drive.postures import two_link as two_link
 from .files.scan_file import read_postures as read_postures
 from .files.own_gears import read_gears as read_gears
 

@@ -50,8 +50,8 @@ def test_two_links_have_the_inertia_and_gravity_of_lagranges_equations(joint):
     inertia = sp.diff(alone, rate[moved], 2)
     gravity = -sp.diff(potential, q[moved])
     rows = [(0.3, 1.1), (-1.2, 2.4), (1.5, -0.6)]
-    links = [sw.Link(*parts) for parts in zip(masses, lengths, centres, inertias, strict=True)]
-    for posture, (a, b) in zip(sw.two_link(*links, rows, joint=joint, payload=payload), rows, strict=True):
+    links = [sw.study.Link(*parts) for parts in zip(masses, lengths, centres, inertias, strict=True)]
+    for posture, (a, b) in zip(sw.study.two_link(*links, rows, joint=joint, payload=payload), rows, strict=True):
         there = {q[0]: a, q[1]: b}
         assert posture.inertia == pytest.approx(float(inertia.subs(there)), rel=1e-12)
         assert posture.torque == pytest.approx(float(gravity.subs(there)), rel=1e-12)
@@ -68,8 +68,8 @@ def test_postures_are_rows_of_the_file_of_a_table_or_of_an_arm_and_are_written_b
         "{links: [{mass: 6 kg, length: 0.4 m}, {mass: 4 kg, length: 0.35 m, centre: 0.2 m, inertia: 0.05 kg*m^2}], "
         "payload: 2 kg, joint: 2, angles: [[0 deg, 90 deg], [30 deg, 0 deg]]}",
     )
-    links = sw.Link.rod(6.0, 0.4), sw.Link(4.0, 0.35, 0.2, 0.05)
-    rows = sw.two_link(*links, np.radians([[0.0, 90.0], [30.0, 0.0]]), joint=2, payload=2.0)
+    links = sw.study.Link.rod(6.0, 0.4), sw.study.Link(4.0, 0.35, 0.2, 0.05)
+    rows = sw.study.two_link(*links, np.radians([[0.0, 90.0], [30.0, 0.0]]), joint=2, payload=2.0)
     np.testing.assert_allclose([row[:2] for row in arm.postures], [row[:2] for row in rows], rtol=1e-12, atol=1e-12)
     assert arm.postures[0].name == "0 and 90 deg"
     for found in (inline, table, arm):

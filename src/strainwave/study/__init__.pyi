@@ -1,6 +1,8 @@
 """Questions of an engineer, answered by theory and numerics side by side."""
 
 from ..drive.operating_point import operating_state as operating_state
+from ..drive.postures import Link as Link
+from ..drive.postures import two_link as two_link
 from ..drive.reductions import compare_reductions as compare_reductions
 from ..drive.standstill import standstill as standstill
 from .analysis.hardening import hardening as hardening

@@ -29,7 +29,11 @@ def transmissibility(omega, zeta=ZETA, omega_0=OMEGA_0):
 def followed(omega, peak, mean=0.0, jump_up=math.nan, jump_down=math.nan):
     """Response curve of one motion at every speed."""
     table = np.column_stack([np.full(len(omega), mean), np.zeros((len(omega), 2)), peak, np.zeros(len(omega))])
-    curve = SimpleNamespace(omega=omega, peak=peak + abs(mean), coefficients=table, oscillation=oscillation(table))
+    curve = SimpleNamespace(
+        omega=omega, values=omega, span=(omega[0], omega[-1]), stable=np.ones(len(omega), bool), closed=False,
+        folds=[], doublings=[], branch_points=[], peak=peak + abs(mean), coefficients=table,
+        oscillation=oscillation(table),
+    )  # fmt: skip
     path = np.arange(len(omega))
     rise, drop = Jump(jump_up, 0.0, 1.0, "fold", 1), Jump(jump_down, 1.0, 0.0, "fold", 1)
     up, down = ((drop,), (rise,)) if jump_up < jump_down else ((rise,), (drop,))

@@ -577,7 +577,7 @@ def test_no_sliver_between_forbidden_speeds_is_allowed_that_no_search_has_seen()
     run = np.zeros((2, 8))
     run[:, OMEGA], run[:, OSCILLATION] = (100.0, 200.0), 1.0
     loose = tuple(Loose(w, 5.0, 0.0, 0) for w in (120.0, 124.0, 150.0))
-    loaded = SimpleNamespace(quasi_static=1.0, runs=[(run, None)], loose=loose)
+    loaded = SimpleNamespace(quasi_static=1.0, runs=[(run, None)], loose=loose, jumping=())
     found = bands_of(loaded, Rules(limit=2.0), (100.0, 200.0), [], 0.012)
     np.testing.assert_allclose(
         found.forbidden, [[120.0 / 1.012, 124.0 * 1.012], [150.0 / 1.012, 150.0 * 1.012]], rtol=1e-12

@@ -229,13 +229,10 @@ def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks:
         return named
     limits = getattr(project, "motor_limits", None)
     limit = getattr(limits, "most", np.inf)
+    known = f"the motor's limit of {limit:.4g} N*m" if limit < np.inf else "no limit of the motor's torque"
     remarks.append(
-        "Samples are assumed every 250 us, one period of delay, a motor's encoder of 16 bits and a load's of 24 bits"
-        + (
-            f", and the motor's limit of {limit:.4g} N*m."
-            if limit < np.inf
-            else ", and no limit of the motor's torque."
-        )
+        "Samples are assumed every 250 us, one period of delay, a motor's encoder of 16 bits and a load's of 24 bits, "
+        f"and {known}."
     )
     turn = 2.0 * np.pi
     return Sampling(limit=min(limit, 1e9), motor_quantum=turn / 2**16, load_quantum=turn / 2**24)

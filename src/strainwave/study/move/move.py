@@ -276,6 +276,10 @@ def _tail(poles: Any, path: Path) -> float:
     return min(LONGEST * path.duration, DECAY / float(np.min(rates, initial=np.inf)))
 
 
+def _time_at_limit(torque: Floats, t: Floats, most: float) -> str:
+    return f"The torque of the motor was at its limit for {limited_time(torque, t, most):.4g} s."
+
+
 def _result(
     mover: Mover, path: Path, run: Followed, window: float, bands: tuple[tuple[float, float], ...],
     passed: tuple[Pass, ...], rests: list[float],
@@ -285,8 +289,7 @@ def _result(
     peaks, remarks = run.peaks(), mover.remarks
     if mover.limited:
         peaks[1] = min(peaks[1], mover.limits.most)
-        time = limited_time(motor, run.t, mover.limits.most)
-        remarks = (*remarks, f"The torque of the motor was at its limit for {time:.4g} s.")
+        remarks = (*remarks, _time_at_limit(motor, run.t, mover.limits.most))
     rms = [math.sqrt(integral / path.duration) for integral in run.means[:3]]
     turned = train.N * path.travel()
     average = math.cbrt(run.means[3] / turned)

@@ -70,8 +70,7 @@ def speed_map(
     Under each load every stable steady motion is followed through the range: the curve of the whole drive by harmonic
     balance, and motions apart from it, subharmonics among them, on which random starts settle. A speed is forbidden
     where the largest of them breaks a rule, between the jumps of a slow run-up and run-down, where no stable motion is
-    known, and where the motor must turn faster than
-    it or the gear may, or give more torque than it has.
+    known, and where the motor must turn faster than it or the gear may, or give more torque than it has.
 
     Parameters
     ----------
