@@ -569,43 +569,43 @@ def test_a_result_of_a_user_with_panels_has_its_figure_in_every_renderer():
 
 
 @pytest.fixture
-def brake(monkeypatch):
+def clamp(monkeypatch):
     """A field more of the group `load`: one row."""
     rows_of.cache_clear()
-    row = field(Quantity("N*m", "positive"), "5 N*m", "Torque at which the brake of the load slips.")
-    monkeypatch.setattr(LoadSpec, "brake", row, raising=False)
+    row = field(Quantity("N*m", "positive"), "5 N*m", "Torque at which the clamp of the load slips.")
+    monkeypatch.setattr(LoadSpec, "clamp", row, raising=False)
     yield
     monkeypatch.undo()
     rows_of.cache_clear()
 
 
-@pytest.mark.usefixtures("brake")
+@pytest.mark.usefixtures("clamp")
 def test_a_project_field_is_one_row(tmp_path):
-    text = JOINT.replace("drag:", "brake: 30 N*cm, drag:")
+    text = JOINT.replace("drag:", "clamp: 30 N*cm, drag:")
     project = from_text(text, tmp_path / "joint.yaml")
     spec, problems = read_file(read(text).content, ProjectSpec, read(text))
-    assert (spec.load.brake, problems) == (0.3, [])
-    assert "brake: 0.3 N*m" in group_text(spec.load)
+    assert (spec.load.clamp, problems) == (0.3, [])
+    assert "clamp: 0.3 N*m" in group_text(spec.load)
     for wrong, said in (
-        ("30", "4:34: load.brake: '30' has no unit; write for example 0.5 N*m or 20 N*cm"),
-        ("-3 N*m", "4:34: load.brake: '-3 N*m' is not positive"),
-        ("3 N*m, braek: 3 N*m", "4:41: load.braek: unknown field; did you mean 'brake'?"),
+        ("30", "4:34: load.clamp: '30' has no unit; write for example 0.5 N*m or 20 N*cm"),
+        ("-3 N*m", "4:34: load.clamp: '-3 N*m' is not positive"),
+        ("3 N*m, clmap: 3 N*m", "4:41: load.clmap: unknown field; did you mean 'clamp'?"),
     ):
         with pytest.raises(ProjectError, match=re.escape(said)):
             from_text(text.replace("30 N*cm", wrong), tmp_path / "joint.yaml")
-    schema = project_schema()["properties"]["load"]["properties"]["brake"]
-    assert schema["description"] == "Torque at which the brake of the load slips [N*m], above 0."
+    schema = project_schema()["properties"]["load"]["properties"]["clamp"]
+    assert schema["description"] == "Torque at which the clamp of the load slips [N*m], above 0."
     assert re.fullmatch(schema["pattern"] + ".*", "30 N*cm")
-    assert "| `load.brake` | Torque at which the brake of the load slips. | N*m | above 0 |  |" in reference()
-    assert "#  brake: 5 N*m" in template({"load.inertia": "1 kg*m^2", "load.brake": ""})
-    slider = next(one for one in parameters(project) if one["name"] == "load.brake")
+    assert "| `load.clamp` | Torque at which the clamp of the load slips. | N*m | above 0 |  |" in reference()
+    assert "#  clamp: 5 N*m" in template({"load.inertia": "1 kg*m^2", "load.clamp": ""})
+    slider = next(one for one in parameters(project) if one["name"] == "load.clamp")
     assert (slider["si_unit"], slider["sign"], slider["help"]) == (
-        "N*m", "positive", "Torque at which the brake of the load slips.",
+        "N*m", "positive", "Torque at which the clamp of the load slips.",
     )  # fmt: skip
-    assert keys_of(read(text).content, "brake") == ("load", "brake")
-    assert sw.replaced(project, {"brake": "7 N*m"}).text.count("7 N*m") == 1
-    with pytest.raises(ValueError, match=r"load\.brake: '7' has no unit"):
-        sw.replaced(project, {"brake": "7"})
+    assert keys_of(read(text).content, "clamp") == ("load", "clamp")
+    assert sw.replaced(project, {"clamp": "7 N*m"}).text.count("7 N*m") == 1
+    with pytest.raises(ValueError, match=r"load\.clamp: '7' has no unit"):
+        sw.replaced(project, {"clamp": "7"})
 
 
 def test_two_sections_with_one_key_are_refused():

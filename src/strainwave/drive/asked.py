@@ -147,6 +147,11 @@ class Need(NamedTuple):
         speeds, torque = np.interp(place, n, omega), np.interp(place, n, self.rms if limit == RMS else self.peak)
         return speeds, torque, limits.at(limit, speeds), self.joined[place[:-1].astype(int)]
 
+    def share(self, limits: MotorLimits, limit: str) -> float:
+        """Largest share of the torque that is available."""
+        _, torque, available, _ = self.against(limits, limit)
+        return float(np.max(torque / np.maximum(available, 1e-300)))
+
 
 def motor_findings(
     limits: MotorLimits, torque: float | None, speed: float | None, holding: float = 0.0,

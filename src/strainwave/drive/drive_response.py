@@ -277,7 +277,7 @@ class DriveResponse(Result):
         """What the same motions ask of the motor at every speed; None where it is not known.
 
         Of the `shifts` of its mean torque [N*m], those of other loads, the largest counts; the vibration is that of the
-        curve, and the peak at least the mean. `turns` are those of the base angle in one of the motor.
+        curve. `turns` are those of the base angle in one of the motor.
         """
         if self.motor_torque is None or self.motor_mean is None or self.motor_rms is None:
             return None
@@ -285,7 +285,8 @@ class DriveResponse(Result):
         mean, peak = self.motor_mean[at], self.motor_torque[at]
         moved = np.max(np.abs(mean + np.array(shifts)[:, None]), axis=0)
         ripple = np.maximum(self.motor_rms[at] ** 2 - mean * mean, 0.0)
-        return Need(self.omega[at] / turns, np.maximum(peak, moved), np.sqrt(moved**2 + ripple), np.diff(at) == 1)
+        peak = np.maximum(peak, moved + peak - np.abs(mean))
+        return Need(self.omega[at] / turns, peak, np.sqrt(moved**2 + ripple), np.diff(at) == 1)
 
     def asked(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
         """What the motions ask of gear and motor, and at least what a range of `loads` [N*m] takes at steady speed.

@@ -26,15 +26,17 @@ from ..numerics.integration.methods import Dopri5
 from ..numerics.integration.simulate import simulate
 from .operating_point import operating_state, with_mean_torques
 from .project import train_of
+from .run import holds_its_place
 from .state_space import state_space
+from .train_curve import torques_of_angle, without_gravity
 
 SAMPLES = 2000  # of a stretch of time, between which the end of a slip or a stick is found
 HEAVY = 1e12  # times its inertia: a motor that sticks
 SLIPS, SAME = 80, 1e-4  # slips that are followed, and relative difference of two turns of a cycle
-LONGEST = 18  # doublings of a stretch after which a stick has no end
+LONGEST = 26  # doublings of a stretch after which a stick has no end
+FADES = 0.5  # of a slip half of them before: smaller ones may end
 SMALL = 1e-3  # of the largest slip: smaller ones are none
 INTEGRATED = 1e-9  # rad for 1 N*m: deviation of a motor that an integrator holds
-ROUNDING = 1e-9  # of the largest pole: a smaller one is none
 METHOD = Dopri5(rtol=1e-8)
 
 
@@ -60,6 +62,8 @@ class Standstill(Result):
         Least and largest deviation [rad, output side] of the motor from its reference; dry friction holds any between.
     error : (float, float)
         The same of the pointing error of the load [rad], with the twist of gear and couplings.
+    loads : (float, float)
+        Least and largest torque [N*m] on the load: of its range, and of gravity at every angle.
     motor_friction, load_friction : float
         Break-away torque [N*m] of dry friction on the shafts.
     integrates : bool
@@ -75,6 +79,7 @@ class Standstill(Result):
 
     sag: tuple[float, float]
     error: tuple[float, float]
+    loads: tuple[float, float]
     motor_friction: float
     load_friction: float
     integrates: bool
@@ -101,10 +106,17 @@ class Standstill(Result):
         """Where it rests, and whether it hunts, a sentence each."""
         dry = DRY.format(self.motor_friction, self.load_friction) if self.motor_friction + self.load_friction else ""
         place = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
-        return (f"At standstill {place}{dry}.", *([self._hunting()] if self.integrates and self.motor_friction else []))
+        low, high = (f"{load:.4g}" for load in self.loads)
+        under = "" if low == high else f" under {low} to {high} N*m on the load"
+        return (
+            f"At standstill{under} {place}{dry}.",
+            *([self._hunting()] if self.integrates and self.motor_friction else []),
+        )
 
     def _hunting(self) -> str:
         alone = ", without the dry friction of the load" if self.load_friction else ""
+        if not self.hunts and self.slips >= SLIPS:
+            return f"After {SLIPS} slips{alone} the motor still sticks and slips; whether it ends was not found."
         if not self.hunts:
             return f"No hunting was found{alone}: after a kick the motor comes to rest in {self.slips} slips."
         period = f"a period of {self.period:.4g} s"
@@ -130,7 +142,8 @@ def standstill(project: Any) -> Standstill:
     with either sign. With an integrator and friction on the motor sticks and slips follow each other: the motor rests
     until the integrator breaks it away, slides against `Coulomb`, `Stribeck` or `LuGre` friction without its smoothed
     sign, and sticks again. They are integrated from a kick until they repeat, which is hunting, or end. The dry
-    friction of the load is left out there. A gear with hysteresis is where a slow load from rest brings it.
+    friction of the load, and gravity of an angle, are left out there; friction of the meshing is left out of all. A
+    gear with hysteresis is where a slow load from rest brings it.
 
     Parameters
     ----------
@@ -153,24 +166,31 @@ def standstill(project: Any) -> Standstill:
     Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), 1083-1138, sec. 4 (hunting).
     """
     train = with_mean_torques(train_of(project, "standstill")[1])
-    train = train._replace(error=NoError(), reference=AtRest(), omega=1.0)
-    if train.motor.free or train.motor.held:
+    mean, (least, most) = train.load.end().excitation.mean, torques_of_angle(train.load.end().drag)
+    low, high = getattr(project, "mean_range", None) or (mean, mean)
+    train = without_gravity(train)._replace(error=NoError(), reference=AtRest(), omega=1.0)
+    if train.motor.free or train.motor.held or not holds_its_place(train.motor):
         raise ValueError("the motor has no loop that holds its angle; give it a position loop or a cascade")
     frictions = breakaway(train.motor.drag), breakaway(train.load.end().drag)
-    corners = [_rest(train, push) for push in {*product(*((-T, 0.0, T) for T in frictions))}]
+    loads = low + least, high + most
+    corners = [
+        _rest(train, (push, drag + load - mean))
+        for push, drag, load in {*product(*((-T, 0.0, T) for T in frictions), loads)}
+    ]
     sag, error = [(min(column), max(column)) for column in zip(*corners, strict=True)]
     integrates = bool(np.ptp([_rest(train, (torque, 0.0))[0] for torque in (0.0, 1.0)]) < INTEGRATED)
     period, size, regular, slips = _hunting(train) if integrates and frictions[0] else (nan, nan, False, 0)
-    return Standstill(sag, error, *frictions, integrates, period, size, regular, slips)
+    return Standstill(sag, error, loads, *frictions, integrates, period, size, regular, slips)
 
 
-def standing(train: DriveTrain) -> Standstill | None:
-    """Standstill of a train with dry friction on its shafts or a cascade; None of others, and where none is found."""
+def standing(project: Any) -> Standstill | None:
+    """Standstill of a drive with dry friction on its shafts or a cascade; None of others, and where none is found."""
+    train = train_of(project, "standstill")[1]
     dry = breakaway(train.motor.drag) + breakaway(train.load.end().drag)
     if not (dry or isinstance(core_of(train.motor.control), CascadeLoop)):
         return None
     try:
-        return standstill(train)
+        return standstill(project)
     except (SolveError, TypeError, ValueError):  # nothing holds the motor's angle, or a torque has no mean
         return None
 
@@ -218,7 +238,7 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     stuck = plain._replace(motor=plain.motor._replace(J=HEAVY * J))
     state = operating_state(plain, 0.0)
     poles = np.abs(state_space(plain, at=state).poles)
-    span = 2.0 * pi / float(np.min(poles[poles > ROUNDING * np.max(poles)]))
+    span = 2.0 * pi / float(np.max(poles))
 
     def pull(y: Any) -> Floats:
         return np.asarray(stuck.rhs(0.0, tuple(y))[3]) * (HEAVY * J)
@@ -244,6 +264,8 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
             return times[-1] - times[-3], float(ways[-1]) / (2.0 * train.N), True, slips
     last, moments = np.array(places[SLIPS // 2 :]), np.array(times[SLIPS // 2 :])
     turns = moments[1:][last[1:] * last[:-1] < 0.0]
+    if len(turns) < 2 or ways[-1] < FADES * ways[SLIPS // 2]:
+        return nan, nan, False, SLIPS
     return 2.0 * float(np.mean(np.diff(turns))), float(np.ptp(last)) / (2.0 * train.N), False, SLIPS
 
 

@@ -50,9 +50,11 @@ def rates(_, y, torque):
     return [speed, motor, load_speed, (transmitted - GRAVITY * math.sin(ANGLE)) / J_L, dz]
 
 
-def pointing_errors(state, settle, end, inverse):
-    """Pointing error at the samples after a time; `inverse` is what follows N (reference + e) with its torque."""
-    y, torque, found = state, 0.0, []
+def pointing_errors(state, torque, settle, end, inverse):
+    """Pointing error at the samples after a time; `inverse` is what follows N (reference + e) with its torque.
+
+    `torque` is in force before the first sample's."""
+    y, found = state, []
     last = rate = begun = 0.0
     for k in range(round(end / PERIOD)):
         t = k * PERIOD
@@ -81,9 +83,9 @@ def test_scipy_finds_the_same_rms_at_the_load(name):
         TRAIN, name, speed=SPEED, sampling=SAMPLING, loop=LOOP, robust=False, load_angles=(ANGLE,)
     )  # fmt: skip
     bench = steady_bench_of(TRAIN, SAMPLING, LOOP, None, ANGLE)
-    x, rate, motor, motor_rate, _, z = bench.start(SPEED)
+    x, rate, motor, motor_rate, torque, z = bench.start(SPEED)
     state = [motor, SPEED + motor_rate, motor / N - x, (SPEED + motor_rate) / N - rate, z]
-    errors = pointing_errors(state, *times_of(bench, SPEED), name == "inverse")
+    errors = pointing_errors(state, torque, *times_of(bench, SPEED), name == "inverse")
     sample = np.arange(len(errors))
     trend = np.polyval(np.polyfit(sample, errors, 1), sample)
     assert found.after.rms == pytest.approx(np.std(errors - trend), rel=5e-4)

@@ -172,7 +172,7 @@ def test_limits_bind_and_a_notch_is_offered_only_where_it_helps():
     if stiff.notch is not None:
         assert stiff.notch.point.goals[0] < 0.99 * stiff.recommended.goals[0]
     limited = from_text(TEXT.format(motor=f"max_torque: 0.01 N*m, loop: {SPEED}"), Path("axis.yaml"))
-    with pytest.raises(ValueError, match=r"keep the motor's torque of 0.01 N·m: the nearest, K_p .* % above it"):
+    with pytest.raises(ValueError, match=r"keep the motor's torque at every speed: the nearest, K_p .* % above it"):
         sw.tune(limited)
 
 

@@ -89,7 +89,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
     unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
     name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
     most = found.top
-    resting = None if project.train is None else standing(project.train)
+    resting = None if project.train is None else standing(project)
     top, size, fast = found.largest(), float(found.oscillation[most]), speeds.own(float(curve.omega[most]))
     known, peak, least = curve_data(speeds, found), None, None
     if top is not None:

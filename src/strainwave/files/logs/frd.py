@@ -22,7 +22,7 @@ from ...study.identification.response_curve.measured_bode import (
 )
 from ..yaml_text import FileError, as_path
 from .read import columns_of, read_log
-from .table import Column, place_of, refuse
+from .table import Column, place_of, refuse, unit_of
 
 Columns = Mapping[str, str | int] | None
 
@@ -38,6 +38,7 @@ UNITS = {
     "size": {"db": 0.0, "1": 1.0, "-": 1.0, "gain": 1.0},  # a factor is of no use to decibels
     "phase": dict.fromkeys(("deg", "°", "degree", "degrees", "grad"), pi / 180.0) | {"rad": 1.0},
 }
+NUMBERS = {"1", "-"}  # units when they stand alone
 SPELT = {"rad_per_s": "rad/s", "rad_s": "rad/s", "rads": "rad/s", "rad/sec": "rad/s"}
 ASKED = {"frequency": ("Hz", "rad/s"), "size": ("dB", "gain"), "phase": ("deg", "rad")}
 LOAD = {"load", "output", "joint", "link"}
@@ -119,12 +120,17 @@ def _words(column: Column) -> set[str]:
 
 def _unit(role: str, column: Column) -> str:
     """Unit that a file gives a column of a Bode plot, "" without one."""
-    text = f"{column.name} {column.unit}".lower()
-    for spelling, unit in SPELT.items():
-        text = text.replace(spelling, unit)
-    words = re.findall(r"[^\s\[\](),;_]+", text)
-    words += [word.rpartition("/")[2] for word in words]
-    return next((word for word in words if word in UNITS[role] and word != "gain"), "")
+    own = unit_of(column).lower()
+    for text in (own, column.name.lower()):
+        for spelling, unit in SPELT.items():
+            text = text.replace(spelling, unit)
+        words = re.findall(r"[^\s\[\](),;_]+", text)
+        words += [word.rpartition("/")[2] for word in words]
+        known = [word for word in words if word in UNITS[role] and word != "gain" and (own or word not in NUMBERS)]
+        if known:
+            return str(known[0])
+        own = ""
+    return ""
 
 
 def _picked(path: Path, file: list[Column], role: str, columns: Mapping[str, str | int]) -> Column | None:
@@ -151,6 +157,8 @@ def _in_unit(role: str, column: Column, units: Mapping[str, str], notes: list[st
         first, second = ASKED[role]
         fact = f"is in {unit}" if unit else "has no unit"
         raise ValueError(f"{shown(column.name)} {fact}; is it {first} or {second}? units={{{role!r}: {first!r}}}")
+    if role == "size" and unit != "db" and np.any(values < 0.0):
+        raise ValueError(f"{shown(column.name)} has negative sizes; are they in dB? units={{'size': 'dB'}}")
     if not spelling and role not in units:
         notes.append(f"the {role} was read in {unit.replace('db', 'dB')}")
     return np.asarray(10.0 ** (values / 20.0) if unit == "db" else values * UNITS[role][unit])

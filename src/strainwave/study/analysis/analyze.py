@@ -19,6 +19,7 @@ from ...compile.blas import one_thread
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
 from ...drive.project import Project
 from ...drive.response import exact_response
+from ...drive.standstill import standing
 from ...drive.train_curve import refuse_free
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
@@ -199,7 +200,9 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         else ((), ())
     )
     change = smallest_change(subject, drive, avoid, by_load, largest.peak_torque, helps)
-    verdict = verdict_of(limits, curves, avoid, largest, findings, change, motor, sheet=project.motor_limits)
+    verdict = verdict_of(
+        limits, curves, avoid, largest, findings, change, motor, sheet=project.motor_limits, needs=needs
+    )
     return Analysis(
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
@@ -238,10 +241,13 @@ def _whole_train(
 ) -> TrainStudy:  # fmt: skip
     """The whole drive train beside its error equation."""
     progress("whole drive train", 0.8)
-    return train_study(
+    study = train_study(
         train, system, project.speeds.limits, project.train_response(), exact, point, single, project.gear,
         lambda part: progress(f"whole drive train: {part}", 0.85),
     )  # fmt: skip
+    progress("standstill", 0.88)
+    resting = standing(project)
+    return study if resting is None else replace(study, remarks=(*study.remarks, *resting.sentences()))
 
 
 def _used(

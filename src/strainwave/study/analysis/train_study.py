@@ -20,7 +20,6 @@ from ...drive.operating_point import operating_state, with_mean_torques
 from ...drive.reductions import Reductions, compare_with_train
 from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
-from ...drive.standstill import standing
 from ...drive.train_curve import train_curve
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
@@ -244,9 +243,6 @@ def train_study(
                 "What depends on the load's own angle, gravity for one, repeats once in N turns of the motor, so that "
                 "no motion with it repeats with every turn: the steady curve leaves it out, the run-up has it."
             )
-    progress("standstill")
-    resting = standing(train)
-    remarks += () if resting is None else resting.sentences()
     if curve is not None:
         probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
         whole, reduced = along(curve, probes), along(exact, probes)

@@ -276,8 +276,9 @@ def _tail(poles: Any, path: Path) -> float:
     return min(LONGEST * path.duration, DECAY / float(np.min(rates, initial=np.inf)))
 
 
-def _time_at_limit(torque: Floats, t: Floats, most: float) -> str:
-    return f"The torque of the motor was at its limit for {limited_time(torque, t, most):.4g} s."
+def _time_at_limit(torque: Floats, t: Floats, limits: MotorLimits) -> str:
+    said = f"The torque of the motor was at its limit for {limited_time(torque, t, limits.most):.4g} s."
+    return said + " That limit is the same at every speed: its curve is compared, not kept." * bool(limits.peak_torque)
 
 
 def _result(
@@ -289,7 +290,7 @@ def _result(
     peaks, remarks = run.peaks(), mover.remarks
     if mover.limited:
         peaks[1] = min(peaks[1], mover.limits.most)
-        remarks = (*remarks, _time_at_limit(motor, run.t, mover.limits.most))
+        remarks = (*remarks, _time_at_limit(motor, run.t, mover.limits))
     rms = [math.sqrt(integral / path.duration) for integral in run.means[:3]]
     turned = train.N * path.travel()
     average = math.cbrt(run.means[3] / turned)

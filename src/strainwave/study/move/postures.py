@@ -1,6 +1,7 @@
 """A move in every posture of a machine: which asks most of the drive."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ...base.facts import Fact, lines
@@ -67,6 +68,8 @@ def move_postures(
 ) -> PostureMoves:  # fmt: skip
     """Move a drive in every posture, each with a constant torque of gravity and the gains of the project.
 
+    A posture has the whole load: the payload of the project's move is left out.
+
     Parameters
     ----------
     project : Project
@@ -88,8 +91,8 @@ def move_postures(
     rows = tuple(postures) or project.postures
     if not rows:
         raise ValueError("there are no postures; give Posture(inertia, torque), or `postures` in the project file")
-    moves = []
+    moves, asked = [], project.move and project.move._replace(payload=None)
     for i, row in enumerate(rows):
         progress(i / len(rows))
-        moves.append(move(row.on(project), profile, **options))
+        moves.append(move(replace(row.on(project), move=asked), profile, **options))
     return PostureMoves(rows, tuple(moves))

@@ -21,7 +21,7 @@ from ...base.quantities import number
 from ...base.results import Floats
 from ...base.sentences import number as written
 from ...base.units import RPM
-from ...drive.asked import PEAK, RMS, MotorLimits, Need, sheet_findings
+from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits, Need, sheet_findings
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
@@ -313,7 +313,11 @@ def beyond_ratings(
 
     def said(finding: Finding) -> str:
         omega, value = places.get(finding.limit, (speeds[column], loads[load]))
-        where = "" if finding.unit == "rpm" else f" (at {omega / RPM:.5g} rpm under {texts[value]})"
+        where = (
+            ""
+            if finding.unit == "rpm" or finding.limit == BRAKE
+            else f" (at {omega / RPM:.5g} rpm under {texts[value]})"
+        )
         return finding.sentence + where
 
     simple = _findings(project, float(speeds[-1]), usage, None if PEAK in worst else motor, resting)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import numpy as np
 
@@ -13,15 +13,14 @@ from ...base.sentences import number
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import HERTZ
+from ...model.train.filters import apart
 from .trial import GOALS, TuningLimits, TuningPoint, having
-
-UNITS = {"K_v": "1/s", "K_p": "N·m·s/rad", "T_n": "s", "K_i": "N·m/rad", "K_d": "N·m·s/rad"}
 
 
 class GainSensitivity(NamedTuple):
     """How the measure answers to one gain: its relative change for a step up and a step down.
 
-    None where the step breaks a limit; the measure is the geometric mean of the goals.
+    None where the step breaks a limit or leaves the range; the measure is the geometric mean of the goals.
     """
 
     gain: str
@@ -35,7 +34,7 @@ class GainSensitivity(NamedTuple):
 
     def __str__(self) -> str:
         sides = [
-            f"{number(100.0 * self.step)} % {way} {'breaks a limit' if change is None else changed(change)}"
+            f"{number(100.0 * self.step)} % {way} {changed(change)}"
             for way, change in (("more", self.up), ("less", self.down))
         ]
         return f"{self.gain}: {', '.join(sides)}"
@@ -112,7 +111,7 @@ class Tuning(Result):
         """Gains, goals and peak sensitivity of the points on the front."""
         names = (*self.gains, *self.goals, "peak_sensitivity")
         units = (
-            [UNITS[name].replace("·", "*") for name in self.gains] + [GOALS[name].unit for name in self.goals] + ["1"]
+            [gain_unit(self.control, name) for name in self.gains] + [GOALS[name].unit for name in self.goals] + ["1"]
         )
         table = np.array([(*p.gains, *p.goals, p.figures.peak_sensitivity) for p in self.front])
         return {name: ("point", table[:, i], units[i]) for i, name in enumerate(names)}
@@ -120,11 +119,19 @@ class Tuning(Result):
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a tuning, once."""
         rows = (("file", self.before), ("rule", self.rule), ("recommended", self.recommended))
+        stable = isfinite(self.before.figures.peak_sensitivity)
         broken = [name for name, used in self.before.used(self.limits).items() if used > 1.0]
         return (
-            Fact("", f"least {' and '.join(GOALS[name].words for name in self.goals)}, worst of all loads", "{}"),
+            Fact(
+                "",
+                f"least {' and '.join(GOALS[name].words for name in self.goals)}, worst of all loads and drives",
+                "{}",
+            ),
             Fact("points", tuple((Fact("gains", name, "gains"), *self._row(p)) for name, p in rows), "{}"),
-            Fact("broken", tuple(broken), "the gains of the file break the limit of the {}"),
+            Fact(
+                "unstable", not stable, "" if stable else "the loop of the file is unstable with the delay that counts"
+            ),
+            Fact("broken", tuple(broken), "the gains of the file break the limit of the {}" if stable else ""),
             Fact("binding", self.binding, "binds: {}"),
             Fact("sensitivities", tuple(change.facts() for change in self.sensitivities)),
             Fact("", tuple(map(str, self.sensitivities)), "{}"),
@@ -136,34 +143,43 @@ class Tuning(Result):
         )
 
     def _row(self, p: TuningPoint) -> tuple[Fact, ...]:
-        names = {name: f"{name} [{UNITS[name]}]" for name in self.gains}
+        names = {name: f"{name} [{gain_unit(self.control, name).replace('*', '·')}]" for name in self.gains}
         return (
             *(Fact(name, p.gains[i], words) for i, (name, words) in enumerate(names.items())),
             *(Fact(GOALS[n].key, v, n.replace("_", " ")) for n, v in zip(self.goals, p.goals, strict=True)),
             Fact("peak_sensitivity", p.figures.peak_sensitivity, "peak sensitivity"),
             Fact("gain_margin", p.figures.gain_margin), Fact("phase_margin_rad", p.figures.phase_margin),
-            Fact("disturbance_settling_s", p.figures.settling, "settling"),
-            Fact("motor_torque_N_m", p.motor_torque if isfinite(sum(p.goals)) else None, "motor"),
+            *(Fact(GOALS[n].key, p.figures.compliance, n) for n in {"compliance"} - {*self.goals}),
+            Fact("disturbance_settling_s", p.figures.settling, "settling after a torque"),
+            Fact("motor_torque_N_m", p.motor_torque if isfinite(p.motor_torque) else None, "motor"),
         )  # fmt: skip
 
     def _notch(self, notch: NotchAdvice) -> tuple[Fact, ...]:
         change = np.mean(np.log(np.array(notch.point.goals) / np.array(self.recommended.goals)))
         before, after = self.recommended.figures.settling, notch.point.figures.settling
         sentence = (
-            f"a notch filter at {number(notch.frequency / HERTZ)} Hz with {gains_text(self.gains, notch.point.gains)} "
-            f"{changed(float(np.expm1(change)))}; a torque on the load settles in {number(after)} s, without it in "
-            f"{number(before)} s"
+            f"a notch filter at {number(notch.frequency / HERTZ)} Hz with "
+            f"{gains_text(self.control, self.gains, notch.point.gains)} {changed(float(np.expm1(change)))}; "
+            f"a torque on the load settles in {number(after)} s, without it in {number(before)} s"
         )
         numbers = [("frequency_rad_per_s", notch.frequency), ("width_rad_per_s", notch.width * notch.frequency)]
         numbers += [("depth", notch.depth), *((fact.key, fact.value) for fact in self._row(notch.point))]
         return (*(Fact(f"notch.{key}", value) for key, value in numbers), Fact("", sentence, "{}"))
 
 
-def gains_text(names: Sequence[str], gains: Sequence[float]) -> str:
-    """Gains with their units, in a row."""
-    return ", ".join(f"{name} {number(gain)} {UNITS[name]}" for name, gain in zip(names, gains, strict=True))
+def gain_unit(control: Any, name: str) -> str:
+    """Unit of a gain of the loop within a control."""
+    return str(get_type_hints(type(apart(control)[0]), include_extras=True)[name].__metadata__[0])
 
 
-def changed(share: float) -> str:
-    """A relative change of the goals in words."""
+def gains_text(control: Any, names: Sequence[str], gains: Sequence[float]) -> str:
+    """Gains of a control with their units, in a row."""
+    units = (gain_unit(control, name).replace("*", "·") for name in names)
+    return ", ".join(f"{name} {number(gain)} {unit}" for name, gain, unit in zip(names, gains, units, strict=True))
+
+
+def changed(share: float | None) -> str:
+    """A relative change of the goals in words, None where there is none."""
+    if share is None:
+        return "breaks a limit or the range"
     return f"changes the goal by {100.0 * share:+.2g} %".replace("-", "−")

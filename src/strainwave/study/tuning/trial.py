@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from math import inf, isfinite
+from math import inf, isfinite, isnan, nan
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.results import Floats, SolveError
+from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.project import Project
 from ...drive.train_curve import FEW, largest_oscillation, train_curve
 from ..move.move import move
@@ -27,7 +28,7 @@ class Goal(NamedTuple):
 
 GOALS = {
     "pointing": Goal("largest oscillation of the pointing error", "pointing_arcsec", "rad"),
-    "compliance": Goal("largest compliance of the load [rad/(N·m)] over all frequencies", "compliance", "rad/(N*m)"),
+    "compliance": Goal("largest compliance of the load over all frequencies", "compliance_rad_per_N_m", "rad/(N*m)"),
     "move": Goal("largest pointing error in the move", "move_arcsec", "rad", True),
     "settling": Goal("settling time of the move", "settling_time_s", "s", True),
     "motor_rms": Goal("rms torque of the motor in the move", "motor_rms_N_m", "N*m", True),
@@ -35,12 +36,12 @@ GOALS = {
 
 
 class TuningLimits(NamedTuple):
-    """What must hold: largest sensitivity, least gain margin (a factor) and phase margin [rad], motor torque [N*m]."""
+    """What must hold: largest sensitivity, least gain margin (a factor) and phase margin [rad], sheet of the motor."""
 
     peak_sensitivity: float = inf
     gain_margin: float = 0.0
     phase_margin: float = 0.0
-    motor_torque: float = inf
+    motor: MotorLimits = MotorLimits()
 
 
 class TuningPoint(NamedTuple):
@@ -53,22 +54,26 @@ class TuningPoint(NamedTuple):
     figures : LoopFigures
         Margins, compliance and settling of the linear loop.
     motor_torque : float
-        Largest torque [N*m] of the motor at steady speeds, and in the move where a goal is one of it.
+        Largest torque [N*m] of the motor at steady speeds, and in the move where a goal is one of it; nan where it was
+        not computed.
+    motor_share : float
+        Largest share of what the motor gives at each speed, peak and rms.
     """
 
     gains: tuple[float, ...]
     goals: tuple[float, ...]
     figures: LoopFigures
-    motor_torque: float = 0.0
+    motor_torque: float = nan
+    motor_share: float = nan
 
     def used(self, limits: TuningLimits) -> dict[str, float]:
         """Share of every limit that is taken; above 1 it is broken."""
         peak, gain, phase, *_ = self.figures
         return {
             "peak sensitivity": peak / limits.peak_sensitivity if isfinite(peak) else inf,
-            "gain margin": limits.gain_margin / gain if gain else inf,
-            "phase margin": limits.phase_margin / phase if phase else inf,
-            "motor torque": self.motor_torque / limits.motor_torque,
+            "gain margin": limits.gain_margin and (limits.gain_margin / gain if gain else inf),
+            "phase margin": limits.phase_margin and (limits.phase_margin / phase if phase else inf),
+            "motor torque": 0.0 if isnan(self.motor_share) else self.motor_share,
         }
 
 
@@ -96,7 +101,8 @@ class Trial:
         self.loops = [[OpenLoop(case.train, setting.delay) for case in cases if case.train] for cases in self.loaded]
         self.moved = any(GOALS[name].of_move for name in setting.goals)
         self.harmonics: int | None = None
-        self.full = isfinite(setting.limits.motor_torque)  # whether the torque of the motor is computed
+        motor = setting.limits.motor
+        self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed
         self.computed = 0  # responses and moves
 
     def linear(self, x: Floats) -> TuningPoint:
@@ -123,50 +129,53 @@ class Trial:
         allowed = self.setting.limits if surplus else TuningLimits(1e300)
         if max(point.used(allowed).values()) > 1.0:
             return point
-        worst = np.zeros((len(self.drives), 1 + len(self.setting.goals)))
+        worst = np.full((len(self.drives), 2 + len(self.setting.goals)), nan)
         for i, drive in enumerate(self.drives):
             for left, row in self._rows(drive, self.loaded[i], point):
-                worst[i] = np.maximum(worst[i], row)
+                worst[i] = np.fmax(worst[i], row)
                 last = i == len(self.drives) - 1 and not left
-                if surplus and self.setting.share == 1.0 and not last and surplus(np.max(worst, axis=0)[1:]):
+                if surplus and self.setting.share == 1.0 and not last and surplus(np.fmax.reduce(worst)[2:]):
                     return None
-        torque, *goals = self._over(worst).tolist()
-        return point._replace(goals=tuple(goals), motor_torque=torque)
+        torque, share, *goals = self._over(worst).tolist()
+        return point._replace(goals=tuple(goals), motor_torque=torque, motor_share=share)
 
     def _rows(self, drive: Project, cases: Sequence[Project], point: TuningPoint) -> Iterator[tuple[int, Floats]]:
-        """How many rows are left, torque of the motor and goals of a drive: in its move, then under each load."""
+        """How many rows are left; torque of the motor, its share, goals: in the move, then under each load."""
         control, goals = self.control(np.log(point.gains)), self.setting.goals
         if self.moved:
             self.computed += 1
             yield len(cases), self._of_move(having(drive, control))
         for i, case in enumerate(cases, 1):
-            torque, largest = 0.0, 0.0
+            torque, share, largest = nan, nan, 0.0
             if "pointing" in goals or self.full:
                 self.computed += 1
-                torque, largest = self._of_speeds(having(case, control))
+                torque, share, largest = self._of_speeds(having(case, control))
             values = {"pointing": largest, "compliance": point.figures.compliance}
-            yield len(cases) - i, np.array([torque, *(values.get(name, 0.0) for name in goals)])
+            yield len(cases) - i, np.array([torque, share, *(values.get(name, 0.0) for name in goals)])
 
-    def _of_speeds(self, drive: Project) -> tuple[float, float]:
-        """Largest torque of the motor [N*m], where it is computed, and largest oscillation [rad] over the speeds."""
+    def _of_speeds(self, drive: Project) -> tuple[float, float, float]:
+        """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
         if train is not None and self.harmonics is not None and not self.full:
             top = largest_oscillation(train, speeds, self.harmonics, False)
-            return 0.0, inf if top is None else top[1]
+            return nan, nan, inf if top is None else top[1]
         curve = train and train_curve(train, speeds, self.harmonics, coexisting=False, points=FEW)
-        if curve is None or curve.motor is None:
-            return inf, inf
+        need = None if curve is None else curve.need()
+        if curve is None or curve.motor is None or need is None:
+            return inf, inf, inf
         self.harmonics = self.harmonics or curve.curve.coefficients.shape[1] // 2
-        return curve.motor.torque, float(np.max(curve.oscillation[curve.curve.inside]))
+        share = max(need.share(self.setting.limits.motor, limit) for limit in (PEAK, RMS))
+        return curve.motor.torque, share, float(np.max(curve.oscillation[curve.curve.inside]))
 
     def _of_move(self, drive: Project) -> Floats:
         try:
             run = move(drive)
         except SolveError:
-            return np.full(1 + len(self.setting.goals), inf)
+            return np.full(2 + len(self.setting.goals), inf)
         late = inf if run.settling_time is None else max(run.settling_time, SHORT)
         values = {"move": run.peak_error, "settling": late, "motor_rms": run.rms_motor_torque}
-        return np.array([run.peak_motor_torque, *(values.get(name, 0.0) for name in self.setting.goals)])
+        share = max([0.0, *(found.value / found.bound for found in run.findings if found.limit in (PEAK, RMS))])
+        return np.array([run.peak_motor_torque, share, *(values.get(name, 0.0) for name in self.setting.goals)])
 
     def _over(self, units: Any) -> Floats:
         """Worst values of a share of the units."""

@@ -1,6 +1,6 @@
 """`tune`: gains of the motor's loop that are best for a drive, from classical rules on, with what binds them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import inf, pi
 from typing import Any
 
@@ -11,12 +11,13 @@ from ...base.quantities import number as checked_number
 from ...base.quantities import shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import number
+from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
 from ..analysis.runup import silent
-from .result import UNITS, GainSensitivity, NotchAdvice, Tuning, gains_text
+from .result import GainSensitivity, NotchAdvice, Tuning, gains_text
 from .search import COARSE, FINE, SMALL, WORTH, Search, least_broken
 from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of
 
@@ -28,6 +29,7 @@ STEP = 0.05  # of a gain, of its sensitivity
 NOTCH = 0.5, 0.1  # width over the frequency, and depth
 BETTER = 0.01  # of the measure: a notch that gains less is not offered
 DEFAULT = 2.0
+NOTHING = 1e-12  # rad, s, N*m: a goal that rounding makes
 
 
 def rule(core: Any, inertia: float, time: float) -> Any:
@@ -65,9 +67,9 @@ def tune(
 
     Points spread over a box about the symmetric optimum, the gains of the file among them, are compared by the
     nonlinear response of the drive; from the best ones gains are changed as long as it helps. In the end no change of
-    one or two gains by 2, 5 or 20 % that keeps the limits makes the measure 1 % better. The margins are those of the
-    linear loop about the state of the mean torques at the middle speed. A result is never worse than the rule, slowed
-    down until it keeps the limits.
+    one or two gains by 2, 5 or 20 % within the limits and the range makes the measure 1 % better. The margins are those
+    of the linear loop about the state of the mean torques at the middle speed. A result is never worse than the rule,
+    slowed down until it keeps the limits.
 
     Parameters
     ----------
@@ -86,11 +88,12 @@ def tune(
     gain_margin, phase_margin : float, optional
         Least factor of the gain, and least phase [rad].
     loads : sequence of float, optional
-        Torques [N*m] on the load. Default: the ends and the middle of those of the project.
+        Torques [N*m] on the load. Default: the ends and the middle of those of the project. A move has its own.
     units : sequence of Project
-        More drives with the same gains, such as `sw.sample` draws them by the scatter of the file, or other postures.
+        More drives with the same gains, such as `sw.sample` draws them by the scatter of the file. They and the project
+        have every posture of the project.
     share : float
-        Share of all drives, in (0, 1], for which goals and limits hold; 1 for the worst of them.
+        Share of all drives, in (0, 1], for which each goal and each limit by itself holds; 1 for the worst of them.
     delay : float, optional
         Delay [s] of the loop beside its lag, in the margins alone. Default: that of the project's controller, or 0.5 ms
         where the file gives neither a lag nor a controller.
@@ -114,26 +117,47 @@ def tune(
     Modelica library DriveControl, user's guide, speed and position controller (symmetric optimum with a = 2 after
     Schröder, Elektrische Antriebe: Regelung von Antriebssystemen, 2009; position gain for a damping ratio of 1).
     """
+    bounds = {"peak_sensitivity": peak_sensitivity, "gain_margin": gain_margin, "phase_margin [rad]": phase_margin}
+    for name, bound in (*bounds.items(), ("share", share)):
+        if bound is not None:
+            checked_number(name, bound, positive=True)
+    if share > 1.0:
+        raise ValueError(f"share is {share:g}; it is a share of the drives, above 0 and at most 1")
+    for name, some in (("loads", loads), ("gains", gains)):
+        if some is not None and not len(some):
+            raise ValueError(f"{name} is empty; give one or more, or leave it out")
     margins = [bound for bound in (gain_margin, phase_margin) if bound is not None]
     if peak_sensitivity is None:
         peak_sensitivity = inf if margins else DEFAULT
-    torque = inf if project.motor_limits is None else project.motor_limits.most
-    limits = TuningLimits(peak_sensitivity, gain_margin or 0.0, phase_margin or 0.0, torque)
+    limits = TuningLimits(
+        peak_sensitivity, gain_margin or 0.0, phase_margin or 0.0, project.motor_limits or MotorLimits()
+    )
     loop = Loop(project, gains)
+    if notch and isinstance(loop.core, SpeedLoop) and loop.core.K_d:
+        raise ValueError("a loop with K_d takes no filter: leave K_d out, or tune without a notch")
     time, remarks = _delay(project, loop.lag, delay)
-    setting = Setting(loads, _goals(project, goals), limits, checked_number("share", share, positive=True), time)
+    drives = _drives(project, units, loop)
+    if project.postures:
+        remarks = (*remarks, f"The {len(project.postures)} postures of the project are drives with the same gains.")
+    setting = Setting(loads, _goals(project, goals), limits, share, time)
     progress("linear loops", 0.0)
-    trial = Trial((project, *units), setting, loop.control)
+    trial = Trial(drives, setting, loop.control)
     search, by_rule = _search(trial, loop)
-    best = search.run([by_rule, loop.logs(loop.core)], progress)
+    starts = [by_rule, loop.logs(loop.core)]
+    best = search.run(starts, progress)
+    if not trial.full and search.measure(best) < inf:
+        trial.full = True
+        if inf in trial.point(best).goals:  # the search has not looked whether motions are stable: it does so now
+            search.computed.clear()
+            best = search.run(starts, progress)
     if search.measure(best) == inf:
-        raise ValueError(_motor_sentence(search, loop.names))
+        raise ValueError(_goal_sentence(search, loop.names))
     progress("before and after", 0.9)
     sensitivities = tuple(_sensitivity(search, best, i, name) for i, name in enumerate(loop.names))
     advice = _notched(search, loop, best) if notch else None
-    trial.full = True
     own, ruled, found = [trial.point(x) for x in (loop.logs(loop.core), by_rule, best)]
-    before, after = [_response(project, loads, loop.control(x)) for x in (loop.logs(loop.core), best)]
+    cases = drives[: max(1, len(project.postures))]
+    before, after = [_response(cases, loads, loop.control(x)) for x in (loop.logs(loop.core), best)]
     binding = tuple(_binding(search, best, found, loop.names))
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return Tuning(
@@ -174,6 +198,14 @@ class Loop:
         return around(core, **self.about | {"filters": (*self.about.get("filters", ()), *more)})
 
 
+def _drives(project: Project, units: Sequence[Project], loop: Loop) -> tuple[Project, ...]:
+    """The project and its units, each in every posture; ValueError where a unit has another loop."""
+    if any(type(Loop(unit, loop.names).core) is not type(loop.core) for unit in units):
+        raise ValueError("units have another kind of loop than the project; give units of the same loop")
+    postured = [row.on(drive) for drive in (project, *units) for row in project.postures]
+    return tuple(postured) or (project, *units)
+
+
 def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
     for name in goals:
         if name not in GOALS:
@@ -188,6 +220,8 @@ def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
 def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tuple[str, ...]]:
     """Delay [s] in the margins beside the lag, and what is to be said of it."""
     if given is not None or (lag and project.sampling is None):
+        if given is not None and given < 0.0:
+            raise ValueError(f"delay is {given:g} s; it must be zero or more")
         return checked_number("delay [s]", given or 0.0), ()
     if project.sampling is not None:
         time = project.sampling.lead
@@ -207,7 +241,10 @@ def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
             raise ValueError(_linear_sentence(trial, start, loop.names))
     both, reach = [start, loop.logs(loop.core)], np.log(SPAN) * np.abs(loop.powers())
     box = np.min(both, axis=0) - reach, np.max(both, axis=0) + reach
-    return Search(trial, box, np.array(trial.point(start).goals)), start
+    goals = trial.point(start).goals
+    if nothing := [name for name, goal in zip(trial.setting.goals, goals, strict=True) if goal < NOTHING]:
+        raise ValueError(f"the goal {nothing[0]!r} is 0 with any gains; give the drive an error, or name another goal")
+    return Search(trial, box, np.array(goals)), start
 
 
 def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
@@ -221,23 +258,31 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
     unit, side = "°" if name == "phase margin" else "", "above" if name == "peak sensitivity" else "below"
     bound, value = scale * getattr(limits, field), scale * getattr(point.figures, field)
     return (
-        f"no gains keep the {name} of {number(bound)}{unit}: the nearest, {gains_text(names, point.gains)}, have "
-        f"{number(value)}{unit}, {number(100.0 * abs(value / bound - 1.0), 3)} % {side} it; allow more, or shorten lag "
-        "and delay of the loop"
+        f"no gains keep the {name} of {number(bound)}{unit}: the nearest, "
+        f"{gains_text(trial.control(x), names, point.gains)}, have {number(value)}{unit}, "
+        f"{number(100.0 * abs(value / bound - 1.0), 3)} % {side} it; allow more, or shorten lag and delay of the loop"
     )
 
 
-def _motor_sentence(search: Search, names: tuple[str, ...]) -> str:
-    """By how much the motor's torque is missed by the gains that need least of it."""
-    limit = search.trial.setting.limits.motor_torque
-    heavy = [point for point in search.computed.values() if limit < point.motor_torque < inf]
+def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
+    """Which goal no gains reach, or by how much the motor's torque is missed by those that need least of it."""
+    heavy = [point for point in search.computed.values() if 1.0 < point.motor_share < inf]
     if not heavy:
+        tried = [point.goals for point in search.computed.values() if np.isfinite(point.figures.peak_sensitivity)]
+        missed = next(
+            (name for i, name in enumerate(search.trial.setting.goals) if all(inf == g[i] for g in tried)), ""
+        )
+        if missed == "settling":
+            return "the move settles with no gains tried; give it a wider window, or a dwell at its end"
+        if missed and GOALS[missed].of_move:
+            return "the drive follows the move with no gains tried; give it more time"
         return "no gains within the limits have a stable steady motion in the range of speeds; take other speeds"
-    least = min(heavy, key=lambda point: point.motor_torque)
+    least = min(heavy, key=lambda point: point.motor_share)
     return (
-        f"no gains that keep the margins keep the motor's torque of {number(limit)} N·m: the nearest, "
-        f"{gains_text(names, least.gains)}, need {number(least.motor_torque)} N·m, "
-        f"{number(100.0 * (least.motor_torque / limit - 1.0), 3)} % above it; take a stronger motor or less load"
+        "no gains that keep the margins keep the motor's torque at every speed: the nearest, "
+        f"{gains_text(search.trial.control(np.log(least.gains)), names, least.gains)}, need "
+        f"{number(least.motor_torque)} N·m, {number(100.0 * (least.motor_share - 1.0), 3)} % above it; "
+        "take a stronger motor or less load"
     )
 
 
@@ -250,20 +295,21 @@ def _sensitivity(search: Search, best: Floats, i: int, name: str) -> GainSensiti
     )
 
 
-def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str, ...]) -> Any:
+def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str, ...]) -> Iterator[str]:
+    control = search.trial.control(best)
     for limit, used in point.used(search.trial.setting.limits).items():
         if used >= NEAR:
             yield f"the {limit}, {number(100.0 * used, 3)} % of it taken"
     for side, ends in (("lower", search.low), ("upper", search.high)):
         for name, x, end in zip(names, best, ends, strict=True):
             if abs(x - end) < np.log1p(STEP):
-                yield f"the {side} end of the range of {name}, {number(float(np.exp(end)))} {UNITS[name]}"
+                yield f"the {side} end of the range, {gains_text(control, (name,), (float(np.exp(end)),))}"
 
 
-def _response(project: Project, loads: Sequence[float] | None, control: Any) -> DriveResponse | None:
-    """Response under the load with the largest oscillation; None where it has no stable motion."""
+def _response(drives: Sequence[Project], loads: Sequence[float] | None, control: Any) -> DriveResponse | None:
+    """Response of drives under the load with the largest oscillation; None where one has no stable motion."""
     try:
-        responses = [having(case, control).response() for case in loads_of(project, loads)]
+        responses = [having(case, control).response() for drive in drives for case in loads_of(drive, loads)]
     except SolveError:
         return None
     return max(responses, key=lambda response: float(response.oscillation[response.top]))
@@ -283,7 +329,8 @@ def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
     trial.computed += notched.trial.computed
     if notched.measure(x) > search.measure(best) - BETTER:
         return None
-    return NotchAdvice(place, *NOTCH, notched.computed[tuple(x.round(12).tolist())], loop.control(x, added))
+    notched.trial.full = True
+    return NotchAdvice(place, *NOTCH, notched.trial.point(x), loop.control(x, added))
 
 
 def front(search: Search) -> tuple[TuningPoint, ...]:

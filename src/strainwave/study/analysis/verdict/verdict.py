@@ -3,6 +3,7 @@
 The verdict on one curve of a drive, where no analysis follows the others: what `analyze` decides, decided alike.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 
 from ....base.results import Floats, SolveError
 from ....base.units import RPM
-from ....drive.asked import BRAKE, MotorLimits
+from ....drive.asked import BRAKE, MotorLimits, Need
 from ....drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
 from ....drive.project import Project
 from ....model.gears.limits import Finding, gravest
@@ -60,6 +61,7 @@ class Verdict:
 def verdict_of(
     speeds: Speeds, curves: tuple[DriveResponse, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
     change: Remedy | None = None, motor: MotorUse | None = None, turns: int = 1, sheet: MotorLimits | None = None,
+    needs: Sequence[Need | None] = (),
 ) -> Verdict:  # fmt: skip
     """Put together what is wrong with a drive and at which speeds.
 
@@ -83,9 +85,11 @@ def verdict_of(
         Turns of the base angle in one of the motor.
     sheet : MotorLimits or None
         Limits of the motor, which may depend on its speed.
+    needs : sequence of Need or None
+        What the findings about its torque compare with them.
     """
     exceeded = tuple(finding for finding in limits if finding.fails)
-    outside = merged(band for finding in exceeded for band in _where(finding, speeds, curves, turns, sheet))
+    outside = merged(band for finding in exceeded for band in _where(finding, speeds, curves, needs, turns, sheet))
     at = {usage.peak_torque: usage.at_peak, usage.average_torque: usage.at_average}
     if motor is not None:
         at[motor.torque] = motor.at
@@ -101,7 +105,12 @@ def verdict_of(
 
 
 def _where(
-    finding: Finding, speeds: Speeds, curves: tuple[DriveResponse, ...], turns: int, sheet: MotorLimits | None
+    finding: Finding,
+    speeds: Speeds,
+    curves: tuple[DriveResponse, ...],
+    needs: Sequence[Need | None],
+    turns: int,
+    sheet: MotorLimits | None,
 ) -> list[Speeds]:
     """Speeds at which a limit of the gear or the motor is passed."""
     if finding.limit in INPUT_SPEEDS:
@@ -110,7 +119,7 @@ def _where(
     if finding.limit == BRAKE:
         return bands
     if sheet is not None and finding.omega is not None:
-        for need in (curve.need(turns) for curve in curves):
+        for need in needs:
             if need is not None:
                 omega, asked, available, joined = need.against(sheet, finding.limit)
                 bands += Motions(turns * omega, asked - available, joined).above(0.0)
@@ -208,7 +217,9 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     need, resting = response.need(turns, shifts), max(map(abs, loads)) / project.drive.N
     findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)
     avoid = _avoid(project, response)
-    verdict = verdict_of(speeds.limits, (response,), avoid, usage, findings, None, motor, turns, project.motor_limits)
+    verdict = verdict_of(
+        speeds.limits, (response,), avoid, usage, findings, None, motor, turns, project.motor_limits, (need,)
+    )
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
         passes = False if verdict.exceeded or avoid is None or avoid.unstable else None
