@@ -11,7 +11,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import strainwave as sw
+from strainwave.base.law import torque_of
 from strainwave.base.units import ARCSEC, RPM
+from strainwave.study.move.servo import settled
 
 GEAR = sw.catalogue.gear("SHG-25-100")
 N, J_M, J_L, B, PULL = 100.0, GEAR.input_inertia + 2e-5, 0.5, 5.0, 60.0
@@ -461,3 +463,10 @@ def test_a_load_that_pulls_through_the_gap_rests_at_the_equilibrium():
     train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
     found = sw.move(train, sw.Trapezoid(0.5, 0.4), window=20 * ARCSEC, tail=0.5, method=ROUGH)
     assert found.rest_error == pytest.approx(found.pointing_error[-1], rel=1e-4)
+
+
+@pytest.mark.parametrize("speed", [-3.0, 0.02, 0.7])
+def test_the_drag_that_is_fed_forward_of_bristles_is_that_at_a_steady_speed(speed):
+    law = sw.laws.LuGre(sigma_0=50.0, sigma_1=10.0, sigma_2=1.0, T_c=0.3, T_s=0.5, v_s=0.05)
+    bent = brentq(lambda z: law.z_rate(0.0, speed, (z,))[0], -1.0, 1.0, xtol=1e-15)
+    assert torque_of(settled(law), 0.0, speed, ()) == pytest.approx(law.torque(0.0, speed, (bent,)), rel=1e-5)

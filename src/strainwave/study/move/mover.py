@@ -35,6 +35,7 @@ from ...model.gears.limits import Finding
 from ...model.train.drive_train import DriveTrain
 from ...numerics.loading import loaded_state
 from .follow import Path
+from .servo import settled
 
 LINES_LEFT_OUT = (
     "The torques have their means; their lines, which follow an angle at constant speed, are left out of a move."
@@ -186,6 +187,7 @@ def _up(value: float) -> str:
 
 
 def _drag(law: Any, angle: Floats, speed: Floats) -> Floats:
+    law = settled(law)
     torque = torque_of(law, angle, speed, (0.0 * angle,) * states_of(law))
     return np.asarray(torque + 0.0 * angle)
 

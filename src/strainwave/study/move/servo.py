@@ -10,9 +10,13 @@ from ...base.protocols import lacking
 from ...base.quantities import Inertia, Ratio, Torque
 from ...compile.jit import chosen
 from ...drive.asked import Feedforward
+from ...model.laws.friction import LuGre, Stribeck, Viscous
+from ...model.laws.hysteresis import Parallel
 from ...model.train.controls import CascadeLoop, Lagged, core_of, inertia_of, states_inside
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import Filtered, PositionIntegral
+
+SLOW = 1e-3  # times the speed at which surfaces part: dry friction has its sign from there on
 
 
 class Servo(NamedTuple):
@@ -118,6 +122,15 @@ def steady_drag(law: Any, angle: Any, speed: Any) -> Any:
     return without
 
 
+def settled(law: Any) -> Any:
+    """A drag as it is at steady speeds: bristles that slip (LuGre) are dry friction beside a viscous one."""
+    if isinstance(law, Parallel):
+        return Parallel(settled(law.first), settled(law.second))
+    if isinstance(law, LuGre):
+        return Parallel(Stribeck(law.T_c, law.T_s, law.v_s, SLOW * law.v_s), Viscous(law.sigma_2))
+    return law
+
+
 def servo_train(train: DriveTrain, most: float, holding: float, shares: Feedforward) -> DriveTrain:
     """The train with feedforward and a limit of its motor's torque [N*m], above what holds its load (ValueError)."""
     motor, end = train.motor, train.load.end()
@@ -136,7 +149,8 @@ def servo_train(train: DriveTrain, most: float, holding: float, shares: Feedforw
     if any(shares[:3]):
         constant = 0.0 if lacking(end.excitation, "mean") else end.excitation.mean
         torques = FedTorque(
-            torques, train.reference, train.N, train.loop_inertia, constant, motor.drag, end.drag, shares
+            torques, train.reference, train.N, train.loop_inertia, constant,
+            settled(motor.drag), settled(end.drag), shares,
         )  # fmt: skip
     return train._replace(motor=motor._replace(control=control, excitation=torques))
 
