@@ -50,6 +50,15 @@ def test_an_integrator_takes_the_motor_to_its_reference_and_the_gear_alone_winds
     assert not found.hunts
 
 
+def test_gravity_of_an_angle_sags_by_what_it_takes_at_every_angle():
+    control = loop("position")
+    train = elbow(control, load=sw.train.AngleTorque(60.0))  # beside 110 N*m at every angle
+    found = sw.study.standstill(train)
+    assert found.loads == pytest.approx((-170.0, -50.0))
+    assert found.sag == pytest.approx([-torque / N / control.K_p / N for torque in (170.0, 50.0)], rel=1e-6)
+    assert "under -170 to -50 N*m on the load" in " ".join(str(found).split())
+
+
 @pytest.mark.parametrize(
     ("motor", "load", "T_m", "T_l"),
     [

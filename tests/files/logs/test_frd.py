@@ -30,6 +30,8 @@ TABLES = {
     "radians": ("omega [rad/s],gain [-],phase [rad]", OMEGA, SIZE, RAD),
     "pairs": ("Frequency (kHz),Real,Imag", HZ / 1e3, VALUE.real, VALUE.imag),
     "slashes": ("f/Hz,Betrag/dB,Phase/°", HZ, DB, DEGREES),
+    "a dash and a number": ("Frequency [Hz],Magnitude - axis 1 [dB],Phase [deg]", HZ, DB, DEGREES),
+    "a number last": ("freq_Hz,mag_1_dB,phase_deg", HZ, DB, DEGREES),
     "guessed": ("w,mag,phase", OMEGA, DB - 100.0, DEGREES - 720.0),
 }
 

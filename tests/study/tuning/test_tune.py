@@ -14,7 +14,7 @@ from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
 from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
 from strainwave.study.tuning.search import PROOF, moves
-from strainwave.study.tuning.tune import rule
+from strainwave.study.tuning.tune import ASSUMED, rule
 
 SPEED = "{type: speed_loop, K_p: 0.2 N*m*s/rad, K_i: 5 N*m/rad, lag: 0.5 ms}"
 J_M, J_L, N, K, B, ERROR = 4.5e-4, 1.2, 50.0, 3e4, 11.0, 1.1e-4
@@ -107,6 +107,12 @@ def test_the_proof_takes_every_step_of_one_and_two_gains():
         (f"loop: {SPEED}", {"goals": ("speed",)}, "no goal 'speed'; there are pointing, compliance"),
         (f"loop: {SPEED}", {"goals": ("settling",)}, "one of a move, and the project has none"),
         (f"loop: {SPEED}", {"goals": ()}, "there is no goal"),
+        (f"loop: {SPEED}", {"peak_sensitivity": 0.0}, "peak_sensitivity is 0"),
+        (f"loop: {SPEED}", {"gain_margin": math.nan}, "gain_margin is nan"),
+        (f"loop: {SPEED}", {"share": 2.0}, "share is 2; it is a share of the drives"),
+        (f"loop: {SPEED}", {"delay": -1.0}, "delay is -1 s; it must be zero or more"),
+        (f"loop: {SPEED}", {"loads": ()}, "loads is empty"),
+        (f"loop: {SPEED}", {"gains": ()}, "gains is empty"),
         (
             f"loop: {SPEED}",
             {"peak_sensitivity": 0.5},
@@ -174,6 +180,35 @@ def test_limits_bind_and_a_notch_is_offered_only_where_it_helps():
     limited = from_text(TEXT.format(motor=f"max_torque: 0.01 N*m, loop: {SPEED}"), Path("axis.yaml"))
     with pytest.raises(ValueError, match=r"keep the motor's torque at every speed: the nearest, K_p .* % above it"):
         sw.tune(limited)
+
+
+@pytest.mark.slow
+def test_gains_of_a_position_loop_have_their_units_and_keep_the_torque_of_the_motor():
+    motor = "max_torque: {} N*m, loop: {{type: position, bandwidth: 30 Hz}}"
+    free = sw.tune(project(motor.format(1000.0)), goals=("compliance",))
+    assert "K_p [N·m/rad]" in " ".join(str(free).split())
+    assert free.to_dataframe().columns[0] == "K_p"
+    needed = free.recommended.motor_torque
+    assert 0.0 < needed < 1000.0
+    assert free.recommended.motor_share == pytest.approx(needed / 1000.0)
+    whole = project(motor.format(1000.0))
+    top = max(np.abs(free.applied(whole).response(coexisting=False).motor_torque))
+    assert needed == pytest.approx(top, rel=2e-3)
+    for gain, change in ((s.gain, s.up) for s in free.sensitivities if s.up is not None):
+        at = free.gains.index(gain)
+        gains = [value * (1.05 if i == at else 1.0) for i, value in enumerate(free.recommended.gains)]
+        figures = OpenLoop(whole.train, ASSUMED).figures(sw.train.PositionLoop(*gains))
+        assert figures.compliance / free.recommended.figures.compliance - 1.0 == pytest.approx(change, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_every_posture_counts():
+    rows = "postures: [{inertia: 0.5 kg*m^2, torque: 0 N*m}, {inertia: 2 kg*m^2, torque: 0 N*m}]\n"
+    whole = from_text(TEXT.format(motor=f"loop: {SPEED}") + rows, Path("axis.yaml"))
+    found = sw.tune(whole)
+    alone = [max(row.on(found.applied(whole)).response(coexisting=False).oscillation) for row in whole.postures]
+    assert found.recommended.goals[0] == pytest.approx(max(alone), rel=2e-3)
+    assert any("2 postures" in remark for remark in found.remarks)
 
 
 @pytest.mark.slow
