@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.quantities import checked
+from ..base.quantities import checked, shown
 from ..base.results import Floats
 from ..drive.asked import Curve, curve_fault
 from ..drive.postures import Posture
@@ -184,6 +184,8 @@ def read_postures(path: str | os.PathLike[str]) -> tuple[Posture, ...]:
     path = as_path(path)
     file, _, lines = read_table(path, None, None, kind="table of postures")
     there = {named(column.name).name for column in file} | {"inertia"}
+    if other := sorted(there - POSTURE_UNITS.keys()):
+        raise refuse(path, f"has the column {shown(other[0])}, which no posture has; {POSTURE_FORM}")
     fields = {name: (name, unit) for name, unit in POSTURE_UNITS.items() if name in there}
     columns, places = columns_in_si(path, file, lines, fields, POSTURE_FORM)
     for name, values, place in zip(fields, columns, places, strict=True):

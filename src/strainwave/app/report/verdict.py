@@ -272,9 +272,8 @@ def _motor(view: View) -> str:
         said += f"; steady loads and friction alone take up to {number(motor.holding)} N·m"
     sheet = limits or MotorLimits()
     torque, speed = sheet.most, sheet.fastest
-    said += "." + ("" if sheet.peak_torque else _has(motor.torque, torque, "N·m"))
-    if math.isfinite(sheet.K_t):
-        said += f" That is a current of {number(motor.torque / sheet.K_t)} A."
+    current = f" It takes a current of {number(motor.torque / sheet.K_t)} A." if math.isfinite(sheet.K_t) else ""
+    said += f".{current}" + ("" if sheet.peak_torque else _has(motor.torque, torque, "N·m"))
     if view.speeds.by_motor:
         fastest = view.speeds.given[-1] / RPM
         said += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")

@@ -159,8 +159,10 @@ class SpeedMap(Result):
         """Whether a motor speed [rad/s] is allowed under a load.
 
         Between two loads of the map it is where neither of them forbids it and no band passes it from one to the
-        other. What the map does not cover is not allowed: speeds and loads beyond its ranges.
+        other. What the map does not cover is not allowed: speeds and loads beyond its ranges, and what is no posture.
         """
+        if self.load_name == POSTURE and load not in self.loads:
+            return False
         if not (self.loads[0] <= load <= self.loads[-1] and self.speeds[0] <= speed <= self.speeds[-1]):
             return False
         above = int(np.searchsorted(self.loads, load))
