@@ -65,6 +65,14 @@ def test_a_start_from_which_the_sizes_lead_astray_is_left_for_another():
     assert fit.values["K"] == pytest.approx(TRUE["K"], rel=0.15)
 
 
+@pytest.mark.parametrize("delay", [0.4e-3, 7e-3])
+def test_a_delay_of_many_radians_is_found(delay):
+    value = plant(OMEGA) * np.exp(-1j * OMEGA * delay)
+    fit = sw.fit.fit_bode(sw.fit.measured_bode(OMEGA, value, deviation=1e-3 * np.abs(value)), START)
+    without = sw.fit.fit_bode(sw.fit.measured_bode(OMEGA, plant(OMEGA), deviation=1e-3 * np.abs(value)), START)
+    assert fit.values["delay"] - without.values["delay"] == pytest.approx(delay, rel=1e-4)
+
+
 def test_a_model_that_lacks_a_resonance_is_said_to_leave_more_than_the_noise():
     measured = sw.fit.measured_bode(OMEGA, plant(OMEGA), deviation=1e-3 * np.abs(plant(OMEGA)))
     fit = sw.fit.fit_bode(measured, START, free=("J_m", "delay"))

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import product
 from math import exp, log, nan, pi
 from typing import Any, ClassVar, NamedTuple
 
@@ -29,7 +31,6 @@ USUAL = ("J_m", "J_l", "K", "B", "delay")
 STARTS = (1.0, 0.4, 2.5)  # of the stiffness
 DAMPED = 0.01  # damping ratio of a start without damping
 FAR = 5.0  # logarithm of the factor that a number may be off from its start
-LATEST = 100.0  # rad: phase of a delay at the highest frequency
 STEP, ROUGH = 1e-4, 12  # of the unknowns for differences, and evaluations of a start
 TOLERANCE = 1e-4  # of the largest singular value: what the points tell
 MISSES = 1.3  # times the noise: a residual beyond it is no noise
@@ -240,40 +241,42 @@ def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -
     """Values by name, and their scatter."""
     count, fastest = len(modelled.measured.omega), float(modelled.measured.omega[-1])
 
-    def values(p: Floats) -> dict[str, float]:
+    def values(late: float, p: Floats) -> dict[str, float]:
         pairs = zip(names, p.tolist(), strict=True)
-        return {name: x / fastest if name == "delay" else start[name] * exp(x) for name, x in pairs}
+        return {name: (late + x) / fastest if name == "delay" else start[name] * exp(x) for name, x in pairs}
 
-    def off(p: Floats) -> Floats:
-        return modelled.off(modelled.of(values(p)))
+    def off_by(late: float, p: Floats) -> Floats:
+        return modelled.off(modelled.of(values(late, p)))
 
     def off_in_size(p: Floats) -> Floats:  # leads to the fit from farther away
-        return np.asarray(np.log(np.abs(modelled.of(values(p)) / modelled.measured.value)))
+        return np.asarray(np.log(np.abs(modelled.of(values(0.0, p)) / modelled.measured.value)))
 
-    begin = {"delay": _delayed(modelled)}
-    begins = [np.array([log(factor) if name == "K" else begin.get(name, 0.0) for name in names]) for factor in STARTS]
-    most = np.array([LATEST if name == "delay" else FAR for name in names])
-    ways: Any = {"bounds": (-most, most), "diff_step": STEP}
+    begins = [np.array([log(factor) if name == "K" else 0.0 for name in names]) for factor in STARTS]
+    ways: Any = {"bounds": (-FAR, FAR), "diff_step": STEP}
     rough = [least_squares(off_in_size, begin, max_nfev=ROUGH, **ways) for begin in begins]
-    fits = [least_squares(off, fit.x, x_scale="jac", **ways) for fit in rough]
-    x = np.asarray(min(fits, key=lambda fit: float(fit.cost)).x)
-    for name, at, bound in zip(names, np.abs(x), most, strict=True):
-        if at > 0.99 * bound:
+    fits = [
+        (late, least_squares(partial(off_by, late), fit.x, x_scale="jac", **ways))
+        for late, fit in product(_delays(modelled) if "delay" in names else (0.0,), rough)
+    ]
+    late, best = min(fits, key=lambda fit: float(fit[1].cost))
+    off, x = partial(off_by, late), np.asarray(best.x)
+    for name, at in zip(names, np.abs(x), strict=True):
+        if at > 0.99 * FAR:
             raise ValueError(f"{name} runs to the end of what is searched; leave it out of free")
     J = np.stack([(off(x + step) - off(x - step)) / (2.0 * STEP) for step in STEP * np.eye(len(names))], axis=1)
     refuse_unidentifiable(J, names, np.ones(len(names)), TOLERANCE)
-    scatter, solved = spread(J, off(x), len(J) // count * [count]), values(x)  # records: real and imaginary part
+    scatter, solved = spread(J, off(x), len(J) // count * [count]), values(late, x)  # records: real and imaginary part
     sizes = np.array([1.0 / fastest if name == "delay" else solved[name] for name in names])
     return solved, scatter._replace(covariance=scatter.covariance * np.outer(sizes, sizes))
 
 
-def _delayed(modelled: Modelled) -> float:
-    """Phase [rad] by which a measurement is late at the highest frequency; 0 of less than a radian."""
+def _delays(modelled: Modelled) -> tuple[float, ...]:
+    """Phases [rad] of the delay at the highest frequency to begin with: 0, and how late a measurement is beyond pi."""
     if not modelled.measured.phased:
-        return 0.0
+        return (0.0,)
     omega, ratio = modelled.measured.omega, modelled.measured.value / modelled.of({})
     late = -float(np.polyfit(omega / omega[-1], np.unwrap(np.angle(ratio)), 1)[0])
-    return late if 1.0 < abs(late) < LATEST else 0.0
+    return (0.0, late) if late > pi else (0.0,)
 
 
 def amplitude_dependence(first: MeasuredBode, second: MeasuredBode) -> tuple[str, ...]:
