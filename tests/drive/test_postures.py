@@ -72,6 +72,7 @@ def test_postures_are_rows_of_the_file_of_a_table_or_of_an_arm_and_are_written_b
     rows = sw.study.two_link(*links, np.radians([[0.0, 90.0], [30.0, 0.0]]), joint=2, payload=2.0)
     np.testing.assert_allclose([row[:2] for row in arm.postures], [row[:2] for row in rows], rtol=1e-12, atol=1e-12)
     assert arm.postures[0].name == "0 and 90 deg"
+    assert any("2 postures" in note and "for the load of the file" in note for note in arm.notes)
     for found in (inline, table, arm):
         (tmp_path / "again.yaml").write_text(sw.project_text(replace(found, title="Changed")), encoding="utf-8")
         assert sw.read_project(tmp_path / "again.yaml").postures == found.postures

@@ -52,6 +52,15 @@ def unsaid(notes: Iterable[str], sentences: Iterable[str]) -> list[str]:
     return [note for note in notes if note not in text]
 
 
+def posture_note(project: Project) -> Iterator[str]:
+    """Which answers are about the postures of a project, where it has any."""
+    if project.postures:
+        yield (
+            f"The {len(project.postures)} postures are those of the speed map, of `move --postures` and of `tune`; "
+            "response and analysis are for the load of the file."
+        )
+
+
 def load_remark(project: Project) -> tuple[str, ...]:
     """Which torque of the load one curve is for, where the load has a range of them."""
     low, high = project.load_torques

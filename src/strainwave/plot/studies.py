@@ -217,7 +217,7 @@ def tuning_panels(tuning: Tuning) -> list[Panel]:
     goal, points = GOALS[tuning.goals[0]], tuning.front
     values = [p.goals[0] for p in points]
     y = angle(goal.words, values) if goal.key.endswith("arcsec") else Axis(goal.words)
-    front = Panel("Gains that no others beat in all goals and in the peak sensitivity", Axis("peak sensitivity"), y)
+    front = Panel("The best gains for each peak sensitivity", Axis("peak sensitivity"), y)
     front.points([p.figures.peak_sensitivity for p in points], values, BLUE, "tried")
     best = tuning.recommended
     front.points([best.figures.peak_sensitivity], [best.goals[0]], ORANGE, "recommended", "s", ORANGE)

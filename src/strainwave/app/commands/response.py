@@ -16,7 +16,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...drive.standstill import standing
-from ...files.notes import load_remark, unsaid
+from ...files.notes import load_remark, posture_note, unsaid
 from ...files.reading import read_project
 from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels
@@ -134,7 +134,7 @@ def _ranged(project: Project) -> bool:
 
 def _remarks(project: Project) -> list[str]:
     """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
-    said, speeds = [*remarks(project), *load_remark(project)], project.speeds
+    said, speeds = [*remarks(project), *posture_note(project), *load_remark(project)], project.speeds
     if speeds.single:
         low, high = (number(speeds.own(omega), 5) for omega in speeds.limits)
         said.append(
