@@ -106,7 +106,7 @@ class Standstill(Result):
         """Where it rests, and whether it hunts, a sentence each."""
         dry = DRY.format(self.motor_friction, self.load_friction) if self.motor_friction + self.load_friction else ""
         place = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
-        low, high = (f"{load:.4g}" for load in self.loads)
+        low, high = [f"{load:.4g}" for load in self.loads]
         under = "" if low == high else f" under {low} to {high} N*m on the load"
         return (
             f"At standstill{under} {place}{dry}.",

@@ -120,16 +120,16 @@ def _words(column: Column) -> set[str]:
 
 def _unit(role: str, column: Column) -> str:
     """Unit that a file gives a column of a Bode plot, "" without one."""
-    own = unit_of(column).lower()
-    for text in (own, column.name.lower()):
+    written = unit_of(column).lower()
+    for text in (written, column.name.lower()):
         for spelling, unit in SPELT.items():
             text = text.replace(spelling, unit)
         words = re.findall(r"[^\s\[\](),;_]+", text)
         words += [word.rpartition("/")[2] for word in words]
-        known = [word for word in words if word in UNITS[role] and word != "gain" and (own or word not in NUMBERS)]
+        known = [word for word in words if word in UNITS[role] and word != "gain" and (written or word not in NUMBERS)]
         if known:
             return str(known[0])
-        own = ""
+        written = ""
     return ""
 
 

@@ -155,13 +155,13 @@ def tune(
     progress("before and after", 0.9)
     sensitivities = tuple(_sensitivity(search, best, i, name) for i, name in enumerate(loop.names))
     advice = _notched(search, loop, best) if notch else None
-    own, ruled, found = [trial.point(x) for x in (loop.logs(loop.core), by_rule, best)]
+    of_file, of_rule, recommended = [trial.point(x) for x in (loop.logs(loop.core), by_rule, best)]
     cases = drives[: max(1, len(project.postures))]
     before, after = [_response(cases, loads, loop.control(x)) for x in (loop.logs(loop.core), best)]
-    binding = tuple(_binding(search, best, found, loop.names))
+    binding = tuple(_binding(search, best, recommended, loop.names))
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return Tuning(
-        setting.goals, loop.names, limits, ranges, own, ruled, found, front(search), binding, sensitivities,
+        setting.goals, loop.names, limits, ranges, of_file, of_rule, recommended, front(search), binding, sensitivities,
         loop.control(best), before, after, trial.computed, advice, remarks,
     )  # fmt: skip
 

@@ -259,13 +259,16 @@ def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -
         for late, fit in product(_delays(modelled) if "delay" in names else (0.0,), rough)
     ]
     late, best = min(fits, key=lambda fit: float(fit[1].cost))
-    off, x = partial(off_by, late), np.asarray(best.x)
+    misfit, x = partial(off_by, late), np.asarray(best.x)
     for name, at in zip(names, np.abs(x), strict=True):
         if at > 0.99 * FAR:
             raise ValueError(f"{name} runs to the end of what is searched; leave it out of free")
-    J = np.stack([(off(x + step) - off(x - step)) / (2.0 * STEP) for step in STEP * np.eye(len(names))], axis=1)
+    J = np.stack([(misfit(x + step) - misfit(x - step)) / (2.0 * STEP) for step in STEP * np.eye(len(names))], axis=1)
     refuse_unidentifiable(J, names, np.ones(len(names)), TOLERANCE)
-    scatter, solved = spread(J, off(x), len(J) // count * [count]), values(late, x)  # records: real and imaginary part
+    scatter, solved = (
+        spread(J, misfit(x), len(J) // count * [count]),
+        values(late, x),
+    )  # records: real and imaginary part
     sizes = np.array([1.0 / fastest if name == "delay" else solved[name] for name in names])
     return solved, scatter._replace(covariance=scatter.covariance * np.outer(sizes, sizes))
 
