@@ -89,7 +89,7 @@ from .study.speed_map.under_load import CampbellLine as CampbellLine
 from .study.tuning.linear import LoopFigures as LoopFigures
 from .study.tuning.result import GainSensitivity as GainSensitivity
 from .study.tuning.result import NotchAdvice as NotchAdvice
-from .study.tuning.result import Tuning as Tuning
+from .study.tuning.result import TunedLoop as TunedLoop
 from .study.tuning.trial import TuningLimits as TuningLimits
 from .study.tuning.trial import TuningPoint as TuningPoint
 from .theory.derivation import Derivation as Derivation

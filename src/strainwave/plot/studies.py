@@ -10,7 +10,7 @@ from ..model.gears.gear import Gear
 from ..study.design.result import Design
 from ..study.move.result import Move
 from ..study.speed_map.result import SpeedMap
-from ..study.tuning.result import Tuning
+from ..study.tuning.result import TunedLoop
 from ..study.tuning.trial import GOALS
 from .colours import BLACK, BLUE, DOT_DASH, DOTS, GREEN, GREY, ORANGE, PINK
 from .panels import MOTOR, TIME, Axis, Cells, Note, Panel, angle, panels_of
@@ -205,7 +205,7 @@ def design_panels(design: Design) -> list[Panel]:
 
 
 @panels_of.register
-def tuning_panels(tuning: Tuning) -> list[Panel]:
+def tuning_panels(tuning: TunedLoop) -> list[Panel]:
     """Nonlinear response before and after, and what the first goal costs in peak sensitivity."""
     drawn = ((tuning.response_before, GREY, "gains of the file"), (tuning.response_after, BLUE, "recommended gains"))
     found = [(response, colour, name) for response, colour, name in drawn if response is not None]

@@ -1,4 +1,4 @@
-"""`Tuning`: what `tune` returns."""
+"""`TunedLoop`: what `tune` returns."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class NotchAdvice(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Tuning(Result):
+class TunedLoop(Result):
     """Gains of a loop that are best for a drive.
 
     Attributes

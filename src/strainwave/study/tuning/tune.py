@@ -17,7 +17,7 @@ from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
 from ..analysis.runup import silent
-from .result import GainSensitivity, NotchAdvice, Tuning, gains_text
+from .result import GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, FINE, SMALL, WORTH, Search, least_broken
 from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of
 
@@ -62,7 +62,7 @@ def tune(
     delay: float | None = None,
     notch: bool = False,
     progress: Callable[[str, float], None] = silent,
-) -> Tuning:
+) -> TunedLoop:
     """Find the gains of the motor's loop that make what is named small, while margins and the motor's torque hold.
 
     Points spread over a box about the symmetric optimum, the gains of the file among them, are compared by the
@@ -104,7 +104,7 @@ def tune(
 
     Returns
     -------
-    Tuning
+    TunedLoop
         `recommended` gains and those on the `front`, what binds, sensitivities, and the responses before and after.
 
     Raises
@@ -160,7 +160,7 @@ def tune(
     before, after = [_response(cases, loads, loop.control(x)) for x in (loop.logs(loop.core), best)]
     binding = tuple(_binding(search, best, recommended, loop.names))
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
-    return Tuning(
+    return TunedLoop(
         setting.goals, loop.names, limits, ranges, of_file, of_rule, recommended, front(search), binding, sensitivities,
         loop.control(best), before, after, trial.computed, advice, remarks,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from ....files.project_text import project_text
 from ....files.reading import read_project
 from ....files.variants.scatter import scattered
 from ....plot.svg import stacked
-from ....study.tuning.result import Tuning
+from ....study.tuning.result import TunedLoop
 from ....study.tuning.trial import GOALS
 from ....study.tuning.tune import tune as tuned
 from ...console import Progress, reported
@@ -61,7 +61,7 @@ def tune(
     click.echo(reported(drive.title, result.facts(), as_json, *([] if output is None else [f"written: {output}"])))
 
 
-def _write(project: Project, result: Tuning, output: Path) -> None:
+def _write(project: Project, result: TunedLoop, output: Path) -> None:
     columns = [(f"{name}{_ending(unit)}", values) for name, (_, values, unit) in result.variables().items()]
     drawn = stacked(result.panels(), 280.0, "response before and after, goal over peak sensitivity")
     files = {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)}
