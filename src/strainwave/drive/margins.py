@@ -47,21 +47,17 @@ class MotorLoop:
 
     def __call__(self, omega: ArrayLike) -> Complexes:
         """Open loop (n,) at frequencies [rad/s]; 1 + L = 0 is the closed loop's characteristic equation."""
-        s = 1j * np.atleast_1d(np.asarray(omega, float))
-        angle = self.plant.response(s.imag)[self.plant.outputs.index("motor deviation"), 0]
-        by_angle, by_speed, inertia, A, B, C = self.own
-        inner = np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B[:, :1] + s[:, None, None] * B[:, 1:])
-        return np.asarray((by_angle + s * by_speed + s * s * inertia + (C @ inner)[:, 0, 0]) * angle)
+        at = np.atleast_1d(np.asarray(omega, float))
+        angle = self.plant.response(at)[self.plant.outputs.index("motor deviation"), 0]
+        return np.asarray(control_response(self.own, at) * angle)
 
     def frequencies(self) -> Floats:
         """Frequencies [rad/s], ascending, close around resonances and antiresonances."""
         sizes = np.abs(self.corners)
         sizes = sizes[sizes > SMALL * np.max(sizes, initial=1e-300)]
         low, high = (float(np.min(sizes)), float(np.max(sizes))) if len(sizes) else (1.0, 1.0)
-        waves = self.corners[self.corners.imag > 0.0]
-        near = waves.imag[:, None] + np.abs(waves.real)[:, None] * ABOUT
-        grid = np.concatenate([np.geomspace(low / BEYOND, high * BEYOND, POINTS), near.ravel(), waves.imag])
-        return np.unique(grid[grid > 0.0])
+        even = np.geomspace(low / BEYOND, high * BEYOND, POINTS)
+        return np.unique(np.concatenate([even, around_poles(self.corners, ABOUT)]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +161,21 @@ def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.
     phase_margins = np.angle(-loop(gains)) if len(gains) else gains
     factors = 1.0 / np.abs(loop(phases)) if len(phases) else phases
     return Margins(gains, phase_margins, phases, factors, loop.closed.stable)
+
+
+def control_response(parts: tuple[Any, ...], omega: Floats) -> Complexes:
+    """Torque (n,) of a `linear_control` against a deviation of the motor, at frequencies [rad/s]."""
+    by_angle, by_speed, inertia, A, B, C = parts
+    s = 1j * omega
+    inner = np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B[:, :1] + s[:, None, None] * B[:, 1:])
+    return np.asarray(by_angle + s * by_speed + s * s * inertia + (C @ inner)[:, 0, 0])
+
+
+def around_poles(poles: Complexes, places: Floats) -> Floats:
+    """Frequencies [rad/s] at poles that vibrate, and close around them at places in half widths."""
+    waves = poles[poles.imag > 0.0]
+    near = waves.imag[:, None] + np.abs(waves.real)[:, None] * np.append(places, 0.0)
+    return np.asarray(near[near > 0.0])
 
 
 def _changes(values: Floats) -> Any:

@@ -7,7 +7,7 @@ Disturbance observer: what turns the motor beside its own torque is estimated an
 Notch filter in the torque of a loop.
 """
 
-from math import cos, pi, sin, tan
+from math import pi, tan
 from typing import Any, NamedTuple
 
 from ...base.choices import select
@@ -271,7 +271,7 @@ def sampled_filter(loop: Any, shape: tuple[float, float, float, float], period: 
     w, a, b, h = shape
     if not w * period < pi:
         raise ValueError(
-            f"a filter of the loop has its frequency at {w:g} rad/s; samples every {period:g} s carry none above "
+            f"the frequency of a filter is {w:g} rad/s; samples every {period:g} s carry none above "
             f"{pi / period:g} rad/s: sample faster, or lower it"
         )
     c = w / tan(0.5 * w * period)
@@ -317,15 +317,6 @@ def notch(loop: Any, frequency: float, period: float, *, width: float = 0.5, dep
     depth = number("depth", depth)
     if not 0.0 <= depth <= 1.0:
         raise ValueError(f"depth is {depth:g}; it must be from 0 to 1")
-    if not omega * Ts < pi:
-        raise ValueError(
-            f"frequency is {omega:g} rad/s; samples every {Ts:g} s carry none above {pi / Ts:g} rad/s: sample faster, "
-            "or lower it"
-        )
-    c, s = cos(omega * Ts), 0.5 * width * sin(omega * Ts)
-    a0 = 1.0 + s
-    found = Notch(
-        loop, (1.0 + depth * s) / a0, -2.0 * c / a0, (1.0 - depth * s) / a0, -2.0 * c / a0, (1.0 - s) / a0
-    )  # fmt: skip
+    found = sampled_filter(loop, (omega, width * omega, depth * width * omega, 1.0), Ts)
     found.check()
     return found

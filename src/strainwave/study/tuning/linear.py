@@ -10,13 +10,13 @@ import numpy as np
 
 from ...base.law import states_of
 from ...base.results import Floats, SolveError
-from ...drive.margins import MotorLoop, linear_control
+from ...drive.margins import MotorLoop, around_poles, control_response, linear_control
 from ...drive.operating_point import operating_state
 from ...drive.state_space import Complexes
 from ...model.train.drive_train import DriveTrain
 
 POINTS, BEYOND = 500, 30.0  # frequencies, and how far below and above the slowest and fastest pole they go
-ABOUT = np.tan(np.linspace(-1.45, 1.45, 31))  # places around a resonance, in half widths
+ABOUT = np.tan(np.linspace(-1.45, 1.45, 30))  # places around a resonance, in half widths
 ZOOM = 33  # places between the neighbours of the largest sensitivity
 AT_REST = 1e-9  # of the largest pole: one that stands for 0
 SETTLED, TIMES = 0.02, 1000  # share of the largest deviation, and times that are looked at
@@ -72,7 +72,7 @@ class OpenLoop:
         sizes = np.abs(loop.corners)
         sizes = sizes[sizes > AT_REST * np.max(sizes)]
         even = np.geomspace(np.min(sizes) / BEYOND, np.max(sizes) * BEYOND, POINTS)
-        self.grid = np.unique(np.concatenate([even, around(loop.corners)]))
+        self.grid = np.unique(np.concatenate([even, around_poles(loop.corners, ABOUT)]))
         self.answer = self._answer(self.grid)
 
     @property
@@ -89,11 +89,11 @@ class OpenLoop:
         moving = np.abs(poles) > AT_REST * np.max(np.abs(poles))
         if np.sum(~moving) > self.memory or np.any(poles[moving].real >= 0.0):
             return UNSTABLE
-        extra = around(poles)
+        extra = around_poles(poles, ABOUT)
         grid = np.concatenate([self.grid, extra])
         order = np.argsort(grid)
         grid = grid[order]
-        L = _gain(parts, grid) * np.concatenate([self.answer, self._answer(extra)])[order]
+        L = control_response(parts, grid) * np.concatenate([self.answer, self._answer(extra)])[order]
         gains, _ = crossings(grid, L)
         if np.any(np.mod(gains[:, 1], 2.0 * pi) < self.delay * gains[:, 0]):
             return UNSTABLE
@@ -102,7 +102,7 @@ class OpenLoop:
         margins = np.min(phases[phases[:, 1] > 1.0, 1], initial=inf), np.min(np.abs(gains[:, 1]), initial=inf)
         top = int(np.argmin(np.abs(1.0 + L)))
         fine = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], ZOOM)
-        close = _gain(parts, fine) * self._answer(fine) * np.exp(-1j * self.delay * fine)
+        close = control_response(parts, fine) * self._answer(fine) * np.exp(-1j * self.delay * fine)
         peak = 1.0 / min(abs(1.0 + L[top]), np.min(np.abs(1.0 + close)))
         into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
         angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
@@ -120,21 +120,6 @@ class OpenLoop:
         against = (by_angle * self.angle + by_speed * self.rate + inertia * self.rate @ self.plant.A) / heavy
         top = np.hstack([self.plant.A - np.outer(self.motor, against), -np.outer(self.motor, C[0] / heavy)])
         return np.vstack([top, np.hstack([B @ np.vstack([self.angle, self.rate]), A])])
-
-
-def _gain(parts: tuple[Any, ...], omega: Floats) -> Complexes:
-    """Torque of a control against a deviation of the motor."""
-    by_angle, by_speed, inertia, A, B, C = parts
-    s = 1j * omega[:, None, None]
-    inner = np.linalg.solve(s * np.eye(len(A)) - A, B[:, :1] + s * B[:, 1:])
-    return np.asarray((by_angle + s * by_speed + s * s * inertia + C @ inner)[:, 0, 0])
-
-
-def around(poles: Complexes) -> Floats:
-    """Frequencies [rad/s] close around poles that vibrate."""
-    waves = poles[poles.imag > 0.0]
-    places = waves.imag[:, None] + np.abs(waves.real)[:, None] * ABOUT
-    return np.asarray(places[places > 0.0])
 
 
 def crossings(grid: Floats, L: Complexes) -> tuple[Floats, Floats]:
