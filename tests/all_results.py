@@ -231,7 +231,7 @@ RESULTS = {
         "ResponseFit": response_fit,
         "MeasuredBode": measured_bode,
         "Standstill": lambda: sw.study.standstill(LOOPED),
-        "BodeFit": lambda: sw.fit.fit_bode(measured_bode(), LOOPED, free=("J_m", "delay")),
+        "BodeFit": lambda: sw.fit.fit_bode(measured_bode(), LOOPED, free=("J_m", "gain")),
         "CompensationBench": lambda: sw.results.CompensationBench(
             np.array([150.0]), ("adaptive",), ((compensation(),),)
         ),
