@@ -12,7 +12,6 @@ and `--help`, and `response` of the elbow without and with hysteresis. `curve`: 
 
 import argparse
 import os
-import re
 import resource
 import statistics
 import subprocess
@@ -135,7 +134,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", nargs="*", choices=[*every, []])
     asked = parser.parse_args().what or every
-    readme = re.search(r"```yaml\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+    readme = (ROOT / "benchmarks" / "readme_drive.yaml").read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
         cache = f"{folder}/cache"
         if "readme" in asked:

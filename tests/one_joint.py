@@ -1,4 +1,7 @@
-"""A joint with all that the error equation leaves out, and with memory: a motor's loop, gravity, hysteresis."""
+"""A joint with all that the error equation leaves out, and with memory: a motor's loop, gravity, hysteresis.
+
+A gear whose motor is ideally held, so that the error equation is the whole drive, and which jumps.
+"""
 
 JOINT = """\
 title: joint
@@ -12,4 +15,17 @@ limit: {oscillation: 60 arcsec}
 excitation:
   kinematic_error: [{order: 2, amplitude: 25 arcsec}, {order: 4, amplitude: 5 arcsec}]
   load_torque: {mean: -20 N*m}
+"""
+
+HELD = """\
+title: CSG-40-50
+gear: CSG-40-50
+motor: {mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 500 rpm, to: 4000 rpm, shaft: motor}
+excitation:
+  kinematic_error: [{order: 2, amplitude: 19.9 arcsec}]
+  load_torque: {mean: 0 N*m}
+limit: {oscillation: 120 arcsec}
 """

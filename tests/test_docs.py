@@ -144,11 +144,11 @@ def test_the_first_project_has_the_answer_that_its_page_says(tmp_path, monkeypat
     curve = CliRunner().invoke(cli, ["response", "axis.yaml", "-o", "response.svg"])
     assert [line for line in curve.stdout.splitlines()[:4] if not says(said, line)] == []
     answer = CliRunner().invoke(cli, ["analyze", "axis.yaml", "-o", "axis"]).stdout
-    assert "513.7 to 899.4 rpm" in page("README.md")
-    for fact in ("513.7 to 899.4 rpm", "149 arcsec at 759.51 rpm", "300 to 513.7 and 899.4 to 2000 rpm at the motor"):
+    assert "480.4 to 864.8 rpm" in page("README.md")
+    for fact in ("480.4 to 864.8 rpm", "114.2 arcsec at 672.75 rpm", "300 to 480.4 and 864.8 to 2000 rpm at the motor"):
         assert fact in said
         assert says(answer, fact)
-    assert says(answer, "4.3 times that of the train")  # docs/limits.md
+    assert says(answer, "5.61 times that of the train")  # docs/limits.md
     assert Path("axis/report.html").is_file()
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from one_joint import HELD
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -16,15 +17,14 @@ from strainwave.base.units import RPM
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.verdict import Answer
 
-HELD = "motor: {mode: held}"
 LOOP = "motor: {loop: {bandwidth: 30 Hz}%s}"
 FASTER = ("to: 4000 rpm", "to: 4400 rpm")
 LOADED = ("mean: 0 N*m", "mean: -40 N*m")  # 0.8 N*m at the motor
 
 
 def text(*changes, motor=""):
-    """The first project of the app for CSG-40-50, of at most 4000 rpm and 3000 rpm on average, with a loop."""
-    found = first_text("CSG-40-50").replace(HELD, LOOP % motor)
+    """A drive of CSG-40-50, of at most 4000 rpm and 3000 rpm on average, with a loop."""
+    found = HELD.replace("motor: {mode: held}", LOOP % motor)
     for before, after in changes:
         assert before in found
         found = found.replace(before, after)
@@ -35,7 +35,17 @@ def project(*changes, motor=""):
     return from_text(text(*changes, motor=motor), Path("axis.yaml"))
 
 
-def test_the_first_drive_of_the_app_fails_by_no_speed_and_its_duty_is_a_remark():
+def test_a_first_drive_of_the_app_is_a_cascade_and_what_fails_is_its_error_alone():
+    for name in ("CSG-40-50", "SHG-45-80", "HFUC-80-160"):
+        first = from_text(first_text(name), Path("first.yaml"))
+        assert str(first.train.motor.control).startswith("CascadeLoop")
+        shown = views.response(first)
+        assert shown["passes"] is False
+        assert shown["largest"]["oscillation_arcsec"] > shown["limit_arcsec"]
+        assert not [said for said in (*shown["failures"], *shown["remarks"]) if "input speed reaches" in said]
+
+
+def test_an_average_speed_beyond_that_of_the_gear_is_a_remark():
     drive = project()
     shown, found = views.response(drive), sw.speed_map(drive, search=False)
     assert shown["passes"] is True
@@ -85,7 +95,7 @@ def test_a_motor_weaker_than_its_load_fails_on_the_page_and_forbids_every_speed_
 
 
 def test_the_page_finds_the_motor_torque_of_a_held_drive_over_its_short_period():
-    drive = from_text(first_text("CSG-40-50").replace("mean: 0 N*m", "mean: -40 N*m"), Path("held.yaml"))
+    drive = from_text(HELD.replace(*LOADED), Path("held.yaml"))
     whole, shown = drive.response(coexisting=False), views.response(drive)["required_motor"]
     assert shown["torque"] == pytest.approx(whole.motor.torque, rel=2e-3)
     assert shown["holding_torque"] == pytest.approx(whole.motor.holding, rel=2e-3)
@@ -99,7 +109,7 @@ def test_a_limit_below_the_error_of_slow_rotation_is_named_with_it():
 
 
 def test_jumps_below_the_limit_fail_and_are_named():
-    shown = views.response(from_text(first_text("CSG-40-50").replace("120 arcsec", "1000 arcsec"), Path("held.yaml")))
+    shown = views.response(from_text(HELD.replace("120 arcsec", "1000 arcsec"), Path("held.yaml")))
     assert shown["passes"] is False
     assert shown["failures"] == ["The motion jumps on a slow run-up or run-down."]
 

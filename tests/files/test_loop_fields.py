@@ -92,7 +92,7 @@ def complaint(motor="", load=""):
 @pytest.mark.parametrize(
     ("loop", "said"),
     [
-        ("30 Hz", "2:37: motor.loop: '30 Hz' is not a group of fields; write for example 'loop: {bandwidth: 30 Hz"),
+        ("30 Hz", "2:37: motor.loop: '30 Hz' is not a group of fields; write for example 'loop: {type: cascade, b"),
         ("{damping: 0.7}", "2:37: motor.loop.bandwidth: is missing; write for example 'bandwidth: 30 Hz'"),
         ("{bandwidth: 30}", "2:49: motor.loop.bandwidth: '30' has no unit; write for example 30 Hz"),
         ("{bandwidth: 30 rpm}", "motor.loop.bandwidth: '30 rpm' is a speed of a shaft, not a bandwidth; write 30 Hz"),

@@ -6,6 +6,7 @@ Names, units and signs are those of the fields of the project file and of the mo
 from typing import Any
 
 from ...drive.project import Project
+from ...files.fields.entries import EXAMPLE_LOOP
 from ...files.fields.kinds import Row
 from ...files.fields.rows import inside, row_at
 from ...files.fields.schema import ProjectSpec
@@ -45,7 +46,7 @@ def _parts(project: Project) -> dict[str, dict[str, str]]:
     content = read(project.text).content
     torque = 0.25 * project.rated_torque if project.rated_torque else 10.0
     parts = {
-        "motor loop": {"motor.loop.bandwidth": "30 Hz", "motor.loop.damping": "0.7"},
+        "motor loop": {f"motor.loop.{key}": text for key, text in read(EXAMPLE_LOOP).content.items()},
         "gravity": {
             "load.drag.type": "angle_torque",
             "load.drag.amplitude": f"{torque:.2g} N*m",

@@ -17,17 +17,17 @@ from starlette.requests import Request
 
 from ...base.units import ARCSEC
 from ...drive.project import Project
+from ...files.fields.entries import EXAMPLE_LOOP
 from ...files.project_text import project_text
 from ...files.reading import ProjectError, from_text
 from ...files.variants.replaced import PLACE, replaced
 from ...files.yaml_text import LARGEST, read
 from ...model.gears import catalogue
-from ...model.gears.gear import Gear
 
 NOWHERE = Path("/nonexistent-strainwave-app/project.yaml")  # a project of the page has no files beside it
 FROM_FILES = ("python", "file")  # fields that name a file
-RESONANCE = 1500.0  # rpm at which the second order of a gear's first project meets its resonance
-FASTEST = 4000.0  # rpm
+FASTEST = 3000.0  # rpm of a gear's first project, where the gear's own average is not lower
+ACCURACY = 60.0  # arcsec peak-to-peak, of a gear without one in the catalogue
 
 MOST_VALUES, LONGEST = 64, 80
 MOST_ALONG = 40  # points of an axis of a map
@@ -212,39 +212,26 @@ def yaml_of(project: Project) -> str:
 
 @lru_cache(256)
 def first_text(name: str) -> str:
-    """A first project of a gear: a load whose resonance order 2 meets at 1500 rpm, and the gear's own accuracy.
+    """A first project of a gear: an axis in a cascade, whose limit is the gear's accuracy class.
 
-    The stiffness is K1; orders of the kinematic error share the accuracy class as the catalogue's makers report it:
-    most of it is order 2.
+    Order 2 meets the resonance of the load, the motor held, at half of the largest speed. The stiffness is K1. Orders
+    of the kinematic error share the accuracy class as the catalogue's makers report it: two thirds are order 2.
     """
     gear = catalogue.gear(name)
     gear.check_law()
-    fastest = min(FASTEST, gear.max_rpm or FASTEST)
-    motor = "" if gear.input_inertia else f"inertia: {_assumed(gear):.2g} kg*m^2, "
+    fastest = min(FASTEST, gear.average_rpm or gear.max_rpm or FASTEST)
+    inertia = (gear.K1 or 1e4) / (fastest * math.pi / 30.0) ** 2
+    amplitude = 0.5 * (ACCURACY if gear.accuracy is None else gear.accuracy / ARCSEC)
+    motor = "" if gear.input_inertia else f"inertia: {inertia / gear.ratio**2:.2g} kg*m^2, "  # matched to the load
     return (
         f"title: {gear.name}\n"
         f"gear: {gear.name}\n"
-        f"motor: {{{motor}mode: held}}\n"
-        f"load: {{inertia: {_inertia(gear):.2g} kg*m^2}}\n"
+        f"motor: {{{motor}loop: {EXAMPLE_LOOP}}}\n"
+        f"load: {{inertia: {inertia:.2g} kg*m^2}}\n"
         "damping: {ratio: 3 %}\n"
         f"speed: {{from: {fastest / 8:.3g} rpm, to: {fastest:g} rpm, shaft: motor}}\n"
         "excitation:\n"
-        f"  kinematic_error: [{{order: 2, amplitude: {_amplitude(gear):.3g} arcsec}}]\n"
+        f"  kinematic_error: [{{order: 2, amplitude: {amplitude / 1.5:.3g} arcsec}}]\n"
         "  load_torque: {mean: 0 N*m}\n"
-        "limit: {oscillation: 120 arcsec}\n"
+        f"limit: {{oscillation: {amplitude:.3g} arcsec}}\n"
     )
-
-
-def _inertia(gear: Gear) -> float:
-    """Inertia [kg*m^2] with which order 2 meets the resonance at 1500 rpm."""
-    return (gear.K1 or 1e4) / (2.0 * RESONANCE * math.pi / 30.0) ** 2
-
-
-def _assumed(gear: Gear) -> float:
-    """Inertia [kg*m^2, motor side] of a motor whose wave generator is not in the catalogue: matched to the load."""
-    return _inertia(gear) / gear.ratio**2
-
-
-def _amplitude(gear: Gear) -> float:
-    """Amplitude of order 2 [arcsec]: two thirds of half the accuracy, peak-to-peak."""
-    return 20.0 if gear.accuracy is None else gear.accuracy / ARCSEC / 3.0

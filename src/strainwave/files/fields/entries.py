@@ -32,7 +32,7 @@ from .rows import LAW, TYPE, Fields, Group, Typed, field, group_text, name_of, n
 
 EXAMPLE_HYSTERESIS = "{type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}"
 EXAMPLE_DRAG = "{type: coulomb, T_c: 0.05 N*m, width: 1 rad/s}"
-EXAMPLE_LOOP = "{bandwidth: 30 Hz, damping: 0.7}"
+EXAMPLE_LOOP = "{type: cascade, bandwidth: 30 Hz, damping: 0.7}"
 
 
 def _parts(law: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:

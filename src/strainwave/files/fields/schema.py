@@ -329,7 +329,7 @@ class ProjectSpec(Group):
         "5 %",
         "Friction of the meshing as a share of the torque, or that of the catalogue's efficiency.",
     )
-    motor: MotorSpec = field(MotorSpec, "{inertia: 4.5 kg*cm^2, mode: held}", default=MotorSpec())
+    motor: MotorSpec = field(MotorSpec, f"{{inertia: 4.5 kg*cm^2, loop: {EXAMPLE_LOOP}}}", default=MotorSpec())
     controller: ControllerSpec | None = field(ControllerSpec,
         "{period: 250 us, delay: 250 us, motor_encoder: 16 bit, load_encoder: 24 bit}")  # fmt: skip
     load: LoadSpec = needed(LoadSpec, "{inertia: 1.3 kg*m^2}")

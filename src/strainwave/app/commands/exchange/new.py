@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import click
 
 from ....base.archive import atomic
+from ....base.units import ARCSEC
 from ....files.fields.kinds import BANDWIDTH, Place, number
 from ....files.fields.schema import TITLE
 from ....files.reading import from_text
@@ -20,6 +21,7 @@ from ..options import output_option, together, written_type
 from .catalogue import names_as_typed
 
 MOST_SHOWN = 12  # gears
+FASTEST = 3000.0  # rpm of a new file
 STOPPED = "interrupted; nothing was written"
 NONE = "none"
 
@@ -64,8 +66,8 @@ QUESTIONS = (
         "Motor and wave generator, on the motor side; catalogue takes that of the wave generator alone.",
     ),
     Question(
-        "loop", "Loop of the motor", "Hz", NONE,
-        "Bandwidth of the position loop that holds the motor; none is a motor that keeps its speed ideally.",
+        "loop", "Loop of the motor", "Hz", "30 Hz",
+        "Bandwidth of the cascade that holds the motor; none is a motor that keeps its speed ideally.",
     ),
     Question("gravity", "Gravity", "N*m", NONE, "Torque of the load's weight on a level arm, on the output side."),
     Question(
@@ -74,11 +76,12 @@ QUESTIONS = (
     ),
     Question("damping", "Damping ratio", "%", "3 %", "Share of the critical damping; 1 to 5 % are usual."),
     Question(
-        "budget", "Budget of the oscillation", "arcsec", NONE,
-        "Largest distance of the pointing error from its mean; none takes the bands of the peaks.",
+        "budget", "Budget of the oscillation", "arcsec", "catalogue",
+        "Largest distance of the pointing error from its mean; catalogue takes half of the accuracy, none no limit.",
     ),
     Question("speed_from", "Lowest speed", "rpm", "500 rpm", "Of the motor."),
-    Question("speed_to", "Highest speed", "rpm", "3000 rpm", "Of the motor."),
+    Question("speed_to", "Highest speed", "rpm", "catalogue",
+        "Of the motor; catalogue takes the gear's largest average, at most 3000 rpm."),
 )  # fmt: skip
 
 
@@ -163,10 +166,12 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
         return _gear(text)
     if name == "title":
         return TITLE.read("" if text == NONE else text, Place((), []))
-    if text == NONE and question.default == NONE:
+    if text == NONE and (question.default == NONE or name in ("loop", "budget")):
         return ""
     if text == "catalogue" and question.default == "catalogue":
-        return _of_catalogue(name, answers["gear"])
+        text = _of_catalogue(name, answers["gear"])
+        if name != "speed_to":
+            return text
     text = _with_unit(text, question.unit)
     if name == "loop":
         BANDWIDTH.read(text, Place((), []))
@@ -212,9 +217,12 @@ def _of_catalogue(name: str, gear: str) -> str:
         if record.input_inertia is None:
             raise ValueError(f"the catalogue has no inertia of the wave generator of {gear}; write it in kg*cm^2")
         return ""
+    if name == "speed_to":
+        return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
     if record.accuracy is None:
-        raise ValueError(f"the catalogue has no accuracy of {gear}; write the amplitude of order 2 in arcsec")
-    return "catalogue"
+        other = "or none" if name == "budget" else "the amplitude of order 2"
+        raise ValueError(f"the catalogue has no accuracy of {gear}; write {other} in arcsec")
+    return "catalogue" if name == "kinematic_error" else f"{0.5 * record.accuracy / ARCSEC:.3g} arcsec"
 
 
 def _fields(answers: dict[str, str]) -> dict[str, str]:
@@ -226,7 +234,7 @@ def _fields(answers: dict[str, str]) -> dict[str, str]:
         "gear": answers["gear"],
         "motor.inertia": answers["motor_inertia"],
         "motor.mode": "" if loop else "held",
-        "motor.loop": f"{{type: position, bandwidth: {loop}, damping: 0.7}}" if loop else "",
+        "motor.loop": f"{{type: cascade, bandwidth: {loop}, damping: 0.7}}" if loop else "",
         "load.inertia": answers["load_inertia"],
         "load.drag": f"{{type: angle_torque, amplitude: {gravity}}}" if gravity else "",
         "damping.ratio": answers["damping"],
