@@ -60,7 +60,7 @@ def project_schema() -> Schema:
     """
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "$id": NAME,
+        "$id": "urn:strainwave:project-file",
         "title": "strainwave project file",
         "description": "A drive with a strain wave gear, its speeds and what excites it.",
         **schema_of(ProjectSpec),
