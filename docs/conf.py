@@ -14,6 +14,7 @@ warnings.filterwarnings("ignore", "strainwave.* now$", FutureWarning, "sphinx_ga
 
 DOCS = Path(__file__).parent
 EXAMPLES = DOCS.parent / "examples"
+SKILL = Path(strainwave.__file__).parent / "app" / "skill.md"
 SECTIONS = ("speeds", "moves", "gear", "design", "measurements", "control", "closed_forms")  # of the gallery
 sys.path.insert(0, str(EXAMPLES))
 
@@ -107,7 +108,14 @@ def link_names(app, doctree):
             code.replace_self(link)
 
 
+def write_doors(app, error):
+    """Write llms.txt, the text of `strainwave skill`, beside the start page."""
+    if error is None:
+        (Path(app.outdir) / "llms.txt").write_bytes(SKILL.read_bytes())
+
+
 def setup(app):
+    app.connect("build-finished", write_doors)
     app.connect("doctree-read", link_names)
     app.connect("source-read", add_summary)
     app.connect("autodoc-process-docstring", escape_formulas, priority=400)  # before napoleon writes its own markup

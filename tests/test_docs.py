@@ -7,10 +7,16 @@ block is a whole project file; a ```text block right after it is the complaint a
 import contextlib
 import inspect
 import io
+import json
 import re
+import runpy
+import shlex
 import shutil
+import tomllib
+from functools import reduce
 from operator import attrgetter
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib
 import pytest
@@ -32,6 +38,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGES = {path.name: path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
 API = sorted((ROOT / "docs" / "api").glob("*.md"))
 UNCOMPILED = ("drive-train.md",)
+SCATTER = "scatter: {load.inertia: 3 %}\n"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -157,6 +164,51 @@ def test_every_command_and_option_is_on_the_command_line_page():
     options = {option for command in commands for parameter in command.params for option in parameter.opts}
     assert not_on("command-line.md", {f"strainwave {name}" for name in COMMANDS}) == []
     assert not_on("command-line.md", {option for option in options if option.startswith("-")}) == []
+
+
+ASKED = re.compile(r"^\| [^|]+\? \| `strainwave ([^`|]+)` \| (.+) \|$", re.MULTILINE)
+
+
+def test_one_text_says_which_command_answers_which_question(tmp_path):
+    text = CliRunner().invoke(cli, ["skill"]).stdout
+    assert (ROOT / "AGENTS.md").read_text(encoding="utf-8") == text
+    pytest.importorskip("sphinx")
+    settings = runpy.run_path(str(ROOT / "docs" / "conf.py"))
+    settings["write_doors"](SimpleNamespace(outdir=tmp_path), None)
+    assert (tmp_path / "llms.txt").read_text(encoding="utf-8") == text
+    assert not re.search(r"pytest|CONTRIBUTING|ruff|test suite", text)
+    rows = ASKED.findall(text)
+    assert len(rows) == text.count("\n| ") - 1 >= 15
+    for typed, _ in rows:
+        command = cli.get_command(None, typed.split()[0])
+        assert "--json" in typed
+        assert {word for word in shlex.split(typed) if word.startswith("-")} <= {
+            option for parameter in command.params for option in parameter.opts
+        }
+
+
+@pytest.mark.slow
+def test_answers_have_the_keys_that_the_text_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = CliRunner().invoke(cli, ["skill"]).stdout
+    for line in re.findall(r"^    strainwave (.+)$", text, re.MULTILINE):
+        assert CliRunner().invoke(cli, shlex.split(line)).exit_code == 0
+    for typed, keys in ASKED.findall(text):
+        words = shlex.split(typed)
+        if words[0] not in ("analyze", "response", "speed-map", "exceedance", "move", "catalogue", "export", "doctor"):
+            continue
+        Path("axis.yaml").write_text(Path("axis.yaml").read_text() + SCATTER * (words[0] == "exceedance"))
+        more = ["--count", "32"] * (words[0] == "exceedance")
+        answer = json.loads(CliRunner().invoke(cli, [*words, *more]).stdout)
+        for key in re.findall("`(.+?)`", keys):
+            assert reduce(lambda data, part: data[part], key.split("."), answer) is not None, f"{typed}: {key}"
+
+
+def test_what_a_run_without_an_installation_leaves_is_ignored():
+    ignored = (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
+    assert {"uv.lock", ".venv/", "*.egg-info/", "__pycache__/"} <= set(ignored)
+    needed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+    assert [name for name in needed if name.startswith("jinja2")]  # a report needs no extra
 
 
 def test_every_group_and_law_of_a_project_file_is_on_its_page():

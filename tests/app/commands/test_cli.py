@@ -13,6 +13,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
+import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.output import staged
 
@@ -54,6 +55,16 @@ def test_help_names_every_command():
     for name in ("demo", "analyze", "response", "reproduce", "catalogue", "doctor", "derive"):
         assert name in result.stdout
         assert invoke(name, "--help").exit_code == 0
+
+
+def test_help_has_every_command_once_in_a_group_and_cuts_no_line_of_a_terminal_of_80_columns():
+    said = CliRunner().invoke(command.cli, ["--help"], terminal_width=80).stdout
+    listed = said[said.index("Start:") :].splitlines()
+    for name, (_, sentence) in command.COMMANDS.items():
+        assert [line for line in listed if line.split()[:1] == [name]] == [f"  {name:<19}{sentence}"]
+    assert max(map(len, said.splitlines())) <= 80
+    grouped = [name for names in command.GROUPS.values() for name in names.split()]
+    assert sorted(grouped) == list(command.COMMANDS)
 
 
 def light(*words, **environment):
@@ -121,7 +132,7 @@ def test_a_response_of_a_spring_imports_no_library_that_it_does_not_need(project
     assert result.stderr.splitlines()[-1] == "[]"
 
 
-@pytest.mark.parametrize("args", [("analyze",), ("nonsense",), ("analyze", "x.yaml"), ("catalogue", "--size", "big")])
+@pytest.mark.parametrize("args", [("analyze",), ("nonsense",), ("analyze", "--both"), ("catalogue", "--size", "big")])
 def test_wrong_usage_exits_with_2(args):
     assert invoke(*args).exit_code == 2
 
@@ -224,6 +235,9 @@ def test_catalogue_lists_filters_and_shows_one_gear():
     record = json.loads(invoke("catalogue", "csg-40-50", "--json").stdout, parse_constant=forbid_constants)["gear"]
     assert (record["K1"], record["T1"], record["mass"]) == (1e5, 54.0, None)
     assert "CSG-40-50" in invoke("catalogue", "--series", "csg", "--ratio", "50").stdout
+    table = CliRunner(env={"COLUMNS": "80"}).invoke(command.cli, ["catalogue"]).stdout
+    assert max(map(len, map(str.rstrip, table.splitlines()))) <= 80
+    assert [name for name in sw.catalogue.names() if f" {name} " not in table] == []
     unknown = invoke("catalogue", "CSG-41-50")
     assert (unknown.exit_code, unknown.stdout) == (1, "")
     assert "CSG-40-50" in unknown.stderr
@@ -267,6 +281,22 @@ def test_json_on_stdout_is_alone_and_progress_goes_to_stderr(project, tmp_path):
     assert "A small drive: run-up" in result.stderr
     assert "\x1b" not in result.stderr
     assert Path(tmp_path / "out" / "report.html").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["analyze", "speed-map", "response"])
+def test_json_of_a_question_needs_no_folder(project, monkeypatch, name):
+    monkeypatch.chdir(project.parent)
+    answer = json.loads(invoke(name, project.name, "--json").stdout, parse_constant=forbid_constants)
+    assert answer["title"] == "A small drive"
+    assert sorted(Path().iterdir()) == [Path("drive.yaml")]
+
+
+def test_a_report_without_a_folder_is_written_into_one_of_the_name_of_its_file(project, monkeypatch):
+    monkeypatch.chdir(project.parent)
+    monkeypatch.setattr("strainwave.app.commands.analyze._written", lambda *given: str(given[1:]))
+    assert invoke("analyze", "drive.yaml").stdout == "(PosixPath('drive-report'), False, False)\n"
+    assert "'reports'" in invoke("analyze", "drive.yaml", "drive.yaml", "--compare", "--json").stdout
 
 
 @pytest.mark.parametrize(("former", "name"), sorted(command.FORMER.items()))

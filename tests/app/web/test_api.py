@@ -152,7 +152,9 @@ def printed(client, tmp_path, monkeypatch, capsys, view, state=GEAR, **more):
     """Numbers that the exported script of a view prints."""
     script = client.post("/api/export/script", json={"state": state, "view": view, **more}).text
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "project.yaml").write_text("of the user", encoding="utf-8")
     exec(compile(script, "script.py", "exec"), {"__name__": "__main__"})
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"project.yaml": "of the user"}
     return [float(number) for number in NUMBER.findall(capsys.readouterr().out)]
 
 

@@ -20,17 +20,20 @@ DRIVES = ("article", "CSG-40-50")
 
 @click.command()
 @click.argument("projects", metavar="PROJECT...", nargs=-1, required=True, type=file_type)
-@output_option("Folder for report.html, results.json and CSV files; several projects have a folder in it each.")
+@output_option(
+    "Folder for report.html, results.json and CSV files; several projects have a folder in it each. Default: "
+    "PROJECT-report, for several reports; with --json nothing is written."
+)
 @click.option("--compare", is_flag=True, help="Write verdicts.html too: pass or fail of every project side by side.")
 @click.option("--check", is_flag=True, help="Read the files only, and say whether they are valid.")
 @json_option
 def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, check: bool, as_json: bool) -> None:
-    """Analyse the drives of project files and write a report of each."""
+    """Judge drives and write a report of each."""
     if check:
         click.echo(_checked(projects, as_json))
         return
-    if output is None:
-        raise click.UsageError("give a folder for the report with -o, or --check to read the files only")
+    if output is None and (compare or not as_json):
+        output = Path(f"{projects[0].stem}-report" if len(projects) == 1 else "reports")
     click.echo(_written(projects, output, compare, as_json))
 
 
@@ -47,7 +50,7 @@ def demo(output: Path, as_json: bool) -> None:
     click.echo(_all_printed(reports, output, as_json))
 
 
-def _written(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> str:
+def _written(paths: Sequence[Path], folder: Path | None, compare: bool, as_json: bool) -> str:
     """Analyse project files and return the text to print; several get a folder each, named like their files."""
     if compare and len(paths) < 2:
         raise ValueError(f"--compare needs two project files or more, and {len(paths)} is given; name the others too")
@@ -66,7 +69,7 @@ def _written(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) 
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
     reports = _finished(projects, folder)
     more = []
-    if compare:
+    if compare and folder is not None:
         with staged(folder) as part:
             (part / COMPARISON).write_text(verdicts_page(reports), encoding="utf-8", newline="\n")
         more.append(f"comparison: {folder / COMPARISON}")
@@ -97,31 +100,31 @@ def _all(paths: Sequence[Path]) -> list[Project]:
     return projects
 
 
-def _finished(projects: dict[str, Project], folder: Path) -> dict[str, Report]:
+def _finished(projects: dict[str, Project], folder: Path | None) -> dict[str, Report]:
     """Write the report of every project into a folder of its name; Ctrl-C keeps those that are finished."""
     reports: dict[str, Report] = {}
     for name, project in projects.items():
         try:
-            reports[name] = analyse(project, folder / name)
+            reports[name] = analyse(project, folder and folder / name)
         except KeyboardInterrupt:
-            kept = ", ".join(str(folder / done / "report.html") for done in reports)
+            kept = ", ".join(str(folder / done / "report.html") for done in reports if folder)
             raise KeyboardInterrupt(f"interrupted; {f'kept: {kept}' if kept else 'nothing was written'}") from None
     return reports
 
 
-def analyse(project: Project, folder: Path) -> Report:
-    """Write the report of a project into a folder, with its progress on stderr."""
+def analyse(project: Project, folder: Path | None) -> Report:
+    """Write the report of a project into a folder, if there is one, with its progress on stderr."""
     with Progress(project.title) as progress:
         return write(project, folder, progress=progress.show)
 
 
-def _printed(report: Report, folder: Path) -> str:
+def _printed(report: Report, folder: Path | None) -> str:
     """The summary of a report with its place."""
-    return f"{report.summary}\n  report: {folder / 'report.html'}"
+    return report.summary if folder is None else f"{report.summary}\n  report: {folder / 'report.html'}"
 
 
-def _all_printed(reports: dict[str, Report], folder: Path, as_json: bool, *more: str) -> str:
+def _all_printed(reports: dict[str, Report], folder: Path | None, as_json: bool, *more: str) -> str:
     """Several reports as JSON, or their summaries and further lines."""
     if as_json:
         return to_json({name: report.results for name, report in reports.items()})
-    return "\n\n".join([*(_printed(report, folder / name) for name, report in reports.items()), *more])
+    return "\n\n".join([*(_printed(report, folder and folder / name) for name, report in reports.items()), *more])

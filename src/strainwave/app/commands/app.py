@@ -10,7 +10,7 @@ import click
 @click.option("--port", type=click.IntRange(0, 65535), default=8765, help="Port; if taken, the next.")
 @click.option("--browser/--no-browser", default=True, help="Whether to open the page in a browser.")
 def app(port: int, browser: bool) -> None:
-    """Serve the web app on this machine alone: a page with sliders and pictures of a drive."""
+    """Serve the page with sliders, on this machine alone."""
     try:
         from ..web.server import serve
     except ModuleNotFoundError as error:

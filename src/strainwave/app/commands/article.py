@@ -19,7 +19,7 @@ TABLES = (
 @click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
 @json_option
 def derive(latex: bool, as_json: bool) -> None:
-    """Derive the error equation from Lagrange's equations and print each step."""
+    """Derive the error equation from Lagrange's, step by step."""
     with Progress("derive") as progress:
         progress.show("deriving the error equation", 0.0)
         steps = derivation()
@@ -32,7 +32,7 @@ def derive(latex: bool, as_json: bool) -> None:
 @click.command()
 @json_option
 def reproduce(as_json: bool) -> None:
-    """Compute the article's Tables 3 and 4 again and compare every number."""
+    """Compute the article's tables again and compare them."""
     with Progress("reproduce") as progress:
         progress.show("integrating both parameter sets", 0.0)
         result = reproduced()

@@ -40,6 +40,13 @@ def commands_in(folder: Path) -> dict[str, tuple[str, str]]:
 
 
 COMMANDS = commands_in(Path(__file__).parent)
+GROUPS = {  # of `--help`; a command that is in none stands in the last one
+    "Start": "demo new analyze app skill doctor completion",
+    "Ask about a drive": "response speed-map exceedance sweep compare",
+    "Choose, move and control": "catalogue design move tune compensate compensate-move compensate-run-up",
+    "Measure": "read-log order-scan error-scan fit-loop fit-bode identify-drive",
+    "Files and theory": "schema export order-table derive reproduce",
+}
 FORMER = {  # names of 0.2
     "variability": "exceedance", "loop-scan": "fit-loop", "log": "read-log", "identify": "identify-drive",
 }  # fmt: skip
@@ -60,9 +67,13 @@ class Sentences(click.Group):
         return command
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write names and sentences of all commands, none of them imported."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, sentence) for name, (_, sentence) in COMMANDS.items()])
+        """Write names and sentences of all commands in groups, none of them imported."""
+        groups, width = {group: names.split() for group, names in GROUPS.items()}, max(map(len, COMMANDS))
+        known = {name for names in groups.values() for name in names}
+        groups[next(reversed(groups))] += [name for name in COMMANDS if name not in known]
+        for group, names in groups.items():
+            with formatter.section(group):
+                formatter.write_dl([(name.ljust(width), COMMANDS[name][1]) for name in names])
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Names of commands and options that begin as typed, no command imported."""
@@ -127,7 +138,7 @@ def _stdout_fails() -> bool:
 def cli(debug: bool) -> None:
     """Nonlinear dynamic error of strain wave gears (harmonic drives).
 
-    Start with `strainwave demo`, then write a project file and run `strainwave analyze PROJECT.yaml -o report`.
+    Start with `strainwave new`, which asks for a drive, and `strainwave analyze drive.yaml`, which judges it.
     """
 
 

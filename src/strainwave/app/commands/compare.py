@@ -23,7 +23,7 @@ CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
 @output_option("Folder for comparison.html, .csv and .svg.", required=True)
 @json_option
 def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
-    """Put the response of several project files side by side: one table, one figure."""
+    """Put responses of projects side by side: table, figure."""
     drives = [read_project(path) for path in projects]
     if len({drive.speeds.by_motor for drive in drives}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")

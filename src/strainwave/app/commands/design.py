@@ -30,7 +30,7 @@ MOST_FILES = 10  # project files of the front
 )
 @json_option
 def design(specification: Path, output: Path, as_json: bool) -> None:
-    """Search the catalogue for gears and motors that meet the SPECIFICATION of an axis."""
+    """Find gears and motors for the SPECIFICATION of an axis."""
     request = read_specification(specification)
     with Progress(request.title) as progress:
         result, stop = finished(lambda: designed(request, progress=progress.show))

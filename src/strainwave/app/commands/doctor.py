@@ -81,7 +81,7 @@ def _writable(folder: Path) -> tuple[bool, str]:
 @click.command()
 @json_option
 def doctor(as_json: bool) -> None:
-    """Report versions, cache, cores, vector units and optional parts."""
+    """Report versions, cache, processor and optional parts."""
     facts = report()
     if as_json:
         click.echo(to_json(facts))

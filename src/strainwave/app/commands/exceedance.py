@@ -20,7 +20,7 @@ from .options import json_option, limit_option, project_argument, retune_option
 @retune_option
 @json_option
 def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
-    """Say how probable it is that a drive exceeds its limit in its speeds, from the scatter of its numbers."""
+    """Say how probable it is that a drive exceeds its limit. The scatter of its numbers is that of the file."""
     drive = read_project(project)
     allowed = None if limit is None else quantity("--limit", limit, "rad")
     with Progress(drive.title) as progress:

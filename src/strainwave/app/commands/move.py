@@ -48,8 +48,9 @@ def move(
     decimal: str | None,
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Move the load along PROFILE: pointing error, settling, torques against the ratings, life, energy.
+    """Move the load along PROFILE: error, settling, torques.
 
+    Life and energy are told too.
     PROFILE is one part or several, one after the other: a CSV file with the columns time [s] and angle [deg], or fields
     as in the group `move` of a project file: "trapezoid, angle: 90 deg, time: 0.6 s", "s_curve, angle: -90 deg, time:
     0.6 s", "dwell, time: 0.4 s". Without it the profile of the project file is taken.

@@ -51,7 +51,7 @@ def _known_suffix(_context: click.Context, _option: click.Parameter, output: Pat
 )
 @json_option
 def response(project: Path, output: Path | None, as_json: bool) -> None:
-    """Follow the pointing error of the whole drive through the project's speeds: stability, folds, jumps."""
+    """Follow the error of the drive over the speed; find jumps."""
     drive = read_project(project)
     if output is not None and output.suffix == ".png":
         axes.check()

@@ -22,7 +22,7 @@ MOST_LOADS = 1000  # of a range
 
 @click.command("speed-map")
 @project_argument
-@output_option("Folder for cells.csv, bands.csv, campbell.csv and speed-map.svg.", required=True)
+@output_option("Folder for cells.csv, bands.csv, campbell.csv and speed-map.svg. Default: nothing is written.")
 @click.option("--loads", help='Mean torques on the load, "LOW:HIGH:COUNT" or "V1,V2": "-60 N*m:0 N*m:9".')
 @click.option("--load-inertias", "inertias", help='Inertias of the load in place of torques: "1 kg*m^2:3 kg*m^2:9".')
 @click.option("--speeds", help='Range of the motor speed, "LOW:HIGH": "500 rpm:4000 rpm". Default: that of the file.')
@@ -33,10 +33,10 @@ MOST_LOADS = 1000  # of a range
 @click.option("--seed", type=click.IntRange(0), default=0, help="Seed of these drives.")
 @json_option
 def speed_map(
-    project: Path, output: Path, loads: str | None, inertias: str | None, speeds: str | None, limit: str | None,
+    project: Path, output: Path | None, loads: str | None, inertias: str | None, speeds: str | None, limit: str | None,
     amplification: float | None, margin: float | None, units: int, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
-    """Say which motor speeds are allowed under every load, from all stable motions of the drive."""
+    """Say which motor speeds are allowed under every load."""
     drive = read_project(project)
     options = {
         "loads": _range("--loads", loads, "N*m"),
@@ -49,9 +49,11 @@ def speed_map(
         options |= {"speeds": ends, "amplification": amplification, "margin": margin, "units": drives}
         progress.show("motions", 0.0)
         result, stop = finished(lambda: mapped(drive, **options, progress=progress.show))
-        progress.show("writing", 1.0)
-        write(result, output)
-    click.echo(reported(drive.title, result.facts(), as_json, f"written: {output}"))
+        if output is not None:
+            progress.show("writing", 1.0)
+            write(result, output)
+    written = () if output is None else (f"written: {output}",)
+    click.echo(reported(drive.title, result.facts(), as_json, *written))
     if stop is not None:
         raise stop
 

@@ -65,7 +65,7 @@ def sweep(
     project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
     workers: int | None, chunk: int | None, cluster: str | None, retune: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Integrate a drive over a grid of its parameters, or follow the response of the whole drive, and keep the results.
+    """Compute a drive over a grid of its numbers, resumably.
 
     An interrupted sweep keeps what it has finished; the same command again goes on from there.
     """

@@ -4,6 +4,7 @@ The page of a comparison: one table and one figure of several drives, in a file 
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import nullcontext
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -50,6 +51,7 @@ NOTES = {
 }
 NOTE = " ".join(NOTES.values())
 
+PAGES = {"appendix.html": True, "report.html": False}  # and whether the parts of the appendix stand there
 HERE = Path(__file__).parent
 
 
@@ -63,19 +65,19 @@ class Report(NamedTuple):
 
 def write(
     project: Project | str | Path,
-    folder: str | Path,
+    folder: str | Path | None = None,
     *,
     sections: Sequence[Section] = SECTIONS,
     progress: Callable[[str, float], None] = silent,
 ) -> Report:
-    """Analyse a drive and write report.html, results.json and the CSV files of its curves into a folder.
+    """Analyse a drive and write report.html, appendix.html, results.json and CSV files of its curves into a folder.
 
     Parameters
     ----------
     project : Project, str or Path
         The project, or its file.
-    folder : str or Path
-        Where the files go, all at once when they are complete; it keeps its other files.
+    folder : str or Path, optional
+        Where the files go, all at once when they are complete; it keeps its other files. Default: none is written.
     sections : sequence of Section
         Parts of the report in order. Default: `SECTIONS`.
     progress : callable
@@ -93,24 +95,24 @@ def write(
         If the law cannot carry the mean torque, or no simulation finishes.
     OSError
         If the folder cannot be written; nothing is left behind.
-    RuntimeError
-        If jinja2 is not installed.
     """
     sections = sections_of(sections)
     project = project if isinstance(project, Project) else read_project(project)
-    with staged(Path(folder)) as part:
+    with nullcontext() if folder is None else staged(Path(folder)) as part:
         view = View.of(project, project.analyze(progress))
         progress("writing the report", 0.99)
         return write_view(view, part, sections)
 
 
-def write_view(view: View, folder: Path, sections: Sequence[Section] = SECTIONS) -> Report:
-    """Write the report of an analysis; errors as `write`."""
+def write_view(view: View, folder: Path | None, sections: Sequence[Section] = SECTIONS) -> Report:
+    """Write the report of an analysis, if there is a folder; errors as `write`."""
     parts = [asked(section, view) for section in sections]
-    files = [*curve_files.write(view, folder), "results.json", "report.html"]
+    files = [] if folder is None else [*curve_files.write(view, folder), "results.json", *PAGES]
     results = together([*(part.data for part in parts), {"files": files}])
-    (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
-    (folder / "report.html").write_text(page(view, parts), encoding="utf-8")
+    if folder is not None:
+        (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
+        for name, appendix in PAGES.items():
+            (folder / name).write_text(page(view, parts, appendix), encoding="utf-8")
     lines = [f"  {line}" for part in parts for line in part.lines]
     return Report(results, "\n".join([view.project.title, *lines, f"  {WHAT_X_IS}"]), view)
 
@@ -125,12 +127,10 @@ def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def page(view: View, parts: Iterable[Part]) -> str:
-    """Render the HTML page, each section by its own template; RuntimeError without jinja2."""
-    try:
-        import jinja2
-    except ModuleNotFoundError as error:
-        raise RuntimeError("the report needs jinja2; pip install 'strainwave[report]'") from error
+def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
+    """Render the page of the report or of its appendix, each section by its template."""
+    import jinja2
+
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
@@ -147,13 +147,14 @@ def page(view: View, parts: Iterable[Part]) -> str:
         return environment.from_string(template.read_text(encoding="utf-8")).render(names)
 
     style = (HERE / "page.css").read_text(encoding="utf-8")
-    bodies: dict[bool, list[tuple[str, str]]] = {False: [], True: []}
-    for p in parts:
-        body = rendered(p.template, p.data | p._asdict() | {"rows": p.rows})
-        if body.strip():
-            bodies[getattr(p.section, "appendix", False)].append((p.section.heading, body))
-    about = about_appendix(view) if bodies[True] else ""
-    names = {"bodies": bodies[False], "appendix": bodies[True], "style": style, "about_appendix": about}
+    bodies = [
+        (p.section.heading, body)
+        for p in parts
+        if getattr(p.section, "appendix", False) is appendix
+        if (body := rendered(p.template, p.data | p._asdict() | {"rows": p.rows})).strip()
+    ]
+    about = about_appendix(view) if appendix else ""
+    names = {"bodies": bodies, "appendix": appendix, "style": style, "about_appendix": about}
     return rendered(HERE / "page.html.j2", names)
 
 

@@ -15,15 +15,14 @@ from pathlib import Path
 
 import numpy as np
 import strainwave as sw
+from strainwave.files.reading import from_text
 
 PROJECT = """\\
 {text}"""
 
 
 def main() -> None:
-    file = Path("project.yaml")
-    file.write_text(PROJECT, encoding="utf-8")
-    project = sw.read_project(file)
+    project = from_text(PROJECT, Path("project.yaml"))  # in memory: no file is written
 {body}
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ def compensate(
     project: Path, controllers: tuple[str, ...], speeds: tuple[str, ...], load_angles: tuple[str, ...], units: int,
     seed: int, plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Cancel the error with controllers designed on the project, each in closed loop against the plain loop.
+    """Cancel the error with controllers, in closed loop.
 
     Without --speed, five speeds about the resonance are run, within those of the file. Ctrl-C keeps what is finished.
     """

@@ -42,7 +42,7 @@ def compensate_move(
     project: Path, profile: tuple[str, ...], controllers: tuple[str, ...], shaping: tuple[str, ...], window: str | None,
     plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Move the load along PROFILE in closed loop, under several controllers and with shaped references.
+    """Move the load in closed loop, with several controllers.
 
     PROFILE is one part or several, as of `strainwave move`: "trapezoid, angle: 20 deg, time: 0.4 s". Without it the
     profile of the project file is taken.
@@ -80,7 +80,7 @@ def compensate_run_up(
     project: Path, low: str | None, high: str | None, load_angle: str | None, duration: str,
     controllers: tuple[str, ...], plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Run through a range of speeds and back in closed loop: largest errors, and whether the drive still jumps."""
+    """Run up and down in closed loop: errors and jumps."""
     drive = read_project(project)
     ends = drive.speeds.limits
     first = ends[0] if low is None else quantity("--from", low, "rad/s")

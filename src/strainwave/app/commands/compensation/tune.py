@@ -45,7 +45,7 @@ def tune(
     gain_margin: float | None, phase_margin: str | None, loads: tuple[str, ...], units: int, seed: int, share: float,
     notch: bool, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Find the gains of the motor's loop that make the pointing error small, or another goal, and keep margins."""
+    """Find gains of the loop for a small error and margins."""
     drive = read_project(project)
     margin = None if phase_margin is None else quantity("--phase-margin", phase_margin, "rad")
     torques = [quantity("--load", text, "N*m") for text in loads] or None

@@ -33,7 +33,7 @@ def catalogue(
     name: str | None, series: str | None, size: int | None, ratio: int | None, file: Path | None, as_json: bool,
     **least: str | None,
 ) -> None:  # fmt: skip
-    """List the gears of the catalogue or of a file, or show one."""
+    """List gears of the catalogue or of a file, or show one."""
     listed_gears = None if file is None else read_gears(file)
     if name is not None:
         _one(gear(name) if listed_gears is None else _own(listed_gears, name, file), as_json)
@@ -49,16 +49,20 @@ def catalogue(
     if as_json:
         click.echo(to_json({"units": NUMBERS, "gears": [asdict(g) for g in chosen]}))
         return
-    columns = ("gear", "ratio", "K1 N·m/rad", "K2", "K3", "T1 N·m", "T2", "rated N·m", "max rpm", "J_in kg·m²")
-    fields = ("ratio", "K1", "K2", "K3", "T1", "T2", "rated_torque", "max_rpm", "input_inertia")
+    columns = ("gear", "K1", "K2", "K3", "T1", "T2", "rated", "rpm")  # 80 letters wide with the longest name
+    fields = ("K1", "K2", "K3", "T1", "T2", "rated_torque", "max_rpm")
     rows = [(_marked(g), *(getattr(g, field) for field in fields)) for g in chosen]
-    caption = "speeds with grease; – is not tabulated; * a doubtful number; `strainwave catalogue NAME` shows the rest"
+    caption = (
+        "K in N·m/rad, T and rated torque in N·m; largest speed with grease; – is not tabulated; * a doubtful number; "
+    )
+    caption += "`strainwave catalogue NAME` shows the rest"
     print_table("1 gear" if len(chosen) == 1 else f"{len(chosen)} gears", columns, rows, caption)
 
 
 def _marked(gear: Gear) -> str:
-    """Name of a gear, with a star where a number of its record is doubtful."""
-    return f"{gear.name} *" if any(getattr(gear, name) is not None for name, _ in gear.doubts) else gear.name
+    """Name of a gear, with its ratio where that is not its end, and a star where a number of its record is doubtful."""
+    star = " *" if any(getattr(gear, name) is not None for name, _ in gear.doubts) else ""
+    return gear.name + ("" if gear.name.endswith(f"-{gear.ratio}") else f", ratio {gear.ratio}") + star
 
 
 def _own(gears: dict[str, Gear], name: str, file: Path | None) -> Gear:

@@ -9,7 +9,9 @@ SHELLS = ("bash", "zsh", "fish")
 @click.command()
 @click.argument("shell", type=click.Choice(SHELLS))
 def completion(shell: str) -> None:
-    """Print a script that completes commands, options, gears and files in SHELL.
+    """Print the completion of SHELL.
+
+    It completes commands, options, gears and files.
 
     bash: eval "$(strainwave completion bash)" in ~/.bashrc; zsh: the same in ~/.zshrc; fish: strainwave completion fish
     > ~/.config/fish/completions/strainwave.fish.

@@ -22,7 +22,7 @@ from ..options import json_option, output_option, project_argument, written_type
 @click.option("--step", help='Length of a step of C and FMU, as "250 us". Default: 16 in the shortest time scale.')
 @json_option
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:
-    """Take the motor, the gear and the load of a project to another program."""
+    """Take motor, gear and load to another program."""
     drive = read_project(project)
     length = None if step is None else parse(step, "s")
     if form == "mat":

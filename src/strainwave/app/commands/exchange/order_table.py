@@ -47,7 +47,7 @@ def order_table(
     known: dict[str, str],
     ratio: float | None, speed: str | None, one_way: Any, drop: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Write the order table IN as OUT in a format of drives and controls, and say what is lost."""
+    """Write the order table IN in a format of controls, as OUT."""
     kind = named(form)
     table = OrderTable.read(source, origin, **known)
     if ratio is not None:

@@ -49,7 +49,7 @@ def error_scan(
     file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,
     highest: int | None, false_alarm: float, as_json: bool, **columns: Any,
 ) -> None:  # fmt: skip
-    """Find the lines of a measured kinematic error, with their uncertainty."""
+    """Find the lines of a measured kinematic error."""
     factor = _factor(shaft, turn or shaft, ratio)
     forward = read_scan(file, **columns)
     backward = None

@@ -43,7 +43,7 @@ def fit_bode(
     project: Path, file: Path, free: str | None, speed: str, amplitude: float | None, second: Path | None,
     second_amplitude: float | None, output: Path | None, as_json: bool, **reading: Any,
 ) -> None:  # fmt: skip
-    """Fit inertias, stiffness, damping and delay of a drive to a measured Bode plot, with intervals of 95 %.
+    """Fit numbers of a drive to a measured Bode plot.
 
     FILE has frequencies with size and phase, or real and imaginary part; or time, reference, torque and speed.
     """

@@ -33,7 +33,7 @@ def fit_loop(
     file: Path, rated_torque: str | None, ratio: float | None, torsion: str, torque: str, delimiter: str | None,
     decimal: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Identify the torsion law of a gear from a measured loop of torque over torsion, with intervals of 95 %.
+    """Fit the law of a gear to a measured loop of torque.
 
     FILE is what `strainwave read-log` reads: CSV in any dialect, .npz, .mat, .parquet or .mf4; it needs no time.
     """

@@ -46,7 +46,7 @@ YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
 def identify_drive(
     project: Path, files: tuple[Path, ...], free: str | None, between: Any, output: Path, as_json: bool, **reading: Any
 ) -> None:
-    """Find numbers of a drive from logs of the angles of its motor and its load.
+    """Find numbers of a drive in logs of its two angles.
 
     PROJECT is a project file with the first guess; FILES are logs as `strainwave read-log` reads them, with a time,
     motor_angle and load_angle. The project file that is written has the numbers found, and their uncertainty as its

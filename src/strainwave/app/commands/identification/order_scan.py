@@ -39,7 +39,7 @@ def order_scan(
     files: tuple[Path, ...], channel: str | None, angle: str | None, orders: str | None, highest: float | None,
     output: Path | None, as_json: bool, **reading: Any,
 ) -> None:  # fmt: skip
-    """Find the orders of a quantity that was logged while a shaft turned, and tell orders from frequencies.
+    """Find the orders of a quantity in logs.
 
     FILES are logs as `strainwave read-log` reads them; their stretches of constant speed are taken, all together. Two
     speeds tell an order from a frequency, and a delay from a phase.

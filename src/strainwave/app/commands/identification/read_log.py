@@ -27,7 +27,7 @@ CSV, SVG = "log.csv", "log.svg"
 def read_log(
     file: Path, output: Path | None, names: str | None, columns: dict[str, str], as_json: bool, **reading: Any
 ) -> None:
-    """Read a log of measured channels and say what is in it: units, rate, gaps, segments, doubts.
+    """Read a log and say what is in it, and what is doubtful.
 
     FILE is CSV in any dialect, .npz, .mat, .parquet or .mf4. Angles and speeds of the load count on the output shaft.
     """
