@@ -107,6 +107,7 @@ EXCITATIONS = {
 
 ERRORS = {
     "KinematicError": sw.KinematicError((sw.Line(2, 0.1), sw.Line(4, 0.02, 0.7))),
+    "KinematicError, two turns": sw.KinematicError((sw.Line(2.0, 0.1), sw.Line(2.0 - 2.0 / 51.0, 0.02, 0.7))),
     "NoError": sw.NoError(),
 }
 

@@ -65,6 +65,14 @@ def test_a_right_file_resolves_to_si(written):
     assert project.text == GOOD
 
 
+def test_a_line_of_two_turns_has_the_sum_of_its_orders(written):
+    lines = "[{order: {wave_generator: 2, output: -2}, amplitude: 5 arcsec}, {order: {output: 3}, amplitude: 1 arcsec}]"
+    project = read_project(written(GOOD.replace("[{order: 2, amplitude: 23 arcsec}]", lines)))
+    assert project.kinematic_error.orders() == pytest.approx((2.0 - 2.0 / 50.0, 3.0 / 50.0), rel=1e-15)
+    with pytest.raises(ValueError, match=r"the order 0\.06 is not an integer"):
+        project.response()
+
+
 def test_a_limit_of_the_oscillation_is_read_in_any_unit_of_angle(written):
     assert read_project(written(GOOD)).limit is None
     assert read_project(written(GOOD + "limit: {oscillation: 1 arcmin}\n")).limit == pytest.approx(
@@ -426,6 +434,15 @@ WRONG = [
         "7:29",
         "excitation.kinematic_error[0].order",
         "'2.5' is not a whole number; write how often",
+    ),
+    ("order: 2", "order: {wave_generator: 2}", "7:29", "excitation.kinematic_error[0].order.output", "is missing"),
+    ("order: 2", "order: {output: -1}", "7:29", "excitation.kinematic_error[0].order", "repeats backwards"),
+    (
+        "[{order: 2,",
+        "[{order: 2, amplitude: 1 arcsec}, {order: {wave_generator: 1, output: 50},",
+        "7:62",
+        "excitation.kinematic_error[1].order",
+        "repeats 100 times per output turn, as line 0 does; add the two",
     ),
     ("order: 2", "order: [2]", "7:29", "excitation.kinematic_error[0].order", "a list is not a whole number"),
     ("order: 2, ", "", "7:21", "excitation.kinematic_error[0].order", "is missing; write for example 'order: 2'"),

@@ -22,8 +22,10 @@ WITH_LOOP = DRIVE._replace(law=YIELDING).train(
     motor_drag=sw.laws.LuGre(1e3, 1.0, 0.01, 0.1, 0.15, 0.5),
     load_drag=sw.train.AngleTorque(40.0, 1, 0.2),
 )
+TWO_TURNS = sw.KinematicError((sw.Line(2, 1e-4, 0.3), sw.Line(2 - 2 / 50, -1e-5), sw.Line(3 / 50, 2e-5, 0.1)))
 TRAINS = {
     "loop": WITH_LOOP,
+    "two turns": WITH_LOOP._replace(error=TWO_TURNS),
     "coupling": WITH_LOOP._replace(load=sw.train.Elastic(0.1, 5.0, sw.Cubic(4e5, 0.1), WITH_LOOP.load)),
     "two couplings": WITH_LOOP._replace(
         load=sw.train.Elastic(0.1, 5.0, sw.Cubic(4e5, 0.1), sw.train.Elastic(0.2, 0.0, sw.Linear(1e5), WITH_LOOP.load))

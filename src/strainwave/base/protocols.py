@@ -339,12 +339,12 @@ def state_count(system: Any) -> int:
     return len(names_of(system)) or 2
 
 
-def orders_of(thing: Any) -> tuple[int, ...]:
+def orders_of(thing: Any) -> tuple[float, ...]:
     """Orders of a system, an excitation or an error on the base angle: none where they are not known."""
     return () if lacking(thing, "orders") else tuple(thing.orders())
 
 
-def joint_orders(*parts: Any) -> tuple[int, ...]:
+def joint_orders(*parts: Any) -> tuple[float, ...]:
     """Orders of several parts, rising, each once."""
     return tuple(sorted({order for part in parts for order in orders_of(part)}))
 

@@ -36,6 +36,7 @@ AngularJerk = Annotated[float, "rad/s**3"]
 Ratio = Annotated[float, ""]
 Time = Annotated[float, "s"]
 Rate = Annotated[float, "1/s"]
+Order = Annotated[Any, ""]  # an int, or a float that is not whole
 
 LARGEST = (
     1e60  # of every parameter, and 1/LARGEST the smallest that is not 0: its powers in a formula still fit a float
@@ -79,12 +80,15 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
     if get_origin(hint) is tuple:
         if is_model(value) or not isinstance(value, list | tuple):
             raise TypeError(f"{field} must be a tuple, not {shown(value)}; write a single item as (item,)")
-        return tuple(_as_annotated(item, get_args(hint)[0], field) for item in value)
+        return _of_one_kind(tuple(_as_annotated(item, get_args(hint)[0], field) for item in value))
     if _is_float(hint):
         if not isinstance(value, Real):
             raise TypeError(f"{field} must be a number, not {shown(value)}")
         return _as_float(field, value)
-    if hint is int:
+    if hint == Order and isinstance(value, Real) and not isinstance(value, bool):
+        whole = _as_float(field, value)
+        return int(whole) if _is_whole(value) else whole
+    if hint == Order or hint is int:
         if not _is_whole(value):
             base = "; take a base angle on which it is, for a gear the output turn" if field.endswith(".order") else ""
             raise ValueError(f"{field} must be a whole number, not {shown(value)}{base}")
@@ -95,6 +99,15 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
         raise TypeError(f"{field} must be a {hint.__name__}, not {shown(value)}")
     return _floated(value) if is_model(value) else value
+
+
+def _of_one_kind(items: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Models of one class with equal kinds of numbers, which compiled code loops over: floats where one has a float."""
+    if len({type(item) for item in items}) > 1 or len({tuple(map(type, item)) for item in items if is_model(item)}) < 2:
+        return items
+    rows = zip(*items, strict=True)
+    columns = [map(float, row) if {*map(type, row)} == {int, float} else row for row in rows]
+    return tuple(type(items[0])(*row) for row in zip(*columns, strict=True))
 
 
 def _refuse_deep(model: Any) -> None:

@@ -1,5 +1,6 @@
 """What the error equations leave out: both reductions of a drive against the whole drive train, over the speed."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -161,7 +162,7 @@ def compare_with_train(
 
 def error_slope(train: DriveTrain) -> float:
     """Largest N |e'| of a train, how far the ratio of its gear varies, relative to 1/N."""
-    highest = max((1, *orders_of(train.error)))
+    highest = math.ceil(max((1, *orders_of(train.error))))
     phase = 2.0 * np.pi * np.arange(SAMPLES * highest) / (SAMPLES * highest)
     return float(train.N * np.max(np.abs(train.error.slope(phase))))
 

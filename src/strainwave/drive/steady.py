@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.results import Floats, Status, Trajectory
+from ..numerics.balance.harmonics import highest_order
 from ..numerics.integration.methods import Dopri5
 from ..numerics.integration.simulate import simulate
 from .response import settling_time
@@ -158,7 +159,7 @@ def finished_or_interrupted(run: Trajectory) -> Trajectory:
 def _lap(system: Any, start: tuple[float, ...], period: int, method: Dopri5) -> Trajectory:
     """One span of the motion, in samples fit for its spectrum."""
     length = 2.0 * math.pi / system.omega * period
-    order = max((1, *system.orders()))
+    order = highest_order(system)
     grid = np.linspace(0.0, length, SAMPLES * max(period, order) + 1)
     return finished_or_interrupted(simulate(system, start, grid, method=method))
 

@@ -6,7 +6,7 @@ from typing import Any
 from ..base.law import depends, spring_stiffness
 from ..base.quantities import checked
 from ..model.gears.gear import Gear
-from .fields.groups import CATALOGUE, Radians
+from .fields.groups import CATALOGUE, OrderPair, Radians
 from .fields.schema import CURVE_COLUMNS, ExplicitGear, ProjectSpec
 from .variants.names import nominal_of
 from .yaml_text import Keys
@@ -114,8 +114,29 @@ def _excitation(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, st
     amplitudes = [line.amplitude for line in driven.kinematic_error]
     amplitudes += [line.amplitude for torque in torques for line in torque.lines]
     yield from _accuracy(spec, gear)
+    yield from _pairs(spec, gear)
     if not any(amplitudes) and driven.accuracy is None:
         yield ("excitation",), NOTHING_DRIVES
+
+
+def _pairs(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """Lines of two turns that are no line, or that another line is too."""
+    ratio = gear.ratio if gear is not None else getattr(spec.gear, "ratio", None)
+    lines, field = spec.excitation.kinematic_error, ("excitation", "kinematic_error")
+    if ratio is None or not any(isinstance(line.order, OrderPair) for line in lines):
+        return
+    if spec.speed is not None and spec.speed.shaft == "forcing":
+        yield (
+            field,
+            "has a line of the output's turn, and the speeds are the forcing's; write 'shaft: motor' under speed",
+        )
+    orders = [round(ratio * line.line(ratio).order, 6) for line in lines]
+    for i, order in enumerate(orders):
+        if order <= 0.0:
+            yield (*field, i, "order"), "repeats backwards; change all signs, that of its phase too"
+        elif order in orders[:i]:
+            before = orders.index(order)
+            yield (*field, i, "order"), f"repeats {order:g} times per output turn, as line {before} does; add the two"
 
 
 def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:

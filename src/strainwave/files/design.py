@@ -12,7 +12,7 @@ from ..model.gears import catalogue
 from ..study.design.result import Candidate
 from ..study.design.specification import DutySegment, Specification
 from .fields.entries import EXAMPLE_LOOP, Loop
-from .fields.groups import CATALOGUE, TORQUE, ErrorLine, ExcitationSpec, LoadTorqueSpec, ascending
+from .fields.groups import CATALOGUE, TORQUE, ErrorLine, ExcitationSpec, LoadTorqueSpec, OrderPair, ascending
 from .fields.kinds import Items, Quantity, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
 from .fields.schema import INERTIA, SPEED, TITLE, DampingSpec, LimitSpec, LoadSpec, MotorSpec, ProjectSpec, SpeedSpec
@@ -106,6 +106,8 @@ class ErrorSpec(Group):
         """Refuse both."""
         if self.accuracy is not None and self.kinematic_error:
             yield Wrong((), "gives an accuracy and the lines of a kinematic error; write one of them")
+        if any(isinstance(line.order, OrderPair) for line in self.kinematic_error):
+            yield Wrong(("kinematic_error",), "has a line of the output's turn, and gears of a design differ in ratio")
 
 
 class SpecificationSpec(Group):
@@ -166,7 +168,7 @@ def _contradictions(spec: SpecificationSpec) -> Iterator[tuple[Keys, str]]:
 
 
 def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
-    lines = tuple(line.line for line in spec.excitation.kinematic_error)
+    lines = tuple(line.line() for line in spec.excitation.kinematic_error)
     accuracy = spec.excitation.accuracy
     low = spec.speed.from_ or FROM_REST * spec.speed.to
     begin = () if spec.speed.from_ else (REST_NOTE.format(f"{low / RPM:.4g} rpm at the load"),)

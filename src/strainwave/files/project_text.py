@@ -97,7 +97,7 @@ def project_text(
         damping=DampingSpec(B=train.B),
         speed=_speed(train.omega if omega is None else omega),
         excitation=ExcitationSpec(
-            kinematic_error=_error(train.error),
+            kinematic_error=_error(train.error, train.N),
             motor_torque=_torque("the motor", train.motor.excitation),
             load_torque=_torque("the load", train.load.end().excitation),
         ),
@@ -167,7 +167,7 @@ def _parts(project: Project) -> dict[str, Any]:
         "stiffness": project.stiffness and StiffnessSpec(ripples=project.stiffness),
         "speed": _speeds(project.speeds),
         "excitation": ExcitationSpec(
-            kinematic_error=_error(project.kinematic_error),
+            kinematic_error=_error(project.kinematic_error, drive.N),
             motor_torque=None if free is None else _torque("the motor", free),
             load_torque=_torque("the load", load, project.mean_range),
         ),
@@ -256,9 +256,9 @@ def _torque(where: str, torque: object, means: tuple[float, float] | None = None
     return found if found.given else None
 
 
-def _error(error: object) -> list[ErrorLine] | None:
+def _error(error: object, ratio: float) -> list[ErrorLine] | None:
     if error is None or isinstance(error, NoError):
         return None
     if not isinstance(error, KinematicError):
         raise ValueError(f"a project file holds lines of a kinematic error, not {shown(error)}; use it in Python")
-    return [ErrorLine.of(line) for line in error.lines]
+    return [ErrorLine.of(line, ratio) for line in error.lines]

@@ -52,7 +52,7 @@ def resolved(
         accuracy = None if gear is None else gear.accuracy
     drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
     drive = drive._replace(B=damping(spec, drive))
-    error, through = kinematic_error(spec, accuracy), speeds(spec.speed, ratio)
+    error, through = kinematic_error(spec, accuracy, ratio), speeds(spec.speed, ratio)
     varies = spec.damping.varies or spec.stiffness is not None
     whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
     project = Project(
@@ -88,12 +88,12 @@ def resolved(
     return replace(project, notes=facts)
 
 
-def kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError | None:
+def kinematic_error(spec: ProjectSpec, accuracy: float | None, ratio: float) -> KinematicError | None:
     """Lines of the file, or those of an accuracy class [rad]."""
     if accuracy is not None:
         return accuracy_spectrum(accuracy)
-    error = tuple(line.line for line in spec.excitation.kinematic_error)
-    return KinematicError(error) if error else None
+    error = tuple(line.line(ratio) for line in spec.excitation.kinematic_error)
+    return checked(KinematicError(error)) if error else None
 
 
 def speeds(spec: SpeedSpec, ratio: float) -> Speeds:

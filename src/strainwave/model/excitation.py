@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.protocols import scaled
-from ..base.quantities import Angle, Torque
+from ..base.quantities import Angle, Order, Torque
 from ..maths import cos, sin
 
 HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
 
 
-def _refuse_high(name: str, order: int) -> None:
+def _refuse_high(name: str, order: float) -> None:
     if order > HIGHEST:
         raise ValueError(f"{name}.order is {order}; it must be at most {HIGHEST}")
 
@@ -158,16 +158,20 @@ class Driven(NamedTuple):
 
 
 class Line(NamedTuple):
-    """One line of a kinematic-error spectrum: amplitude cos(order * angle + phase), output side."""
+    """One line of a kinematic-error spectrum: amplitude cos(order * angle + phase), output side.
 
-    order: int
+    A line of the output's turn, or of both turns, has an order that is not whole: j + k/N repeats j times per turn of
+    the wave generator and k times per turn of the output, 2 - 2/N against a spline that turns with the output.
+    """
+
+    order: Order
     amplitude: Angle
     phase: Angle = 0.0
 
     def check(self) -> None:
-        """Refuse an order below 1 (ValueError)."""
-        if self.order < 1:
-            raise ValueError(f"Line.order is {self.order}; it must be at least 1 (a constant error has no effect)")
+        """Refuse an order that is not above 0 (ValueError)."""
+        if not self.order > 0:
+            raise ValueError(f"Line.order is {self.order}; it must be above 0 (a constant error has no effect)")
         _refuse_high("Line", self.order)
 
 
@@ -203,7 +207,7 @@ class KinematicError(NamedTuple):
             total = total - line.amplitude * line.order * line.order * cos(line.order * angle + line.phase)
         return total
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """The orders of all lines."""
         return tuple(line.order for line in self.lines)
 

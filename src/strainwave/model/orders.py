@@ -22,6 +22,7 @@ from ..base.sentences import on_screen
 from .excitation import Harmonic, Harmonics, KinematicError
 
 LARGEST_RATIO = 10_000
+SAME_ORDER = 1e-9
 
 
 @dataclass(frozen=True)
@@ -165,6 +166,24 @@ def on_output_turn(excitation: Any, N: float) -> Any:
         case _:
             raise TypeError(f"{shown(excitation)} has no orders; give a KinematicError, a Harmonic or Harmonics")
     return checked(moved)
+
+
+def order_pair(order: float, N: float) -> tuple[int, int]:
+    """Repeats (j, k) per turn of the wave generator and of the output of an order j + k/N, the smallest |k| of all.
+
+    Raises
+    ------
+    ValueError
+        If the order is no such sum with |k| up to half the ratio.
+    """
+    for k in sorted(range(-int(0.5 * N), int(0.5 * N) + 1), key=abs):
+        j = round(order - k / N)
+        if abs(order - j - k / N) <= SAME_ORDER:
+            return j, k
+    raise ValueError(
+        f"the order {order:.6g} is no whole number of repeats per turn of the wave generator and of the output, whose "
+        f"ratio is {N:g}; write it as j + k/{N:g}, or integrate"
+    )
 
 
 def _whole_ratio(N: float) -> int:

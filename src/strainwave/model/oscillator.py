@@ -55,7 +55,7 @@ class Oscillator(NamedTuple):
         """Names of the states, in order."""
         return ("x", "x'", *(f"z{i + 1}" for i in range(states_of(self.law))))
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """Orders of the excitation and of the kinematic error on the base angle."""
         return joint_orders(self.excitation, self.error)
 

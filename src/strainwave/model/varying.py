@@ -52,7 +52,7 @@ class Variation(NamedTuple):
             total = total - ripple.depth * ripple.order * sin(ripple.order * angle + ripple.phase)
         return total
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """The orders of all ripples."""
         return tuple(ripple.order for ripple in self.ripples)
 
@@ -80,7 +80,7 @@ class NoVariation(NamedTuple):
         """Derivative 0 [1/rad]."""
         return 0.0 * angle
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """None."""
         return ()
 
@@ -118,7 +118,7 @@ class GearDamping(NamedTuple):
         thinned = self.fast + (1.0 - self.fast) * (1.0 - r * r) / (w * w)
         return self.B * exp(-self.per_kelvin * self.warming) * self.variation.value(angle) * thinned
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """Orders of the variation."""
         return tuple(self.variation.orders())
 
@@ -185,7 +185,7 @@ class VaryingOscillator(NamedTuple):
         """Names of the states, in order."""
         return ("x", "x'")
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """Orders of the excitation, the kinematic error, the stiffness and the damping on the base angle."""
         return joint_orders(self.excitation, self.error, self.variation, self.damping)
 

@@ -49,6 +49,30 @@ def test_train_is_what_lagrange_gives_with_kinematic_error():
         assert sp.expand(sp.nsimplify(exact.subs(torque) - found)) != 0
 
 
+def test_lines_of_two_turns_and_gravity_run_as_their_own_equations():
+    N, J_m, J_l, K, B, omega = 51.0, 2e-4, 1.3, 2e4, 2.0, 90.0
+    error = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / N, 8e-5, 0.3)))
+    load = sw.train.Load(J_l, drag=sw.train.AngleTorque(30.0, 1, 0.2))
+    motor = sw.train.Motor(J_m, control=sw.train.PositionLoop(40.0, 0.3))
+    train = sw.DriveTrain(motor, N, B, sw.Cubic(K, 5e3), load, omega, error)
+    orders, sizes, phases = np.array([2.0, 2.0 - 2.0 / N]), np.array([1e-4, 8e-5]), np.array([0.0, 0.3])
+
+    def rates(t, y):
+        x, v, d, w = y
+        angle = orders * (omega * t + d) + phases
+        u, slope = x - sizes @ np.cos(angle), -(sizes * orders) @ np.sin(angle)
+        torque = K * (u + 5e3 * u**3) + B * (v - slope * (omega + w))
+        fast = (-(1.0 / N - slope) * torque - 40.0 * d - 0.3 * w) / J_m
+        slow = (torque - 30.0 * np.sin((omega * t + d) / N - x + 0.2)) / J_l
+        return [v, fast / N - slow, w, fast]
+
+    t = np.linspace(0.0, 2.0 * np.pi * N / omega, 300)
+    run = sw.simulate(train, (0.0,) * 4, t, method=TIGHT)
+    own = solve_ivp(rates, t[[0, -1]], (0.0,) * 4, "DOP853", t_eval=t, rtol=1e-12, atol=1e-16)
+    size = np.max(np.abs(own.y), axis=1, keepdims=True)
+    np.testing.assert_allclose(run.y / size, own.y / size, rtol=0, atol=1e-9)
+
+
 def test_free_error_equation_is_the_train_without_kinematic_error_symbolically():
     J_m, J_l, N, B, K, alpha, w, c, d = sp.symbols("J_m J_l N B K alpha omega c d", positive=True)
     x, v, theta, rate, phase = sp.symbols("x v theta r phi", real=True)

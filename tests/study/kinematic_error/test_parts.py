@@ -99,7 +99,7 @@ def test_orders_that_share_no_turn_are_refused_in_one_sentence(verb):
 
 def test_a_line_of_output_order_on_the_motor_turn_is_refused_with_the_remedy():
     system = linear(1.0)._replace(error=sw.KinematicError((sw.Line(1 / 50, 1e-5),)))
-    with pytest.raises(ValueError, match=r"Line\.order must be a whole number, not 0\.02; .* the output turn"):
+    with pytest.raises(ValueError, match=r"the order 0\.02 is not an integer, .* the turn of its output"):
         sw.find_orbit(system)
 
 

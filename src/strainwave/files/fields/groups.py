@@ -12,6 +12,7 @@ from ...base.quantities import checked
 from ...drive.asked import MotorLimits, curve_fault
 from ...model.controllers.closed_loop import Sampling
 from ...model.excitation import Line
+from ...model.orders import order_pair
 from ..yaml_text import shown
 from .kinds import (
     FILE_NAME,
@@ -29,7 +30,7 @@ from .kinds import (
     number,
     read,
 )
-from .rows import Fields, Group, Points, field, needed, rows_of
+from .rows import Fields, Group, Points, field, needed
 
 MOST_LINES = 64
 CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
@@ -48,29 +49,47 @@ def ascending(low: float, high: float, what: str) -> Iterator[Wrong]:
         yield Wrong(("to",), f"the range does not ascend; write the smaller {what} after 'from'")
 
 
+class OrderPair(Group):
+    """Order of a line of two turns, the wave generator's and the output's: the sum of what it repeats in either."""
+
+    wave_generator: int = field(Whole(0, 1000, beyond="is not between 0 and 1000"), "2",
+        "Repeats per turn of the wave generator.", 0)  # fmt: skip
+    output: int = needed(Whole(-10_000, 10_000, beyond="is not between -10000 and 10000"), "-2",
+        "Repeats per turn of the output: negative against a part that turns with it.")  # fmt: skip
+
+
 class ErrorLine(Group):
     """One line of the kinematic error."""
 
-    order: int = needed(ORDER, "2", "How often the line repeats per turn of the base angle.")
+    order: int | OrderPair = needed(Either(ORDER, Fields(OrderPair)), "2",
+        "Repeats per turn of the base angle; of two turns {wave_generator: 2, output: -2}.")  # fmt: skip
     amplitude: float = needed(Quantity("rad", "not negative"), "23 arcsec", "Amplitude of the line, 0-to-peak.")
     phase: float = field(PHASE, "90 deg", "Phase of its cosine.", 0.0)
 
-    @property
-    def line(self) -> Line:
-        """The line as an object of the model."""
-        return Line(self.order, self.amplitude, self.phase)
+    def line(self, ratio: float = math.nan) -> Line:
+        """The line as an object of the model, in a gear of that ratio."""
+        of = self.order
+        order = of.wave_generator + of.output / ratio if isinstance(of, OrderPair) else of
+        return Line(order, self.amplitude, self.phase)
 
     @classmethod
-    def of(cls, line: Any) -> "ErrorLine":
+    def of(cls, line: Any, ratio: float = math.nan) -> "ErrorLine":
         """A line with a size, the phase moved by half a turn where the amplitude is negative."""
-        phase = line.phase if line.amplitude >= 0.0 else line.phase + math.pi
-        return cls(order=line.order, amplitude=abs(line.amplitude), phase=phase or None)
+        phase, order = line.phase if line.amplitude >= 0.0 else line.phase + math.pi, line.order
+        if order % 1:
+            turns = order_pair(order, ratio)
+            order = OrderPair(wave_generator=turns[0] or None, output=turns[1])
+        return cls(
+            order=order if isinstance(order, OrderPair) else int(order),
+            amplitude=abs(line.amplitude),
+            phase=phase or None,
+        )
 
 
 class TorqueLine(ErrorLine):
     """One line of a torque."""
 
-    order: int = rows_of(ErrorLine)["order"]._replace(example="1")  # type: ignore[assignment]
+    order: int = needed(ORDER, "1", "How often the line repeats per turn of the base angle.")
     amplitude: float = needed(Quantity("N*m", "not negative"), "0.1 N*m", "Amplitude of the line, 0-to-peak.")
 
 

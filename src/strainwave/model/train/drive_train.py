@@ -226,7 +226,7 @@ class DriveTrain(NamedTuple):
             *behind,
         )
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """Orders of the motor's torque and, with the motor at the base angle, of the kinematic error."""
         error = self.error if isinstance(self.reference, Steady) else NoError()
         return joint_orders(self.motor.excitation, error)

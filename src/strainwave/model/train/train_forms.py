@@ -74,7 +74,7 @@ class SteadyTrain(NamedTuple):
         """Names of the states, in order."""
         return ("x", "x'", "w", "p", *self.train.state_names()[4:])
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """Orders of the motor's torque and of the kinematic error."""
         return self.train.orders()
 
@@ -202,7 +202,7 @@ class AtLoad(NamedTuple):
         """What vanishes where its laws are not smooth, as of the train itself."""
         return turning(self).kinks(phase, own_state(self, y))
 
-    def orders(self) -> tuple[int, ...]:
+    def orders(self) -> tuple[float, ...]:
         """Orders of the torques and of the kinematic error."""
         return tuple(sorted({*self.train.orders(), *self.train.load.end().excitation.orders()}))
 

@@ -57,11 +57,11 @@ def most_harmonics(system: Any) -> int:
 
 def highest_order(system: Any) -> int:
     """Highest order of the excitation and the kinematic error on the base angle; 1 where the system does not say."""
-    return max((1, *orders_of(system)))
+    return max((1, *whole_orders(system)))
 
 
-def _whole_orders(system: Any) -> None:
-    """Refuse orders that do not repeat with the base angle (a user's own excitation may have such)."""
+def whole_orders(system: Any) -> tuple[int, ...]:
+    """Orders of a system; refuse those that do not repeat with the base angle, as of lines of the output's turn."""
     orders = orders_of(system)
     for order in orders:
         if order != int(order):
@@ -69,6 +69,7 @@ def _whole_orders(system: Any) -> None:
                 f"the order {order:.6g} is not an integer, so the motion does not repeat with the base angle; take "
                 "one on which all orders are whole (for a gear the turn of its output), or integrate with simulate"
             )
+    return tuple(map(int, orders))
 
 
 def starting_harmonics(system: Any, harmonics: int | None, period: int, points: int = 1) -> int:
@@ -91,7 +92,6 @@ def starting_harmonics(system: Any, harmonics: int | None, period: int, points: 
         If one of them or an order is not an integer of at least 1, or H is too small for the highest order or above
         1000.
     """
-    _whole_orders(system)
     period = positive_count("period", period, LARGEST)
     positive_count("points", points)
     highest = highest_order(system)

@@ -11,6 +11,7 @@ from ...compile.tree import leaf_of
 from ..balance.choice import balance_of
 from ..balance.first_order import FirstOrder, first_order
 from ..balance.fourier import distances, stretched
+from ..balance.harmonics import highest_order
 from ..balance.rates import rates_at
 from ..balance.truncation import MATTERS, Tail
 from ..continuation.trace import Trace
@@ -31,7 +32,7 @@ def traced_turn(
 
     What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
     """
-    leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
+    leaf, top = leaf_of(system, "omega"), highest_order(system)
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
     small: Any = balance_of(middle, leaf, leaf, top)
     general = isinstance(small, FirstOrder)

@@ -22,6 +22,7 @@ from ...base.protocols import lacking
 from ...base.quantities import shown
 from ...base.results import Floats
 from ...base.sentences import Angle, Sentence, Speed
+from ...numerics.balance.harmonics import highest_order
 from ...numerics.loading import loaded_state
 
 Complexes = NDArray[np.complex128]
@@ -220,7 +221,7 @@ def real_matrix(by_re: Any, by_im: Any) -> Floats:
 def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Complexes]:
     """Mean torque [N*m], orders and complex amplitudes of torque and kinematic error, from samples of one turn."""
     declared = all(not part or not lacking(part, "orders") for part in (system.excitation, system.error))
-    highest = max((1, *(abs(k) for k in system.orders()))) if declared else 500
+    highest = highest_order(system) if declared else 500
     n = 1 << math.ceil(math.log2(8 * highest + 64))
     theta = 2.0 * np.pi * np.arange(n) / n
     torque = np.fft.rfft(np.broadcast_to(system.excitation.torque(theta), n)) / n

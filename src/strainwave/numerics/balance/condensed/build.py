@@ -32,11 +32,12 @@ def condensed(
     folded : bool
         Whether an orbit may be taken to repeat as often in a turn as what drives it.
     """
+    top = highest_order(system)
     part = linear_part_of(system) if leaf in (omega_leaf, STRENGTH) else None
     lines = None if part is None else lines_of_error(part.error)
     if part is None or lines is None:
         return None
-    every = repeats(part, highest_order(system)) if folded and turns == 1 else 1
+    every = repeats(part, top) if folded and turns == 1 else 1
     return assembled(system, part, lines, leaf, omega_leaf, max(1, harmonics // every), turns, every)
 
 
