@@ -179,6 +179,14 @@ TRAINS = {
             0.2, control=around(sw.train.CascadeLoop(0.5, 0.3, 2.0), 0.1, (sw.train.NotchFilter(9.0, 3.0),), 5.0)
         )
     ),
+    "encoder of the load": PLAIN_TRAIN._replace(
+        motor=sw.train.Motor(0.2, control=around(sw.train.CascadeLoop(0.1, 0.3, 2.0), encoder="load"))
+    ),
+    "both encoders": PLAIN_TRAIN._replace(
+        motor=sw.train.Motor(
+            0.2, control=around(sw.train.CascadeLoop(0.1, 0.3, 2.0), encoder="both", mixing_frequency=0.4)
+        )
+    ),
     "everything": sw.DriveTrain(
         sw.train.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["LuGre"], sw.train.SpeedLoop(0.3, 0.2, 0.05)),
         3.0,

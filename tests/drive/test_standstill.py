@@ -50,6 +50,15 @@ def test_an_integrator_takes_the_motor_to_its_reference_and_the_gear_alone_winds
     assert not found.hunts
 
 
+@pytest.mark.parametrize(("encoder", "mixing"), [("load", 0.0), ("both", 50.0)])
+def test_with_an_encoder_on_the_load_the_integrator_takes_the_load_to_its_reference(encoder, mixing):
+    gains = sw.train.CascadeLoop(3.0, (J_M + J_L / N**2) * BANDWIDTH, 0.05)
+    found = sw.study.standstill(elbow(around(gains, encoder=encoder, mixing_frequency=mixing)))
+    assert found.integrates
+    assert np.abs(found.error) == pytest.approx(0.0, abs=1e-6 * ARCSEC)
+    assert found.sag == pytest.approx((twist(G), twist(G)), rel=1e-6)  # the motor goes on by the twist of the gear
+
+
 def test_gravity_of_an_angle_sags_by_what_it_takes_at_every_angle():
     control = loop("position")
     train = elbow(control, load=sw.train.AngleTorque(60.0))  # beside 110 N*m at every angle

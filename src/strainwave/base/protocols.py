@@ -89,7 +89,9 @@ class LinearPart(Protocol):
     per_speed: Floats
     """Constant torques (n,) per speed of the base angle [N*m*s/rad]: drag at the mean speed."""
     loose: int
-    """The coordinate whose mean is 0, whatever its mean torque is: nothing holds it, or an integral. -1: none."""
+    """The coordinate whose mean torque is not asked: nothing holds it, or an integral. -1: none."""
+    zero_mean: Floats
+    """(n,): the sum of the coordinates whose mean is 0 instead."""
     integral: Floats
     """Means (n,) of the coordinates of a control that integrates, for each N*m of that torque; 0 of another."""
     values: Floats

@@ -33,7 +33,7 @@ from ..model.train.controls import (
     with_core,
 )  # fmt: skip
 from ..model.train.drive_train import DriveTrain, coupling_twist
-from ..model.train.filters import Filtered, PositionIntegral
+from ..model.train.filters import Filtered, LoadEncoder, MixedEncoders, PositionIntegral
 from ..model.train.train_forms import SteadyTrain
 from ..numerics.shooting import find_orbit
 from .operating_point import operating_state
@@ -225,6 +225,9 @@ def motor_name(control: Any, inertia: float) -> str:
         return f"{motor_name(control.loop, inertia)}, lag {1e3 * control.lag:.4g} ms"
     if isinstance(control, PositionIntegral):
         return f"{motor_name(control.loop, inertia)}, T_p {1e3 * control.T_p:.4g} ms"
+    if isinstance(control, LoadEncoder | MixedEncoders):
+        mixed = f"both encoders, mixed at {control.frequency / HERTZ:.4g} Hz" if len(control) > 1 else ""
+        return f"{motor_name(control.loop, inertia)}, position by {mixed or 'the encoder of the load'}"
     if isinstance(control, Filtered):
         kind = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", type(control.filter).__name__.removesuffix("Filter")).lower()
         at = control.filter.frequency / HERTZ

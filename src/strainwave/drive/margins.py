@@ -34,7 +34,7 @@ class MotorLoop:
     """
 
     def __init__(self, train: DriveTrain, at: ArrayLike | None, speed: float) -> None:
-        self.closed = state_space(train, at=at, speed=speed)
+        self.train, self.closed = train, state_space(train, at=at, speed=speed)
         control = train.motor.control
         kept = np.array([not name.startswith("control z") for name in self.closed.states])
         free = train._replace(motor=train.motor._replace(control=FREE))
@@ -48,8 +48,11 @@ class MotorLoop:
     def __call__(self, omega: ArrayLike) -> Complexes:
         """Open loop (n,) at frequencies [rad/s]; 1 + L = 0 is the closed loop's characteristic equation."""
         at = np.atleast_1d(np.asarray(omega, float))
-        angle = self.plant.response(at)[self.plant.outputs.index("motor deviation"), 0]
-        return np.asarray(control_response(self.own, at) * angle)
+        response, N = self.plant.response(at)[:, 0], self.train.N
+        angle, error = [response[self.plant.outputs.index(name)] for name in ("motor deviation", "error")]
+        by_angle, by_speed = control_response(self.own, at)
+        seen = angle - N * error if hasattr(self.train.motor.control, "at_load") else angle
+        return np.asarray(by_angle * seen + by_speed * angle)
 
     def frequencies(self) -> Floats:
         """Frequencies [rad/s], ascending, close around resonances and antiresonances."""
@@ -163,12 +166,12 @@ def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.
     return Margins(gains, phase_margins, phases, factors, loop.closed.stable)
 
 
-def control_response(parts: tuple[Any, ...], omega: Floats) -> Complexes:
-    """Torque (n,) of a `linear_control` against a deviation of the motor, at frequencies [rad/s]."""
+def control_response(parts: tuple[Any, ...], omega: Floats) -> tuple[Complexes, Complexes]:
+    """Torques (n,) of a `linear_control` against an angle as it sees it and against that of the motor, by its speed."""
     by_angle, by_speed, inertia, A, B, C = parts
     s = 1j * omega
-    inner = np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B[:, :1] + s[:, None, None] * B[:, 1:])
-    return np.asarray(by_angle + s * by_speed + s * s * inertia + (C @ inner)[:, 0, 0])
+    inner = (C @ np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B + 0j))[:, 0]
+    return by_angle + inner[:, 0], s * (by_speed + s * inertia + inner[:, 1])
 
 
 def around_poles(poles: Complexes, places: Floats) -> Floats:

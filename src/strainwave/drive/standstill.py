@@ -246,9 +246,9 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     def spare(y: Floats) -> Floats:
         return np.abs(pull(y)) - T
 
-    core = core_of(train.motor.control)
+    core, middle = core_of(train.motor.control), float(state[2])
     state[2] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # its torque is twice what breaks it away
-    time, places, times = 0.0, [float(state[2])], [0.0]
+    time, places, times = 0.0, [float(state[2]) - middle], [0.0]
     for slips in range(1, SLIPS + 1):
         passed, state = _until(stuck, state, span, spare)
         if passed == inf:
@@ -256,7 +256,7 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
         sign = float(np.sign(pull(state)))
         lasted, state = _until(_sliding(train, sign), state, span, partial(_back, sign))
         state[3], time = 0.0, time + passed + lasted
-        places, times = [*places, float(state[2])], [*times, time]
+        places, times = [*places, float(state[2]) - middle], [*times, time]
         ways = np.abs(np.diff(places))
         if np.max(ways[-4:]) < SMALL * np.max(ways):
             return nan, nan, False, slips

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.compile.tree import leaf_of
+from strainwave.model.train.filters import around
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.condensed.problem import Condensed
 from strainwave.numerics.balance.first_order import FirstOrder, first_order, linearised
@@ -29,12 +30,15 @@ def train(control, law=CUBIC, error=ERROR, coupling=None, mean=-20.0, lines=(3,)
     )
 
 
+CASCADE = sw.train.CascadeLoop(20.0, 0.3, 0.05)
 LOOP = sw.train.PositionLoop(30.0, 0.5)
 TRAINS = {
     "held": train(sw.train.Held(), THREE),
     "loop without error": train(LOOP, THREE, sw.NoError(), sw.Linear(1.5e5)),
     "speed loop": train(sw.train.SpeedLoop(0.5, 20.0, 1e-5), THREE, ERROR, sw.Linear(1.5e5)),
     "law of the coupling": train(LOOP, CUBIC, ERROR, THREE),
+    "encoder of the load": train(around(CASCADE, encoder="load"), CUBIC, ERROR, sw.Linear(1.5e5)),
+    "both encoders": train(around(CASCADE, 4e-4, T_p=0.2, encoder="both", mixing_frequency=50.0), THREE, ERROR, THREE),
 }
 
 

@@ -103,6 +103,8 @@ LOOPS = {
     "lag": sw.train.Lagged(LAGGING, 4e-4),
     "feedforward": LAGGING,
     "unlimited feedforward": sw.train.PositionIntegral(LAGGING, 0.2),
+    "encoder of the load": sw.train.LoadEncoder(LAGGING._replace(K_v=9.0)),
+    "unlimited, both encoders": sw.train.MixedEncoders(LAGGING, 50.0),
 }
 AS_PYTHON = pytest.mark.interpreted
 SHARES = sw.Feedforward(0.9, 0.8, 0.7, 0.98)
@@ -120,14 +122,17 @@ def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
     train = LINEAR._replace(motor=motor, load=load)
     more = {} if most > 1e6 else {"limits": sw.MotorLimits(most), "limited": True}
     move = sw.move(train, sw.Trapezoid(QUARTER, TIME), feedforward=fed, tail=tail, **more)
-    K_v, K_p, T_n = LAGGING
+    (K_v, K_p, T_n), of_load = LAGGING, "encoder" in kind
+    K_v = 9.0 if "of the load" in kind else K_v
 
     def rates(t, y, k):
-        motor, fast, load, slow, integral, place, lagged = y
+        motor, fast, load, slow, integral, place, lagged, mixed = y
         angle, speed = commanded(t, k)
         quick = (1.5 * QUARTER / TIME) / (TIME / 3.0) * (1, 0, -1, 0)[k]
         x, v = motor - N * angle, fast - fed.speed * N * speed
-        w = v + K_v * (x + (place / 0.2 if PI else 0.0))
+        x_l = N * (load - angle)
+        seen = {"encoder of the load": x_l, "unlimited, both encoders": mixed}.get(kind, x)
+        w = v + K_v * (seen + (place / 0.2 if PI else 0.0))
         wanted = -K_p * (w + integral / T_n)
         asked = {"position": -LOOP.K_p * x - LOOP.K_d * v, "lag": lagged}.get(kind, wanted)
         asked += fed.acceleration * (J_M * N + J_L / N) * quick + fed.gravity * (20.0 * math.sin(angle) + 5.0) / N
@@ -138,13 +143,15 @@ def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
         pull = 20.0 * math.sin(load) + slow + 5.0
         return [
             fast, (given - passed / N - 1e-4 * fast) / J_M, slow, (passed - pull) / J_L, w - (given - asked) / K_p,
-            0.0 if held else x, (wanted - lagged) / 4e-4,
+            0.0 if held else x, (wanted - lagged) / 4e-4, v + 50.0 * (x_l - mixed),
         ]  # fmt: skip
 
-    # at rest: 20 sin(load) + 5 = -31000 load with the motor at 0, but for the position loop
-    knots, y = (0.0, 0.2, 0.4, 0.6, TIME + tail), np.zeros(7)
+    # at rest: 20 sin(load) + 5 = -31000 load with the motor at 0, but for the position loop and encoders of the load
+    knots, y = (0.0, 0.2, 0.4, 0.6, TIME + tail), np.zeros(8)
     y[2] = brentq(lambda q: 31000.0 * q + 20.0 * math.sin(q) + 5.0, -1e-3, 0.0, xtol=1e-18)
-    held = -31000.0 * y[2] / N
+    held = 5.0 / N if of_load else -31000.0 * y[2] / N
+    if of_load:
+        y[0], y[2] = N * 5.0 / 31000.0, 0.0
     y[4], y[6] = -(held - fed.gravity * 5.0 / N) * T_n / K_p, held
     if kind == "position":
         y[0] = -held / LOOP.K_p

@@ -16,13 +16,13 @@ from ...model.train.controls import (
     KINDS,
     USUAL,
     CascadeLoop,
-    Lagged,
     PositionLoop,
     SpeedLoop,
     Tuning,
+    core_of,
     from_bandwidth,
-)  # fmt: skip
-from ...model.train.filters import FILTERS, Filtered, PositionIntegral, apart, around
+)
+from ...model.train.filters import FILTERS, apart, around
 from ...model.train.motion import AngleTorque
 from ...model.varying import Ripple, Variation
 from ..yaml_text import Keys, shown
@@ -93,7 +93,8 @@ def filter_types() -> dict[str, type]:
 
 LOOPS = Typed(loop_types)
 FILTERED = Items(Typed(filter_types, "filter"), 1, 8)
-AROUND = ("filters", "lag", "T_p")  # fields of a loop, whether it is given by a bandwidth or by gains
+ENCODERS = ("motor", "load", "both")
+AROUND = ("filters", "lag", "T_p", "encoder", "mixing_frequency")  # of a loop by its bandwidth or its gains
 EXAMPLE_FILTERS = "[{type: notch, frequency: 120 Hz, width: 40 Hz}]"
 
 
@@ -119,11 +120,20 @@ class LoopSpec(Group):
     lag: float = field(Quantity("s", "positive"), "0.5 ms", "First-order lag of the torque, of the current loop.")
     filters: tuple[Any, ...] = field(FILTERED, EXAMPLE_FILTERS, "Filters of the torque, in series.")
     T_p: float = field(Quantity("s", "positive"), "100 ms", "Integral time of a cascade's position loop; without it P.")
+    encoder: Any = field(
+        Word(ENCODERS),
+        "load",
+        "Encoder on which a cascade's position loop is closed; the speed loop has the motor's.",
+        ENCODERS[0],
+    )
+    mixing_frequency: float = field(BANDWIDTH, "8 Hz",
+        "With both encoders: below it the position is that of the load, above it that of the motor.")  # fmt: skip
 
     @property
     def tuning(self) -> Tuning:
         """The loop, whose gains follow from the inertia that it turns."""
-        return Tuning(self.bandwidth, self.damping, self.type, self.lag or 0.0, self.filters or (), self.T_p or 0.0)
+        around_it = self.lag or 0.0, self.filters or (), self.T_p or 0.0, self.encoder, self.mixing_frequency or 0.0
+        return Tuning(self.bandwidth, self.damping, self.type, *around_it)
 
     def check(self) -> Iterator[Wrong]:
         """Refuse a bandwidth beyond what the lag allows."""
@@ -135,6 +145,18 @@ class LoopSpec(Group):
             yield Wrong(
                 ("T_p",), "is the integral time of a cascade's position loop; write 'type: cascade', or leave T_p out"
             )
+        yield from encoder_wrong(self.type == "cascade", self.encoder, self.mixing_frequency)
+
+
+def encoder_wrong(is_cascade: bool, encoder: str | None, mixing: float | None) -> Iterator[Wrong]:
+    """What is wrong with the encoder of a loop."""
+    if encoder in ENCODERS[1:] and not is_cascade:
+        said = f"{encoder!r} needs a position loop around a speed loop; write 'type: cascade', or leave encoder out"
+        yield Wrong(("encoder",), said)
+    if encoder == "both" and not mixing:
+        yield Wrong(("mixing_frequency",), "is missing; with both encoders write for example 'mixing_frequency: 8 Hz'")
+    if mixing and encoder != "both":
+        yield Wrong(("mixing_frequency",), "mixes two encoders; write 'encoder: both', or leave mixing_frequency out")
 
 
 @dataclass(frozen=True)
@@ -158,7 +180,12 @@ class Loop(Kind):
             parts = {key: read(row.kind, value[key], place.at(key, row.example)) for key, row in rows.items()}
             value = {key: item for key, item in _whole_name(value).items() if key not in AROUND}
         loop = LOOPS.read(value, place)
-        return None if loop is None or None in parts.values() else around(loop, **parts)
+        if loop is None or None in parts.values():
+            return None
+        wrong = encoder_wrong(isinstance(loop, CascadeLoop), parts.get("encoder"), parts.get("mixing_frequency"))
+        for one in wrong:
+            return place.at(one.keys[0]).wrong(one.sentence)
+        return around(loop, **parts)
 
     def schema(self) -> Schema:
         return {"$ref": "#/$defs/loop"}
@@ -177,7 +204,7 @@ class Loop(Kind):
 
     def text(self, value: Any) -> str:
         if isinstance(value, Tuning):
-            given = {key: getattr(value, key) for key in AROUND if getattr(value, key)}
+            given = {key: getattr(value, key) for key in AROUND if getattr(value, key) not in (0.0, (), ENCODERS[0])}
             return group_text(LoopSpec(type=value.kind, bandwidth=value.bandwidth, damping=value.damping, **given))
         core, fields = apart(value)
         if around(core, **fields) != value:
@@ -237,7 +264,7 @@ def project_entry(model: Any) -> str:
     TypeError
         If it is not a model object.
     """
-    kind = Loop() if isinstance(model, (Lagged, Filtered, PositionIntegral, *loop_types().values())) else LAW
+    kind = Loop() if isinstance(core_of(model), tuple(loop_types().values())) else LAW
     text, found = kind.text(checked(model)), list[Wrong]()
     read(kind, read_yaml(f"law: {text}").content["law"], Place((), found))
     if found:

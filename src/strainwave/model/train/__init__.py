@@ -14,6 +14,8 @@ from .filters import NotchFilter as NotchFilter
 from .filters import BiquadFilter as BiquadFilter
 from .filters import MovingAverageFilter as MovingAverageFilter
 from .filters import PositionIntegral as PositionIntegral
+from .filters import LoadEncoder as LoadEncoder
+from .filters import MixedEncoders as MixedEncoders
 from .controls import Tuning as Tuning
 from .controls import from_bandwidth as from_bandwidth
 from .shafts import Elastic as Elastic

@@ -191,8 +191,8 @@ def with_core(control: Any, core: Any) -> Any:
 
 
 def _is_around(control: Any) -> bool:
-    """Whether a control is a lag, a filter or an integral, whose fields begin with its loop."""
-    return getattr(control, "_fields", ()) in (Lagged._fields, ("loop", "filter"), ("loop", "T_p"))
+    """Whether a control is a lag, a filter, an integral or an encoder, whose fields begin with its loop."""
+    return getattr(control, "_fields", ())[:1] == ("loop",)
 
 
 class Nudged(NamedTuple):
@@ -289,7 +289,7 @@ def _no_inertia(control: Any) -> Any:
 
 
 class Tuning(NamedTuple):
-    """Bandwidth [rad/s], damping ratio, kind and T_p [s] of a loop; lag [s] and filters of its torque."""
+    """Bandwidth [rad/s], damping ratio, kind and T_p [s] of a loop; lag [s] and filters of its torque; its encoder."""
 
     bandwidth: AngularSpeed
     damping: Ratio = 0.7
@@ -297,6 +297,8 @@ class Tuning(NamedTuple):
     lag: Time = 0.0
     filters: tuple[Any, ...] = ()
     T_p: Time = 0.0
+    encoder: Literal["motor", "load", "both"] = "motor"
+    mixing_frequency: AngularSpeed = 0.0
 
     def __str__(self) -> str:
         lag = f", lag {1e3 * self.lag:.4g} ms" if self.lag else ""

@@ -13,6 +13,7 @@ from ...base.law import (
     breakpoints_of,
     check_law,
     energy_of,
+    has,
     heat_of,
     kinks_of,
     rest,
@@ -23,7 +24,7 @@ from ...base.law import (
 )
 from ...base.protocols import joint_orders, need
 from ...base.quantities import LARGEST, AngularSpeed, Damping, Ratio
-from ...compile.jit import kernel
+from ...compile.jit import chosen, kernel
 from ..excitation import NoError
 from ..laws.meshing import NO_FRICTION
 from .controls import controlled, motor_states, off_reference
@@ -66,8 +67,23 @@ def motor_acceleration(train: Any, phase: Any, y: Any, motor: Any, reaction: Any
     excitation, torque = train.motor.excitation.torque(phase), -against - reaction
     omega, motion = train.omega, train.reference
     reference = omega * motion.slope(phase), omega * omega * motion.curvature(phase)
-    deviation, z = motor_states(control, y)
-    return controlled(control, train.motor.J, torque, excitation, reference, deviation, z)
+    z = motor_states(control, y)[1]
+    return controlled(control, train.motor.J, torque, excitation, reference, seen_deviation(control, train, y), z)
+
+
+@chosen
+def seen_deviation(control: Any, train: Any, y: Any) -> Any:
+    """Deviation (angle [rad], speed [rad/s]) from the reference that a control of the motor sees by its encoders."""
+    return _of_load if has(control, "at_load") else _of_motor
+
+
+def _of_motor(control: Any, train: Any, y: Any) -> Any:
+    return motor_states(control, y)[0]
+
+
+def _of_load(control: Any, train: Any, y: Any) -> Any:
+    angle, speed = motor_states(control, y)[0]
+    return angle - train.N * (y[0] + coupling_twist(train, y)[0]), speed
 
 
 @kernel

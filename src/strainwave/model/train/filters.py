@@ -1,16 +1,16 @@
 """Filters of the torque that a loop of the motor commands: low-pass, notch, moving average, any of second order.
 
-The integral of a cascade's position loop.
+The integral of a cascade's position loop, and the encoder on which it is closed.
 """
 
 from math import factorial, pi
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from ...base.law import has, torque_of, z_rate_of
 from ...base.quantities import AngularSpeed, Ratio, Time, checked, shown
-from .controls import CascadeLoop, Lagged, Tuning, from_bandwidth, need_loop, states_inside
+from .controls import CascadeLoop, Lagged, Tuning, controlled, core_of, from_bandwidth, need_loop, states_inside
 
 
 class LowPassFilter(NamedTuple):
@@ -169,27 +169,121 @@ class Filtered(NamedTuple):
             raise ValueError("Filtered.loop has a gain K_d on the acceleration, which no filter takes; leave K_d out")
 
 
+class LoadEncoder(NamedTuple):
+    """A cascade whose position loop is closed on an encoder of the load, its speed loop on that of the motor.
+
+    x is then N theta_l less the motor's reference, theta_l behind all couplings: the motor's deviation - N (x and the
+    twists of couplings). v is the motor's.
+    """
+
+    loop: Any
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return states_inside(self)
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque [N*m] against the load's deviation x [rad, motor side] and the rate v [rad/s] of the motor's."""
+        return torque_of(self.loop, x, v, z)
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rates of the states."""
+        return z_rate_of(self.loop, x, v, z)
+
+    def at_load(self) -> bool:
+        """Whether the train gives the load's deviation."""
+        return True
+
+    def driven(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+        """What `controlled` returns."""
+        return controlled(self.loop, J, torque, excitation, reference, deviation, z)
+
+    def check(self) -> None:
+        """Refuse what is no cascade (TypeError)."""
+        _need_cascade(self)
+
+
+class MixedEncoders(NamedTuple):
+    """A cascade whose position loop sees the load below a `frequency` w [rad/s] and the motor above (dual loop).
+
+    The first state [rad] is the sum of the load's deviation behind the low-pass w/(s + w) and of the motor's behind the
+    high-pass s/(s + w): z' = v + w (x - z), x as of a `LoadEncoder`. Those of the loop follow.
+    """
+
+    loop: Any
+    frequency: AngularSpeed
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1 + states_inside(self)
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Torque [N*m] against the load's deviation x [rad, motor side] and the rate v [rad/s] of the motor's."""
+        return torque_of(self.loop, z[0], v, z[1:])
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rates of the states."""
+        return (v + self.frequency * (x - z[0]), *z_rate_of(self.loop, z[0], v, z[1:]))
+
+    def at_load(self) -> bool:
+        """Whether the train gives the load's deviation."""
+        return True
+
+    def driven(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+        """What `controlled` returns."""
+        (x, v), seen = deviation, z[0]
+        fast, given, rates = controlled(self.loop, J, torque, excitation, reference, (seen, v), z[1:])
+        return fast, given, (rates[0], rates[1], v + self.frequency * (x - seen), *rates[2:])
+
+    def check(self) -> None:
+        """Refuse what is no cascade (TypeError), and a frequency that is not positive (ValueError)."""
+        _need_cascade(self)
+        if not self.frequency > 0.0:
+            what = f"MixedEncoders.frequency is {self.frequency:g} rad/s"
+            raise ValueError(f"{what}; it must be positive, for the load alone take a LoadEncoder")
+
+
+def _need_cascade(control: Any) -> None:
+    need_loop(control)
+    if not isinstance(core_of(control), CascadeLoop):
+        what = f"{type(control).__name__}.loop is {shown(control.loop)}"
+        raise TypeError(f"{what}; an encoder of the load needs a CascadeLoop, which has a position and a speed loop")
+    if hasattr(control.loop, "at_load"):
+        raise TypeError(f"{type(control).__name__}.loop has an encoder of the load already; give one")
+
+
 FILTERS = (LowPassFilter, NotchFilter, BiquadFilter, MovingAverageFilter)
 
 
-def around(loop: Any, lag: float = 0.0, filters: tuple[Any, ...] = (), T_p: float = 0.0) -> Any:
+def around(
+    loop: Any, lag: float = 0.0, filters: tuple[Any, ...] = (), T_p: float = 0.0,
+    encoder: Literal["motor", "load", "both"] = "motor", mixing_frequency: float = 0.0,
+) -> Any:  # fmt: skip
     """A loop whose torque goes through filters, one after the other, and then through the lag [s] of a current loop.
 
-    With an integral time T_p [s] its position loop, that of a cascade, is PI.
+    With an integral time T_p [s] its position loop, that of a cascade, is PI; it is closed on an `encoder`, or on
+    both, mixed at a frequency [rad/s].
     """
     loop = PositionIntegral(loop, T_p) if T_p else loop
     for item in filters:
         for section in item.sections() if isinstance(item, MovingAverageFilter) else (item,):
             loop = Filtered(loop, section)
-    return checked(Lagged(loop, lag) if lag else loop)
+    loop = Lagged(loop, lag) if lag else loop
+    if encoder == "motor":
+        return checked(loop)
+    return checked(LoadEncoder(loop) if encoder == "load" else MixedEncoders(loop, mixing_frequency))
 
 
 def apart(control: Any) -> tuple[Any, dict[str, Any]]:
     """The loop within a control, and the arguments with which `around` makes the control of it."""
     fields, filters, core = dict[str, Any](), list[Any](), control
-    while isinstance(core, Lagged | Filtered | PositionIntegral):
+    while isinstance(core, Lagged | Filtered | PositionIntegral | LoadEncoder | MixedEncoders):
         if isinstance(core, Filtered):
             filters = [core.filter, *filters]
+        elif isinstance(core, LoadEncoder):
+            fields["encoder"] = "load"
+        elif isinstance(core, MixedEncoders):
+            fields |= {"encoder": "both", "mixing_frequency": core.frequency}
         else:
             fields |= {key: item for key, item in core._asdict().items() if key != "loop"}
         core = core.loop
@@ -201,4 +295,6 @@ def control_of(loop: Any, inertia: float) -> Any:
     if not isinstance(loop, Tuning):
         return loop
     found = from_bandwidth(loop.bandwidth, inertia, loop.damping, kind=loop.kind, lag=loop.lag)
-    return around(found.loop if loop.lag else found, loop.lag, loop.filters, loop.T_p)
+    return around(
+        found.loop if loop.lag else found, loop.lag, loop.filters, loop.T_p, loop.encoder, loop.mixing_frequency
+    )

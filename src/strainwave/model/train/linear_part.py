@@ -39,6 +39,7 @@ class TrainPart:
     laws: tuple[Any, ...]
     follows: bool
     loose: int
+    zero_mean: Floats
     integral: Floats
     values: Floats
     rates: Floats
@@ -97,7 +98,7 @@ def _angle_is_steady(train: Any) -> bool:
 
 def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses: list[Any]) -> TrainPart:
     chain, end, held, N = train.load.chain(), train.load.end(), train.motor.held, train.N
-    motor_count = 0 if held else 1 + states_of(train.motor.control)
+    motor_count, on_load = 0 if held else 1 + states_of(train.motor.control), hasattr(train.motor.control, "at_load")
     n = 1 + len(chain) + motor_count
     soft = [i for i, k in enumerate(stiffnesses) if k is None]
     places = {i: 1 + j for j, i in enumerate(soft)}  # of each coupling's twist among the coordinates
@@ -124,7 +125,8 @@ def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses:
         per_speed -= drags[0] * speed * motor
         indices = np.arange(motor_at, motor_at + motor_count)
         C[np.ix_(indices, indices)] += control[1]
-        K[np.ix_(indices, indices)] += control[0]
+        position = motor - N * (unit[0] + sum(unit[places[i]] for i in places)) if on_load else motor
+        K[indices] += np.outer(control[0][:, 0], position) + control[0][:, 1:] @ unit[indices[1:]]
     values, rates = _states(
         n, held, motor_count, [places[i] for i in range(len(chain))], motor_at, N, train.motor.free, at_load
     )
@@ -133,16 +135,17 @@ def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses:
         integral[indices] = _means(control[0])
     integrates = np.any(integral)
     loose = motor_at if integrates or not (held or np.any(K[motor_at]) or np.any(K[:, motor_at])) else -1
+    zero_mean = position if integrates and on_load else motor
     laws = (train.law, *(chain[i][2] for i in soft))
     follows = not held and not isinstance(train.error, NoError)
     disturbed = train if loose < 0 or integrates else train._replace(motor=_weakly_held(train.motor, train.omega))
     return TrainPart(
-        train, M, C, K, per_speed, laws, follows, loose, integral, values, rates, disturbed, motor, angle
+        train, M, C, K, per_speed, laws, follows, loose, zero_mean, integral, values, rates, disturbed, motor, angle
     )  # fmt: skip
 
 
 def _means(stiffness: Floats) -> Floats:
-    """Mean deviation, 0, and states of an integrating control that holds a torque of 1 N*m; zeros of another.
+    """Mean deviation as seen, 0, and states of an integrating control that holds a torque of 1 N*m; zeros of another.
 
     Its states rest where K z is 0 in all rows but the first, which is the torque: where that leaves the deviation no
     choice, the control holds any torque.

@@ -240,6 +240,11 @@ def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks:
 
 def _sampled(control: Any, inertia: float, sampling: Sampling, remarks: list[str]) -> Any:
     period = sampling.period
+    if hasattr(control, "at_load"):
+        raise ValueError(
+            "a compensation closes the sampled loop on the motor's encoder, and the position loop of this drive sees "
+            "the load; write 'encoder: motor' in motor.loop, or give a sampled controller as `loop` of sw.compensate"
+        )
     if isinstance(control, PositionLoop):
         return SampledPD(control.K_p, control.K_d, period)
     if isinstance(control, SpeedLoop):

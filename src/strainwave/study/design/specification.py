@@ -134,6 +134,8 @@ class Specification:
             raise ValueError("the specification has an accuracy and the lines of a kinematic error; give one of them")
         if self.loop is not None and not hasattr(self.loop, "bandwidth") and not hasattr(self.loop, "torque"):
             raise TypeError(f"loop is {shown(self.loop)}; give {LOOP_EXAMPLE}")
+        if getattr(self.loop, "encoder", "motor") != "motor" or hasattr(self.loop, "at_load"):
+            raise ValueError("loop has an encoder of the load, and a design has that of the motor; leave encoder out")
         if self.kinematic_error is not None:
             checked(self.kinematic_error)
 

@@ -145,7 +145,10 @@ def servo_train(train: DriveTrain, most: float, holding: float, shares: Feedforw
             "hold its load; take a stronger motor, a larger ratio or less load"
         )
     core, torques = core_of(motor.control), motor.excitation
-    control = Servo(motor.control, most, 1.0 / core.K_p if isinstance(core, CascadeLoop) else 0.0, shares.speed)
+    encoder = motor.control if hasattr(motor.control, "at_load") else None
+    loop = encoder.loop if encoder else motor.control
+    control: Any = Servo(loop, most, 1.0 / core.K_p if isinstance(core, CascadeLoop) else 0.0, shares.speed)
+    control = encoder._replace(loop=control) if encoder else control
     if any(shares[:3]):
         constant = 0.0 if lacking(end.excitation, "mean") else end.excitation.mean
         torques = FedTorque(

@@ -65,8 +65,9 @@ class OpenLoop:
             state = None
         loop = MotorLoop(train, state, train.omega)
         self.plant, self.delay = loop.plant, delay
-        outputs = map(self.plant.outputs.index, ("motor deviation", "motor speed", "load speed"))
-        self.angle, self.rate, self.load = self.plant.C[list(outputs)]
+        outputs = map(self.plant.outputs.index, ("motor deviation", "motor speed", "load speed", "error"))
+        self.angle, self.rate, self.load, error = self.plant.C[list(outputs)]
+        self.seen = self.angle - train.N * error if hasattr(train.motor.control, "at_load") else self.angle
         self.motor, self.torque = self.plant.B[:, 0], self.plant.B[:, self.plant.inputs.index("load torque")]
         self.memory = sum(" z" in name for name in self.plant.states)
         sizes = np.abs(loop.corners)
@@ -93,7 +94,7 @@ class OpenLoop:
         grid = np.concatenate([self.grid, extra])
         order = np.argsort(grid)
         grid = grid[order]
-        L = control_response(parts, grid) * np.concatenate([self.answer, self._answer(extra)])[order]
+        L = _open(parts, grid, np.concatenate([self.answer, self._answer(extra)])[order])
         gains, _ = crossings(grid, L)
         if np.any(np.mod(gains[:, 1], 2.0 * pi) < self.delay * gains[:, 0]):
             return UNSTABLE
@@ -102,24 +103,30 @@ class OpenLoop:
         margins = np.min(phases[phases[:, 1] > 1.0, 1], initial=inf), np.min(np.abs(gains[:, 1]), initial=inf)
         top = int(np.argmin(np.abs(1.0 + L)))
         fine = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], ZOOM)
-        close = control_response(parts, fine) * self._answer(fine) * np.exp(-1j * self.delay * fine)
+        close = _open(parts, fine, self._answer(fine)) * np.exp(-1j * self.delay * fine)
         peak = 1.0 / min(abs(1.0 + L[top]), np.min(np.abs(1.0 + close)))
         into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
         angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
         return LoopFigures(*map(float, (peak, *margins, *_disturbed(poles[moving], angle, grid))))
 
     def _answer(self, omega: Floats) -> Complexes:
-        """Deviation of the motor over a torque on it, without its loop."""
+        """Deviations (n, 2), as the loop sees it and of the motor, over a torque on the motor, without its loop."""
         s = 1j * omega[:, None, None] * np.eye(len(self.plant.A)) - self.plant.A
-        return np.asarray(np.linalg.solve(s, self.motor[:, None].astype(complex))[:, :, 0] @ self.angle)
+        response = np.linalg.solve(s, self.motor[:, None].astype(complex))[:, :, 0]
+        return np.asarray(response @ np.column_stack([self.seen, self.angle]))
 
     def _closed(self, parts: tuple[Any, ...]) -> Floats:
         """Matrix of the closed loop, the states of the control last."""
         by_angle, by_speed, inertia, A, B, C = parts
         heavy = 1.0 + inertia * float(self.rate @ self.motor)
-        against = (by_angle * self.angle + by_speed * self.rate + inertia * self.rate @ self.plant.A) / heavy
+        against = (by_angle * self.seen + by_speed * self.rate + inertia * self.rate @ self.plant.A) / heavy
         top = np.hstack([self.plant.A - np.outer(self.motor, against), -np.outer(self.motor, C[0] / heavy)])
-        return np.vstack([top, np.hstack([B @ np.vstack([self.angle, self.rate]), A])])
+        return np.vstack([top, np.hstack([B @ np.vstack([self.seen, self.rate]), A])])
+
+
+def _open(parts: tuple[Any, ...], omega: Floats, answer: Complexes) -> Complexes:
+    by_angle, by_speed = control_response(parts, omega)
+    return np.asarray(by_angle * answer[:, 0] + by_speed * answer[:, 1])
 
 
 def crossings(grid: Floats, L: Complexes) -> tuple[Floats, Floats]:

@@ -36,6 +36,9 @@ class Prescribed(NamedTuple):
     def linearise(self, tables: Any, s: Any, blocks: Floats, jacobian: Floats) -> None:
         """Nothing follows the motor."""
 
+    def of_mean(self, share: float, row: Floats) -> None:
+        """Nothing follows the motor."""
+
     def by_speed(self, change: Any, blocks: Floats, slope: Floats) -> None:
         """Nothing follows the motor."""
 
@@ -168,6 +171,10 @@ class Following(NamedTuple):
         add_multiplied(first, jacobian[:size, start : start + size], corner)
         for i in range(size):
             add(-1.0, second[i], corner[i])
+
+    def of_mean(self, share: float, row: Floats) -> None:
+        """Add a share of the derivatives of the mean of e by the motor's block; follows `linearise`."""
+        add(share, self.products[0][0], row)
 
     def by_speed(self, change: Any, blocks: Floats, slope: Floats) -> None:
         """Add what the motor feels of T to the derivative by omega; follows `linearise`."""

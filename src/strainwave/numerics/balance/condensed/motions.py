@@ -174,9 +174,10 @@ def coordinates(problem: Any, points: Floats) -> Any:
 
 
 def held_torque(problem: Any, points: Floats, s: Any, p: Any) -> Floats:
-    """Mean torque [N*m] (points,) that a control holds, from the balance of its motor and what `condense` left in s."""
-    loose, n = problem.pencil.loose, s.shape[2]
-    torque = s[:, 0, loose, n].real - np.sum(s[:, 0, loose, :loose].real * p[:, 0, :loose].real, axis=1)
+    """Mean torque [N*m] (points,) that a control holds, from the balance of its motor; s is what `condense` left."""
+    pencil, loose, n = problem.pencil, problem.pencil.loose, s.shape[2]
+    given = pencil.forces[loose, 0].real + pencil.per_speed[loose] * base_speed(problem, points[:, -1])
+    torque = given - p[:, 0].real @ pencil.matrices[2, loose]
     if not problem.part.follows:
         return np.asarray(torque)
     seen = len(problem.blocks)
@@ -211,7 +212,7 @@ def linear_response(problem: Any, value: float) -> Floats:
     for k in range(1, len(p)):
         p[k] = np.linalg.lstsq(matrix[k], force[k], rcond=1e-14)[0]
     p[0, : len(laws)] = means
-    if count > len(laws) and problem.pencil.loose < 0:
+    if count > len(laws):
         rest = s[0, -1 + count, n] - s[0, count - 1, : len(laws)] @ p[0, : len(laws)]
         holds = s[0, count - 1, count - 1]
         p[0, -1] = rest / holds if holds else 0.0

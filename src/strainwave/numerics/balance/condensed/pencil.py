@@ -18,8 +18,9 @@ class Pencil(NamedTuple):
     """Matrices (3, n, n) of inertia, damping and stiffness, and forces; coordinates from `kept` on are eliminated.
 
     `forces` are complex (n, H+1): F_k exp(i k psi), the mean first; `per_speed` constant ones per base speed. `rate`
-    is the frequency of harmonic 1 over the base speed. The coordinate `loose` has no mean (-1: there is none), nor have
-    the `controls` coordinates behind it, states of its control.
+    is the frequency of harmonic 1 over the base speed. The mean balance of the coordinate `loose` (-1: none) is not
+    asked; the mean of `zero_mean` of the coordinates is 0 instead. The `controls` coordinates behind it, states of
+    its control, have no mean.
     """
 
     matrices: Floats
@@ -27,6 +28,7 @@ class Pencil(NamedTuple):
     per_speed: Floats
     kept: int
     loose: int
+    zero_mean: Floats
     controls: int
     rate: float
 
@@ -47,8 +49,12 @@ def _condense_loops(pencil: Any, omega: float, factor: float, s: Any, d: Any) ->
             else:
                 s[k, i, n] = factor * pencil.forces[i, k]
                 d[k, i, n] = 0.0
+        if k == 0 and pencil.loose >= 0:
+            for j in range(n + 1):
+                s[0, pencil.loose, j] = pencil.zero_mean[j] if j < n else 0.0
+                d[0, pencil.loose, j] = 0.0
         for pivot in range(n - 1, pencil.kept - 1, -1):
-            if k == 0 and pencil.loose <= pivot <= pencil.loose + pencil.controls:
+            if k == 0 and pencil.loose < pivot <= pencil.loose + pencil.controls:
                 continue
             inverse = 1.0 / s[k, pivot, pivot]
             for i in range(pivot):
@@ -76,8 +82,10 @@ def condense(pencil: Any, omega: Any, factor: float, s: Any, d: Any) -> None:
     s[..., n], d[..., n] = factor * pencil.forces.T, 0.0
     s[..., 0, :, n] = pencil.forces[:, 0] + pencil.per_speed * omega[..., 0, 0]
     d[..., 0, :, n] = pencil.per_speed
+    if pencil.loose >= 0:
+        s[..., 0, pencil.loose, :], d[..., 0, pencil.loose, :] = np.append(pencil.zero_mean, 0.0), 0.0
     for pivot in range(n - 1, pencil.kept - 1, -1):
-        first = 1 if pencil.loose <= pivot <= pencil.loose + pencil.controls else 0
+        first = 1 if pencil.loose < pivot <= pencil.loose + pencil.controls else 0
         columns = [*range(pivot), n]
         entries, slopes = s[..., first:, :, :], d[..., first:, :, :]
         inverse = 1.0 / entries[..., pivot, pivot][..., None]
@@ -94,7 +102,7 @@ def eliminated(pencil: Any, s: Any, kept: Any) -> Any:
     p = np.zeros((*kept.shape[:-1], n), complex)
     p[..., : pencil.kept] = kept
     for out in range(pencil.kept, n):
-        first = 1 if pencil.loose <= out <= pencil.loose + pencil.controls else 0
+        first = 1 if pencil.loose < out <= pencil.loose + pencil.controls else 0
         row = s[..., first:, out, :]
         known = np.sum(row[..., :out] * p[..., first:, :out], axis=-1)
         p[..., first:, out] = (row[..., n] - known) / row[..., out]

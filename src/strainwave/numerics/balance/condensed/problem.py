@@ -118,12 +118,13 @@ class Condensed(NamedTuple):
         self.springs.torques(size, z, self.synthesis, r)
         w = self.pencil.rate * omega
         add_stiffness(self.stiff[0], self.gear_damping * w, self.blocks, z, r)
+        loose = self.pencil.loose
+        mean = r[loose * size] if 0 <= loose < count else 0.0
         self.gear.react(tables, self.stiff[0], self.blocks, r)
         if self.stiff[0, 0, 0, n] == 0.0:
             r[0] += self.pencil.matrices[0, 0, 0] * w * w * self.springs.slack()
-        loose = self.pencil.loose
         if 0 <= loose < count:
-            r[loose * size] = self.pencil.matrices[0, loose, loose] * w * w * z[loose * size]
+            r[loose * size] = mean
 
     def stiffness(self, z: Floats, jacobian: Floats) -> None:
         """Derivatives of the residual by the coefficients; follows `residual` at the same z."""
@@ -142,23 +143,29 @@ class Condensed(NamedTuple):
         self.gear.linearise((self.synthesis, self.analysis, self.angles), self.stiff[0], self.blocks, jacobian)
         loose = self.pencil.loose
         if 0 <= loose < count:
-            fill(0.0, jacobian[loose * size, : count * size])
-            jacobian[loose * size, loose * size] = self.pencil.matrices[0, loose, loose] * w * w
+            row = jacobian[loose * size, : count * size]
+            fill(0.0, row)
+            for j in range(count):
+                row[j * size] = self.stiff[0, 0, loose, j].real
+            self.gear.of_mean(self.stiff[0, 0, loose, 0].real, row[loose * size :])
 
     def by_parameter(self, z: Floats, slope: Floats) -> None:
         """Derivative of the residual by the parameter; follows `stiffness` at the same z."""
         self = at(self)
         count, size = self.blocks.shape
         fill(0.0, slope)
+        loose = self.pencil.loose
+        mean, of_motor = 0.0, 0 <= loose < count
         if self.leaf == self.omega_leaf:
             add_stiffness(self.stiff[1], self.gear_damping * self.pencil.rate, self.blocks, z, slope)
+            mean = slope[loose * size] if of_motor else 0.0
             self.gear.by_speed(self.stiff[1], self.blocks, slope)
         else:
             tables, factor = (self.synthesis, self.analysis, self.angles), np.exp(z[count * size])
             self.gear.by_strength(tables, self.stiff[0], factor, self.blocks, slope)
-        loose = self.pencil.loose
-        if 0 <= loose < count:
-            slope[loose * size] = 0.0
+            mean = self.stiff[0, 0, loose, 0].real * self.blocks[0, 0] if of_motor else 0.0
+        if of_motor:
+            slope[loose * size] = mean
 
     def residual(self, z: Floats, r: Floats) -> None:
         """Residual [N*m] of every coefficient."""
@@ -290,8 +297,10 @@ def assembled(
     for row in forces:
         clean_mean(row)
     count, n = len(part.laws) + part.follows, len(part.inertia)
+    omega, size = float(omega_of(system)), part.inertia[part.loose, part.loose]  # of the mean: as of a vibration
     pencil = Pencil(
         np.array([part.inertia, part.damping, part.stiffness]), to_complex(forces), part.per_speed, count, part.loose,
+        size * (step / turns * omega) ** 2 * part.zero_mean,
         int(np.sum(~np.any(part.inertia, axis=1))) if part.loose >= 0 else 0, step / turns,
     )  # fmt: skip
     gear: Any = Prescribed((part.error.value(angles) + 0.0 * angles) @ back)
@@ -300,6 +309,6 @@ def assembled(
     buffers = np.empty((2, h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
     springs = springs_for(part.laws, h, samples, padded(back), padded(double))
     return Condensed(
-        system, leaf, omega_leaf, turns, step, float(omega_of(system)), part, pencil, part.gear_damping, springs, gear,
+        system, leaf, omega_leaf, turns, step, omega, part, pencil, part.gear_damping, springs, gear,
         table, back, angles, *buffers,
     )  # fmt: skip
