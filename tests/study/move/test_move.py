@@ -103,6 +103,7 @@ LOOPS = {
     "lag": sw.train.Lagged(LAGGING, 4e-4),
     "feedforward": LAGGING,
     "unlimited feedforward": sw.train.PositionIntegral(LAGGING, 0.2),
+    "limited speed": sw.train.PositionIntegral(LAGGING, 0.2),
     "encoder of the load": sw.train.LoadEncoder(LAGGING._replace(K_v=9.0)),
     "unlimited, both encoders": sw.train.MixedEncoders(LAGGING, 50.0),
 }
@@ -114,13 +115,17 @@ SHARES = sw.Feedforward(0.9, 0.8, 0.7, 0.98)
 @pytest.mark.parametrize("kind", [pytest.param(k, marks=() if k == "feedforward" else AS_PYTHON) for k in LOOPS])
 def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
     most, tail, weight = 0.3, 0.4, sw.Parallel(sw.train.AngleTorque(20.0), sw.laws.Viscous(1.0))
-    fed, PI = SHARES if "feedforward" in kind else sw.Feedforward(), kind in ("PI cascade", "unlimited feedforward")
+    fed = SHARES if "feedforward" in kind else sw.Feedforward()
+    PI = kind in ("PI cascade", "limited speed", "unlimited feedforward")
     if "unlimited" in kind:
         most = 1e9
     motor = sw.train.Motor(J_M, drag=sw.laws.Viscous(1e-4), control=LOOPS[kind])
     load = sw.train.Load(J_L, sw.Harmonic(0.0, mean=-5.0), weight)
     train = LINEAR._replace(motor=motor, load=load)
-    more = {} if most > 1e6 else {"limits": sw.MotorLimits(most), "limited": True}
+    curve = (0.0, 0.29), (150.0, 0.29), (400.0, 0.2)  # of the motor
+    speed = {"limited speed": 320.0, "encoder of the load": 300.0}.get(kind, math.inf)
+    sheet = sw.MotorLimits(most) if math.isinf(speed) else sw.MotorLimits(most, speed, curve)
+    more = {} if most > 1e6 else {"limits": sheet, "limited": True}
     move = sw.move(train, sw.Trapezoid(QUARTER, TIME), feedforward=fed, tail=tail, **more)
     (K_v, K_p, T_n), of_load = LAGGING, "encoder" in kind
     K_v = 9.0 if "of the load" in kind else K_v
@@ -132,14 +137,16 @@ def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
         x, v = motor - N * angle, fast - fed.speed * N * speed
         x_l = N * (load - angle)
         seen = {"encoder of the load": x_l, "unlimited, both encoders": mixed}.get(kind, x)
-        w = v + K_v * (seen + (place / 0.2 if PI else 0.0))
+        command = fed.speed * N * speed - K_v * (seen + (place / 0.2 if PI else 0.0))
+        w = fast - min(max(command, -sheet.speed), sheet.speed)
         wanted = -K_p * (w + integral / T_n)
         asked = {"position": -LOOP.K_p * x - LOOP.K_d * v, "lag": lagged}.get(kind, wanted)
         asked += fed.acceleration * (J_M * N + J_L / N) * quick + fed.gravity * (20.0 * math.sin(angle) + 5.0) / N
         asked += fed.friction * (1e-4 * N + 1.0 / N) * speed
-        given = min(max(asked, -most), most)
+        largest = np.interp(abs(fast), *zip(*curve, strict=True)) if sheet.peak_torque else most
+        given = min(max(asked, -largest), largest)
         passed = 31000.0 * (motor / N - load) + B * (fast / N - slow)
-        held = given != asked
+        held = given != asked or abs(command) > sheet.speed
         pull = 20.0 * math.sin(load) + slow + 5.0
         return [
             fast, (given - passed / N - 1e-4 * fast) / J_M, slow, (passed - pull) / J_L, w - (given - asked) / K_p,
@@ -166,8 +173,9 @@ def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
         )
         y = part.y[:, -1]
     if more:
-        assert move.peak_motor_torque == most
+        assert move.peak_motor_torque == (0.29 if sheet.peak_torque else most)
         assert move.within_limits
+        assert len(move.remarks) == (1 if math.isinf(speed) else 2)
         assert float(re.search("at its limit for (.*) s", move.remarks[-1])[1]) > 0.01
 
 

@@ -37,7 +37,7 @@ CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
     "--band", "bands", nargs=2, multiple=True, metavar="LOW HIGH",
     help='Motor speeds to avoid, as "1200 rpm" "1500 rpm"; repeatable.',
 )  # fmt: skip
-@click.option("--limited", is_flag=True, help="Keep the torque of the motor within its largest.")
+@click.option("--limited", is_flag=True, help="Keep torque and speed command of the motor within their limits.")
 @click.option("--avoid", is_flag=True, help="Take the speeds to avoid of the analysis too, which takes its time.")
 @click.option("--postures", is_flag=True, help="Move in every posture of the file; only move.json is written.")
 @dialect_options

@@ -5,7 +5,7 @@ samples of a motion, from its values, rates and second derivatives: quintic Herm
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from ...base.arguments import typed
 from ...base.law import has, spring_stiffness
 from ...base.protocols import lines_of
-from ...base.quantities import LARGEST, checked, interval, number, several
+from ...base.quantities import checked, interval, number, several
 from ...base.results import Floats, SolveError
-from ...base.units import ARCSEC
-from ...drive.asked import Feedforward, MotorLimits, Payload, Task
+from ...base.units import ARCSEC, RPM
+from ...drive.asked import PEAK, Feedforward, MotorLimits, Payload, Task
 from ...drive.run import INPUTS, waiting
 from ...drive.state_space import state_space
 from ...drive.steady import finished_or_interrupted
@@ -33,7 +33,7 @@ from .follow import Followed, Path, follow
 from .mover import Motion, Mover, move_findings, mover_of, refuse_heavy, standing_torque
 from .profiles import path_of
 from .result import Move, Pass, crossings, passes
-from .servo import limited_time, on_segment, servo_train
+from .servo import commanded_speed, limited_time, on_segment, servo_train
 
 ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
 WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
@@ -143,9 +143,9 @@ def move(
 
     The whole train is integrated, its two inertias with the loop of its motor, from rest where gravity holds it. The
     motor's loop follows the profile times the ratio. A move that asks more of the motor than its limits is computed as
-    if the motor had it, and fails (`Move.within_limits`); with `limited` the motor has no more torque than its limit,
-    and the integral of a cascade does not wind up meanwhile. Torques have their means; lines of a torque, which follow
-    an angle at constant speed, are left out.
+    if the motor had it, and fails (`Move.within_limits`); with `limited` the motor has no more torque than its limit
+    at every speed, and the integrals of a cascade do not wind up meanwhile. Torques have their means; lines of a
+    torque, which follow an angle at constant speed, are left out.
 
     Parameters
     ----------
@@ -175,7 +175,8 @@ def move(
     method : Dopri5, Rk4 or Dop8
         Integration method; steps end at every knot of the profile.
     limited : bool
-        Whether the torque of the motor stays within its limit; `remarks` says for how long it was at it.
+        Whether the torque of the motor stays within its limit at its speed, and the speed that a cascade's position
+        loop asks for within the largest one; `remarks` says for how long they were at their limits.
     feedforward : Feedforward, optional
         What the motor is given beside its loop. Default: that of the project file, or the speed alone.
 
@@ -233,7 +234,7 @@ def _driven(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mov
     if limited and not math.isfinite(mover.limits.most):
         raise ValueError("limited needs the largest torque of the motor; give limits=MotorLimits(torque) or max_torque")
     holding = standing_torque(mover.train, path) if limited else 0.0
-    train = servo_train(mover.train, mover.limits.most if limited else LARGEST, holding, shares)
+    train = servo_train(mover.train, mover.limits if limited else MotorLimits(), holding, shares)
     return replace(mover, train=train, limited=limited)
 
 
@@ -276,9 +277,13 @@ def _tail(poles: Any, path: Path) -> float:
     return min(LONGEST * path.duration, DECAY / float(np.min(rates, initial=np.inf)))
 
 
-def _time_at_limit(torque: Floats, t: Floats, limits: MotorLimits) -> str:
-    said = f"The torque of the motor was at its limit for {limited_time(torque, t, limits.most):.4g} s."
-    return said + " That limit is the same at every speed: its curve is compared, not kept." * bool(limits.peak_torque)
+def _times_at_limits(run: Followed, torque: Floats, speed: Floats, limits: MotorLimits) -> Iterator[str]:
+    """Times for which the motor was at its limits, a sentence each."""
+    beyond = limited_time(commanded_speed(run.train, run.t, tuple(run.y)), run.t, limits.fastest)
+    if beyond:
+        most = f"{limits.fastest / RPM:.5g} rpm"
+        yield f"The speed that the position loop asks of the motor was at its limit of {most} for {beyond:.4g} s."
+    yield f"The torque of the motor was at its limit for {limited_time(torque, run.t, limits.at(PEAK, speed)):.4g} s."
 
 
 def _result(
@@ -290,7 +295,7 @@ def _result(
     peaks, remarks = run.peaks(), mover.remarks
     if mover.limited:
         peaks[1] = min(peaks[1], mover.limits.most)
-        remarks = (*remarks, _time_at_limit(motor, run.t, mover.limits))
+        remarks = (*remarks, *_times_at_limits(run, motor, speed, mover.limits))
     rms = [math.sqrt(integral / path.duration) for integral in run.means[:3]]
     turned = train.N * path.travel()
     average = math.cbrt(run.means[3] / turned)

@@ -1,4 +1,4 @@
-"""The motor of a move as its drive has it: its torque limited, with anti-windup, and feedforward."""
+"""The motor of a move as its drive has it: its torque and speed command limited, with anti-windup, and feedforward."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -7,14 +7,15 @@ import numpy as np
 from ...base.choices import larger, select, smaller
 from ...base.law import class_of, share, states_of, torque_of, z_rate_of
 from ...base.protocols import lacking
-from ...base.quantities import Inertia, Ratio, Torque
+from ...base.quantities import LARGEST, AngularSpeed, Inertia, Rate, Ratio, Torque
 from ...compile.jit import chosen
-from ...drive.asked import Feedforward
+from ...drive.asked import PEAK, Feedforward, MotorLimits
 from ...model.laws.friction import LuGre, Stribeck, Viscous
 from ...model.laws.hysteresis import Parallel
-from ...model.train.controls import CascadeLoop, Lagged, core_of, inertia_of, states_inside
-from ...model.train.drive_train import DriveTrain
-from ...model.train.filters import Filtered, PositionIntegral
+from ...model.train.controls import CascadeLoop, Lagged, core_of, inertia_of, motor_states, states_inside
+from ...model.train.drive_train import DriveTrain, seen_deviation
+from ...model.train.filters import Filtered, MixedEncoders, PositionIntegral, apart
+from ...model.train.motion import polygon
 
 SLOW = 1e-3  # times the speed at which surfaces part: dry friction has its sign from there on
 
@@ -22,15 +23,24 @@ SLOW = 1e-3  # times the speed at which surfaces part: dry friction has its sign
 class Servo(NamedTuple):
     """A loop whose motor gives a torque of at most `most`, and that is given a share `speed` of its reference's speed.
 
-    The integral of a cascade gives back what the limit took, with its own time constant T_n (back-calculation; Astrom &
-    Hagglund, PID Controllers, 2nd ed. 1995, sec. 3.5); that of its position loop waits. `back` is 1/K_p, 0 of another
-    loop. The torque beside the loop's counts in the limit.
+    The limit goes with the motor's speed, of either sign, by the polygon through `torques` at `speeds`. The integral of
+    a cascade gives back what the limit took, with its own time constant T_n (back-calculation; Astrom & Hagglund,
+    PID Controllers, 2nd ed. 1995, sec. 3.5); that of its position loop waits. `back` is 1/K_p, 0 of another loop. The
+    torque beside the loop's counts in the limit.
+
+    The speed that a cascade's speed loop is to keep, share `speed` of the reference's less K_v (x + int x/T_p), stays
+    within `fastest`; the integral of its position loop waits then, too. `of_integral` is 1/T_p.
     """
 
     loop: Any
     most: Torque
     back: Annotated[float, "rad/(N*m*s)"]
     speed: Ratio = 1.0
+    speeds: tuple[AngularSpeed, ...] = (0.0, 1.0)
+    torques: tuple[Torque, ...] = (LARGEST, LARGEST)
+    fastest: AngularSpeed = LARGEST
+    K_v: Rate = 0.0
+    of_integral: Rate = 0.0
 
     def states(self) -> int:
         """Number of internal states."""
@@ -44,21 +54,43 @@ class Servo(NamedTuple):
         """Rates of the internal states without the limit."""
         return z_rate_of(self.loop, x, v, z)
 
+    def command(self, x: Any, z: Any, speed: Any) -> Any:
+        """Speed [rad/s] that the position loop asks of the motor, without its limit, at the speed of the reference."""
+        return self.speed * speed - self.K_v * integrated(self.loop, x, z, self.of_integral)
+
     def driven(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
         """What `controlled` returns."""
         x, v = deviation[0], deviation[1] + (1.0 - self.speed) * reference[0]
         states, heavy = share(self.loop, z), inertia_of(self.loop)
+        command = self.command(x, states, reference[0])
+        beyond = command - larger(smaller(command, self.fastest), -self.fastest)
+        v = v + beyond
         asked = excitation - torque_of(self.loop, x, v, states)
         asked = asked - heavy * ((torque + asked + heavy * reference[1]) / (J + heavy) - reference[1])
-        applied = larger(smaller(asked, self.most), -self.most)
+        most = smaller(self.most, polygon(self.speeds, self.torques, abs(deviation[1] + reference[0])))
+        applied = larger(smaller(asked, most), -most)
         acceleration = (torque + applied) / J
-        rates = unwound(self.loop, z_rate_of(self.loop, x, v, states), (applied - asked) * self.back)
+        rates = unwound(self.loop, z_rate_of(self.loop, x, v, states), (applied - asked) * self.back, beyond)
         return acceleration, applied - excitation, (deviation[1], acceleration - reference[1], *rates)
 
 
 @chosen
-def unwound(loop: Any, rates: Any, cut: Any) -> Any:
-    """Rates of the states of a loop, from those without a limit and what it took [rad/s]."""
+def integrated(loop: Any, x: Any, z: Any, share: Any) -> Any:
+    """Deviation x [rad] with a share [1/s] of its integral, which the states z of the loop have before the last."""
+    return _with_integral if PositionIntegral in _classes(loop) else _without_integral
+
+
+def _with_integral(loop: Any, x: Any, z: Any, share: Any) -> Any:
+    return x + share * z[-2]
+
+
+def _without_integral(loop: Any, x: Any, z: Any, share: Any) -> Any:
+    return x
+
+
+@chosen
+def unwound(loop: Any, rates: Any, cut: Any, beyond: Any) -> Any:
+    """Rates of the states of a loop, from those without limits and what the limits took of speeds [rad/s]."""
     classes = _classes(loop)
     if CascadeLoop not in classes:
         return _plain
@@ -72,16 +104,16 @@ def _classes(loop: Any) -> tuple[Any, ...]:
     return (class_of(loop), *_classes((loop.types if hasattr(loop, "instance_class") else loop)[0]))
 
 
-def _plain(loop: Any, rates: Any, cut: Any) -> Any:
+def _plain(loop: Any, rates: Any, cut: Any, beyond: Any) -> Any:
     return rates
 
 
-def _speed(loop: Any, rates: Any, cut: Any) -> Any:
+def _speed(loop: Any, rates: Any, cut: Any, beyond: Any) -> Any:
     return (*rates[:-1], rates[-1] - cut)
 
 
-def _both(loop: Any, rates: Any, cut: Any) -> Any:
-    return (*rates[:-2], select(cut == 0.0, rates[-2], 0.0), rates[-1] - cut)
+def _both(loop: Any, rates: Any, cut: Any, beyond: Any) -> Any:
+    return (*rates[:-2], select(abs(cut) + abs(beyond) == 0.0, rates[-2], 0.0), rates[-1] - cut)
 
 
 class FedTorque(NamedTuple):
@@ -131,14 +163,15 @@ def settled(law: Any) -> Any:
     return law
 
 
-def servo_train(train: DriveTrain, most: float, holding: float, shares: Feedforward) -> DriveTrain:
-    """The train with feedforward and a limit of its motor's torque [N*m], above what holds its load (ValueError)."""
+def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: Feedforward) -> DriveTrain:
+    """The train with feedforward and limits of its motor, whose torque is above what holds its load (ValueError)."""
     motor, end = train.motor, train.load.end()
     if motor.held:
         raise ValueError(
             "an ideally held motor takes any torque and needs no feedforward; give the motor a loop, or leave limited "
             "and feedforward out"
         )
+    most = float(limits.at(PEAK, 0.0))
     if holding >= most:
         raise ValueError(
             f"at rest the load takes {holding:.4g} N*m of the motor, whose limit is {most:.4g} N*m: it does not "
@@ -147,7 +180,14 @@ def servo_train(train: DriveTrain, most: float, holding: float, shares: Feedforw
     core, torques = core_of(motor.control), motor.excitation
     encoder = motor.control if hasattr(motor.control, "at_load") else None
     loop = encoder.loop if encoder else motor.control
-    control: Any = Servo(loop, most, 1.0 / core.K_p if isinstance(core, CascadeLoop) else 0.0, shares.speed)
+    control: Any = Servo(loop, min(limits.torque, LARGEST), 0.0, shares.speed)
+    if limits.peak_torque:
+        speeds, curve = zip(*limits.peak_torque, strict=True)
+        control = control._replace(speeds=speeds, torques=curve)
+    if isinstance(core, CascadeLoop):
+        of_integral = 1.0 / apart(loop)[1].get("T_p", np.inf)
+        fastest = min(limits.fastest, LARGEST)
+        control = control._replace(back=1.0 / core.K_p, fastest=fastest, K_v=core.K_v, of_integral=of_integral)
     control = encoder._replace(loop=control) if encoder else control
     if any(shares[:3]):
         constant = 0.0 if lacking(end.excitation, "mean") else end.excitation.mean
@@ -166,7 +206,17 @@ def on_segment(train: DriveTrain, segment: Any) -> DriveTrain:
     return train._replace(reference=segment)
 
 
-def limited_time(torque: Any, t: Any, most: float) -> float:
-    """Time [s] of samples (n,) of the motor's torque [N*m] at the limit."""
-    at_limit = np.abs(torque) >= most * (1.0 - 1e-9)
+def commanded_speed(train: DriveTrain, t: Any, y: Any) -> Any:
+    """Speed command [rad/s] (n,) of a limited cascade in states (states, n) at times [s], without its limit."""
+    control = train.motor.control
+    x, z = seen_deviation(control, train, y)[0], share(control, motor_states(control, y)[1])
+    if isinstance(control, MixedEncoders):
+        x, z = z[0], z[1:]
+    servo = control.loop if hasattr(control, "at_load") else control
+    return servo.command(x, z, train.omega * train.reference.slope(t)) if servo.K_v else np.zeros(len(t))
+
+
+def limited_time(values: Any, t: Any, most: Any) -> float:
+    """Time [s] of samples (n,) of a torque or a speed at the limit."""
+    at_limit = np.abs(values) >= most * (1.0 - 1e-9)
     return float(np.sum(np.diff(t)[at_limit[1:] & at_limit[:-1]]))
