@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compile.jit import kernel, kernel_as, run
+from ..compile.jit import kernel, kernel_as, routine, run
 
 PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
 LOOKED = 17  # places between two others at which a highest one is looked for
@@ -22,7 +22,7 @@ def largest_size(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     if width < 2 or not count:
         return np.asarray(np.abs(coefficients[:, 0]))
     out = np.empty(count)
-    run(_largest, np.ascontiguousarray(coefficients), _waves(width // 2), out, light=True)
+    run(largest_in, np.ascontiguousarray(coefficients), _waves(width // 2), out, light=True)
     return out
 
 
@@ -63,7 +63,7 @@ def _largest_loops(c: NDArray[np.float64], waves: NDArray[np.float64], largest: 
 
 
 @kernel_as(_largest_loops)
-def _largest(c: NDArray[np.float64], waves: NDArray[np.float64], largest: NDArray[np.float64]) -> None:
+def largest_in(c: NDArray[np.float64], waves: NDArray[np.float64], largest: NDArray[np.float64]) -> None:
     """Write the largest absolute values of series, from samples and, between these, by Newton's method."""
     harmonics, step = len(waves) // 2, 2.0 * np.pi / waves.shape[1]
     samples = c[:, :1] + c[:, 1:] @ waves
@@ -102,13 +102,14 @@ def highest_between(
     The series (n, 2H+1) are those at places (n,) of an arc; `from_mean` counts sizes from the mean.
     """
     out = np.empty(2)
-    run(
-        _highest, arc, np.ascontiguousarray(series), _waves(series.shape[1] // 2), low, high, from_mean, out, light=True
-    )
+    waves = _waves(series.shape[1] // 2)
+    run(highest_in, arc, np.ascontiguousarray(series), waves, low, high, from_mean, out, light=True)
     return float(out[0]), float(out[1])
 
 
-def _highest(arc: Any, series: Any, waves: Any, low: float, high: float, from_mean: bool, peak: Any) -> None:
+@routine
+def highest_in(arc: Any, series: Any, waves: Any, low: float, high: float, from_mean: bool, peak: Any) -> None:
+    """Write the place and the size of what `highest_between` gives; `waves` is the table of all harmonics."""
     places, values, rows = np.empty(LOOKED), np.empty(LOOKED), np.empty((LOOKED, series.shape[1]))
     best = 1
     for _ in range(2):
@@ -120,7 +121,7 @@ def _highest(arc: Any, series: Any, waves: Any, low: float, high: float, from_me
                 rows[j] += weights[a] * series[a]
             if from_mean:
                 rows[j, 0] = 0.0
-        _largest(rows, waves, values)
+        largest_in(rows, waves, values)
         best = min(max(int(np.argmax(values)), 1), LOOKED - 2)
         low, high = places[best - 1], places[best + 1]
     bend, rise = values[best - 1] - 2.0 * values[best] + values[best + 1], values[best - 1] - values[best + 1]

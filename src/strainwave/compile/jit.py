@@ -43,6 +43,7 @@ _light_runs = count()
 _runs: Counter[Any] = Counter()
 _all_light: ContextVar[bool] = ContextVar("_all_light", default=False)
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
+_inside: dict[type, None] = {}
 _exposed: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 
 
@@ -81,6 +82,11 @@ def chosen(choose: Callable[..., Any]) -> Callable[..., Any]:
 
     _kernels.append((function, choose, None))
     return function
+
+
+def inside(*classes: type) -> None:
+    """Let kernels make models of these classes and call their methods."""
+    _inside.update(dict.fromkeys(classes))
 
 
 def borrowed(thing: Any) -> Any:
@@ -208,7 +214,7 @@ _one_at_a_time = RLock()
 def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
     with _one_at_a_time:  # threads ask for their first kernels at once
         _numba()
-        for cls in classes:
+        for cls in (*_inside, *classes):
             _expose_methods(cls)
         while _kernels:  # those of modules imported since the last call
             _exposed.append(_kernels.pop())

@@ -56,6 +56,16 @@ void *NRT_MemInfo_alloc_aligned(i64 size, int align) {
   return place;
 }
 void NRT_MemInfo_call_dtor(void *of) { free(of); }
+void *NRT_Allocate(i64 size) { return malloc(size); }
+void NRT_Free(void *place) { free(place); }
+int numba_attempt_nocopy_reshape(
+    i64 axes, i64 *shape, i64 *strides, i64 count, i64 *wanted, i64 *steps, i64 size, int columns) {
+  i64 step = size;
+  for (i64 i = axes - 1; i >= 0; step *= shape[i--]) if (shape[i] != 1 && strides[i] != step) return 0;
+  step = size;
+  for (i64 i = count - 1; i >= 0; step *= wanted[i--]) steps[i] = step;
+  return !columns;
+}
 __attribute__((export_name("take"))) void *take(int size) { return malloc(size); }
 __attribute__((export_name("give"))) void give(void *place) { free(place); }
 """

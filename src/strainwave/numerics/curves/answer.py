@@ -1,0 +1,368 @@
+"""The response of an oscillator as one kernel: from its numbers to curve, stability, torque and speeds above a limit.
+
+All that is between the kernels of a curve (first guess, number of harmonics, crests, bands) is inside, so that the same
+code answers in Python and, compiled for a browser, in a page. It follows the one curve that joins both ends of a range.
+
+Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...base.results import Floats
+from ...base.series import highest_in, largest_in, weights_at
+from ...compile.jit import kernel, routine
+from ..addressed import torques
+from ..balance.linear_algebra import add, copy, dot, fill, row_times
+from ..balance.truncation import MATTERS
+from ..continuation.arc_length import ROWS, SCALE, Z1, follow
+from ..continuation.trace import AIM, LEAST, ONE, REACH, ROUNDS, SETTLED
+from ..labels import DECAYS, END, START, TOP
+from ..stability.second_order import stability
+from .inner_balance import grid_steps, linear_guess, problem_of, synthesis_of, tail_of
+
+PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one
+MOST_POINTS, MOST_CRESTS = 1500, 32
+OMEGA, OSCILLATION, PEAK, GROWTH, TORQUE, LABEL = range(6)  # columns of a curve
+HARMONICS, TAIL, BANDS, TOP_ROW, OTHERS = range(5)  # entries of `about`
+LOST, TURNED, UNKNOWN = -1, -2, -3  # in the place of the number of points: no curve, not to the end, no stability
+
+
+@routine
+def traced_from(
+    equations: Any, guess: Floats, direction: float, low: float, high: float, step: float, points: Floats, labels: Any
+) -> Any:  # fmt: skip
+    """Follow a branch from a guess; returns the number of its points and how it ends."""
+    n = len(guess) - 1
+    state, buffers = np.zeros((ROWS, n + 1)), (np.empty((n + 1, n + 1)), np.empty(n + 1, np.int64), np.zeros(7))
+    copy(guess, state[Z1])
+    fill(1.0 / max(dot(guess[:n], guess[:n]) ** 0.5, 1e-12), state[SCALE])
+    state[SCALE, n] = 1.0 / (high - low if high > low else abs(guess[n]) + 1e-12)
+    first = 0.1 * step if high > low else 1.0
+    count, outcome, _ = follow(
+        equations, state, direction, START, low, high, first, max(step, first), AIM, buffers, points, labels
+    )
+    return count, outcome
+
+
+@routine
+def solved_at(equations: Any, guess: Floats, point: Floats) -> bool:
+    """Write the solution at the speed of a guess; whether there is one."""
+    points, labels = np.empty((5, len(guess))), np.empty(5, np.int64)
+    count, _ = traced_from(equations, guess, 1.0, guess[-1], guess[-1], 1.0, points, labels)
+    copy(points[0], point)
+    return bool(count > 0)
+
+
+@routine
+def apart(a: Floats, b: Floats) -> float:
+    """Distance of two points, of the motion and of the speed, relative to their sizes."""
+    n, total, size = len(a) - 1, 0.0, 0.0
+    for i in range(n):
+        total += (a[i] - b[i]) ** 2
+        size += b[i] ** 2
+    return float((total / max(size, 1e-300)) ** 0.5 + abs(a[n] / b[n] - 1.0))
+
+
+@routine
+def across(
+    problem: Any, equations: Any, law: Any, low: float, high: float, step: float, points: Floats, labels: Any
+) -> Any:  # fmt: skip
+    """Follow the curve from one end of a range to the other; returns the number of its points, by ascending speed.
+
+    Also whether the linear response at the far end leads to another motion there.
+    """
+    n, reason, end = points.shape[1] - 1, LOST, np.empty(points.shape[1])
+    for way in range(2):
+        begin, far, direction = (low, high, 1.0) if way == 0 else (high, low, -1.0)
+        guess = linear_guess(problem, law, begin)
+        count, outcome = traced_from(equations, guess, direction, low, high, step, points, labels)
+        if count > 0:
+            reason = TURNED
+        if outcome != END or points[count - 1, n] != far:
+            continue
+        known = solved_at(equations, linear_guess(problem, law, far), end)
+        other = known and apart(end, points[count - 1]) > ONE
+        if way == 1:
+            for i in range(count // 2):
+                copy(points[i], end)
+                copy(points[count - 1 - i], points[i])
+                copy(end, points[count - 1 - i])
+                labels[i], labels[count - 1 - i] = labels[count - 1 - i], labels[i]
+        return count, other
+    return reason, False
+
+
+@routine
+def waves_of(h: int) -> Floats:
+    """Table (2H, samples) of cos 1, sin 1, cos 2, ... as `base.series` has it."""
+    table = synthesis_of(h, PER_HARMONIC * h)
+    waves = np.empty((2 * h, PER_HARMONIC * h))
+    for k in range(h):
+        copy(table[1 + k], waves[2 * k])
+        copy(table[1 + h + k], waves[2 * k + 1])
+    return waves
+
+
+@routine
+def displaced(error: Floats, point: Floats, from_mean: bool, out: Floats) -> None:
+    """Write the coefficients mean, cos 1, sin 1, ... of x = u + e at a point, without the mean if `from_mean`."""
+    h = len(error) // 2
+    out[0] = 0.0 if from_mean else point[0] + error[0]
+    for k in range(1, h + 1):
+        out[2 * k - 1], out[2 * k] = point[k] + error[k], point[h + k] + error[h + k]
+
+
+@routine
+def sizes_along(equations: Any, points: Floats, count: int, from_mean: bool, waves: Floats) -> Floats:
+    """Largest |x|, or |x - mean|, over the period at every point."""
+    series, sizes = np.empty((count, len(equations.error))), np.empty(count)
+    for i in range(count):
+        displaced(equations.error, points[i], from_mean, series[i])
+    largest_in(series, waves, sizes)
+    return sizes
+
+
+@routine
+def crest_at(
+    equations: Any, points: Floats, count: int, i: int, size: float, from_mean: bool, waves: Floats, crest: Floats
+) -> float:  # fmt: skip
+    """Write the crest next to point i, as `continuation.trace` finds it; returns on which side it is, 0 without one."""
+    n, m, side, peak = points.shape[1], 0, 0.0, np.empty(2)
+    scale, first = np.empty(n), max(i - REACH, 0)
+    fill(1.0 / max(dot(points[i, : n - 1], points[i, : n - 1]) ** 0.5, 1e-300), scale)
+    scale[n - 1] = 1.0 / max(abs(points[i, n - 1]), 1e-300)
+    most = 2 * REACH + 1 + ROUNDS
+    window, series, arc = np.empty((most, n)), np.empty((most, n - 1)), np.zeros(most)
+    for j in range(first, min(i + REACH + 1, count)):
+        copy(points[j], window[m])
+        displaced(equations.error, points[j], False, series[m])
+        if m > 0:
+            arc[m] = arc[m - 1] + np.sum(((window[m] - window[m - 1]) * scale) ** 2) ** 0.5
+        m += 1
+    mid = i - first
+    low, here, high = arc[mid - 1], arc[mid], arc[mid + 1]
+    if min(here - low, high - here) <= ONE * arc[m - 1]:
+        return 0.0
+    one, value, point = np.empty((1, n - 1)), np.empty(1), np.empty(n)
+    for _ in range(ROUNDS):
+        highest_in(arc[:m], series[:m], waves, low, high, from_mean, peak)
+        s, top = peak[0], peak[1]
+        if top - size <= SETTLED * top or not low < s < high or np.min(np.abs(arc[:m] - s)) == 0.0:
+            break
+        weights, guess = weights_at(arc[:m], s), np.zeros(n)
+        for j in range(m):
+            add(weights[j], window[j], guess)
+        if not solved_at(equations, guess, point):
+            break
+        if np.sum(((point - guess) * scale) ** 2) ** 0.5 > 0.1 * min(here - low, high - here):
+            break
+        displaced(equations.error, point, from_mean, one[0])
+        largest_in(one, waves, value)
+        if value[0] >= size:
+            size, side = value[0], s - here
+            copy(point, crest)
+        place = m
+        while arc[place - 1] > s:
+            arc[place] = arc[place - 1]
+            copy(window[place - 1], window[place])
+            copy(series[place - 1], series[place])
+            place -= 1
+        arc[place] = s
+        copy(point, window[place])
+        displaced(equations.error, point, False, series[place])
+        m += 1
+    return float(side)
+
+
+@routine
+def with_crests(equations: Any, points: Floats, labels: Any, count: int, waves: Floats) -> int:
+    """Insert the crests of |x| and of |x - mean| among the points of a curve; returns how many there are then."""
+    n, found = points.shape[1], 0
+    crests, after, crest = np.empty((MOST_CRESTS, n)), np.empty(MOST_CRESTS, np.int64), np.empty(n)
+    for measure in range(2):
+        sizes = sizes_along(equations, points, count, measure > 0, waves)
+        least = LEAST * np.max(sizes)
+        for i in range(1, count - 1):
+            if not (sizes[i] >= sizes[i - 1] and sizes[i] > sizes[i + 1] and sizes[i] > least and found < MOST_CRESTS):
+                continue
+            side = crest_at(equations, points, count, i, sizes[i], measure > 0, waves, crest)
+            place = i if side > 0.0 else i - 1
+            near = side == 0.0 or apart(crest, points[place]) <= ONE or apart(crest, points[place + 1]) <= ONE
+            for j in range(found):
+                near = near or (after[j] == place and apart(crest, crests[j]) <= ONE)
+            if not near:
+                copy(crest, crests[found])
+                after[found] = place
+                found += 1
+    for _ in range(found):  # the last first; of two in one place the farther from the point before
+        last = 0
+        for j in range(1, found):
+            here = max(after[j], 0)
+            farther = after[j] == after[last] and apart(crests[j], points[here]) > apart(crests[last], points[here])
+            last = j if after[j] > after[last] or farther else last
+        for i in range(count, after[last] + 1, -1):
+            copy(points[i - 1], points[i])
+            labels[i] = labels[i - 1]
+        copy(crests[last], points[after[last] + 1])
+        labels[after[last] + 1] = TOP
+        after[last], count = -1, count + 1
+    return count
+
+
+@routine
+def largest_torque(problem: Any, law: Any, table: Floats, point: Floats, work: Floats) -> float:
+    """Largest |T(u) + B u'| [N*m] over the period; `table` is a synthesis, `work` (4, samples) a buffer.
+
+    As `base.series.largest_of_samples` of its samples.
+    """
+    n, samples, best = len(problem.tau), table.shape[1], 0
+    h, rate = n // 2, np.zeros(n)
+    for k in range(1, h + 1):
+        rate[k], rate[h + k] = k * point[n] * point[h + k], -k * point[n] * point[k]
+    row_times(point, table, work[0])
+    row_times(rate, table, work[1])
+    torques(law, work[0], work[2])
+    for j in range(samples):
+        work[3, j] = abs(work[2, j] + problem.system.B * work[1, j])
+        if work[3, j] > work[3, best]:
+            best = j
+    near = np.empty(5)
+    for j in range(5):
+        near[j] = work[3, (best + j - 2) % samples]
+    low, high = 1e300, -1e300
+    for j in range(1, 4):
+        bend = 2.0 * near[j] - near[j - 1] - near[j + 1]
+        low, high = min(low, bend), max(high, bend)
+    middle = 2.0 * near[2] - near[1] - near[3]
+    smooth = low > 0.0 and high <= 2.0 * low
+    return float(near[2] + ((near[3] - near[1]) ** 2 / (8.0 * middle) if smooth else 0.0))
+
+
+@routine
+def growth_of(trace: float, decay: float) -> float:
+    """Largest modulus of the Floquet multipliers from the trace of Hill's period map and exp(-B period/(2J))."""
+    half = abs(0.5 * trace)
+    return float(decay * (half + ((half - 1.0) * (half + 1.0)) ** 0.5 if half >= 1.0 else 1.0))
+
+
+@routine
+def described(
+    problem: Any, equations: Any, law: Any, exact: int, points: Floats, labels: Any, count: int, waves: Floats,
+    curve: Floats,
+) -> bool:  # fmt: skip
+    """Write the rows of a curve; whether the stability of all points is known."""
+    n = len(problem.tau)
+    h, J, B = n // 2, problem.system.J, problem.system.B
+    traces, peaks = np.empty(count), np.empty(count)
+    grid = synthesis_of(h, grid_steps(problem, law, exact, points, count))
+    stability(problem, grid, points[:count], traces, peaks)
+    oscillation = sizes_along(equations, points, count, True, waves)
+    table = synthesis_of(h, PER_HARMONIC * max(FEWEST, h))
+    work, known = np.empty((4, table.shape[1])), True
+    for i in range(count):
+        omega = points[i, n]
+        decay = math.exp(-math.pi * B / (J * omega))
+        curve[i, OMEGA], curve[i, OSCILLATION], curve[i, PEAK] = omega, oscillation[i], peaks[i]
+        curve[i, GROWTH] = growth_of(traces[i], decay)
+        curve[i, TORQUE] = largest_torque(problem, law, table, points[i], work)
+        curve[i, LABEL] = labels[i]
+        known = known and math.isfinite(curve[i, GROWTH])
+    return known
+
+
+@routine
+def bands_above(curve: Floats, count: int, limit: float, bands: Floats) -> int:
+    """Write the speeds (n, 2) at which stable motions of a curve are above a limit, ascending and apart; returns n.
+
+    Between two points the size is taken as linear in the speed.
+    """
+    found = 0
+    for i in range(count - 1):
+        a, b = curve[i, OSCILLATION], curve[i + 1, OSCILLATION]
+        first, last = curve[i, OMEGA], curve[i + 1, OMEGA]
+        if min(curve[i, GROWTH], curve[i + 1, GROWTH]) >= DECAYS or max(a, b) <= limit:
+            continue
+        if min(a, b) <= limit:
+            crossing = first + (limit - a) / (b - a) * (last - first)
+            first, last = (crossing, last) if a <= limit else (first, crossing)
+        low, high, j = min(first, last), max(first, last), 0
+        while j < found:  # with all that it touches
+            if bands[j, 0] <= high and low <= bands[j, 1]:
+                low, high, found = min(low, bands[j, 0]), max(high, bands[j, 1]), found - 1
+                bands[j, 0], bands[j, 1] = bands[found, 0], bands[found, 1]
+                j = 0
+            else:
+                j += 1
+        if found < len(bands):
+            bands[found, 0], bands[found, 1] = low, high
+            found += 1
+    for i in range(found):
+        for j in range(i + 1, found):
+            if bands[j, 0] < bands[i, 0]:
+                for k in range(2):
+                    bands[i, k], bands[j, k] = bands[j, k], bands[i, k]
+    return found
+
+
+@kernel
+def answer(
+    system: Any, leaf: int, law: Any, functions: Any, low: float, high: float, limit: float, number: int,
+    harmonics: int, most: int, curve: Floats, bands: Floats, about: Floats,
+) -> int:  # fmt: skip
+    """Steady motions of an oscillator through a range of speeds, with stability, torque and speeds above a limit.
+
+    Parameters
+    ----------
+    system : Oscillator, by its address in machine code
+        Its `leaf` is the speed, which is replaced.
+    law : NamedTuple
+        The law of its torsion, by its address in machine code.
+    functions : Functions
+        What machine code calls, and how the torque is found.
+    low, high, limit : float
+        The range [rad/s], and the largest oscillation |x - mean| [rad] that is allowed.
+    number : int
+        About how many points to place.
+    harmonics, most : int
+        Harmonics to begin with, and at most.
+    curve : (MOST_POINTS, 6) array
+        Gets the points: OMEGA [rad/s], OSCILLATION and PEAK, the largest |x - mean| and |x| [rad], GROWTH, the largest
+        modulus of a Floquet multiplier, TORQUE, the largest torque in the gear [N*m], and LABEL.
+    bands : (n, 2) array
+        Gets the speeds above the limit.
+    about : (5,) array
+        Gets HARMONICS, the TAIL beyond them, the number of BANDS, the TOP_ROW, where a stable motion oscillates most,
+        and whether there are OTHERS, motions at an end of the range which the curve does not pass.
+
+    Returns
+    -------
+    int
+        The number of points; LOST, TURNED or UNKNOWN without them.
+    """
+    h = harmonics
+    while True:
+        problem, equations, memory = problem_of(system, leaf, law, functions, h)
+        points, labels = np.empty((MOST_POINTS, 2 * h + 2)), np.empty(MOST_POINTS, np.int64)
+        count, others = across(
+            problem, equations, law, low, high, 4.0 / number, points[: MOST_POINTS - MOST_CRESTS], labels
+        )
+        if count < 0:
+            return int(count)
+        tail = tail_of(problem, law, points, count)
+        if tail <= MATTERS or h >= most:
+            break
+        h = min(2 * h + 1, most)
+    waves = waves_of(h)
+    count = with_crests(equations, points, labels, count, waves)
+    if not described(problem, equations, law, functions.exact, points, labels, count, waves, curve):
+        return UNKNOWN
+    top = -1
+    for i in range(count):
+        if curve[i, GROWTH] < DECAYS and (top < 0 or curve[i, OSCILLATION] > curve[top, OSCILLATION]):
+            top = i
+    about[HARMONICS], about[TAIL], about[TOP_ROW], about[OTHERS] = h, tail, top, 1.0 if others else 0.0
+    about[BANDS] = bands_above(curve, count, limit, bands)
+    return int(count) + 0 * len(memory)  # which lives as long as the equations, that know it by its address

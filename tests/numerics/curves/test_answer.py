@@ -1,0 +1,70 @@
+"""One kernel from the numbers of an oscillator to its curve: the same motions as the verbs find in many calls."""
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.compile.jit import run
+from strainwave.compile.tree import leaf_of
+from strainwave.drive.response import of_equation, turn_response
+from strainwave.numerics.curves import answer as kernel
+from strainwave.numerics.curves.inner_balance import Functions
+from strainwave.numerics.labels import DECAYS, FOLD
+
+LAWS = {
+    "linear": sw.Linear(1.0),
+    "hardening": sw.Cubic(1.0, 0.1),
+    "softening": sw.Cubic(1.0, -0.02),
+    "three slopes": sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2),
+}
+
+
+def asked(system, low, high, limit=np.inf, harmonics=15):
+    exact = int(bool(system.law.breakpoints())) if hasattr(system.law, "breakpoints") else 0
+    curve, bands, about = np.zeros((kernel.MOST_POINTS, 6)), np.zeros((16, 2)), np.zeros(5)
+    count = run(
+        kernel.answer, system, leaf_of(system, "omega"), system.law, Functions(*[0] * 7, exact), low, high, limit, 40,
+        harmonics, 63, curve, bands, about,
+    )  # fmt: skip
+    return count, curve[: max(0, count)], bands[: int(about[kernel.BANDS])], about
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_kernel_finds_the_motions_of_the_response(law):
+    rng = np.random.default_rng(list(LAWS).index(law))
+    for _ in range(2):
+        lines = (sw.Line(1, 0.2 * rng.uniform(), 0.0), sw.Line(2, 0.05 * rng.uniform(), 1.0))
+        system = sw.Oscillator(
+            1.0, rng.uniform(0.05, 0.15), LAWS[law], sw.Harmonic(0.0, 1, 0.0, 0.3 * rng.uniform()), 1.0,
+            sw.KinematicError(lines),
+        )  # fmt: skip
+        count, curve, _, about = asked(system, 0.4, 1.9)
+        expected = of_equation(system, turn_response(system, (0.4, 1.9), 40, int(about[0]), False).curve)
+        assert count == len(expected.omega)
+        np.testing.assert_allclose(curve[:, kernel.OMEGA], expected.omega, rtol=1e-9)
+        np.testing.assert_allclose(curve[:, kernel.OSCILLATION], expected.oscillation, rtol=1e-9)
+        np.testing.assert_allclose(curve[:, kernel.PEAK], expected.peak, rtol=1e-9)
+        np.testing.assert_allclose(curve[:, kernel.TORQUE], expected.torque, rtol=1e-9)
+        np.testing.assert_array_equal(curve[:, kernel.GROWTH] < DECAYS, expected.stable)
+        folds = curve[curve[:, kernel.LABEL] == FOLD, kernel.OMEGA]
+        np.testing.assert_allclose(folds, [fold.omega for fold in expected.folds], rtol=1e-9)
+
+
+def test_the_speeds_above_a_limit_are_those_of_a_linear_spring():
+    zeta, limit = 0.1, 3.0
+    system = sw.Oscillator(1.0, 2.0 * zeta, sw.Linear(1.0), sw.Harmonic(1.0), 1.0)
+    _, curve, bands, about = asked(system, 0.3, 2.0, limit)
+    middle = 1.0 - 2.0 * zeta**2  # (1 - w^2)^2 + (2 zeta w)^2 = 1/limit^2
+    half = np.sqrt(middle**2 - 1.0 + 1.0 / limit**2)
+    np.testing.assert_allclose(bands, [np.sqrt([middle - half, middle + half])], rtol=2e-3)  # between two points a line
+    top = curve[int(about[kernel.TOP_ROW])]
+    assert top[kernel.OSCILLATION] == pytest.approx(0.5 / (zeta * np.sqrt(1.0 - zeta**2)), rel=1e-9)
+    assert top[kernel.OMEGA] == pytest.approx(np.sqrt(middle), rel=1e-5)
+
+
+def test_a_range_that_ends_between_folds_says_that_there_is_another_motion():
+    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.5), sw.Harmonic(0.2), 1.0)
+    folds = [fold.omega for fold in sw.frequency_response(system, (0.4, 3.0)).folds]
+    beyond, between = asked(system, 0.4, 3.0, harmonics=7)[3], asked(system, 0.4, sum(folds) / 2.0, harmonics=7)[3]
+    assert beyond[kernel.OTHERS] == 0.0
+    assert between[kernel.OTHERS] == 1.0
