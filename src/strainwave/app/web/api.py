@@ -22,6 +22,7 @@ from .guard import refusal
 from .state import (
     Body,
     JobRequest,
+    LogColumns,
     MotionRequest,
     OfState,
     Refused,
@@ -37,8 +38,14 @@ from .workers import Abandoned, Work, Workers
 Handler = Callable[[Request], Awaitable[Response]]
 OF_STATE, RESPONSE = Work("state", "of_state"), Work("views", "response")
 JOBS = {
-    "map": Work("views", "two_parameters"), "speed-map": Work("views", "mapped"),
-    "compensation": Work("views", "compensated"), "report": Work("exports", "report_of"),
+    "map": Work("views", "two_parameters"),
+    "speed-map": Work("views", "mapped"),
+    "compensation": Work("views", "compensated"),
+    "report": Work("exports", "report_of"),
+}
+WORDS = {
+    "map": "a two-parameter map", "speed-map": "a speed map", "compensation": "a compensation",
+    "report": "a report", "identify": "an identification",
 }  # fmt: skip
 
 
@@ -77,6 +84,7 @@ class Job:
     share: float = 0.0
     begun: float = field(default_factory=monotonic)
     seen: float = field(default_factory=monotonic)
+    part: Any = None  # of the result, as far as it is known
     result: Any = None
     error: str = ""
     task: asyncio.Task[None] | None = None
@@ -85,9 +93,10 @@ class Job:
         """Record that the work begins."""
         self.state, self.begun = "running", monotonic()
 
-    def progress(self, stage: str, share: float) -> None:
-        """Record the progress."""
+    def progress(self, stage: str, share: float, part: Any = None) -> None:
+        """Record the progress, and the part of the result that is known."""
         self.stage, self.share = stage, max(self.share, min(1.0, float(share)))
+        self.part = self.part if part is None else part
 
     def cancel(self) -> None:
         """Stop the work, unless it has ended."""
@@ -101,7 +110,8 @@ class Job:
         took = monotonic() - self.begun
         left = took * (1.0 / self.share - 1.0) if self.state == "running" and self.share > 0.02 else None
         told = {"kind": self.kind, "state": self.state, "stage": self.stage, "share": self.share, "seconds_left": left}
-        return told | {"result": self.result, "error": self.error or None}
+        part = self.part if self.state == "running" else None
+        return told | {"part": part, "result": self.result, "error": self.error or None}
 
 
 class Jobs:
@@ -133,7 +143,15 @@ class Jobs:
         job = self._jobs.get(name)
         if job is not None:
             job.seen = monotonic()
+            if job.state == "waiting":
+                job.stage = self._awaited(job)
         return job
+
+    def _awaited(self, job: Job) -> str:
+        """What a job waits for, in words."""
+        ahead = [one for one in self._jobs.values() if one.state in ("waiting", "running")]
+        kinds = [WORDS.get(one.kind, "a job") for one in ahead[: ahead.index(job)]]
+        return " ".join(["waiting for", " and ".join(kinds), "of this page or of another"]) if kinds else "starting"
 
     def cancel(self, name: str) -> Job | None:
         """Stop a job and forget it; None where there is none."""
@@ -227,20 +245,28 @@ async def answer(request: Request) -> Response:
 
 
 async def log(request: Request) -> Response:
-    """Content of a log, which is the body; `name` is that of its file."""
-    name, content = request.query_params.get("name", "log.csv")[:200], await request.body()
-    return await _view(request, Work("logs", "log_of"), name, content)
+    """Content of a log, which is the body; `name` is that of its file, `columns` says in JSON what is in it."""
+    return await _view(request, Work("logs", "log_of"), _name(request), await request.body(), _columns(request))
+
+
+def _name(request: Request) -> str:
+    return request.query_params.get("name", "log.csv")[:200]
+
+
+def _columns(request: Request) -> LogColumns:
+    """What the visitor says of the columns of a log (Refused)."""
+    return parsed(request.query_params.get("columns", "{}").encode(), LogColumns)
 
 
 async def identify(request: Request) -> Response:
     """Start the job that identifies a drive: the first line of the body is {"state": ...}, the log follows."""
-    name = request.query_params.get("name", "log.csv")[:200]
+    columns = _columns(request)
     first, _, content = (await request.body()).partition(b"\n")
     state = parsed(first, OfState).state
     await _computed(request, OF_STATE, bool, state)
     jobs: Jobs = request.app.state.jobs
     work = OF_STATE, Work("logs", "identified")
-    return JSONResponse({"id": jobs.begin("identify", *work, state, name, content)}, 201)
+    return JSONResponse({"id": jobs.begin("identify", *work, state, _name(request), content, columns)}, 201)
 
 
 async def begin(request: Request) -> Response:
@@ -279,7 +305,7 @@ async def schema(_request: Request) -> Response:
     descriptions = {
         "/api/gears": "GET: gears of the catalogue",
         "/api/jobs/{id}": "GET: state, progress, result; DELETE: cancel",
-        "/api/log?name=FILE": "POST: a log of at most 20 MiB as the body",
+        "/api/log?name=FILE": "POST: a log of at most 20 MiB as the body; &columns= says in JSON what its columns are",
         "/api/identify?name=FILE": 'POST: a line {"state": ...} and the log as the body; starts a job',
         "/api/schema": "GET: this",
         "/api/status": "GET: what is compiled now, or null",

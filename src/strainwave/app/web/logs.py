@@ -1,9 +1,10 @@
 """Content of an uploaded log: its channels, stretches and orders, and the parameters identified from it."""
 
 import math
+import re
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -14,27 +15,52 @@ from scipy.io import whosmat
 from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
-from ...files.logs.read import read_log
+from ...files.logs.names import canonical, named
+from ...files.logs.read import columns_of, read_log
+from ...files.logs.table import Column
 from ...study.identification.identified import channels_of
 from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan
+from ...study.identification.run import CANONICAL
 from ..view import sign
-from .state import Refused, yaml_of
+from .state import LogColumns, Refused, yaml_of
 
 SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
 MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12
 MOST_UNPACKED = 256 << 20  # bytes of a packed log
+CALLS = r"(columns|units)=(\{.*?\}|\[.*?\]|names)"  # arguments of the library in its sentences
 HIGHEST = 60.0  # order that a log is searched for
 
 
-def log_of(name: str, content: bytes) -> dict[str, Any]:
-    """Content of a log: channels, segments, orders of the deviation (Refused)."""
-    return _told(_read(name, content))
+def log_of(name: str, content: bytes, chosen: LogColumns) -> dict[str, Any]:
+    """Content of a log: channels, segments, orders of the deviation; or its columns, and why it cannot be read so.
+
+    Raises
+    ------
+    Refused
+        If there is no table in it.
+    """
+    with _filed(name, content) as path:
+        columns = columns_of(path, None, None)[0]
+        table = {"columns": [_column(one) for one in columns], "as": ["time", *CANONICAL]}
+        try:
+            log = read_log(path, chosen.columns or None, chosen.units, rate=chosen.rate)
+        except (ValueError, RuntimeError) as error:
+            return table | {"why": re.sub(CALLS, "it in the table of columns", _sentence(error, path))}
+        return table | {"why": ""} | _told(log)
 
 
-def identified(project: Project, name: str, content: bytes, progress: Callable[[str, float], None]) -> dict[str, Any]:
+def _column(column: Column) -> dict[str, str]:
+    found = named(column.name)
+    return {"name": column.name, "unit": column.unit or found.unit, "channel": canonical(found.name) or ""}
+
+
+def identified(
+    project: Project, name: str, content: bytes, chosen: LogColumns, progress: Callable[[str, float], None]
+) -> dict[str, Any]:
     """Parameters of a drive identified from a log with both angles, and the project file with them (Refused)."""
-    log = _read(name, content)
+    with _filed(name, content) as path:
+        log = read_log(path, chosen.columns or None, chosen.units, rate=chosen.rate)
     fit = identify_drive(project, log, progress=progress)
     residual = fit.found.residual[0]
     measured = with_torsion(channels_of(log), project.drive.N)["torsion"]
@@ -72,7 +98,9 @@ def unpacked(path: Path) -> int:
     return 0
 
 
-def _read(name: str, content: bytes) -> Log:
+@contextmanager
+def _filed(name: str, content: bytes) -> Iterator[Path]:
+    """The log as a file of its kind; what is wrong with it is told without the file's place (Refused)."""
     suffix = Path(name).suffix.lower()
     if suffix not in SUFFIXES:
         raise Refused(f"a log ends in {', '.join(SUFFIXES)}; this name ends in {suffix[:20]!r}")
@@ -84,9 +112,14 @@ def _read(name: str, content: bytes) -> Log:
         if unpacked(path) > MOST_UNPACKED:
             raise Refused(f"the log unpacks to more than {MOST_UNPACKED >> 20} MiB; cut it first")
         try:
-            return read_log(path)
+            yield path
         except (ValueError, RuntimeError) as error:
-            raise Refused(" ".join(str(error).replace(str(path), "log").split())) from None
+            raise Refused(_sentence(error, path)) from None
+
+
+def _sentence(error: Exception, path: Path) -> str:
+    """What is wrong with a log, without the place of its file."""
+    return " ".join(str(error).replace(str(path), "log").split())
 
 
 def _told(log: Log) -> dict[str, Any]:

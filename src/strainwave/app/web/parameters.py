@@ -7,10 +7,11 @@ from typing import Any
 
 from ...drive.project import Project
 from ...files.fields.entries import EXAMPLE_LOOP
-from ...files.fields.kinds import Row
+from ...files.fields.kinds import Place, Row
+from ...files.fields.kinds import read as read_kind
 from ...files.fields.rows import inside, row_at
 from ...files.fields.schema import ProjectSpec
-from ...files.variants.names import nominal_of, numbers_of, quantity
+from ...files.variants.names import keys_of, nominal_of, numbers_of, quantity
 from ...files.variants.replaced import OF_RECORD
 from ...files.yaml_text import read
 from ..view import sign
@@ -24,21 +25,59 @@ WORDS = {"B": "damping B", "to": "to", "from": "from", "mean": "mean"}
 
 
 def about(state: State) -> dict[str, Any]:
-    """Title, numbers with their ranges, parts that may be added, notes and speeds of a project."""
-    project, original = project_of(state), State(gear=state.gear, project=state.project)
+    """Title, numbers with their ranges, parts that may be added, notes and speeds of a project.
+
+    Values that a number may not have are told with it, and the rest is that of the project without them.
+    """
+    original = State(gear=state.gear, project=state.project)
     parts = _parts(project_of(original))
     present = [part for part in parts.values() if not state.values.keys().isdisjoint(part)]
     added = {name: value for part in present for name, value in part.items()}
     base = project_of(original.model_copy(update={"values": added}))
+    content = read(base.text).content
+    wrong = {name: sentence for name, text in state.values.items() if (sentence := _refusal(content, name, text))}
+    values = {name: text for name, text in state.values.items() if name not in wrong}
+    try:
+        project = project_of(state.model_copy(update={"values": values}))
+    except ValueError:  # values that do not go together: the view of them says why
+        project = base
     scale, (low, high) = project.speeds.scale, project.speeds.limits
     speed = {"low": scale * low, "high": scale * high, "unit": project.speeds.unit, "name": project.speeds.name}
+    rows = parameters(base)
+    for row in rows:
+        name = row["name"]
+        shown = _in_unit(content, name, values[name], row["unit"]) if name in values else row["value"]
+        row |= {"added": name in added, "now": None if name in wrong else shown, "wrong": wrong.pop(name, "")}
     return {
         "title": project.title,
-        "parameters": [{**row, "added": row["name"] in added} for row in parameters(base)],
+        "parameters": rows,
         "parts": [{"name": name, "values": part, "present": part in present} for name, part in parts.items()],
         "notes": project.notes,
         "speed": speed,
+        "unknown": wrong,
     }
+
+
+def _refusal(content: dict[str, Any], name: str, text: str) -> str:
+    """Why a number of a file may not have this text; empty where it may."""
+    place = Place((), [])
+    try:
+        row = row_of(content, ".".join(keys_of(content, name)))
+        if row is not None:
+            read_kind(row.kind, text, place)
+    except ValueError as error:
+        return str(error)
+    return place.found[0].sentence if place.found else "" if row else f"the project has no {name!r}"
+
+
+def _in_unit(content: dict[str, Any], name: str, text: str, unit: str) -> float | None:
+    """Number of a text in a unit, both of which a field of the file takes."""
+    value, own = quantity(text)
+    row = row_of(content, name)
+    if own == unit or row is None or value is None:
+        return value
+    one = row.kind.read(f"1 {unit}", Place((), []))
+    return float(row.kind.read(text, Place((), [])) / one)
 
 
 def _parts(project: Project) -> dict[str, dict[str, str]]:

@@ -121,6 +121,14 @@ class ScriptRequest(MapRequest):
     speed: Annotated[float, Field(gt=0.0, lt=1e7)] | None = None
 
 
+class LogColumns(Body):
+    """What is said of a log: places of columns from 0 on and units by channel, and the rate [Hz] without a time."""
+
+    columns: Annotated[dict[str, int], Field(max_length=MOST_VALUES)] = {}
+    units: Annotated[dict[str, str], Field(max_length=MOST_VALUES)] = {}
+    rate: Annotated[float, Field(gt=0.0)] | None = None
+
+
 Asked = TypeVar("Asked", bound=Body)
 
 
@@ -167,7 +175,7 @@ def project_of(state: State) -> Project:
     if file is not None:
         raise Refused(f"{file!r} names a file; the app reads none: write its numbers into the project")
     text = text_of(state)
-    values = {name: value for name, value in state.values.items() if name not in ("gear", "title")}
+    values = {name: value for name, value in state.values.items() if name != "title"}
     try:
         base = _read(text)
         return replaced(base, values, retune=True) if values else base  # the page is an editor of its file

@@ -26,7 +26,7 @@ from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
 
-Progress = Callable[[str, float], None]
+Progress = Callable[..., None]  # of a stage and a share, and of a part of the result where one is known
 MOST_SHOWN = 4000  # samples of a run
 HELD = (
     "The motor is ideally held at its speed; this drive has no loop, gravity or hysteresis; they change the answer. "
@@ -306,22 +306,26 @@ def _residual(residual: Any) -> dict[str, float]:
 def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress: Progress) -> dict[str, Any]:
     """Largest oscillation over two numbers of the project, row by row; points without a motion are None."""
     (first, across), (second, along) = axes
-    rows: list[list[float | None]] = []
+    rows: list[list[float | None]] = [[None] * len(across) for _ in along]
     why: dict[str, int] = {}
-    for i, b in enumerate(along):
-        row: list[float | None] = []
-        for j, a in enumerate(across):
-            progress("two-parameter map", (i * len(across) + j) / (len(across) * len(along)))
-            try:
-                found = solved(replaced(project, {first: a, second: b}, retune=True)).found  # as a slider does
-                row.append(float(found.oscillation[found.top] / ARCSEC))
-            except (ValueError, SolveError) as error:
-                row.append(None)
-                why[str(error)] = why.get(str(error), 0) + 1
-        rows.append(row)
+    cells = sorted(((i, j) for i in range(len(along)) for j in range(len(across))), key=_fineness)
+    head = {"axes": [{"name": first, "values": across}, {"name": second, "values": along}], "remarks": []}
+    for k, (i, j) in enumerate(cells):
+        part = head | {"largest_oscillation_arcsec": rows} if k % len(across) == 1 else None
+        progress("two-parameter map", k / len(cells), part)
+        try:
+            drive = replaced(project, {first: across[j], second: along[i]}, retune=True)  # as a slider does
+            found = solved(drive).found
+            rows[i][j] = float(found.oscillation[found.top] / ARCSEC)
+        except (ValueError, SolveError) as error:
+            why[str(error)] = why.get(str(error), 0) + 1
     missing = [f"{count} points have no value: {sentence}" for sentence, count in why.items()]
-    return {
-        "axes": [{"name": first, "values": across}, {"name": second, "values": along}],
+    return head | {
         "largest_oscillation_arcsec": rows,
         "remarks": [*filter(None, [tuning(project, (first, second), True)]), *missing],
     }
+
+
+def _fineness(cell: tuple[int, int]) -> int:
+    """How fine the first grid is that a cell of a map belongs to: every fourth row and column, every second, all."""
+    return sum(any(place % step for place in cell) for step in (4, 2))

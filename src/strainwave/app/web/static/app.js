@@ -1,12 +1,14 @@
 // The page: chooses a drive, shows a view of it, follows the sliders.
 import { call, leave } from "/static/api.js";
-import { clear, dark, element, legends } from "/static/plots.js";
+import { busy, jobOf, progressOf, stop, stopAll } from "/static/jobs.js";
+import { readLog } from "/static/log.js";
+import { answer, clear, dark, element, legends, recolour } from "/static/plots.js";
 import { build } from "/static/sliders.js";
-import { asked, recall, remember, state } from "/static/state.js";
-import { forget, readLog, repaint, setProject, stop, take, VIEWS } from "/static/views.js";
+import { about, asked, BACK, FIRST, FORTH, recall, remember, setAbout, state, step, undoable } from "/static/state.js";
+import { take, VIEWS } from "/static/views.js";
 
 const byId = (id) => document.getElementById(id);
-let timer = 0, resizing = 0;
+let timer = 0, typing = 0, resizing = 0;
 
 function say(text, bad) {
   byId("status").textContent = text;
@@ -18,26 +20,31 @@ function remark(remarks) {
   byId("remarks").replaceChildren(...(items.length ? [element("ul", {}, ...items)] : []));
 }
 
-async function trying(work) {
+async function trying(work, refused = (sentence) => say(sentence, true)) {
   try {
     const found = await work();
-    say("");
+    if (!byId("status").classList.contains("bad")) say("");
     return found;
   } catch (error) {
-    if (error.name !== "AbortError") say(error.message, true);
+    if (error.name !== "AbortError") refused(error.message);
     return undefined;
   }
 }
 
 async function show() {
   await remember();
+  undo();
+  say("");
   let waiting = true;
   const slow = setTimeout(() => say("computing …"), 400);
   const looking = setInterval(async () => {
     const now = await call("/api/status").catch(() => ({}));
     if (waiting && now.compiling) say(now.compiling);
   }, 1000);
-  const remarks = await trying(() => VIEWS[state.view].show(soon));
+  const remarks = await trying(() => VIEWS[state.view].show(soon), (sentence) => {
+    say("");
+    answer(sentence, false, true);
+  });
   waiting = false;
   clearTimeout(slow);
   clearInterval(looking);
@@ -50,11 +57,24 @@ function soon() {
   timer = setTimeout(show, 25);
 }
 
+// A typed text is read by the server, which marks the field where it refuses it.
+function typed() {
+  clearTimeout(typing);
+  typing = setTimeout(async () => { if (await load()) await show(); }, 250);
+}
+
+function undo() {
+  [byId("undo").disabled, byId("redo").disabled] = undoable().map((can) => !can);
+}
+
+async function turned(way) {
+  if (step(way) && await load()) await show();
+}
+
 const showTab = () => byId("tab-" + state.view).scrollIntoView({ block: "nearest", inline: "nearest" });
 
 async function choose(view) {
   leave("view");
-  await stop();
   if (view !== state.view) delete state.options.run;
   state.view = view in VIEWS ? view : "response";
   for (const tab of byId("views").children) {
@@ -64,29 +84,57 @@ async function choose(view) {
   }
   showTab();
   byId("panel").setAttribute("aria-labelledby", "tab-" + state.view);
-  forget();
   clear();
   byId("controls").replaceChildren();
-  byId("answer").textContent = "";
+  answer("");
   remark([]);
   await show();
 }
 
 async function load() {
-  byId("gear").value = state.project === null ? state.gear : "";
   const found = await trying(() => call("/api/project", { body: { state: asked() }, kind: "project" }));
   if (!found) return false;
-  setProject(found);
+  byId("gear").value = state.project === null ? state.gear : state.values.gear ?? "";
+  setAbout(found);
   byId("title").textContent = found.title;
   document.title = `${found.title} · strainwave`;
-  build(found, soon);
+  build(found, soon, typed);
+  for (const name of Object.keys(found.unknown)) delete state.values[name];
+  const left = Object.values(found.unknown);
+  if (left.length) say(`Left out: ${left.join("; ")}`, true);
   return true;
 }
 
+// The drive and the view of the address, or the first one and a sentence where the address has none.
+async function opened() {
+  let wrong = await recall();
+  if (!(await load())) {
+    wrong = `${byId("status").textContent}. The page shows ${FIRST} instead.`;
+    Object.assign(state, { gear: FIRST, project: null, values: {} });
+    await load();
+  }
+  if (byId("status").className) wrong ||= byId("status").textContent;
+  await choose(state.view);
+  if (wrong) say(wrong, true);
+}
+
+// Another gear in the same axis: load, motor, loop, limit, speeds and damping stay. Its kinematic error is its own.
+async function changeGear(gear) {
+  if (state.project !== null) state.values.gear = gear;
+  else {
+    const stays = about.parameters.filter((p) => p.group !== "gear" && !p.name.startsWith("excitation.kinematic_error"));
+    const values = stays.map((p) => [p.name, state.values[p.name] ?? `${p.value} ${p.unit}`.trim()]);
+    const words = Object.entries(state.values).filter(([, text]) => !/^[-+−.\d]/.test(text));
+    Object.assign(state, { gear, values: Object.fromEntries([...words, ...values]) });
+  }
+  if (await load()) await show();
+}
+
 async function taken(text) {
-  state.project = text;
-  Object.assign(state, { values: {}, options: {} });
+  const before = { project: state.project, values: state.values };
+  Object.assign(state, { project: text, values: {}, options: {} });
   if (await load()) await choose(state.view === "log" ? "response" : state.view);
+  else Object.assign(state, before);
 }
 
 function tabs() {
@@ -119,35 +167,45 @@ function dropping() {
     const file = event.dataTransfer.files[0];
     if (!file) return;
     if (/\.ya?ml$/i.test(file.name)) await taken(await file.text());
-    else document.dispatchEvent(new CustomEvent("log", { detail: file }));
+    else document.dispatchEvent(new CustomEvent("log", { detail: { file } }));
   });
   document.addEventListener("project", (event) => taken(event.detail));
   document.addEventListener("log", async (event) => {
+    say("");
+    await trying(() => readLog(event.detail.file, event.detail.columns));
     if (state.view !== "log") await choose("log");
-    forget();
-    clear();
-    const notes = await trying(() => readLog(event.detail));
-    if (notes) remark(notes);
+    else await show();
   });
 }
 
 async function begin() {
   tabs();
   dropping();
-  await recall();
   const gears = (await trying(() => call("/api/gears"))) ?? [];
   byId("gear").append(element("option", { value: "", textContent: "own project", disabled: true }));
   byId("gear").append(...gears.map((gear) => element("option", { value: gear.name, textContent: gear.name })));
-  byId("gear").addEventListener("change", async () => {
-    Object.assign(state, { gear: byId("gear").value, project: null, values: {}, options: {} });
-    if (await load()) await choose(state.view);
+  byId("gear").addEventListener("change", () => changeGear(byId("gear").value));
+  byId("undo").addEventListener("click", () => turned(BACK));
+  byId("redo").addEventListener("click", () => turned(FORTH));
+  addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || !["z", "y"].includes(event.key.toLowerCase())) return;
+    event.preventDefault();
+    turned(event.shiftKey || event.key === "y" ? FORTH : BACK);
   });
   byId("open").addEventListener("click", () => byId("project-file").click());
   byId("project-file").addEventListener("change", (event) => event.target.files[0]?.text().then(taken));
   byId("reset").addEventListener("click", async () => { state.values = {}; if (await load()) await show(); });
-  for (const what of ["project", "script", "report"]) {
-    byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
-  }
+  for (const what of ["project", "script"]) byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
+  byId("save-report").addEventListener("click", () => (busy("report") ? stop("report") : trying(() => take("report"))));
+  document.addEventListener("job", ({ detail: name }) => {
+    if (name === "report") {
+      byId("save-report").textContent = busy(name) ? "Cancel report" : "Report";
+      byId("report-stage").textContent = busy(name) ? progressOf(jobOf(name)) : "";
+    } else {
+      byId("tab-" + name).classList.toggle("busy", busy(name));
+      if (name === state.view) trying(() => VIEWS[name].show(soon)).then((remarks) => remarks && remark(remarks));
+    }
+  });
   document.addEventListener("part", async ({ detail: { values, present, id } }) => {
     const before = { ...state.values };
     for (const [name, value] of Object.entries(values)) {
@@ -159,14 +217,14 @@ async function begin() {
     byId(id)?.focus();
   });
   byId("sliders").addEventListener("submit", (event) => event.preventDefault());
-  dark.addEventListener("change", async () => { if (!(await repaint())) await choose(state.view); });
-  addEventListener("hashchange", async () => { await recall(); if (await load()) await choose(state.view); });
+  dark.addEventListener("change", () => { recolour(); show(); });
+  addEventListener("hashchange", opened);
   addEventListener("resize", () => {
     clearTimeout(resizing);
     resizing = setTimeout(() => { showTab(); legends(); }, 150);
   });
-  addEventListener("pagehide", stop);
-  if (await load()) await choose(state.view);
+  addEventListener("pagehide", stopAll);
+  await opened();
 }
 
 begin();

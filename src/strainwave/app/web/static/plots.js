@@ -4,13 +4,36 @@ import { download } from "/static/api.js";
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 const ON_LIGHT = ["#0072b2", "#d55e00", "#00815e", "#b0508a", "#b87800", "#2f8fc4", "#707070"];
 const ON_DARK = ["#56b4e9", "#ff8a3d", "#2fd0a0", "#e79cc8", "#f0c04a", "#9ad3f5", "#b5b5b5"];
-export const colours = () => (dark.matches ? ON_DARK : ON_LIGHT);
+export let COLOURS, BLUE, RED, GREEN, PINK, ORANGE;
+export let epoch = 0; // pictures of an earlier one are gone, or in other colours
+export function recolour() {
+  epoch += 1;
+  COLOURS = dark.matches ? ON_DARK : ON_LIGHT;
+  [BLUE, RED, GREEN, PINK, ORANGE] = COLOURS;
+}
+recolour();
 const emOf = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
 
 export function element(tag, fields = {}, ...children) {
   const made = Object.assign(document.createElement(tag), fields);
   made.append(...children);
   return made;
+}
+
+export const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
+export const signed = (unit) => (unit ?? "").replaceAll("*", "·");
+export const between = (values, unit) => {
+  const shown = values.filter((value) => Number.isFinite(value));
+  return `from ${round(Math.min(...shown))} to ${round(Math.max(...shown))} ${unit}`;
+};
+
+// The sentence that answers the question of a view. It says ✗ of what fails and of what was refused, whose picture is
+// that of the drive before: it is dimmed.
+export function answer(text, good, stale = false) {
+  const line = document.getElementById("answer");
+  if (line.textContent !== text) line.textContent = text;
+  line.className = good === null || good === undefined ? "" : good ? "good" : "bad";
+  document.getElementById("plots").classList.toggle("stale", stale);
 }
 
 // A long title has its unit on a line of its own, so that it fits a phone.
@@ -59,7 +82,7 @@ export async function draw(name, { data, layout, table, label, size = "" }) {
       button.addEventListener("click", () => save(box, name, format));
       take.append(button);
     }
-    plots.append(box, take);
+    plots.append(element("figure", {}, box, take));
   }
   box.setAttribute("aria-label", label);
   box.table = table;
@@ -103,6 +126,7 @@ export function legends() {
 }
 
 export function clear() {
+  epoch += 1;
   for (const box of document.querySelectorAll(".plot")) window.Plotly.purge(box);
   document.getElementById("plots").replaceChildren();
 }

@@ -1,10 +1,9 @@
-// Sliders and number fields, made from the description that the server gives of a project's numbers.
+// Sliders and fields, made from the description that the server gives of a project's numbers.
 import { element } from "/static/plots.js";
 import { state } from "/static/state.js";
 
 const STEPS = 1000;
-const numberOf = (text) => parseFloat(text);
-const short = (value) => Number(value.toPrecision(4)).toString();
+const short = (value, digits = 4) => Number(value.toPrecision(digits)).toString();
 const ends = (p, value) => (p.log ? [p.low, p.high] : [Math.min(p.low, value), Math.max(p.high, value)]);
 
 const place = (p, value) => {
@@ -17,17 +16,42 @@ const valueAt = (p, at) => {
   return p.log ? p.low * (p.high / p.low) ** share : p.low + share * (p.high - p.low);
 };
 
-export function build({ parameters, parts }, changed) {
+// What was typed, as a project file has it: a decimal comma is a point, and a plain number has the unit of its field.
+// Three digits after a comma may be thousands; the server asks.
+export function written(p, text) {
+  const plain = text.trim().replace(/^([-+−]?\d*),(\d{1,2}|\d{4,})(?!\d)/, "$1.$2");
+  return /^[-+−]?[\d.,]*(e[-+]?\d+)?$/i.test(plain) ? `${plain} ${p.unit}`.trim() : plain;
+}
+const ownUnit = (p, text) => (p.unit && text.endsWith(" " + p.unit) ? text.slice(0, -p.unit.length - 1) : text);
+
+let rows = new Map();
+export const numberNow = (name) => rows.get(name).now();
+
+// Show the numbers; where they are those that are shown, what is typed stays as it is.
+export function build({ parameters, parts }, slid, typed) {
+  const names = parameters.map((p) => p.name + p.unit + p.added).join() + parts.map((p) => p.name + p.present);
   const form = document.getElementById("sliders");
+  if (form.dataset.names === names) {
+    for (const p of parameters) rows.get(p.name).show(p);
+    return;
+  }
+  form.dataset.names = names;
   form.replaceChildren();
+  rows = new Map();
   const groups = new Map();
   for (const p of parameters) {
+    const folded = p.group === "gear" && !p.name.slice(5).includes(".");
     if (!groups.has(p.group)) {
-      const set = element("fieldset", {}, element("legend", { textContent: p.group.replaceAll("_", " ") }));
+      const name = p.group.replaceAll("_", " ");
+      const set = folded
+        ? element("details", {}, element("summary", { textContent: `${name}: stiffnesses and torques of the catalogue` }))
+        : element("fieldset", {}, element("legend", { textContent: name }));
       groups.set(p.group, set);
       form.append(set);
     }
-    groups.get(p.group).append(row(p, changed));
+    rows.set(p.name, row(p, slid, typed));
+    groups.get(p.group).append(rows.get(p.name).box);
+    rows.get(p.name).show(p);
   }
   const add = parts.map((part) => {
     const id = "part-" + part.name.replaceAll(" ", "-");
@@ -38,46 +62,69 @@ export function build({ parameters, parts }, changed) {
   if (add.length) form.append(element("fieldset", {}, element("legend", { textContent: "parts" }), element("div", { className: "parts" }, ...add)));
 }
 
-function row(p, changed) {
+function row(p, slid, typed) {
   const id = "value-" + p.name;
-  const given = state.values[p.name];
-  const value = given === undefined ? p.value : numberOf(given);
-  const field = element("input", { type: "number", id, step: "any", value: short(value) });
-  field.dataset.name = p.name;
   const named = p.shown_unit ? `${p.label} [${p.shown_unit}]` : p.label;
-  field.setAttribute("aria-label", named);
-  const slider = element("input", { type: "range", min: 0, max: STEPS, step: 1, value: place(p, value), id: id + "-slider" });
-  slider.setAttribute("aria-label", named);
+  const field = element("input", { type: "text", id, inputMode: "text", spellcheck: false });
+  const slider = element("input", { type: "range", min: 0, max: STEPS, step: 1, id: id + "-slider" });
+  for (const one of [field, slider]) one.setAttribute("aria-label", named);
+  field.dataset.name = p.name;
   const group = p.group.replaceAll("_", " ") + " ";
   const inGroup = p.label.startsWith(group) ? p.label.slice(group.length) : p.label;
   const label = element("label", { htmlFor: id, textContent: inGroup, title: p.help });
-  const box = element("div", { className: "value" }, label, field, element("span", { className: "unit", textContent: p.shown_unit }), slider);
-  const tell = (now) => slider.setAttribute("aria-valuetext", `${short(now)} ${p.shown_unit}`);
-  tell(value);
-  box.classList.toggle("changed", given !== undefined);
-  if (p.help) {
-    const help = element("span", { id: id + "-help", hidden: true, textContent: p.help });
-    box.append(help);
-    field.setAttribute("aria-describedby", help.id);
-  }
-  const take = (now) => {
-    const wrong = !Number.isFinite(now);
-    field.setAttribute("aria-invalid", String(wrong));
-    if (wrong) return;
-    if (now === p.value && !p.added) delete state.values[p.name];
-    else state.values[p.name] = `${now} ${p.unit}`.trim();
-    box.classList.toggle("changed", now !== p.value);
-    tell(now);
-    changed();
+  const unit = element("span", { className: "unit" });
+  const help = element("span", { id: id + "-help", hidden: true, textContent: p.help });
+  const wrong = element("span", { id: id + "-wrong", className: "wrong" });
+  const [low, high] = [element("span", { className: "end" }), element("span", { className: "end" })];
+  const range = element("div", { className: "range" }, low, slider, high);
+  const box = element("div", { className: "value" }, label, field, unit, range, wrong, help);
+  field.setAttribute("aria-describedby", `${help.id} ${wrong.id}`);
+  let now = p.value;
+  const tell = (value) => {
+    now = value;
+    box.classList.toggle("changed", value !== p.value || Boolean(p.added));
+    if (value === null) return;
+    [low.textContent, high.textContent] = ends(p, value).map((end) => short(end, 3));
+    slider.setAttribute("aria-valuetext", `${short(value)} ${p.shown_unit}`);
+  };
+  const mark = (sentence) => {
+    field.setAttribute("aria-invalid", String(Boolean(sentence)));
+    wrong.textContent = sentence;
+    if (sentence) box.closest("details")?.setAttribute("open", "");
+  };
+  const put = (value, text) => {
+    field.value = text;
+    unit.textContent = p.shown_unit;
+    if (value === p.value && !p.added) delete state.values[p.name];
+    else state.values[p.name] = `${text} ${p.unit}`.trim();
+    mark("");
+    tell(value);
+    slid();
   };
   slider.addEventListener("input", () => {
-    field.value = short(valueAt(p, Number(slider.value)));
-    take(numberOf(field.value));
+    const text = short(valueAt(p, Number(slider.value)));
+    put(Number(text), text);
   });
   field.addEventListener("input", () => {
-    const now = numberOf(field.value);
-    if (Number.isFinite(now)) slider.value = place(p, now);
-    take(now);
+    state.values[p.name] = written(p, field.value);
+    typed();
   });
-  return box;
+  field.addEventListener("keydown", (event) => {
+    const way = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+    if (!way || now === null) return;
+    event.preventDefault();
+    const next = short(now + way * (event.shiftKey ? 0.1 : 0.01) * (Math.abs(now) || p.high), 6);
+    slider.value = place(p, Number(next));
+    put(Number(next), next);
+  });
+  const show = (found) => {
+    Object.assign(p, found);
+    const text = state.values[p.name] ?? `${short(p.value, 6)} ${p.unit}`.trim(), own = ownUnit(p, text);
+    if (written(p, field.value) !== text) field.value = own;
+    mark(p.wrong);
+    tell(p.now);
+    if (p.now !== null) slider.value = place(p, p.now);
+    unit.textContent = p.now !== null && p.unit && own === text ? `= ${short(p.now)} ${p.shown_unit}` : p.shown_unit;
+  };
+  return { box, show, now: () => now };
 }

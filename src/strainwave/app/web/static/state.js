@@ -1,6 +1,11 @@
 // The state of the page: gear or project text, changed values, view. The address holds all of it.
 
-export const state = { gear: "CSG-40-50", project: null, values: {}, view: "response", options: {} };
+export const FIRST = "CSG-40-50";
+const PAUSE = 700; // ms without a change, after which the next change is one of its own for Back and Undo
+export const state = { gear: FIRST, project: null, values: {}, view: "response", options: {} };
+
+export let about = null; // what the server says of the drive: its numbers and its speeds
+export const setAbout = (found) => { about = found; };
 
 const bytesOf = async (stream) => new Uint8Array(await new Response(stream).arrayBuffer());
 
@@ -18,6 +23,11 @@ async function unpacked(text) {
   return new TextDecoder().decode(bytes);
 }
 
+const past = [], future = [];
+let drive = null, pausing = true, timer = 0;
+const driveNow = () => JSON.stringify({ gear: state.gear, project: state.project, values: state.values });
+
+// Write the state into the address: a new entry of the history after a pause, else the one that the change began.
 export async function remember() {
   const query = new URLSearchParams();
   if (state.project === null) query.set("gear", state.gear);
@@ -25,25 +35,55 @@ export async function remember() {
   query.set("view", state.view);
   for (const [name, value] of Object.entries(state.values)) query.set("v." + name, value);
   for (const [name, value] of Object.entries(state.options)) query.set("o." + name, value);
-  history.replaceState(null, "", "#" + query);
+  const hash = "#" + query, now = driveNow(), began = pausing && drive !== null;
+  if (now !== drive && began) {
+    past.push(drive);
+    future.length = 0;
+  }
+  if (hash !== location.hash || now !== drive) pausing = false;
+  if (hash !== location.hash) history[began ? "pushState" : "replaceState"](null, "", hash);
+  drive = now;
+  clearTimeout(timer);
+  timer = setTimeout(pause, PAUSE);
 }
 
+function pause() {
+  pausing = true;
+  document.dispatchEvent(new Event("pause"));
+}
+
+export const undoable = () => [past.length > 0, future.length > 0];
+
+// Take the drive before the last change, or after the one that was undone; whether there is one.
+export function step([from, to]) {
+  if (!from.length) return false;
+  to.push(drive);
+  drive = from.pop();
+  Object.assign(state, JSON.parse(drive));
+  pausing = true;
+  return true;
+}
+export const BACK = [past, future], FORTH = [future, past];
+
+// Read the state from the address; a sentence where it is damaged.
 export async function recall() {
   const query = new URLSearchParams(location.hash.slice(1));
-  if (query.has("gear")) Object.assign(state, { gear: query.get("gear"), project: null });
-  if (query.has("project")) {
-    try { state.project = await unpacked(query.get("project")); } catch { state.project = null; }
-  }
+  Object.assign(state, { gear: query.get("gear") ?? FIRST, project: null, values: {}, options: {} });
   state.view = query.get("view") ?? "response";
-  state.values = {};
-  state.options = {};
+  pausing = true;
+  try {
+    if (query.has("project")) state.project = await unpacked(query.get("project"));
+  } catch {
+    return `The link is damaged: its project cannot be read. The page shows ${FIRST} instead; copy the whole link, or open the project file.`;
+  }
   for (const [key, value] of query) {
     if (key.startsWith("v.")) state.values[key.slice(2)] = value;
     if (key.startsWith("o.")) state.options[key.slice(2)] = value;
   }
+  return "";
 }
 
 export function asked() {
-  const drive = state.project === null ? { gear: state.gear } : { project: state.project };
-  return { ...drive, values: state.values };
+  const which = state.project === null ? { gear: state.gear } : { project: state.project };
+  return { ...which, values: state.values };
 }

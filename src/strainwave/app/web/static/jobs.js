@@ -1,0 +1,99 @@
+// Jobs: one for each view, and one for the report. They go on while another view is shown, and keep their results.
+import { call } from "/static/api.js";
+import { answer, element, epoch } from "/static/plots.js";
+import { asked, remember, state } from "/static/state.js";
+
+const jobs = new Map();
+const going = (one) => one?.state === "waiting" || one?.state === "running";
+export const busy = (name) => going(jobs.get(name));
+export const jobOf = (name) => jobs.get(name);
+const tell = (name) => document.dispatchEvent(new CustomEvent("job", { detail: name }));
+const drop = (one) => one.id && call("/api/jobs/" + one.id, { method: "DELETE" }).catch(() => {});
+const drive = () => JSON.stringify(asked());
+
+// Start a job and follow it; `start` asks the server for it. What has ended is told by its state.
+export async function run(name, start, more = {}) {
+  stop(name);
+  const one = { ...more, drive: drive(), state: "waiting", stage: "waiting", share: 0, seconds_left: null };
+  jobs.set(name, one);
+  tell(name);
+  try {
+    one.id = (await start()).id;
+    while (going(one)) {
+      await new Promise((resolve) => setTimeout(resolve, 150));
+      if (going(one)) Object.assign(one, await call("/api/jobs/" + one.id));
+      tell(name);
+    }
+  } catch (error) {
+    if (going(one)) Object.assign(one, { state: "failed", error: error.message });
+    tell(name);
+  }
+  await drop(one);
+  return one;
+}
+
+export function stop(name) {
+  const one = jobs.get(name);
+  if (!going(one)) return;
+  one.state = "cancelled"; // `run` sees it, and tells the server
+  tell(name);
+}
+export function forget(name) {
+  stop(name);
+  jobs.delete(name);
+}
+export const stopAll = () => [...jobs.values()].filter(going).forEach(drop);
+
+export const progressOf = (one) => one.stage + (one.seconds_left === null ? "" : `, about ${Math.ceil(one.seconds_left)} s left`);
+
+// The controls of a view that a job fills, and its picture as far as it is known. `begin` gives {start, ...more}.
+export async function jobView(question, label, begin, paint) {
+  const controls = document.getElementById("controls"), view = state.view;
+  if (!controls.querySelector("#begin")) {
+    const start = element("button", { type: "button", id: "begin", textContent: label });
+    const cancel = element("button", { type: "button", id: "cancel", textContent: "Cancel" });
+    const bar = element("progress", { max: 1, value: 0, id: "progress" });
+    bar.setAttribute("aria-label", "progress");
+    const stage = element("span", { id: "stage" });
+    stage.setAttribute("aria-live", "polite");
+    start.addEventListener("click", async () => {
+      document.getElementById("status").textContent = "";
+      try {
+        const { start: asks, ...more } = begin();
+        const one = await run(view, asks, more);
+        if (one.state !== "done" || one.drive !== drive() || state.view !== view || view === "log") return;
+        state.options.run = view; // the address is that of a computed picture
+        await remember();
+      } catch (error) {
+        Object.assign(document.getElementById("status"), { textContent: error.message, className: "bad" });
+      }
+    });
+    cancel.addEventListener("click", () => stop(view));
+    controls.append(start, cancel, bar, stage);
+    if (state.options.run === view && !jobs.has(view)) start.click();
+  }
+  const one = jobs.get(view) ?? { state: "none", stage: "", share: 0, seconds_left: null };
+  const at = (id) => document.getElementById(id), changed = one.result && (one.drive !== drive() || one.outdated) && view !== "log";
+  at("begin").disabled = going(one);
+  at("cancel").disabled = !going(one);
+  at("progress").value = one.share;
+  at("stage").textContent = one.state === "failed" || one.state === "none" ? "" : one.state === "cancelled" ? "cancelled" : changed ? "something has changed since; compute again" : progressOf(one);
+  if (one.state === "failed") Object.assign(at("status"), { textContent: one.error, className: "bad" });
+  if (changed) {
+    delete state.options.run;
+    remember();
+  }
+  const result = one.result ?? one.part;
+  if (!result && question) answer(question);
+  if (!result || (one.painted === result && one.epoch === epoch)) return one.remarks ?? [];
+  Object.assign(one, { painted: result, epoch });
+  one.remarks = await paint(result, one);
+  return one.remarks ?? [];
+}
+
+// What a control of the view asks has changed: the picture is not that of the controls any more.
+export function outdated() {
+  if (jobs.get(state.view)?.result) jobs.get(state.view).outdated = true;
+  remember();
+  tell(state.view);
+}

@@ -1,0 +1,97 @@
+// The view of a log: what is in it, which column is what, and the drive that it identifies.
+import { call } from "/static/api.js";
+import { forget, jobView } from "/static/jobs.js";
+import { answer, between, BLUE, clear, COLOURS, draw, element, epoch, ORANGE, RED, round, signed } from "/static/plots.js";
+import { asked } from "/static/state.js";
+
+let file = null, found = null, chosen = {}, painted = 0, remarks = []; // what was dropped, what is in it, and what was said of its columns
+const query = () => `?name=${encodeURIComponent(file.name)}&columns=${encodeURIComponent(JSON.stringify(chosen))}`;
+const cells = (kind, texts) => element("tr", {}, ...texts.map((text) => element(kind, {}, text)));
+
+export async function readLog(dropped, columns = {}) {
+  if (dropped.size > 20 * 1024 * 1024) throw new Error("the log is larger than 20 MiB; cut it first");
+  forget("log");
+  [file, chosen, found] = [dropped, columns, null];
+  found = await call("/api/log" + query(), { raw: file, kind: "view" });
+}
+
+// Which column is which channel, in which unit; as it is read, or as the visitor says.
+function columnTable() {
+  const boxes = found.columns.map((c, i) => {
+    const place = Object.entries(chosen.columns ?? {}).find(([, at]) => at === i)?.[0] ?? (chosen.columns ? "" : c.channel);
+    const list = element("select", {}, element("option", { value: "", textContent: "as named" }), ...found.as.map((name) => element("option", { value: name, textContent: name.replaceAll("_", " ") })));
+    list.value = place;
+    list.setAttribute("aria-label", `channel of column ${i + 1}`);
+    const unit = element("input", { type: "text", size: 8, value: chosen.units?.[place] ?? "", placeholder: c.unit || "SI" });
+    unit.setAttribute("aria-label", `unit of column ${i + 1}`);
+    return { list, unit, row: cells("td", [c.name || `column ${i + 1}`, list, unit]) };
+  });
+  const rate = element("input", { type: "text", size: 8, value: chosen.rate ?? "", inputMode: "decimal" });
+  const read = element("button", { type: "button", id: "read-so", textContent: "Read the log so" });
+  read.addEventListener("click", () => {
+    const named = boxes.map((box, i) => [box.list.value, i, box.unit.value.trim()]).filter(([channel]) => channel);
+    const units = Object.fromEntries(named.filter(([, , unit]) => unit).map(([channel, , unit]) => [channel, unit]));
+    const columns = Object.fromEntries(named.map(([channel, i]) => [channel, i]));
+    document.dispatchEvent(new CustomEvent("log", { detail: { file, columns: { columns, units, ...(rate.value ? { rate: Number(rate.value.replace(",", ".")) } : {}) } } }));
+  });
+  return element("details", { id: "columns", open: Boolean(found.why) }, element("summary", {}, "Columns of the log"), element("div", { className: "wide" }, element("table", {}, cells("th", ["column", "channel", "unit"]), ...boxes.map((box) => box.row))), element("p", {}, element("label", {}, "Samples per second, of a log without a time ", rate), " ", read));
+}
+
+export async function log() {
+  const controls = document.getElementById("controls");
+  if (!controls.childElementCount) {
+    const input = element("input", { type: "file", id: "log-file", accept: ".csv,.txt,.dat,.npz,.mat,.parquet,.mf4" });
+    input.addEventListener("change", () => input.files[0] && document.dispatchEvent(new CustomEvent("log", { detail: { file: input.files[0] } })));
+    controls.append(element("label", { className: "drop" }, "Drop a CSV, npz, mat, parquet or mf4 file here, or choose one: ", input));
+  }
+  if (!found) {
+    answer("Drop a log onto the page: channels, stretches, and orders where the log has them.");
+    return [];
+  }
+  if (painted !== epoch) remarks = await paintLog(found);
+  const names = (found.channels ?? []).map((c) => c.name);
+  if (!names.includes("motor_angle") || !names.includes("load_angle")) return remarks;
+  const more = await jobView("", "Identify the drive", () => {
+    const body = new Blob([JSON.stringify({ state: asked() }), "\n", file]);
+    return { start: () => call("/api/identify" + query(), { raw: body }) };
+  }, paintIdentified);
+  return more.length ? more : remarks;
+}
+
+async function paintLog(r) {
+  clear();
+  painted = epoch;
+  for (const id of ["begin", "cancel", "progress", "stage"]) document.getElementById(id)?.remove();
+  const plots = document.getElementById("plots");
+  plots.append(columnTable());
+  if (r.why) {
+    answer(`${file.name} cannot be read yet: ${r.why}`, false);
+    return [];
+  }
+  answer(`${file.name}: ${r.samples} samples, ${round(r.from_s)} to ${round(r.to_s)} s, ${round(r.rate_Hz)} Hz, ${r.channels.length} channels${r.ratio === null ? "" : `, ratio ${round(r.ratio)}`}.`);
+  const rows = r.orders.lines.map((l) => cells("td", [round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${signed(r.orders.unit)}`, l.kind]));
+  const head = cells("th", ["order", `amplitude of ${(r.orders.of ?? "").replaceAll("_", " ")}`, "kind"]);
+  const names = r.channels.map((c) => c.name), both = names.includes("motor_angle") && names.includes("load_angle");
+  plots.append(element("div", { className: "wide" }, rows.length ? element("table", { id: "orders" }, head, ...rows) : element("p", { textContent: both ? "" : r.orders.why })));
+  for (const [i, c] of r.channels.slice(0, 6).entries()) {
+    await draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] }, hovertemplate: `%{x:.6g} s<br>%{y:.5g} ${signed(c.unit)}<extra></extra>` }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${signed(c.unit)}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name.replaceAll("_", " ")} over time, ${between(c.values, c.unit)}`, size: "second" });
+  }
+  const without = "Stiffness, damping and kinematic error need both angles, motor_angle and load_angle; this log has not both: its orders are shown.";
+  return both ? r.notes : [without, ...r.notes];
+}
+
+async function paintIdentified(r) {
+  const numbers = r.numbers.map((n) => cells("td", [n.name, `${round(n.value, 5)} ${n.unit}`, `${round(n.low, 5)} to ${round(n.high, 5)}`]));
+  const table = element("table", { id: "identified" }, cells("th", ["number", "found", "95 % interval"]), ...numbers);
+  const use = element("button", { type: "button", id: "use", textContent: "Take these numbers into the drive", disabled: !r.usable });
+  use.addEventListener("click", () => document.dispatchEvent(new CustomEvent("project", { detail: r.project })));
+  const fit = element("p", { className: r.usable ? "" : "wrong", textContent: `${r.headline} ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.` });
+  document.getElementById("identified-drive")?.remove();
+  document.getElementById("plots").prepend(element("div", { className: "wide", id: "identified-drive" }, fit, table, use));
+  const over = (y, name, colour, dash) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 1.5, dash }, hovertemplate: "%{x:.4g} s<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+  const columns = { "time [s]": r.time, "measured torsion [arcsec]": r.measured_arcsec, "computed torsion [arcsec]": r.computed_arcsec, "residual [arcsec]": r.residual_arcsec };
+  await draw("identified-torsion", { data: [over(r.measured_arcsec, "measured", BLUE, "solid"), over(r.computed_arcsec, "computed", RED, "dash")], layout: { xaxis: { title: "time [s]" }, yaxis: { title: "torsion [arcsec]" } }, table: columns, label: `Measured and computed torsion over time, measured ${between(r.measured_arcsec, "arcsec")}` });
+  await draw("identified-residual", { data: [over(r.residual_arcsec, "residual", ORANGE, "solid")], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: "residual [arcsec]" } }, table: columns, label: `Residual of the torsion over time, ${between(r.residual_arcsec, "arcsec")}`, size: "second" });
+  answer(fit.textContent, r.usable ? null : false);
+  return r.remarks;
+}

@@ -1,0 +1,119 @@
+// The views that a job fills: maps over two numbers and over speed and load, and the compensation.
+import { call } from "/static/api.js";
+import { jobView, outdated } from "/static/jobs.js";
+import { answer, between, BLUE, COLOURS, draw, element, RED, round, signed } from "/static/plots.js";
+import { numberNow } from "/static/sliders.js";
+import { about, asked, state } from "/static/state.js";
+
+const job = (body) => () => call("/api/jobs", { body: { state: asked(), ...body } });
+const heat = { colorscale: "Cividis", colorbar: { title: { text: "arcsec", side: "right" }, thickness: 14 } };
+
+export function mapAxes() {
+  return ["across", "along"].map((key) => {
+    const p = about.parameters.find((one) => one.name === document.getElementById("map-" + key).value);
+    const now = numberNow(p.name), n = Number(document.getElementById("map-count").value);
+    return { p, values: Array.from({ length: n }, (_, i) => Number((0.5 * now * 4 ** (i / (n - 1))).toPrecision(5))) };
+  });
+}
+
+export const asTexts = (axes) => axes.map(({ p, values }) => ({ name: p.name, values: values.map((v) => `${v} ${p.unit}`.trim()) }));
+
+export async function map() {
+  const controls = document.getElementById("controls");
+  if (controls.childElementCount) return mapView();
+  const able = about.parameters.filter((p) => p.value > 0 && !p.name.startsWith("speed.") && !p.name.startsWith("limit."));
+  const pick = (key, usual, at) => {
+    const list = element("select", { id: "map-" + key }, ...able.map((p) => element("option", { value: p.name, textContent: p.label })));
+    list.value = able.some((p) => p.name === state.options[key]) ? state.options[key] : (able.find((p) => usual.test(p.name)) ?? able[Math.min(at, able.length - 1)]).name;
+    list.addEventListener("change", () => { state.options[key] = list.value; outdated(); });
+    return list;
+  };
+  const across = pick("across", /kinematic_error.*amplitude$/, 0), along = pick("along", /^damping[.]/, 1);
+  const count = element("select", { id: "map-count" }, ...[10, 20, 40].map((n) => element("option", { value: n, textContent: `${n} × ${n}` })));
+  count.value = ["10", "20", "40"].includes(state.options.count) ? state.options.count : "10";
+  count.addEventListener("change", () => { state.options.count = count.value; outdated(); });
+  controls.append(element("label", {}, "Across ", across), element("label", {}, "Up ", along), element("label", {}, "Points ", count));
+  return mapView();
+}
+
+const mapView = () => jobView("Largest oscillation over two numbers of the drive, each from half to twice its value.", "Compute the map", beginMap, paintMap);
+
+function beginMap() {
+  const axes = mapAxes();
+  return { start: job({ kind: "map", axes: asTexts(axes) }), axes };
+}
+
+async function paintMap(r, { axes: [a, b] }) {
+  const table = { [`${a.p.label} [${a.p.unit}]`]: b.values.flatMap(() => a.values), [`${b.p.label} [${b.p.unit}]`]: b.values.flatMap((v) => a.values.map(() => v)), "largest oscillation [arcsec]": r.largest_oscillation_arcsec.flat() };
+  await draw("map", { data: [{ type: "heatmap", x: a.values, y: b.values, z: r.largest_oscillation_arcsec, ...heat, hovertemplate: `%{x:.4g} ${a.p.shown_unit}<br>%{y:.4g} ${b.p.shown_unit}<br>%{z:.4g} arcsec<extra></extra>` }], layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" });
+  answer(`Largest oscillation over ${a.p.label} and ${b.p.label}: ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}.`);
+  return r.remarks;
+}
+
+export async function speedMap() {
+  const controls = document.getElementById("controls");
+  if (!controls.childElementCount) {
+    const search = element("input", { type: "checkbox", id: "search", checked: state.options.search !== "no" });
+    search.addEventListener("change", () => { state.options.search = search.checked ? "yes" : "no"; outdated(); });
+    const loads = element("input", { type: "text", id: "loads", value: state.options.loads ?? "", placeholder: "the project's, or -178; -89; 0", size: 26 });
+    loads.addEventListener("input", () => { state.options.loads = loads.value; outdated(); });
+    controls.append(element("label", {}, "Loads [N·m] ", loads), element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
+  }
+  return jobView("Which motor speeds are allowed under which load, and where orders meet resonances.", "Compute the speed map", () => {
+    const asks = mapOptions();
+    return { start: job({ kind: "speed-map", ...asks }), asks };
+  }, paintSpeedMap);
+}
+
+// What is asked of the speed map. A comma between two digits may be a decimal one or not, and is asked about.
+export function mapOptions() {
+  const text = state.options.loads ?? "", texts = text.split(/[;,\s]+/).filter(Boolean), loads = texts.map(Number);
+  const wrong = /\d,\d/.test(text) ? text.trim() : texts.find((_, i) => !Number.isFinite(loads[i]));
+  if (wrong !== undefined) throw new Error(`loads: ${wrong} is not clear; write torques in N·m with semicolons between them, such as -89.5; -44; 0`);
+  return { search: state.options.search !== "no", loads };
+}
+
+async function paintSpeedMap(r, { asks }) {
+  const own = asks.loads.length ? "" : " of the project";
+  const [first, end] = [r.load[0], r.load[r.load.length - 1]].map((load) => round(load)), unit = signed(r.load_unit);
+  const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
+  const allowed = r.allowed.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ");
+  const failures = r.failures.map((text) => signed(text) + " ").join("");
+  answer(`${failures}Allowed under ${loads}: ${allowed ? allowed + " rpm" : "no speed"} (red frames: ${signed(r.rule)}).`, failures ? false : null);
+  const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
+  const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
+  const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: below(i), y1: above(i), line: { color: RED, width: 2 } })));
+  const cells = r.load.flatMap((load) => r.speed.map(() => load));
+  await draw("speed-map", { data: [
+    { type: "heatmap", x: r.speed, y: [...r.load.map((_, i) => below(i)), above(last)], z: r.oscillation_arcsec, ...heat, customdata: r.load.map((load) => r.speed.map(() => load)), hovertemplate: `%{x:.5g} rpm<br>%{customdata:.4g} ${signed(r.load_unit)}<br>%{z:.4g} arcsec<extra></extra>` },
+  ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: `${r.load_name} [${signed(r.load_unit)}]`, tickvals: r.load, ticktext: r.load.map((load) => round(load)) }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
+  const lines = r.lines.filter((l) => l.excited);
+  const dashes = ["solid", "dash", "dot", "dashdot"], orders = [...new Set(lines.map((l) => l.order))];
+  const upright = Math.max(...lines.flatMap((l) => l.amplitude_arcsec)) || Math.max(...r.oscillation_arcsec.flat().filter(Number.isFinite)); // of a speed that no amplitude changes
+  const path = (l) => (l.speed.length === 1 ? { x: [l.speed[0], l.speed[0]], y: [0, upright] } : { x: l.speed, y: l.amplitude_arcsec });
+  await draw("campbell", { data: lines.map((l, i) => ({ ...path(l), mode: "lines", name: `order ${round(l.order)}`, legendgroup: l.order, showlegend: lines.findIndex((one) => one.order === l.order) === i, line: { color: COLOURS[orders.indexOf(l.order) % COLOURS.length], dash: dashes[orders.indexOf(l.order) % 4] }, hovertemplate: `%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>order ${round(l.order)}, ${round(l.load)} ${signed(r.load_unit)}</extra>` })), layout: { xaxis: { title: "motor speed at the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
+  return r.remarks;
+}
+
+export async function compensation() {
+  return jobView("The pointing error before and after compensation in the motor's loop, at the speed where the largest order meets the resonance.", "Design and run", () => ({ start: job({ kind: "compensation" }) }), paintCompensation);
+}
+
+async function paintCompensation(r) {
+  const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak with mean"]];
+  const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), text: kinds.map(([key]) => round(one[key], 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+  await draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` });
+  const gears = r.other_gears.map((g) => `${Math.abs(100 * g.stiffness)} % ${g.stiffness < 0 ? "softer" : "stiffer"}`);
+  const rest = (g) => (g.after_rms_arcsec === null ? "growing" : `${round(g.after_rms_arcsec, 3)} arcsec`);
+  if (gears.length) {
+    const names = [gears[0], "as the model", ...gears.slice(1)], at = (key) => [r.other_gears[0], { before_rms_arcsec: r.before.rms_arcsec, after_rms_arcsec: r.after.rms_arcsec }, ...r.other_gears.slice(1)].map((g) => g[key]);
+    const bar = (key, name, colour, pattern) => ({ type: "bar", name, x: names, y: at(key), text: at(key).map((value) => round(value, 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+    await draw("gears", { data: [bar("before_rms_arcsec", "before", RED, "/"), bar("after_rms_arcsec", "after", BLUE, "")], layout: { barmode: "group", xaxis: { title: "stiffness of the gear" }, yaxis: { title: "rms [arcsec]" } }, table: { "gear": names, "before [arcsec]": at("before_rms_arcsec"), "after [arcsec]": at("after_rms_arcsec") }, label: `Pointing error on other gears: ${gears.map((name, i) => `${name} ${rest(r.other_gears[i])}`).join(", ")}`, size: "second" });
+  }
+  const others = gears.length ? ` On a gear ${gears.map((name, i) => `${name}: ${rest(r.other_gears[i])}`).join(", ")}.` : "";
+  const not = r.excluded ? ` This does not count: ${r.excluded}.` : r.stable ? "" : " The error grows.";
+  answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
+  document.getElementById("assumed")?.remove();
+  document.getElementById("plots").prepend(element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: text })))));
+  return r.remarks;
+}

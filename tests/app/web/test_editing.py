@@ -1,0 +1,155 @@
+"""Editing a drive on the page: texts with units, refusals at the field, undo, Back, another gear, damaged links."""
+
+import pytest
+from app_page import drawn, largest, until_drawn_again
+
+ANSWER = "() => document.getElementById('answer').textContent"
+
+
+def field(page, name):
+    return page.locator(f'[id="value-{name}"]')
+
+
+def typed(page, name, text, said=None):
+    """Write a text into a field, and wait for what the answer then says, or for another picture."""
+    before = drawn(page)
+    field(page, name).fill(text)
+    if said is None:
+        until_drawn_again(page, before)
+    else:
+        page.wait_for_function(f"text => ({ANSWER})().includes(text)", arg=said)
+    page.wait_for_timeout(900)  # a pause
+
+
+@pytest.mark.parametrize(
+    ("text", "same", "beside"),
+    [("7800 kg*cm^2", "0.78", "= 0.78 kg·m²"), ("1,5", "1.5", "kg·m²"), ("1,5 kg*m^2", "1.5", "kg·m²")],
+)
+def test_a_field_takes_text_with_a_unit_and_keeps_what_was_typed(page, text, same, beside):
+    answer = page.locator("#answer")
+    typed(page, "load.inertia", same)
+    wanted = answer.inner_text()
+    typed(page, "load.inertia", "3")
+    assert answer.inner_text() != wanted
+    typed(page, "load.inertia", text)
+    assert answer.inner_text() == wanted
+    assert field(page, "load.inertia").input_value() == text
+    assert field(page, "load.inertia").locator("xpath=../span[@class='unit']").inner_text() == beside
+    at = [page.locator('[id="value-load.inertia-slider"]').input_value()]
+    typed(page, "load.inertia", same)
+    assert at == [page.locator('[id="value-load.inertia-slider"]').input_value()]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("-1", "'-1 kg*m^2' is not positive"),
+        ("12 kg", "'12 kg' is not an inertia"),
+        ("1,500", "has a comma"),
+        ("", "does not begin with a finite number"),
+        ("20 Nm", "is not an inertia"),
+    ],
+)
+def test_what_is_refused_is_marked_at_its_field_and_in_the_answer(page, text, said):
+    typed(page, "load.inertia", text, said)
+    assert field(page, "load.inertia").get_attribute("aria-invalid") == "true"
+    assert field(page, "load.inertia").input_value() == text
+    wrong = page.locator('[id="value-load.inertia-wrong"]')
+    assert said in wrong.inner_text()
+    assert wrong.get_attribute("id") in field(page, "load.inertia").get_attribute("aria-describedby")
+    assert page.locator("#answer").get_attribute("class") == "bad"
+    assert "Oscillation up to" not in page.locator("#answer").inner_text()
+    assert page.locator("#plots").get_attribute("class") == "stale"
+    assert page.locator("#answer").bounding_box()["y"] < 120
+    typed(page, "load.inertia", "1")
+    assert field(page, "load.inertia").get_attribute("aria-invalid") == "false"
+    assert "stale" not in (page.locator("#plots").get_attribute("class") or "")
+    assert wrong.inner_text() == ""
+
+
+def test_arrows_change_a_field_by_one_and_ten_percent(page):
+    times = drawn(page)
+    field(page, "load.inertia").press("ArrowUp")
+    assert field(page, "load.inertia").input_value() == "1.01"
+    field(page, "load.inertia").press("Shift+ArrowDown")
+    assert field(page, "load.inertia").input_value() == "0.909"
+    until_drawn_again(page, times)
+    field(page, "excitation.load_torque.mean").press("ArrowDown")
+    assert float(field(page, "excitation.load_torque.mean").input_value()) == -1.0
+
+
+def test_undo_and_redo_take_a_change_back_and_forth(page):
+    first = largest(page)
+    typed(page, "damping.ratio", "5")
+    second = largest(page)
+    typed(page, "load.inertia", "2")
+    page.keyboard.press("Control+z")
+    page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{second:g}")
+    assert field(page, "load.inertia").input_value() == "1"
+    page.locator("#undo").click()
+    page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{first:g}")
+    assert field(page, "damping.ratio").input_value() == "3"
+    assert page.locator("#undo").is_disabled()
+    page.keyboard.press("Control+Shift+z")
+    page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{second:g}")
+    assert field(page, "damping.ratio").input_value() == "5"
+    assert page.locator("#redo").is_enabled()
+
+
+def test_back_goes_to_the_drive_before_the_last_pause(page):
+    first = largest(page)
+    typed(page, "damping.ratio", "5")
+    page.get_by_role("tab", name="Motion at a speed").click()
+    page.wait_for_selector("#plot-phase[data-drawn]")
+    page.wait_for_timeout(900)
+    page.go_back()
+    page.wait_for_selector("#plot-torque[data-drawn]")
+    assert field(page, "damping.ratio").input_value() == "5"
+    page.go_back()
+    page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{first:g}")
+    assert field(page, "damping.ratio").input_value() == "3"
+
+
+def test_another_gear_keeps_the_axis_until_its_defaults_are_taken(page):
+    typed(page, "load.inertia", "3.7")
+    typed(page, "damping.ratio", "4")
+    page.locator("#part-motor-loop").click()
+    page.wait_for_selector('[id="value-motor.loop.bandwidth"]')
+    typed(page, "motor.loop.bandwidth", "25")
+    page.select_option("#gear", "CSG-25-100")
+    page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")
+    kept = {"load.inertia": "3.7", "damping.ratio": "4", "motor.loop.bandwidth": "25", "limit.oscillation": "120"}
+    assert {name: field(page, name).input_value() for name in kept} == kept
+    page.locator("#reset").click()
+    page.wait_for_function("() => document.getElementById('value-load.inertia').value !== '3.7'")
+    assert not page.locator('[id="value-motor.loop.bandwidth"]').count()
+
+
+@pytest.mark.parametrize(
+    ("link", "said"),
+    [
+        ("project=!!!", "The link is damaged"),
+        ("project=VY3BCsIwEETv-Yo9eGzSWBXBm", "The link is damaged"),
+        ("gear=CSG-99", "The page shows CSG-40-50 instead"),
+        ("gear=CSG-40-50&v.speeed.from=1+rpm", "has no 'speeed.from'"),
+    ],
+)
+def test_a_damaged_link_says_so_and_keeps_the_controls(page, link, said):
+    page.goto("about:blank")
+    page.goto(f"{page.base}#{link}")
+    page.wait_for_selector("#plot-torque[data-drawn]")
+    assert said in page.locator("#status").inner_text()
+    assert field(page, "load.inertia").input_value() == "1"
+    typed(page, "load.inertia", "2")
+
+
+def test_a_wrong_value_in_the_address_is_told_at_its_field(page):
+    page.goto("about:blank")
+    page.goto(f"{page.base}#gear=CSG-25-100&v.load.inertia=-1+kg*m^2&v.damping.ratio=4+%25")
+    page.wait_for_function("() => document.getElementById('value-load.inertia')")
+    page.wait_for_function(f"() => ({ANSWER})().includes('is not positive')")
+    assert page.locator("#gear").input_value() == "CSG-25-100"
+    assert field(page, "load.inertia").get_attribute("aria-invalid") == "true"
+    assert field(page, "damping.ratio").input_value() == "4"
+    field(page, "load.inertia").fill("0.3")
+    page.wait_for_selector("#plot-torque[data-drawn]")
