@@ -2,12 +2,14 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import sympy as sp
 
 import strainwave as sw
+from strainwave.app.report.verdict import postures_left_out
 from strainwave.drive.asked import WEIGHT
 
 PROJECT = """\
@@ -72,6 +74,7 @@ def test_postures_are_rows_of_the_file_of_a_table_or_of_an_arm_and_are_written_b
     rows = sw.study.two_link(*links, np.radians([[0.0, 90.0], [30.0, 0.0]]), joint=2, payload=2.0)
     np.testing.assert_allclose([row[:2] for row in arm.postures], [row[:2] for row in rows], rtol=1e-12, atol=1e-12)
     assert arm.postures[0].name == "0 and 90 deg"
+    assert "speed-map` judges its 2 postures" in postures_left_out(SimpleNamespace(project=arm))
     assert any("2 postures" in note and "for the load of the file" in note for note in arm.notes)
     for found in (inline, table, arm):
         (tmp_path / "again.yaml").write_text(sw.project_text(replace(found, title="Changed")), encoding="utf-8")
@@ -101,6 +104,8 @@ def test_a_posture_changes_the_load_and_keeps_loop_and_damping(tmp_path):
         ("{links: [{mass: 6 kg, length: 0.4 m}], angles: [[0 deg, 0 deg]]}", TABLE, "postures.links: has 1 items"),
         ("{links: [{mass: 6 kg, length: 1 m}, {mass: 6 kg, length: 1 m}], joint: 3, angles: [[0 deg, 0 deg]]}", TABLE,
          "postures.joint: '3' is no joint of two links"),
+        ("{links: [{mass: 6 kg, length: 1 m}, {mass: 6 kg, length: 1 m}], angles: []}", TABLE,
+         "postures.angles: is empty; write for example"),
     ],
 )  # fmt: skip
 def test_wrong_postures_are_refused_in_one_sentence(tmp_path, postures, table, said):

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.drive.standstill import standing
 from strainwave.model.train.filters import around
 
 ARCSEC = math.pi / 648000.0
@@ -138,6 +139,19 @@ def test_friction_that_does_not_fall_with_the_speed_lets_an_integrator_come_to_r
 def test_a_motor_without_a_loop_is_refused(control):
     with pytest.raises(ValueError, match="no loop that holds its angle"):
         sw.study.standstill(elbow(control))
+
+
+@pytest.mark.parametrize(
+    ("control", "torque"),
+    [
+        (sw.train.Held(), sw.Harmonic(0.0)),
+        (sw.train.SpeedLoop(0.1), sw.Harmonic(0.0)),
+        (loop("position"), sw.train.TorqueProfile((0.0, 1.0), (0.0, 5.0))),
+    ],
+)
+def test_a_drive_that_no_loop_holds_or_without_a_mean_torque_has_no_standstill(control, torque):
+    train = elbow(control, load=sw.laws.Coulomb(5.0, 1e-3), gear=sw.Linear(5e4))
+    assert standing(train._replace(load=train.load._replace(excitation=torque))) is None
 
 
 PROJECT = """

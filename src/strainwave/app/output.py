@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -99,6 +99,16 @@ def write_all(folder: Path, contents: Mapping[str, Any]) -> None:
                 write_csv(part / name, content)
             else:
                 content.write(part / name)
+
+
+class Copied(NamedTuple):
+    """A file that is written as it is."""
+
+    source: Path
+
+    def write(self, path: Path) -> None:
+        """Write it."""
+        path.write_bytes(self.source.read_bytes())
 
 
 def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:

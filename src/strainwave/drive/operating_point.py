@@ -146,9 +146,14 @@ def with_mean_torques(train: DriveTrain) -> DriveTrain:
     return train._replace(motor=motor, load=train.load.with_end(end))
 
 
+def repeats(torque: Any) -> bool:
+    """Whether a torque is a function of an angle with a mean, not of the time."""
+    return not (lacking(torque, "mean") and lacking(torque, "terms"))
+
+
 def mean_torque(torque: Any) -> Harmonic:
     """Mean of a torque as a constant one (TypeError where it has none, such as a profile)."""
-    if lacking(torque, "mean") and lacking(torque, "terms"):
+    if not repeats(torque):
         raise TypeError(
             f"a {type(torque).__name__} has no mean torque; put Harmonic(0.0, mean=...) in its place, with the torque "
             "at the time in question"

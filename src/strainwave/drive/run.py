@@ -22,7 +22,7 @@ from ..model.train.train_forms import Metered
 from ..numerics.integration.attempts import watched_ends
 from ..numerics.integration.methods import Dopri5, Method
 from ..numerics.integration.simulate import first_time, simulate
-from .operating_point import operating_state
+from .operating_point import operating_state, repeats
 
 INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque
 TURN = 2.0 * np.pi * np.arange(4096) / 4096
@@ -276,7 +276,7 @@ def _begun(train: DriveTrain, phase: float) -> DriveTrain:
     """Return the train with its mean torques, those that do not repeat constant as they are at a phase."""
 
     def constant(torque: Any) -> Any:
-        if not (lacking(torque, "mean") and lacking(torque, "terms")):
+        if repeats(torque):
             return torque
         at = np.array([phase]) if lacking(torque, "orders") else TURN
         return Harmonic(0.0, mean=float(np.mean(np.broadcast_to(torque.torque(at), at.shape))))

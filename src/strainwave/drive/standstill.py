@@ -24,7 +24,7 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import AtRest
 from ..numerics.integration.methods import Dopri5
 from ..numerics.integration.simulate import simulate
-from .operating_point import operating_state, with_mean_torques
+from .operating_point import operating_state, repeats, with_mean_torques
 from .project import train_of
 from .run import holds_its_place
 from .state_space import state_space
@@ -169,7 +169,7 @@ def standstill(project: Any) -> Standstill:
     mean, (least, most) = train.load.end().excitation.mean, torques_of_angle(train.load.end().drag)
     low, high = getattr(project, "mean_range", None) or (mean, mean)
     train = without_gravity(train)._replace(error=NoError(), reference=AtRest(), omega=1.0)
-    if train.motor.free or train.motor.held or not holds_its_place(train.motor):
+    if not _is_held(train):
         raise ValueError("the motor has no loop that holds its angle; give it a position loop or a cascade")
     frictions = breakaway(train.motor.drag), breakaway(train.load.end().drag)
     loads = low + least, high + most
@@ -187,12 +187,19 @@ def standing(project: Any) -> Standstill | None:
     """Standstill of a drive with dry friction on its shafts or a cascade; None of others, and where none is found."""
     train = train_of(project, "standstill")[1]
     dry = breakaway(train.motor.drag) + breakaway(train.load.end().drag)
-    if not (dry or isinstance(core_of(train.motor.control), CascadeLoop)):
+    if not (dry or isinstance(core_of(train.motor.control), CascadeLoop)) or not _is_held(train):
+        return None
+    if not (repeats(train.motor.excitation) and repeats(train.load.end().excitation)):
         return None
     try:
         return standstill(project)
-    except (SolveError, TypeError, ValueError):  # nothing holds the motor's angle, or a torque has no mean
+    except SolveError:
         return None
+
+
+def _is_held(train: DriveTrain) -> bool:
+    """Whether a loop holds the motor's angle."""
+    return not (train.motor.free or train.motor.held) and holds_its_place(train.motor)
 
 
 def breakaway(law: Any) -> float:

@@ -27,12 +27,20 @@ def path(tmp_path):
     return path
 
 
+@pytest.fixture
+def moving(path):
+    path.write_text(PROJECT + "move: {profile: [{type: angle_profile, file: turn.csv}]}\n")
+    (path.parent / "turn.csv").write_text("time [s],angle [deg]\n0,0\n0.1,1\n0.2,4\n0.3,5\n")
+    return path
+
+
 def invoke(*given):
     return CliRunner().invoke(command.cli, ["tune", *map(str, given)])
 
 
 @pytest.mark.slow
-def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path):
+def test_the_command_writes_and_prints_the_numbers_of_the_library(moving, tmp_path):
+    path = moving
     run = invoke(path, "--gain", "K_p", "-o", tmp_path / "out", "--json")
     assert run.exit_code == 0, run.output
     found, data = sw.tune(sw.read_project(path), gains=("K_p",)), json.loads(run.stdout)
@@ -44,6 +52,7 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path
     assert len(rows) == len(found.front)
     written = sw.read_project(tmp_path / "out/tuned.yaml")
     assert written.whole.motor.control == found.control
+    assert written.move.profile == sw.read_project(path).move.profile  # its table was copied
     assert (tmp_path / "out/tune.svg").read_text().startswith("<svg")
 
 

@@ -88,6 +88,8 @@ def test_records_of_reference_torque_and_speed_are_estimated_by_the_instrument(t
     same = sw.fit.bode_of_records(t, r, u[:, 0], y[:, 0] * np.pi / 30.0)
     np.testing.assert_allclose(found.value, same.value, rtol=1e-6)
     np.testing.assert_allclose(found.omega, same.omega, rtol=1e-9)
+    with pytest.raises(FileError, match="leave quantity and estimator out"):
+        sw.read_frd(file, quantity="closed loop")
 
 
 @pytest.mark.parametrize(
@@ -108,3 +110,10 @@ def test_what_is_not_clear_is_asked_in_one_sentence(tmp_path, head, columns, wor
         sw.read_frd(written(tmp_path / "b.csv", head, *columns))
     assert words in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("given", [{"columns": {"gain": "b"}}, {"units": {"real": "1"}}])
+def test_an_argument_that_does_not_count_is_refused(tmp_path, given):
+    file = written(tmp_path / "b.csv", "Frequency [Hz],Magnitude [dB],Phase [deg]", HZ, DB, DEGREES)
+    with pytest.raises(FileError, match=r"holds a table of frequencies, and .* it takes"):
+        sw.read_frd(file, **given)

@@ -92,6 +92,7 @@ def test_a_loop_is_compared_with_the_textbooks_and_fitted(quantity):
     L = L / late
     np.testing.assert_allclose(compared.model, L if quantity == "open loop" else L / (1.0 + L), rtol=1e-6)
     assert compared.values == {}
+    assert "speed loop of" in compared.loop
     fit = sw.fit.fit_bode(measured, START._replace(motor=START.motor._replace(control=loop)))
     for name, value in TRUE.items():
         assert fit.values[name] == pytest.approx(value, rel=1e-5)

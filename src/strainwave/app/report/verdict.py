@@ -96,7 +96,13 @@ def _sentence(view: View, verdict: Verdict) -> Sentence:
         begin = "All right but for " + ranges(verdict.speeds)
     elif verdict.answer is Answer.NOT:
         begin = "Not all right"
-    return Sentence("{}: {}; {}.", begin, _oscillation(view), torque_said(view, verdict))
+    return Sentence("{}: {}; {}.", begin, _oscillation(view), torque_said(view, verdict)) + postures_left_out(view)
+
+
+def postures_left_out(view: View) -> str:
+    """That the verdict is not about the postures of the file; empty where it has none."""
+    count = len(view.project.postures)
+    return f" This is for the load of the file; `strainwave speed-map` judges its {count} postures." if count else ""
 
 
 def _oscillation(view: View) -> Sentence:

@@ -1,5 +1,6 @@
 """Group `postures` of a project file: rows, a CSV file with them, or the links and angles of an arm."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import Any
 
 from ...drive.postures import Link, Posture, two_link
 from ..scan_file import read_postures
-from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Whole
+from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Whole, Wrong
 from .rows import Fields, Group, Points, field, group_text, needed
 
 MOST = 1000
@@ -56,6 +57,11 @@ class TwoLinkSpec(Group):
     payload: float = field(Quantity("kg", "not negative"), "3 kg", "Point mass at the end of the second link.", 0.0)
     angles: Any = needed(Points(("rad", "rad"), "angles; write [0 deg, 90 deg]"), "[[0 deg, 0 deg], [0 deg, 90 deg]]",
         "Angles of the first link above the horizontal, and of the second relative to it, by posture.")  # fmt: skip
+
+    def check(self) -> Iterator[Wrong]:
+        """Refuse an arm without postures."""
+        if not self.angles:
+            yield Wrong(("angles",), "is empty; write for example 'angles: [[0 deg, 0 deg], [0 deg, 90 deg]]'")
 
     def postures(self) -> tuple[Posture, ...]:
         """Rows of the arm, named by their angles."""

@@ -21,6 +21,7 @@ from ...study.identification.response_curve.measured_bode import (
     measured_bode,
 )
 from ..yaml_text import FileError, as_path
+from .names import ENDINGS, QUANTITIES, SHAFTS
 from .read import columns_of, read_log
 from .table import Column, place_of, refuse, unit_of
 
@@ -39,16 +40,16 @@ UNITS = {
     "phase": dict.fromkeys(("deg", "°", "degree", "degrees", "grad"), pi / 180.0) | {"rad": 1.0},
 }
 NUMBERS = {"1", "-"}  # units when they stand alone
-SPELT = {"rad_per_s": "rad/s", "rad_s": "rad/s", "rads": "rad/s", "rad/sec": "rad/s"}
+SPELT = {ending: unit for ending, unit in ENDINGS.items() if unit == "rad/s"} | {"rad/sec": "rad/s"}
 ASKED = {"frequency": ("Hz", "rad/s"), "size": ("dB", "gain"), "phase": ("deg", "rad")}
-LOAD = {"load", "output", "joint", "link"}
+LOAD = set(SHAFTS["load"])
 OF = ", motor speed over motor torque [rad/(N*m*s)]"
 OMEGA = {"omega", "w", "ω"}
 TURNS = 4.0 * pi  # a phase beyond it in radians is in degrees
 RECORDS = {
     "reference": {"reference", "ref", "excitation", "setpoint", "sollwert", "command"},
-    "motor_torque": {"torque", "moment", "drehmoment", "tau"},
-    "motor_speed": {"speed", "velocity", "vel", "drehzahl"},
+    "motor_torque": set(QUANTITIES["torque"]),
+    "motor_speed": set(QUANTITIES["speed"]),
 }
 
 
@@ -90,6 +91,7 @@ def read_frd(
     file, notes = columns_of(path, delimiter, decimal)
     records = "frequency" not in columns and not any(_words(column) & WORDS["frequency"] for column in file)
     try:
+        _refuse_unread(records, columns, units or {}, quantity, estimator)
         if records:
             places = _places(path, file, columns)
             log = read_log(path, places, units, trim=0.0, unwrap=False, delimiter=delimiter, decimal=decimal)
@@ -110,6 +112,21 @@ def read_frd(
         raise
     except ValueError as error:
         raise refuse(path, str(error), what="Bode plot") from None
+
+
+def _refuse_unread(
+    records: bool, columns: Mapping[str, object], units: Mapping[str, str], quantity: str | None, estimator: str
+) -> None:
+    """Refuse arguments that do not count for what the file holds (ValueError)."""
+    roles, what = (("time", *RECORDS), "records") if records else (tuple(WORDS), "a table of frequencies")
+    for name, given, known in (("columns", columns, roles), ("units", units, roles if records else tuple(UNITS))):
+        if wrong := [key for key in given if key not in known]:
+            raise ValueError(f"holds {what}, and {name} has {wrong[0]!r}; it takes {', '.join(known)}")
+    if records and (quantity not in (None, "plant") or estimator != "unknown"):
+        raise ValueError(
+            "holds records of a closed loop, from which the plant is estimated with the reference as instrument; leave "
+            "quantity and estimator out"
+        )
 
 
 def _words(column: Column) -> set[str]:

@@ -13,12 +13,12 @@ from ...study.identification.run import CANONICAL
 from .dialect import split
 
 KINDS = ("rad", "rad/s", "rad/s**2", "N*m", "s", "A", "V", "Hz", "K", "m", "N")  # SI units of channels
-_QUANTITIES = {
+QUANTITIES = {
     "angle": ("angle", "position", "pos", "theta", "q", "winkel"),
     "speed": ("speed", "velocity", "vel", "omega", "dq", "qd", "drehzahl"),
     "torque": ("torque", "tau", "moment", "drehmoment"),
 }
-_SHAFTS = {"motor": ("motor", "m"), "load": ("load", "l", "output", "joint", "link", "")}
+SHAFTS = {"motor": ("motor", "m"), "load": ("load", "l", "output", "joint", "link", "")}
 _OWN = {
     "time": ("time", "t", "timestamp", "zeit", "datetime", "date_time", "date", "datum"),
     "current": ("current", "motor_current", "strom"),
@@ -27,7 +27,7 @@ _OWN = {
     "output": ("output",),
 }
 # In a name without brackets these endings are units; a single m is the motor.
-_ENDINGS = {
+ENDINGS = {
     "s": "s", "ms": "ms", "us": "us", "ns": "ns", "rad": "rad", "mrad": "mrad", "deg": "deg", "arcmin": "arcmin",
     "arcsec": "arcsec", "rev": "rev", "turns": "rev", "rad_per_s": "rad/s", "rad_s": "rad/s", "rads": "rad/s",
     "deg_per_s": "deg/s", "deg_s": "deg/s", "rpm": "rpm", "rev_per_s": "rev/s", "nm": "N*m", "n_m": "N*m",
@@ -75,8 +75,8 @@ def named(cell: str) -> Named:
     parts = text.split("_")
     for count in (3, 2, 1):
         ending = "_".join(parts[-count:]).lower()
-        if len(parts) > count and ending in _ENDINGS:
-            return Named("_".join(parts[:-count]), _ENDINGS[ending])
+        if len(parts) > count and ending in ENDINGS:
+            return Named("_".join(parts[:-count]), ENDINGS[ending])
     return Named(text, "")
 
 
@@ -88,10 +88,10 @@ def canonical(name: str) -> str | None:
         if plain in names:
             return channel
     parts = plain.split("_")
-    for quantity, names in _QUANTITIES.items():
+    for quantity, names in QUANTITIES.items():
         if sum(part in names for part in parts) == 1 and len(parts) <= 2:
             rest = "".join(part for part in parts if part not in names)
-            shaft = next((shaft for shaft, called in _SHAFTS.items() if rest in called), None)
+            shaft = next((shaft for shaft, called in SHAFTS.items() if rest in called), None)
             if shaft is None:
                 continue
             return "torque" if quantity == "torque" and not rest else f"{shaft}_{quantity}"

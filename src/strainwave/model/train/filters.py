@@ -163,7 +163,9 @@ class Filtered(NamedTuple):
             raise TypeError("Filtered.loop is Lagged; give the lag around the filters, as Lagged(Filtered(...), lag)")
         if not isinstance(self.filter, FILTERS[:-1]):
             what = f"Filtered.filter is {shown(self.filter)}"
-            raise TypeError(f"{what}; it must be a LowPassFilter, a NotchFilter or a BiquadFilter")
+            both = "; of a MovingAverageFilter give its sections(), one Filtered around the other"
+            remedy = both * isinstance(self.filter, MovingAverageFilter)
+            raise TypeError(f"{what}; it must be a LowPassFilter, a NotchFilter or a BiquadFilter{remedy}")
         self.filter.check()
         if has(self.loop, "inertia") and self.loop.inertia():
             raise ValueError("Filtered.loop has a gain K_d on the acceleration, which no filter takes; leave K_d out")

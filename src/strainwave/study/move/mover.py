@@ -27,7 +27,7 @@ from ...drive.asked import (
     short_finding,
     torque_finding,
 )
-from ...drive.operating_point import mean_torque
+from ...drive.operating_point import mean_torque, repeats
 from ...drive.project import train_of
 from ...drive.run import holds_its_place
 from ...model.gears.gear import Gear
@@ -232,12 +232,12 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
             "give a position loop, or a speed loop with K_i"
         )
     end, motor = drive.load.end(), drive.motor
-    repeating = [torque for torque in (motor.excitation, end.excitation) if _repeats(torque)]
+    repeating = [torque for torque in (motor.excitation, end.excitation) if repeats(torque)]
     if any(term.amplitude for torque in repeating for term in terms_of(torque)):
         remarks = (*remarks, LINES_LEFT_OUT)
-    if _repeats(motor.excitation):
+    if repeats(motor.excitation):
         motor = motor._replace(excitation=mean_torque(motor.excitation))
-    if _repeats(end.excitation):
+    if repeats(end.excitation):
         end = end._replace(excitation=mean_torque(end.excitation))
     drive = drive._replace(motor=motor, load=drive.load.with_end(end))
     train = drive._replace(omega=1.0)
@@ -249,11 +249,6 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
         raise TypeError(f"gear is {shown(gear)}; give a record, such as catalogue.gear('CSG-40-50')")
     own = getattr(project, "motor_limits", None) or MotorLimits()
     return Mover(train, gear or getattr(project, "gear", None), checked_limits(limits) or own, remarks)
-
-
-def _repeats(torque: Any) -> bool:
-    """Whether a torque is a function of an angle with a mean, not of the time."""
-    return not (lacking(torque, "mean") and lacking(torque, "terms"))
 
 
 def checked_limits(limits: MotorLimits | None) -> MotorLimits | None:

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -14,7 +15,7 @@ from ....study.tuning.result import TunedLoop
 from ....study.tuning.trial import GOALS
 from ....study.tuning.tune import tune as tuned
 from ...console import Progress, reported
-from ...output import write_all
+from ...output import Copied, write_all
 from ...view import quantity
 from ..options import json_option, output_option, project_argument
 
@@ -64,7 +65,9 @@ def tune(
 def _write(project: Project, result: TunedLoop, output: Path) -> None:
     columns = [(f"{name}{_ending(unit)}", values) for name, (_, values, unit) in result.variables().items()]
     drawn = stacked(result.panels(), 280.0, "response before and after, goal over peak sensitivity")
-    files = {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)}
+    beside = () if project.move is None else filter(None, project.move.files)  # profiles that both files name
+    files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in beside}
+    files |= {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)}
     files[YAML] = project_text(result.applied(project))
     if result.notch is not None:
         files[NOTCHED] = project_text(result.applied(project, notch=True))

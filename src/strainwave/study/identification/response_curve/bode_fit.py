@@ -16,6 +16,7 @@ from ....base.facts import Fact
 from ....base.quantities import number, several, shown
 from ....base.records import Labelled
 from ....base.results import Floats
+from ....drive.loop_margin import motor_name
 from ....drive.margins import MotorLoop
 from ....drive.project import train_of
 from ....drive.state_space import StateSpace, state_space
@@ -218,7 +219,8 @@ def fit_bode(
     plots = (measured,) if isinstance(measured, MeasuredBode) else several("measured", measured)
     if len(plots) not in (1, 2):
         raise ValueError(f"measured has {len(plots)} Bode plots; give one, or two of different amplitudes")
-    plot, (loop, train) = plots[0], train_of(project, "fit_bode")
+    plot, (name, train) = plots[0], train_of(project, "fit_bode")
+    loop = name or motor_name(train.motor.control, train.loop_inertia)
     if plot.quantity != "plant" and (train.motor.free or train.motor.held):
         raise ValueError(f"the {plot.quantity} was measured and the motor of the drive has no loop; give it one")
     modelled = Modelled(train, plot, number("speed [rad/s]", speed))
