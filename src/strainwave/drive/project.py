@@ -94,6 +94,8 @@ class Project:
         Samples and encoders of the drive's own controller, with the motor's largest torque (`strainwave.compensate`).
     postures : tuple of Posture
         Loads of the drive in the postures of the machine.
+    revision : str
+        Revision of the file with date and author, as the file says them.
     """
 
     title: str
@@ -121,6 +123,7 @@ class Project:
     move: Task | None = None
     sampling: Sampling | None = None
     postures: tuple[Any, ...] = ()
+    revision: str = ""
 
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]

@@ -159,6 +159,7 @@ def _parts(project: Project) -> dict[str, Any]:
     motor, free = train.motor._replace(J=drive.J_m), project.motor_torque
     return {
         "title": project.title,
+        "revision": project.revision,
         "load_friction": _friction(train.friction),
         "motor": _motor(motor, project.motor if project.motor_named else None, project.motor_limits),
         "controller": project.sampling and ControllerSpec.of(project.sampling),

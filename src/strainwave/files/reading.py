@@ -57,6 +57,7 @@ def resolved(
     whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
     project = Project(
         title=spec.title or printable(path.stem),
+        revision=spec.revision,
         path=path,
         text=text,
         drive=drive,

@@ -4,7 +4,7 @@ The figure of a result is defined once: by its `panels()`, or by a function that
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from itertools import pairwise
 from textwrap import wrap
@@ -21,6 +21,7 @@ from ..base.units import angle_unit as unit_of
 from .colours import BLUE, DASHES
 
 ROWS = 2  # of texts above a panel
+LONGEST = 44  # letters of the name of a drive above a panel
 Ends = tuple[float | None, float | None]
 
 
@@ -97,6 +98,11 @@ class Cells(NamedTuple):
     y: Floats
     shade: Any  # (rows, columns) integers
     colours: Sequence[str]
+
+
+def named(panels: Sequence["Panel"], name: str) -> list["Panel"]:
+    """Panels with the name of their drive above the first, so that a file of them says whose they are."""
+    return [replace(panels[0], title=": ".join(filter(None, (name[:LONGEST], panels[0].title)))), *panels[1:]]
 
 
 @dataclass

@@ -140,7 +140,8 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
         f'viewBox="0 0 {width:.0f} {len(rows) * height + room:.0f}" fill="{INK}" font-size="{FONT}" '
-        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{"".join(parts)}{below}</svg>'
+        'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">'
+        f'<rect width="100%" height="100%" fill="#ffffff"/>{"".join(parts)}{below}</svg>'
     )
 
 

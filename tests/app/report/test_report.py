@@ -53,10 +53,12 @@ def test_every_file_named_in_the_results_is_there_and_nothing_else(report):
 
 @pytest.mark.slow
 def test_page_loads_nothing_from_outside_and_escapes_the_title(report):
-    page = (report[1] / "report.html").read_text(encoding="utf-8")
-    assert not re.findall(r"""(?:src|href|url)\s*[=(]\s*["']?(?!#|data:)[^"'>\s)]+""", page)
+    pages = [(report[1] / name).read_text(encoding="utf-8") for name in ("report.html", "appendix.html")]
+    page = "".join(pages)
+    links = re.findall(r"""(?:src|href|url)\s*[=(]\s*["']?(?!#|data:)[^"'>\s)]+""", page)
+    assert set(links) == {'href="appendix.html', 'href="report.html'}
     assert "<script" not in page
-    assert "A drive &amp; its &lt;error&gt;" in page
+    assert all("A drive &amp; its &lt;error&gt;" in page for page in pages)
     assert page.count("<svg") >= 3
     assert not re.search(r"\b(nan|inf|None)\b", re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL))
 
@@ -202,7 +204,7 @@ def test_a_law_with_memory_is_reported_with_its_loop_and_closed_energies_and_wit
     assert held["damping_ratio"] == pytest.approx(15.0 / (2.0 * 1e5**0.5), rel=1e-9)
     # elastic and ideally plastic, beside the spring: 4 T_y (a - x_y), a = (T - T_y)/K; the smooth knee loses a bit less
     assert damping["hysteresis_loss"]["J_per_cycle"] == pytest.approx(4.0 * 4.8 * (173.2e-5 - 8e-5), rel=0.03)
-    page = (folder / "report.html").read_text(encoding="utf-8")
+    page = (folder / "appendix.html").read_text(encoding="utf-8")
     assert "Hysteresis of the gear" in page
     assert "response: harmonic balance" in page
 
@@ -271,4 +273,4 @@ def test_a_loop_and_a_coupling_are_reported_with_bode_plot_and_run_up(tmp_path):
     assert train["run_up"]["largest_pointing_error_rad"] == pytest.approx(largest["peak_rad"] + lag, rel=0.1)
     (band,) = results["advice"]["bands"]
     assert band["from_rpm"] < largest["motor_speed_rpm"] < band["to_rpm"]
-    assert "reduction" in summary
+    assert "as in the error equation, the oscillation would reach" in summary

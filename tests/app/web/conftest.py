@@ -1,7 +1,6 @@
 """A client of the app in this process, and the app as a process of its own with a browser."""
 
 import os
-import shutil
 import subprocess
 import sys
 import warnings
@@ -40,19 +39,6 @@ def address():
         line = process.stdout.readline()
         yield line.split()[2]
         process.terminate()
-
-
-@pytest.fixture(scope="module")  # Playwright has an event loop in its thread, which other modules need
-def browser():
-    path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if path is None:
-        pytest.skip("there is no Chromium on this machine; install the package chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield found
-        found.close()
 
 
 @pytest.fixture

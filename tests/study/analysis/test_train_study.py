@@ -49,7 +49,7 @@ def test_a_free_motor_with_a_coupling_is_compared_by_its_curve_and_named_in_the_
 
     Found.exact = exact
     said = View(of, Found, AngleUnit("rad", 1.0)).told(reduction(View(of, Found, AngleUnit("rad", 1.0))))["sentence"]
-    assert said.startswith("The error equation, with a free motor and a rigid load, is a reduction of the drive train")
+    assert said.startswith("With a free motor and a rigid load, as in the error equation, the oscillation would reach ")
 
 
 def test_parts_of_a_train_are_named_as_the_file_has_them():

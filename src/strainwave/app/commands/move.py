@@ -13,6 +13,7 @@ from ...files.fields.schema import PART, PAYLOAD
 from ...files.reading import read_project
 from ...files.scan_file import read_profile
 from ...files.yaml_text import name, read
+from ...plot.panels import named
 from ...plot.studies import move_panels
 from ...plot.svg import stacked
 from ...study.move.move import move as moved
@@ -109,7 +110,6 @@ def _write(project: Project, result: Move, output: Path) -> None:
         ("motor_speed_rad_per_s", result.motor_speed), ("motor_torque_N_m", result.motor_torque),
         ("gear_torque_N_m", result.gear_torque),
     ]  # fmt: skip
-    drawn = stacked(
-        move_panels(result, project.gear, project.motor_limits or MotorLimits()), 215.0, "a move over the time"
-    )
+    panels = named(move_panels(result, project.gear, project.motor_limits or MotorLimits()), project.title)
+    drawn = stacked(panels, 215.0, "a move over the time")
     write_all(output, {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)})

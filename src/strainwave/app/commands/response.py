@@ -20,6 +20,7 @@ from ...files.notes import load_remark, posture_note, unsaid
 from ...files.reading import read_project
 from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels
+from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
 from ..console import WHAT_X_IS, Progress, number, reported
 from ..output import staged, write_csv
@@ -72,7 +73,7 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
         part = folder / output.name
         if output.suffix in FIGURES:
             y = angle_unit(float(np.max(found.peak))).axis(f"oscillation of the {found.name}")
-            panels = drive_panels(found, project, y)
+            panels = named(drive_panels(found, project, y), project.title)
             panels[-1].caption = [f"{WHAT_X_IS}.", *_remarks(project)]
             if output.suffix == ".svg":
                 text = stacked(panels, HEIGHT, "error and torque against speed", WIDTH)

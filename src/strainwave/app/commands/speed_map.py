@@ -9,6 +9,7 @@ import numpy as np
 from ...base.units import RPM
 from ...files.reading import read_project
 from ...files.variants.scatter import scattered
+from ...plot.panels import named
 from ...plot.svg import stacked
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
@@ -51,14 +52,14 @@ def speed_map(
         result, stop = finished(lambda: mapped(drive, **options, progress=progress.show))
         if output is not None:
             progress.show("writing", 1.0)
-            write(result, output)
+            write(result, output, drive.title)
     written = () if output is None else (f"written: {output}",)
     click.echo(reported(drive.title, result.facts(), as_json, *written))
     if stop is not None:
         raise stop
 
 
-def write(result: SpeedMap, folder: Path) -> None:
+def write(result: SpeedMap, folder: Path, name: str = "") -> None:
     """Write cells, bands, lines and the figure; the files appear when they are complete."""
     load, speed = np.meshgrid(result.loads, result.speeds, indexing="ij")
     of_load = {"load torque": "load_N_m", "load inertia": "load_kg_m2"}.get(result.load_name, result.load_name)
@@ -88,7 +89,7 @@ def write(result: SpeedMap, folder: Path) -> None:
     ]
     table = np.array(lines).reshape(-1, 5)
     names = (of_load, "order", "resonance", "torsion_amplitude_rad", "motor_speed_rpm")
-    panels = result.panels()
+    panels = named(result.panels(), name)
     panels[-1].caption = [_sentence(text) for text in (result.rule, WHAT_X_IS, *result.remarks)]
     write_all(folder, {
         "cells.csv": cells,

@@ -13,6 +13,7 @@ from ...study.analysis.remedies import Remedy
 from ..console import number
 from ..view import View, sizes
 
+CANCELLED = -1.0  # share of a line that nothing excites any more: it helps by definition, and is told apart
 NOTHING = 0.005  # relative change that is called none
 FEW = 6  # remedies of the sentence; the table has all
 ROW, LINE, THICK, TOP = 12.0, 16.0, 13.0, 40.0  # space between rows, of a line of text, of a bar, above them [px]
@@ -41,7 +42,8 @@ def largest_of(view: View, avoid: Avoid) -> tuple[float, float]:
 
 def remedies_figure(view: View) -> str:
     """Change of the oscillation by every remedy, the most helpful first."""
-    rows = [Bar(words(remedy), remedy.ratio - 1.0, _percent(remedy.ratio - 1.0)) for remedy in view.analysis.remedies]
+    known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED]
+    rows = [Bar(words(remedy), remedy.ratio - 1.0, _percent(remedy.ratio - 1.0)) for remedy in known]
     title = "change of the largest oscillation (filled: less, hatched: more)"
     return bars(rows, title, "change of the largest oscillation by each remedy")
 
@@ -62,8 +64,20 @@ def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
     }
 
 
+def can_be_ordered(remedy: Remedy) -> bool:
+    """Whether a change can be bought or set: another gear, the loop, a preload, damping."""
+    return bool(remedy.gear or remedy.by or "loop" in remedy.what or remedy.what.startswith("damping"))
+
+
+def after_change(view: View, remedy: Remedy) -> dict[str, Any]:
+    """What a change leaves of the largest oscillation."""
+    avoid = view.analysis.avoid
+    return sizes(None if avoid is None else remedy.ratio * largest_of(view, avoid)[0], "oscillation")
+
+
 def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
     """Sentence on the remedies of the peak at a speed [rad/s], the most helpful first, and those without effect."""
+    remedies = tuple(remedy for remedy in remedies if remedy.share != CANCELLED)
     if not remedies:
         return ""
     best, worst = remedies[0], worst_of(view.analysis.load_cases)
@@ -84,7 +98,7 @@ def _change(remedy: Remedy) -> str:
         return f"{remedy.gear} instead"
     if remedy.by:
         return f"{number(remedy.by, 3)} N·m more"
-    if remedy.share == -1.0:
+    if remedy.share == CANCELLED:
         return "cancelled by feed-forward"
     return f"{number(100.0 * abs(remedy.share))} % {'more' if remedy.share > 0.0 else 'less'}"
 
@@ -93,7 +107,7 @@ def words(remedy: Remedy) -> str:
     """The change in words, "10 % more damping of the gear"."""
     if remedy.gear:
         return f"{remedy.what}, {remedy.gear}"
-    if remedy.share == -1.0:
+    if remedy.share == CANCELLED:
         return f"{remedy.what} cancelled by feed-forward"
     return f"{_change(remedy)} {'mean torque' if remedy.by else remedy.what}"
 

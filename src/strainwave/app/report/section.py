@@ -22,7 +22,7 @@ class Section(Protocol):
     With `appendix = True` it stands in the appendix. It may have `sentences(view)`: texts, each a `str` or a `Sentence`
     with its values in SI; `figures(view)`: texts of SVG; `lines(view, data)`: what the terminal says, otherwise its
     sentences. Its part of the page is a Jinja file that stands beside that of its class, with the same name and the
-    ending ".html.j2"; otherwise its sentences, a table of its data, and its figures.
+    ending ".html.j2", or that of its `template`; otherwise its sentences, a table of its data, and its figures.
     """
 
     @property
@@ -46,7 +46,8 @@ class Part(NamedTuple):
     def template(self) -> Path:
         """The file of its part of the page."""
         home = getattr(sys.modules.get(type(self.section).__module__), "__file__", None)
-        own = Path(home or DEFAULT).with_suffix(".html.j2")
+        beside = Path(home or DEFAULT)
+        own = beside.with_name(getattr(self.section, "template", "") or f"{beside.stem}.html.j2")
         return own if own.exists() else DEFAULT
 
     @property

@@ -9,6 +9,7 @@ from typing import Any
 from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import RPM
 from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits
+from ...drive.margins import margins
 from ...model.gears.limits import RATED, Finding, gravest
 from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
@@ -178,11 +179,12 @@ def over_limit(view: View) -> bool:
     return avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
 
 
-def changes_said(view: View, verdict: Verdict) -> list[Sentence]:
+def changes_said(
+    view: View, verdict: Verdict, text: str = "Smallest change that meets the limit: {}; it leaves {}."
+) -> list[Sentence]:  # fmt: skip
     """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
     avoid, said = view.analysis.avoid, []
     if verdict.change is not None:
-        text = "Smallest change that was found to bring the oscillation within its limit: {}; it leaves {}."
         said.append(Sentence(text, words(verdict.change) + _ends(verdict.change), _left(view, verdict.change)))
     elif over_limit(view) and avoid is not None and view.analysis.remedies:
         best = view.analysis.remedies[0]
@@ -195,9 +197,9 @@ def changes_said(view: View, verdict: Verdict) -> list[Sentence]:
         said.append(Sentence("No change was tried that could bring the oscillation within its limit."))
     of_motor = [finding.limit in MOTOR for finding in verdict.exceeded]
     if not all(of_motor):
-        said.append(Sentence("What passes a limit of the gear needs less load or speed, or a larger gear."))
+        said.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
     if any(of_motor):
-        text = "What passes a limit of the motor needs less load or speed, another ratio, or a stronger motor."
+        text = "Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor."
         said.append(Sentence(text))
     return said
 
@@ -246,6 +248,8 @@ def answers(view: View) -> dict[str, Any]:
         "jumps": _jumps(view),
         "torque": f"{torque[0].upper()}{torque[1:]}.",
         "motor": _motor(view),
+        "loop": loop_said(loop_margins(view)),
+        "how sure": how_sure(view),
         "smallest change": _change(view),
         "without a change": "",
     }
@@ -299,6 +303,53 @@ def _has(asked: float, bound: float, unit: str) -> str:
     return f" It has {number(bound)} {unit}" + (": too little." if Finding("", asked, bound, "", "").exceeded else ".")
 
 
+def how_sure(view: View) -> Sentence:
+    """What the damping leaves uncertain, which catalogues do not print; "" where that is not computed."""
+    ends, avoid = view.analysis.other_damping, view.analysis.avoid
+    ratio, B = view.project.damping_ratio, view.project.drive.B
+    if len(ends) < 2 or avoid is None:
+        return Sentence("")
+    of, unit = (B, "N·m·s/rad") if ratio is None else (100.0 * ratio, "%")
+    low, high = [number(of * (1.0 + end.share), 2) for end in ends]
+    sizes = [Angle(end.ratio * avoid.largest, digits=3) for end in ends]
+    over = [end.exceeds for end in ends]
+    limit = {
+        "True, True": ", all above the limit",
+        "False, False": ", all within the limit",
+        "True, False": ", within the limit with the larger damping alone",
+    }.get(f"{over[0]}, {over[1]}", "")
+    text = "The damping of {} {} is assumed, unless it was measured: {} to {} {} gives {} to {}{}."
+    return Sentence(text, number(of, 2), unit, low, high, unit, *sizes, limit)
+
+
+def loop_margins(view: View) -> dict[str, Any] | None:
+    """Margins of the motor's loop about the operating point, without sampling; None where there is no loop to cut."""
+    study = view.analysis.train
+    if study is None or study.train.motor.free or study.train.motor.held:
+        return None
+    found = margins(study.train, at=study.state, speed=study.speed)
+    sizes = {
+        "phase_margin_deg": math.degrees(found.phase_margin), "gain_margin": found.gain_margin,
+        "gain_reduction": found.gain_reduction, "delay_margin_s": found.delay_margin,
+    }  # fmt: skip
+    return {"stable": found.stable} | {name: size if math.isfinite(size) else None for name, size in sizes.items()}
+
+
+def loop_said(found: dict[str, Any] | None) -> str:
+    """Margins of a loop in a sentence; empty without a loop."""
+    if found is None:
+        return ""
+    if not found["stable"]:
+        return "The loop is unstable with this gear."
+    phase, gain, delay = (found[name] for name in ("phase_margin_deg", "gain_margin", "delay_margin_s"))
+    each = [
+        "phase margin infinite" if phase is None else f"phase margin {number(phase, 2)}°",
+        "gain margin infinite" if gain is None else f"gain margin {number(gain, 3)}",
+        *([] if delay is None else [f"{number(1e3 * delay, 3)} ms of further delay make it unstable"]),
+    ]
+    return f"Stable, computed without sampling: {', '.join(each)}."
+
+
 def _worst(view: View) -> Sentence:
     """The largest oscillation with its speed and load torque."""
     largest = view.analysis.largest_oscillation()
@@ -334,7 +385,7 @@ def _jumps(view: View) -> Sentence:
 
 def _change(view: View) -> Sentence:
     """The smallest change that makes a failing drive pass."""
-    said = changes_said(view, view.analysis.verdict)
+    said = changes_said(view, view.analysis.verdict, "{}; it leaves {}.")
     if not said:
         passes = view.analysis.verdict.answer is Answer.ALL_RIGHT
         return Sentence("No change is needed." if passes and view.project.limit is not None else "")

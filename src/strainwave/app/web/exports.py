@@ -100,7 +100,11 @@ def script_of(request: ScriptRequest) -> str:
 
 
 def report_of(project: Project, progress: Callable[[str, float], None]) -> str:
-    """The report as one HTML page."""
+    """The report as one HTML page, its appendix below it."""
     with tempfile.TemporaryDirectory() as folder:
         write(project, Path(folder) / "report", progress=progress)
-        return (Path(folder) / "report" / "report.html").read_text(encoding="utf-8")
+        names = ("report.html", "appendix.html")
+        report, appendix = [(Path(folder) / "report" / name).read_text(encoding="utf-8") for name in names]
+    main = appendix[appendix.index("<main>") : appendix.index("</body>")].replace('"report.html"', '"#"')
+    whole = report.replace('"appendix.html"', '"#appendix"')
+    return whole.replace("</body>", main.replace("<main>", '<main id="appendix">') + "</body>")

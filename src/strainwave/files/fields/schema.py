@@ -319,6 +319,7 @@ class ProjectSpec(Group):
     """The whole project file."""
 
     title: str = field(TITLE, "Azimuth axis", "Title of the report, one line; without it the name of the file.", "")
+    revision: str = field(TITLE, "B, 2026-11-26, A. Meier", "Revision, date and author, one line; reports have it.", "")
     gear: str | ExplicitGear | NamedGear = needed(GearKind(), "CSG-40-50",
         "Name of a gear of the catalogue, or a group that describes a gear.")  # fmt: skip
     hysteresis: Any = field(HYSTERESIS, EXAMPLE_HYSTERESIS,

@@ -127,8 +127,8 @@ def cautions(analysis: Any) -> Iterator[str]:
             yield "At " + Speed(case.omega, digits=5) + text
     if analysis.load_cases and not searched(analysis.system.law):
         yield (
-            "Motions that do not join the response curve are looked for at the ends of the speed range under the mean "
-            "load torque alone; for those of another torque give it as the mean."
+            "Separate branches of motions are searched for under the mean load torque alone. To search for those of "
+            "another torque, give it as the mean."
         )
     if study is not None and study.curve is not None:
         yield from not_exact("The steady curve of the whole drive train", study.curve.curve)
@@ -212,6 +212,8 @@ class Analysis(Result):
         Results that no gear gives.
     motor : MotorUse or None
         What the steady motions and the run-up ask of the motor; None where it is not known.
+    other_damping : tuple of Remedy
+        The largest oscillation with two thirds and with five thirds of the gear's damping; empty without advice.
     """
 
     system: Oscillator | VaryingOscillator
@@ -238,6 +240,7 @@ class Analysis(Result):
     remarks: tuple[str, ...]
     doubts: tuple[str, ...] = ()
     motor: MotorUse | None = None
+    other_damping: tuple[Remedy, ...] = ()
 
     def coordinates(self) -> Labelled:
         """As of the response."""

@@ -31,7 +31,7 @@ from .avoid import HALF_POWER, in_run, speeds_to_avoid
 from .in_time import TimeCase, speeds_in_time, time_case
 from .in_time.time_case import usage
 from .load_cases import LoadCase, load_cases, over_all, searched
-from .remedies import Subject, what_helps
+from .remedies import Subject, what_helps, with_other_damping
 from .resonances import OperatingPoint, Regime, operating_point, regimes
 from .runup import RunUp, run_up, silent
 from .train_study import TrainStudy, motor_cases, train_study
@@ -207,6 +207,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
         tuple(implausible(project.gear, project.rated_torque, loop, largest)), motor,
+        with_other_damping(subject, drive, avoid, by_load) if advice else (),
     )  # fmt: skip
 
 

@@ -240,8 +240,8 @@ def train_study(
             remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
         elif curve.without_angle:
             remarks.append(
-                "What depends on the load's own angle, gravity for one, repeats once in N turns of the motor, so that "
-                "no motion with it repeats with every turn: the steady curve leaves it out, the run-up has it."
+                "Gravity and other torques that follow the load's angle repeat once in an output turn only. The steady "
+                "curve leaves them out; the run-up has them."
             )
     if curve is not None:
         probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])

@@ -7,6 +7,7 @@ import click
 from ....base.results import Floats
 from ....base.units import ARCSEC, RPM
 from ....files.reading import read_project
+from ....plot.panels import named
 from ....plot.svg import stacked
 from ....study.compensation.moves import WINDOW
 from ....study.compensation.moves import compensate_move as compensated_move
@@ -105,7 +106,7 @@ def _tell(
     if output is not None:
         columns = [(f"{unit} {name}", row[i]) for i, name in enumerate(result.names) for unit, row in curves.items()]
         height, label = FIGURES[stem]
-        drawn = stacked(result.panels(), height, f"{label} under several controllers")
+        drawn = stacked(named(result.panels(), title), height, f"{label} under several controllers")
         contents = {"csv": [axis, *columns], "json": reported(title, result.facts(), True), "svg": drawn}
         write_all(output, {f"{stem}.{ending}": content for ending, content in contents.items()})
         written.append(f"written: {output / stem}.csv, {stem}.json, {stem}.svg")

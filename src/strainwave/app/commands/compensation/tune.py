@@ -10,6 +10,7 @@ from ....drive.project import Project
 from ....files.project_text import project_text
 from ....files.reading import read_project
 from ....files.variants.scatter import scattered
+from ....plot.panels import named
 from ....plot.svg import stacked
 from ....study.tuning.result import TunedLoop
 from ....study.tuning.trial import GOALS
@@ -64,7 +65,9 @@ def tune(
 
 def _write(project: Project, result: TunedLoop, output: Path) -> None:
     columns = [(f"{name}{_ending(unit)}", values) for name, (_, values, unit) in result.variables().items()]
-    drawn = stacked(result.panels(), 280.0, "response before and after, goal over peak sensitivity")
+    drawn = stacked(
+        named(result.panels(), project.title), 280.0, "response before and after, goal over peak sensitivity"
+    )
     beside = () if project.move is None else filter(None, project.move.files)  # profiles that both files name
     files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in beside}
     files |= {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)}

@@ -8,6 +8,7 @@ import numpy as np
 
 from ....files.logs.frd import read_frd
 from ....files.reading import read_project
+from ....plot.panels import named
 from ....plot.svg import stacked
 from ....study.identification.response_curve.bode_fit import BodeFit
 from ....study.identification.response_curve.bode_fit import fit_bode as fitted
@@ -64,5 +65,5 @@ def _write(title: str, fit: BodeFit, folder: Path) -> None:
     columns = [("omega_rad_per_s", fit.measured.omega)]
     for name, values in responses.items():
         columns += [(f"{name}_real", np.real(values)), (f"{name}_imaginary", np.imag(values))]
-    figure = stacked(fit.panels(), 260.0, "a measured Bode plot and that of the drive")
+    figure = stacked(named(fit.panels(), title), 260.0, "a measured Bode plot and that of the drive")
     write_all(folder, {"bode.csv": columns, "bode.svg": figure, "bode.json": reported(title, fit.facts(), True)})

@@ -15,7 +15,7 @@ from .speed_range import SpeedRange
 from .stability import Stability
 from .trust import Trust
 from .warnings import Warnings
-from .whole_train import WholeTrain
+from .whole_train import RunUpOfTrain, WholeTrain
 
 SECTIONS: tuple[Section, ...] = (
     Opening(),
@@ -30,6 +30,7 @@ SECTIONS: tuple[Section, ...] = (
     DerivedQuantities(),
     Trust(),
     Provenance(),
+    RunUpOfTrain(),
     Resonances(),
     SingleSpeeds(),
     Stability(),

@@ -76,7 +76,7 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
     if cases:
         ends = f"{number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
         banded = [case for case in cases if case.bands]
-        free = f" No speed of its own is to be avoided at {_torques(cases)} N·m." if len(banded) < len(cases) else ""
+        free = f" At {_torques(cases)} N·m no speed is to be avoided." if len(banded) < len(cases) else ""
         bands = ": " + Sentence("; ").join(_of_case(view, case) for case in banded) if banded else ""
         text = f"These speeds are for every torque of the load from {ends}" + bands + "." + free + " "
     if avoid.largest_passed is None:
@@ -84,10 +84,10 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
     speeds = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
     if view.analysis.train_curve is None:
         return (
-            "The steady motions behind these speeds are of the error equation, in place of the whole drive train; the "
-            "run-up of that train adds " + speeds + "."
+            "These speeds are those of the error equation, in place of the whole drive train; the run-up of that train "
+            "adds " + speeds + "."
         )
-    return text + "The run-up, in which the load turns through the torques of its own angle, adds " + speeds + "."
+    return text + "The run-up, with the torques at every angle of the load, adds " + speeds + "."
 
 
 def _of_case(view: View, case: LoadCase) -> Sentence:
@@ -128,9 +128,8 @@ def _rule(avoid: Avoid) -> str:
         text = f"A speed is to be avoided where {OSCILLATION} is above the project's limit of "
         return text + Angle(avoid.limit) + f", {APART}."
     return (
-        f"A speed is to be avoided around every peak of the computed curve that is more than {AMPLIFIED:g} times the "
-        f"oscillation of quasi-static rotation, as long as {OSCILLATION} is above 1/√2 of that peak (half power), "
-        f"{APART}."
+        f"Peaks above {AMPLIFIED:g} times the oscillation of slow rotation are to be avoided: the speeds where "
+        f"{OSCILLATION} is above 1/√2 of the peak (half power), {APART}."
     )
 
 

@@ -24,6 +24,7 @@ class DerivedQuantities:
     """Quantities derived from the data of the drive, and the source of these data."""
 
     heading = "Derived quantities"
+    appendix = True
 
     def data(self, view: View) -> dict[str, Any]:
         """A row for each quantity, and the drive."""

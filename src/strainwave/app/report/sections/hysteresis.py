@@ -12,6 +12,7 @@ class Hysteresis:
     """The datasheet's measurements on the law, and the loop of the case with the largest error."""
 
     heading = "Hysteresis of the gear"
+    appendix = True
 
     def data(self, view: View) -> dict[str, Any]:
         """Hysteresis loss and lost motion; None without a loop."""
@@ -30,7 +31,8 @@ class Hysteresis:
         if loop is None:
             return []
         rows: list[list[Panel]] = [[]]
-        for title, side in (("input locked, slowly 0, +T, −T, +T", loop.full), ("the same at 4 % of it", loop.small)):
+        small = "the same up to 4 % of that torque"
+        for title, side in (("input locked, slowly 0, +T, −T, +T", loop.full), (small, loop.small)):
             rows[0].append(Panel(title, torsion, torque))
             rows[0][-1].line(side.torsion, side.torque, BLUE)
         if cycles := [case.cycle for case in view.analysis.cases if case.cycle is not None]:

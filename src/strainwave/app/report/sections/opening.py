@@ -5,13 +5,17 @@ from typing import Any
 
 from .... import __version__
 from ....base.law import spring_stiffness
-from ....base.sentences import Speed
+from ....base.sentences import Sentence, Speed
 from ....base.units import RPM
 from ....drive.asked import MotorLimits
+from ....plot.svg import stacked
 from ....study.analysis.analysis import Largest
+from ....study.analysis.verdict import Answer
 from ...console import WHAT_X_IS, number, percent
 from ...view import View, sizes, under_load
-from ..verdict import answers, verdict_data
+from ..remedies import after_change, can_be_ordered, words
+from ..verdict import answers, how_sure, loop_margins, ranges, verdict_data
+from .speed_range import drive_figure
 from .whole_train import modes, parts
 
 CONVENTIONS = (
@@ -20,6 +24,8 @@ CONVENTIONS = (
     "angle"
 )
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
+PAGE = 430.0  # width of the figure beside the remedies [px]
+MOST = 6  # remedies beside the figure
 OSCILLATES = 0.5  # damping ratio below which a mode of the train is a key number
 
 
@@ -34,6 +40,7 @@ class Opening:
         return {
             "strainwave": __version__,
             "title": project.title,
+            "revision": project.revision,
             "project": project.text,
             "motor": project.motor,
             "base_angle": project.speeds.base_angle,
@@ -46,6 +53,14 @@ class Opening:
             "largest_error": _largest(view, worst, "peak"),
             "largest_torque": _largest_torque(view),
             "required_motor": _required_motor(view),
+            "loop_margins": loop_margins(view),
+            "how_sure": {
+                "sentence": how_sure(view),
+                "ends": [
+                    {"damping_Nms_per_rad": end.after, **after_change(view, end), "above_limit": end.exceeds}
+                    for end in view.analysis.other_damping
+                ],
+            },
             "limits": [finding.data() for finding in view.analysis.limits],
         }
 
@@ -54,6 +69,22 @@ class Opening:
         verdict = data["verdict"]
         texts = [verdict[key] for key in ("headline", "sentence", "what_to_do") if verdict[key]]
         return texts + [f"{value:>15}  {meaning}" for value, meaning, _ in self.key_numbers(view, data)]
+
+    def figures(self, view: View) -> list[str]:
+        """Oscillation of the error against speed, with its limit and the speeds to avoid."""
+        return [stacked(drive_figure(view)[:1], 250.0, "oscillation of the error against speed", PAGE)]
+
+    def orders(self, view: View) -> list[tuple[str, str, bool | None]]:
+        """What can be ordered or set, the oscillation that it leaves, and whether that is above the limit."""
+        remedies = [remedy for remedy in view.analysis.remedies if can_be_ordered(remedy) and remedy.ratio < 1.0]
+        rows = [
+            (words(remedy), view.angle.text(after_change(view, remedy)["oscillation_rad"]), remedy.exceeds)
+            for remedy in remedies[:MOST]
+        ]
+        verdict = view.analysis.verdict
+        if verdict.answer is Answer.BUT:
+            rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed)))), "", None))
+        return rows
 
     def about(self, view: View) -> str:
         """The drive in words."""

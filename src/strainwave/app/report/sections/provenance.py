@@ -17,6 +17,7 @@ class Provenance:
     """The whole project file, the SHA-256 of its text (UTF-8), versions, and the command."""
 
     heading = "Project and provenance"
+    appendix = True
 
     def data(self, view: View) -> dict[str, Any]:
         """Hash, versions and command."""

@@ -8,7 +8,8 @@ from ....base.sentences import Angle, Sentence, Speed
 from ....base.speeds import Speeds
 from ....drive.drive_response import DriveResponse
 from ....plot import drive
-from ....plot.svg import WIDTH, stacked
+from ....plot.panels import Panel
+from ....plot.svg import stacked
 from ...console import number
 from ...view import View, place, sizes, under_load
 
@@ -16,18 +17,16 @@ from ...view import View, place, sizes, under_load
 class SpeedRange:
     """The response curve, of the whole drive train where there is one, and its jumps on a slow run-up and run-down."""
 
-    heading = "Error through the speed range"
+    heading = "Torque through the speed range"
 
     def data(self, view: View) -> dict[str, Any]:
         """Key numbers of the curve of the error equation, and its simulated check."""
         return {"exact_response": curve_data(view.speeds, view.analysis.exact), "run_up": _run_up(view)}
 
     def figures(self, view: View) -> list[str]:
-        """Oscillation of the error, and torque in the gear, against speed."""
-        analysis = view.analysis
-        y = view.angle.axis(f"oscillation of the {analysis.drive.name}")
-        panels = drive.drive_panels(analysis.drive, view.project, y, drive.of_analysis(analysis))
-        return [stacked(panels, drive.HEIGHT, "error and torque against speed", WIDTH)]
+        """Torques in the gear and of the motor against speed; the first page has the oscillation."""
+        _, *more = drive_figure(view)
+        return [stacked([panel], drive.HEIGHT, f"{panel.y.name} against speed") for panel in more]
 
     def sentences(self, view: View) -> list[str]:
         """Content of the figure, and jumps of a slow run-up and run-down."""
@@ -36,6 +35,13 @@ class SpeedRange:
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
         """Jumps of a slow run-up and run-down."""
         return sweep_sentences(view.analysis.response)
+
+
+def drive_figure(view: View) -> list[Panel]:
+    """Oscillation of the error, and torques of gear and motor, against speed, with what an analysis adds."""
+    analysis = view.analysis
+    y = view.angle.axis(f"oscillation of the {analysis.drive.name}")
+    return drive.drive_panels(analysis.drive, view.project, y, drive.of_analysis(analysis))
 
 
 def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def assumptions(view: View) -> list[str]:
         "The gear is a spring and a damper without mass between motor and load; its parts count to either inertia.",
         "The kinematic error depends on the angle alone: load, temperature and wear do not change it.",
         "Shafts and housing are rigid, but for the couplings of the file.",
-        "The teeth do not skip; a torque above the ratcheting torque is no result.",
+        "Skipping teeth are not computed: results above the ratcheting torque are void.",
     ]
     if project.left_out:
         texts.append(

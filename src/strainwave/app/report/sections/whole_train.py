@@ -1,4 +1,4 @@
-"""The whole drive train beside its error equation: modes, Bode plot, steady curve and run-up."""
+"""The whole drive train beside its error equation: gains, modes and Bode plot; in the appendix its run-up."""
 
 from typing import Any
 
@@ -38,30 +38,18 @@ class WholeTrain:
     def data(self, view: View) -> dict[str, Any]:
         """Operating point, modes, steady motions and run-up; None where the error equation is all there is."""
         study = view.analysis.train
-        return {"train": None if study is None else _train_data(view, study), "reduction": reduction(view)}
+        return {"train": None if study is None else train_data(view, study), "reduction": reduction(view)}
 
     def figures(self, view: View) -> list[str]:
-        """Bode plot, and the run-up where there is one."""
+        """Bode plot."""
         study = view.analysis.train
-        if study is None:
-            return []
-        bode = figure([study.bode.panels()], 290.0, "Bode plot")
-        return [bode, *([] if study.ramp is None else [_run_figure(view, study, study.ramp)])]
+        return [] if study is None else [figure([study.bode.panels()], 290.0, "Bode plot")]
 
     def gains(self, study: TrainStudy) -> str:
         """Gains of the control, with their units, as a sentence; empty without any."""
         known = parameters(study.train.motor.control)
         each = ", ".join(f"{p.path.removeprefix('loop.')} = {number(p.value)} {sign(p.unit)}" for p in known)
         return f"Motor control: {each}. " if each else ""
-
-    def heat(self, joules: dict[str, float]) -> str:
-        """What each element turned into heat, the largest first."""
-        lost = sorted(((J, name) for name, J in joules.items() if J), reverse=True)
-        return ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
-
-    def apart(self, share: float) -> str:
-        """A relative difference, where it is more than rounding."""
-        return percent(share, 3) if abs(share) > ROUNDING else "none"
 
     def angle(self, train: dict[str, Any]) -> str:
         """The angle of the load that the operating point is for, where a torque follows it."""
@@ -83,7 +71,46 @@ class WholeTrain:
         return [*said, reduced["sentence"]] if reduced else said
 
 
-def _train_data(view: View, study: TrainStudy) -> dict[str, Any]:
+class RunUpOfTrain:
+    """Steady motions and run-up of the train; its numbers are those of `WholeTrain`."""
+
+    heading = "The drive train at steady speeds and in a run-up"
+    appendix = True
+    template = "run_up.html.j2"
+
+    def data(self, _: View) -> dict[str, Any]:
+        """None beside those of `WholeTrain`."""
+        return {}
+
+    def figures(self, view: View) -> list[str]:
+        """The run-up, where there is one."""
+        study = view.analysis.train
+        return [] if study is None or study.ramp is None else [_run_figure(view, study, study.ramp)]
+
+    def lines(self, _: View, __: dict[str, Any]) -> list[str]:
+        """Nothing for the terminal."""
+        return []
+
+    def train(self, view: View) -> dict[str, Any] | None:
+        """Data of the train, with what the error equation makes of it."""
+        study = view.analysis.train
+        if study is None:
+            return None
+        told: dict[str, Any] = view.told(train_data(view, study) | {"reduction": reduction(view)})
+        return told
+
+    def heat(self, joules: dict[str, float]) -> str:
+        """What each element turned into heat, the largest first."""
+        lost = sorted(((J, name) for name, J in joules.items() if J), reverse=True)
+        return ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
+
+    def apart(self, share: float) -> str:
+        """A relative difference, where it is more than rounding."""
+        return percent(share, 3) if abs(share) > ROUNDING else "none"
+
+
+def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
+    """What a train is made of, its operating point, its modes, its steady motions and its run-up."""
     control = study.train.motor.control
     state = tuple(study.state.tolist())
     torque = float(study.train._replace(error=NoError()).torque(0.0, state))
@@ -199,9 +226,9 @@ def reduction(view: View) -> dict[str, Any] | None:
         "speed_relative_to_train": slow / fast,
         "far_apart": bool(apart),
         "sentence": Sentence(
-            f"The error equation, with {motor} and a rigid load, is a reduction of the drive train: the largest "
-            f"oscillation of its error{under} is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} "
-            f"of the train, at {_times(slow / fast, 'the same speed', ' the speed')}.",
+            f"With {motor} and a rigid load, as in the error equation, the oscillation{under} would reach {{}} at "
+            f"{{}}: {_times(reduced / whole, 'as large as that', ' that')} of the train, at "
+            f"{_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
         ),
@@ -230,7 +257,7 @@ def train_warning(view: View) -> list[str]:
     if study is None or study.left_out is not None:
         return []
     if (found := reduction(view)) is not None:
-        about = " Resonances, single speeds and the proof of stability below are about that equation."
+        about = " Resonances, single speeds and the proof of stability in the appendix are about that equation."
         return [found["sentence"] + about] if found["far_apart"] else []
     return [
         "Resonances, single speeds, speeds to avoid and the proof of stability are about the error equation with an "

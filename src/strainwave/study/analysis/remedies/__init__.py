@@ -4,3 +4,4 @@ from .knobs import Subject as Subject
 from .remedies import Remedy as Remedy
 from .remedies import remedies as remedies
 from .remedies import what_helps as what_helps
+from .remedies import with_other_damping as with_other_damping

@@ -24,6 +24,7 @@ from ..resonances import operating_point
 CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing
 MORE, BOTH = (1.0,), (1.0, -1.0)
 BENDS = 0.01  # relative change of the stiffness by the mean torque, from which on it counts
+DAMPING = "damping of the gear"
 ROUNDING = 1e-9  # of a pole's size: less growth than this is none
 
 
@@ -259,7 +260,7 @@ def _of_parts(subject: Subject) -> Iterator[Knob]:
     whole = subject.whole
     for p in parameters(whole):
         if p.path in ("B", "damping.B") and p.value > 0.0:
-            yield _number(subject, "damping of the gear", p.path, p.value, "N·m·s/rad")
+            yield _number(subject, DAMPING, p.path, p.value, "N·m·s/rad")
     yield from _stiffness(subject, "gear", "law", whole.law)
     couplings = () if subject.train is None else subject.train.load.couplings()
     for i, law in enumerate(couplings):

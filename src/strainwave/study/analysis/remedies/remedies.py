@@ -27,11 +27,12 @@ from ....model.train.drive_train import DriveTrain
 from ..avoid import Avoid
 from ..load_cases import LoadCase, worst_of
 from ..runup import silent
-from .knobs import Knob, Subject, knobs
+from .knobs import DAMPING, Knob, Subject, knobs
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
 MOST, WITH_MEMORY = 60, 12  # changed drives that are followed, and those whose law has memory, which take longer
+DOUBT = -1.0 / 3.0, 2.0 / 3.0  # relative changes of a damping that is assumed: from 3 % of critical to 2 and 5 %
 LOST = 0.99  # of the largest oscillation: less than this without coexisting motions, and they are looked for
 
 
@@ -172,6 +173,22 @@ def what_helps(
         return (), ()
     subject, drive, avoid = at_worst(subject, drive, avoid, cases)
     return remedies(subject, drive, avoid, usage.peak_torque, progress)
+
+
+def with_other_damping(
+    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...]
+) -> tuple[Remedy, ...]:  # fmt: skip
+    """The largest oscillation with less and with more damping of the gear (`DOUBT`); empty where it has none."""
+    if avoid is None:
+        return ()
+    subject, drive, avoid = at_worst(subject, drive, avoid, cases)
+    trial = Trial.of(subject, drive, avoid)
+    knob = next((k for k in every_knob(subject, drive, 0.0) if k.what == DAMPING), None)
+    if trial is None or knob is None:
+        return ()
+    changed = [(share, knob.turned(share)) for share in DOUBT]
+    tried = [trial.remedy(knob, share, other) for share, other in changed if not isinstance(other, str)]
+    return tuple(remedy for remedy in tried if remedy is not None)
 
 
 def at_worst(
