@@ -12,6 +12,8 @@ from strainwave.files.variants.replaced import replaced, tuning
 from strainwave.study.analysis.remedies.knobs import Subject
 from strainwave.study.analysis.remedies.remedies import with_gear
 
+MOVE = {"move.profile.0.type": "s_curve", "move.profile.0.angle": "90 deg", "move.profile.0.time": "0.6 s"}
+
 
 @pytest.fixture
 def read(tmp_path):
@@ -39,6 +41,7 @@ def apart(one, other):
         ("accuracy class of the catalogue", {"damping.quality": "10"}, "quality: 20", "quality: 10"),
         ("backlash", {"speed": "900 rpm"}, "from: 1000 rpm, to: 2500 rpm", "at: [900 rpm]"),
         ("backlash", {"limit.oscillation": "9 arcsec"}, "gear:", "limit: {oscillation: 9 arcsec}\ngear:"),
+        ("backlash", MOVE, "gear:", "move: {profile: [{type: s_curve, angle: 90 deg, time: 0.6 s}]}\ngear:"),
     ],
 )
 def test_another_value_is_read_as_if_the_file_had_it(read, project, values, old, new):

@@ -21,6 +21,7 @@ from ...model.gears import catalogue
 from .guard import refusal
 from .state import (
     Body,
+    GoalRequest,
     JobRequest,
     LogColumns,
     MotionRequest,
@@ -41,10 +42,11 @@ JOBS = {
     "map": Work("views", "two_parameters"),
     "speed-map": Work("views", "mapped"),
     "compensation": Work("views", "compensated"),
+    "tuning": Work("goals", "tuned"),
     "report": Work("exports", "report_of"),
 }
 WORDS = {
-    "map": "a two-parameter map", "speed-map": "a speed map", "compensation": "a compensation",
+    "map": "a two-parameter map", "speed-map": "a speed map", "compensation": "a compensation", "tuning": "a tuning",
     "report": "a report", "identify": "an identification",
 }  # fmt: skip
 
@@ -61,6 +63,7 @@ ANSWERS = {
     "/api/project": Answer(OfState, (Work("parameters", "about"),)),
     "/api/response": Answer(ResponseRequest, (OF_STATE, RESPONSE), ("state", "whole")),
     "/api/motion": Answer(MotionRequest, (OF_STATE, Work("views", "motion")), ("state", "speed")),
+    "/api/goal": Answer(GoalRequest, (OF_STATE, Work("goals", "goal")), ("state", "name")),
     "/api/move": Answer(OfState, (OF_STATE, Work("views", "moved"))),
     "/api/export/project": Answer(OfState, (OF_STATE, Work("state", "yaml_of"))),
     "/api/export/script": Answer(ScriptRequest, (Work("exports", "script_of"),), ()),

@@ -3,6 +3,7 @@
 Names, units and signs are those of the fields of the project file and of the models' own classes.
 """
 
+from functools import reduce
 from typing import Any
 
 from ...drive.project import Project
@@ -62,12 +63,14 @@ def _refusal(content: dict[str, Any], name: str, text: str) -> str:
     """Why a number of a file may not have this text; empty where it may."""
     place = Place((), [])
     try:
-        row = row_of(content, ".".join(keys_of(content, name)))
-        if row is not None:
-            read_kind(row.kind, text, place)
+        keys = keys_of(content, name)
     except ValueError as error:
         return str(error)
-    return place.found[0].sentence if place.found else "" if row else f"the project has no {name!r}"
+    row = row_of(content, ".".join(keys))
+    if row is None:
+        return "" if reduce(inside, keys, content) else f"the project has no {name!r}"
+    read_kind(row.kind, text, place)
+    return place.found[0].sentence if place.found else ""
 
 
 def _in_unit(content: dict[str, Any], name: str, text: str, unit: str) -> float | None:
@@ -92,9 +95,14 @@ def _parts(project: Project) -> dict[str, dict[str, str]]:
             "load.drag.order": "1",
         },
         "limit": {"limit.oscillation": "120 arcsec"},
+        "move": {
+            "move.profile.0.type": "s_curve",
+            "move.profile.0.angle": "90 deg",
+            "move.profile.0.time": "0.6 s",
+        },
     }
     if project.speeds.shaft == "forcing":
-        del parts["motor loop"], parts["gravity"]
+        del parts["motor loop"], parts["gravity"], parts["move"]
     elif inside(content.get("motor"), "mode") == "free":
         del parts["motor loop"]
     places = {name: next(iter(part)).split(".")[:2] for name, part in parts.items()}

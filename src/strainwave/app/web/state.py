@@ -111,7 +111,7 @@ class JobRequest(MapRequest):
     where none are given; a resisting one is negative.
     """
 
-    kind: Literal["map", "speed-map", "compensation", "report"]
+    kind: Literal["map", "speed-map", "compensation", "tuning", "report"]
 
 
 class ScriptRequest(MapRequest):
@@ -127,6 +127,12 @@ class LogColumns(Body):
     columns: Annotated[dict[str, int], Field(max_length=MOST_VALUES)] = {}
     units: Annotated[dict[str, str], Field(max_length=MOST_VALUES)] = {}
     rate: Annotated[float, Field(gt=0.0)] | None = None
+
+
+class GoalRequest(OfState):
+    """The number that is to meet the limit."""
+
+    name: Annotated[str, Field(max_length=LONGEST)]
 
 
 Asked = TypeVar("Asked", bound=Body)

@@ -237,6 +237,8 @@ def moved(project: Project) -> dict[str, Any]:
         "duration": found.duration,
         "settling_time": found.settling_time,
         "window_arcsec": found.window / ARCSEC,
+        "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
+        "most_motor_torque": None if project.motor_limits is None else project.motor_limits.most,
         "peak_arcsec": found.peak_error / ARCSEC,
         "rms_arcsec": found.rms_error / ARCSEC,
         "passes": found.within_limits,

@@ -214,8 +214,10 @@ def _set(content: dict[str, Any], path: str, keys: Keys, text: str) -> None:
         index: Any = int(key) if isinstance(group, list) else key
         if i == len(keys) - 1:
             group[index] = text
+        elif isinstance(group, list):
+            group = group[index]
         else:
-            group = group[index] if isinstance(group, list) else group.setdefault(index, {})
+            group = group.setdefault(index, [{}] if keys[i + 1] == "0" else {})
 
 
 def _of_record(path: str, text: str) -> float:

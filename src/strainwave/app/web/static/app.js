@@ -3,12 +3,12 @@ import { call, leave } from "/static/api.js";
 import { busy, jobOf, progressOf, stop, stopAll } from "/static/jobs.js";
 import { readLog } from "/static/log.js";
 import { answer, clear, dark, element, legends, recolour } from "/static/plots.js";
-import { build } from "/static/sliders.js";
+import { build, hideGoals, showGoal } from "/static/sliders.js";
 import { about, asked, BACK, FIRST, FORTH, recall, remember, setAbout, state, step, undoable } from "/static/state.js";
 import { take, VIEWS } from "/static/views.js";
 
 const byId = (id) => document.getElementById(id);
-let timer = 0, typing = 0, resizing = 0;
+let seeking = 0, timer = 0, typing = 0, resizing = 0;
 
 function say(text, bad) {
   byId("status").textContent = text;
@@ -32,6 +32,8 @@ async function trying(work, refused = (sentence) => say(sentence, true)) {
 }
 
 async function show() {
+  seeking += 1;
+  hideGoals();
   await remember();
   undo();
   say("");
@@ -50,6 +52,17 @@ async function show() {
   clearInterval(looking);
   byId("first")?.remove();
   if (remarks) remark(remarks);
+}
+
+// After a pause: for one slider after another the value that meets the limit, until something changes.
+async function seek() {
+  const mine = (seeking += 1), names = about.parameters.map((p) => p.name);
+  if (state.view !== "response" || !names.includes("limit.oscillation") || byId("plots").classList.contains("stale")) return;
+  for (const p of about.parameters.filter((one) => one.log && one.now !== null && !/^(speed|limit|gear)[.]/.test(one.name))) {
+    const found = await call("/api/goal", { body: { state: asked(), name: p.name } }).catch(() => ({ value: null }));
+    if (mine !== seeking) return;
+    showGoal(p.name, found.value);
+  }
 }
 
 function soon() {
@@ -83,6 +96,7 @@ async function choose(view) {
     tab.tabIndex = here ? 0 : -1;
   }
   showTab();
+  document.body.dataset.view = state.view;
   byId("panel").setAttribute("aria-labelledby", "tab-" + state.view);
   clear();
   byId("controls").replaceChildren();
@@ -215,6 +229,12 @@ async function begin() {
     if (await load()) await show();
     else state.values = before;
     byId(id)?.focus();
+  });
+  document.addEventListener("pause", seek);
+  addEventListener("scroll", () => document.body.classList.toggle("scrolled", scrollY > 300), { passive: true });
+  document.addEventListener("values", async ({ detail }) => {
+    Object.assign(state.values, detail);
+    if (await load()) await show();
   });
   byId("sliders").addEventListener("submit", (event) => event.preventDefault());
   dark.addEventListener("change", () => { recolour(); show(); });

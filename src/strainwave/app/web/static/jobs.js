@@ -1,5 +1,5 @@
 // Jobs: one for each view, and one for the report. They go on while another view is shown, and keep their results.
-import { call } from "/static/api.js";
+import { call, leave } from "/static/api.js";
 import { answer, element, epoch } from "/static/plots.js";
 import { asked, remember, state } from "/static/state.js";
 
@@ -9,33 +9,39 @@ export const busy = (name) => going(jobs.get(name));
 export const jobOf = (name) => jobs.get(name);
 const tell = (name) => document.dispatchEvent(new CustomEvent("job", { detail: name }));
 const drop = (one) => one.id && call("/api/jobs/" + one.id, { method: "DELETE" }).catch(() => {});
-const drive = () => JSON.stringify(asked());
+// The drive, without the numbers that a map varies.
+function drive(except = []) {
+  const { values, ...which } = asked();
+  return JSON.stringify([which, Object.entries(values).filter(([name]) => !except.includes(name))]);
+}
 
 // Start a job and follow it; `start` asks the server for it. What has ended is told by its state.
 export async function run(name, start, more = {}) {
   stop(name);
-  const one = { ...more, drive: drive(), state: "waiting", stage: "waiting", share: 0, seconds_left: null };
+  const one = { ...more, drive: drive(more.except), state: "waiting", stage: "waiting", share: 0, seconds_left: null };
   jobs.set(name, one);
   tell(name);
   try {
     one.id = (await start()).id;
     while (going(one)) {
       await new Promise((resolve) => setTimeout(resolve, 150));
-      if (going(one)) Object.assign(one, await call("/api/jobs/" + one.id));
+      if (going(one)) Object.assign(one, await call("/api/jobs/" + one.id, { kind: "job " + name }));
       tell(name);
     }
   } catch (error) {
     if (going(one)) Object.assign(one, { state: "failed", error: error.message });
     tell(name);
   }
-  await drop(one);
+  if (!one.dropped) await drop(one);
   return one;
 }
 
 export function stop(name) {
   const one = jobs.get(name);
   if (!going(one)) return;
-  one.state = "cancelled"; // `run` sees it, and tells the server
+  one.state = "cancelled";
+  leave("job " + name);
+  one.dropped = Boolean(drop(one));
   tell(name);
 }
 export function forget(name) {
@@ -61,7 +67,7 @@ export async function jobView(question, label, begin, paint) {
       try {
         const { start: asks, ...more } = begin();
         const one = await run(view, asks, more);
-        if (one.state !== "done" || one.drive !== drive() || state.view !== view || view === "log") return;
+        if (one.state !== "done" || one.drive !== drive(one.except) || state.view !== view || view === "log") return;
         state.options.run = view; // the address is that of a computed picture
         await remember();
       } catch (error) {
@@ -73,7 +79,7 @@ export async function jobView(question, label, begin, paint) {
     if (state.options.run === view && !jobs.has(view)) start.click();
   }
   const one = jobs.get(view) ?? { state: "none", stage: "", share: 0, seconds_left: null };
-  const at = (id) => document.getElementById(id), changed = one.result && (one.drive !== drive() || one.outdated) && view !== "log";
+  const at = (id) => document.getElementById(id), changed = one.result && (one.drive !== drive(one.except) || one.outdated) && view !== "log";
   at("begin").disabled = going(one);
   at("cancel").disabled = !going(one);
   at("progress").value = one.share;
@@ -85,8 +91,9 @@ export async function jobView(question, label, begin, paint) {
   }
   const result = one.result ?? one.part;
   if (!result && question) answer(question);
-  if (!result || (one.painted === result && one.epoch === epoch)) return one.remarks ?? [];
-  Object.assign(one, { painted: result, epoch });
+  const where = drive();
+  if (!result || (one.painted === result && one.epoch === epoch && (!one.except || one.where === where))) return one.remarks ?? [];
+  Object.assign(one, { painted: result, epoch, where });
   one.remarks = await paint(result, one);
   return one.remarks ?? [];
 }

@@ -1,12 +1,11 @@
 // The view of a log: what is in it, which column is what, and the drive that it identifies.
 import { call } from "/static/api.js";
 import { forget, jobView } from "/static/jobs.js";
-import { answer, between, BLUE, clear, COLOURS, draw, element, epoch, ORANGE, RED, round, signed } from "/static/plots.js";
+import { answer, between, BLUE, cells, clear, COLOURS, draw, element, epoch, ORANGE, RED, round, signed } from "/static/plots.js";
 import { asked } from "/static/state.js";
 
 let file = null, found = null, chosen = {}, painted = 0, remarks = []; // what was dropped, what is in it, and what was said of its columns
 const query = () => `?name=${encodeURIComponent(file.name)}&columns=${encodeURIComponent(JSON.stringify(chosen))}`;
-const cells = (kind, texts) => element("tr", {}, ...texts.map((text) => element(kind, {}, text)));
 
 export async function readLog(dropped, columns = {}) {
   if (dropped.size > 20 * 1024 * 1024) throw new Error("the log is larger than 20 MiB; cut it first");

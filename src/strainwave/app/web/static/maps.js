@@ -1,7 +1,7 @@
 // The views that a job fills: maps over two numbers and over speed and load, and the compensation.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, between, BLUE, COLOURS, draw, element, RED, round, signed } from "/static/plots.js";
+import { answer, between, BLUE, cells, COLOURS, draw, element, GREEN, RED, round, signed } from "/static/plots.js";
 import { numberNow } from "/static/sliders.js";
 import { about, asked, state } from "/static/state.js";
 
@@ -11,8 +11,8 @@ const heat = { colorscale: "Cividis", colorbar: { title: { text: "arcsec", side:
 export function mapAxes() {
   return ["across", "along"].map((key) => {
     const p = about.parameters.find((one) => one.name === document.getElementById("map-" + key).value);
-    const now = numberNow(p.name), n = Number(document.getElementById("map-count").value);
-    return { p, values: Array.from({ length: n }, (_, i) => Number((0.5 * now * 4 ** (i / (n - 1))).toPrecision(5))) };
+    const now = numberNow(p.name), [n, span] = ["count", "span"].map((key) => Number(document.getElementById("map-" + key).value));
+    return { p, values: Array.from({ length: n }, (_, i) => Number((now * span ** ((2 * i) / (n - 1) - 1)).toPrecision(5))) };
   });
 }
 
@@ -29,24 +29,37 @@ export async function map() {
     return list;
   };
   const across = pick("across", /kinematic_error.*amplitude$/, 0), along = pick("along", /^damping[.]/, 1);
-  const count = element("select", { id: "map-count" }, ...[10, 20, 40].map((n) => element("option", { value: n, textContent: `${n} × ${n}` })));
-  count.value = ["10", "20", "40"].includes(state.options.count) ? state.options.count : "10";
-  count.addEventListener("change", () => { state.options.count = count.value; outdated(); });
-  controls.append(element("label", {}, "Across ", across), element("label", {}, "Up ", along), element("label", {}, "Points ", count));
+  const choice = (key, usual, texts) => {
+    const list = element("select", { id: "map-" + key }, ...Object.entries(texts).map(([value, textContent]) => element("option", { value, textContent })));
+    list.value = state.options[key] in texts ? state.options[key] : usual;
+    list.addEventListener("change", () => { state.options[key] = list.value; outdated(); });
+    return list;
+  };
+  const count = choice("count", "10", { 10: "10 × 10", 20: "20 × 20", 40: "40 × 40" });
+  const span = choice("span", "2", { 2: "half to twice", 4: "a quarter to 4 times", 10: "a tenth to 10 times" });
+  controls.append(element("label", {}, "Across ", across), element("label", {}, "Up ", along), element("label", {}, "Points ", count), element("label", {}, "Range ", span));
   return mapView();
 }
 
-const mapView = () => jobView("Largest oscillation over two numbers of the drive, each from half to twice its value.", "Compute the map", beginMap, paintMap);
+const mapView = () => jobView("Largest oscillation over two numbers of the drive, about its values.", "Compute the map", beginMap, paintMap);
 
 function beginMap() {
   const axes = mapAxes();
-  return { start: job({ kind: "map", axes: asTexts(axes) }), axes };
+  return { start: job({ kind: "map", axes: asTexts(axes) }), axes, except: axes.map(({ p }) => p.name) };
 }
 
 async function paintMap(r, { axes: [a, b] }) {
   const table = { [`${a.p.label} [${a.p.unit}]`]: b.values.flatMap(() => a.values), [`${b.p.label} [${b.p.unit}]`]: b.values.flatMap((v) => a.values.map(() => v)), "largest oscillation [arcsec]": r.largest_oscillation_arcsec.flat() };
-  await draw("map", { data: [{ type: "heatmap", x: a.values, y: b.values, z: r.largest_oscillation_arcsec, ...heat, hovertemplate: `%{x:.4g} ${a.p.shown_unit}<br>%{y:.4g} ${b.p.shown_unit}<br>%{z:.4g} arcsec<extra></extra>` }], layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" });
-  answer(`Largest oscillation over ${a.p.label} and ${b.p.label}: ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}.`);
+  const limit = numberNow("limit.oscillation"), logs = r.largest_oscillation_arcsec.map((row) => row.map((value) => (value === null ? null : Math.log10(value))));
+  const ticks = [-1, 0, 1, 2, 3, 4].flatMap((power) => [1, 2, 5].map((digit) => Number(`${digit}e${power}`)));
+  const data = [{ type: "heatmap", x: a.values, y: b.values, z: logs, customdata: r.largest_oscillation_arcsec, connectgaps: true, ...heat, colorbar: { ...heat.colorbar, tickvals: ticks.map(Math.log10), ticktext: ticks }, hovertemplate: `%{x:.4g} ${a.p.shown_unit}<br>%{y:.4g} ${b.p.shown_unit}<br>%{customdata:.4g} arcsec<br>a click takes these<extra></extra>` }];
+  if (limit) data.push({ type: "contour", x: a.values, y: b.values, z: logs, connectgaps: true, showscale: false, hoverinfo: "skip", contours: { coloring: "none", start: Math.log10(limit), end: Math.log10(limit), size: 1 }, line: { color: RED, width: 3 } });
+  data.push({ x: [numberNow(a.p.name)], y: [numberNow(b.p.name)], mode: "markers", marker: { symbol: "star", size: 16, color: "#fff", line: { color: "#000", width: 1.5 } }, hovertemplate: "the drive<extra></extra>" });
+  await draw("map", { data, layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" });
+  const box = document.getElementById("plot-map");
+  box.removeAllListeners("plotly_click");
+  box.on("plotly_click", ({ points: [point] }) => document.dispatchEvent(new CustomEvent("values", { detail: Object.fromEntries([[a.p, point.x], [b.p, point.y]].map(([p, value]) => [p.name, `${value} ${p.unit}`.trim()])) })));
+  answer(`Largest oscillation over ${a.p.label} and ${b.p.label}: ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}.${limit ? ` The line is the limit of ${round(limit)} arcsec.` : ""} The star is the drive; a click takes another one.`);
   return r.remarks;
 }
 
@@ -115,5 +128,23 @@ async function paintCompensation(r) {
   answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
   document.getElementById("assumed")?.remove();
   document.getElementById("plots").prepend(element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: text })))));
+  return r.remarks;
+}
+
+export async function tuning() {
+  return jobView("The gains of the motor's loop that make the largest oscillation small and keep the margins.", "Tune the loop", () => ({ start: job({ kind: "tuning" }) }), paintTuning);
+}
+
+async function paintTuning(r) {
+  const curve = (one, name, color, dash) => (one ? [{ x: one.speed, y: one.oscillation_arcsec, name, mode: "lines", line: { color, dash }, hovertemplate: `%{x:.5g} ${r.speed_unit}<br>%{y:.4g} arcsec<extra>${name}</extra>` }] : []);
+  const limit = r.limit_arcsec !== null && r.after ? curve({ speed: [r.after.speed[0], r.after.speed.at(-1)], oscillation_arcsec: [r.limit_arcsec, r.limit_arcsec] }, "limit", GREEN, "dot") : [];
+  const table = Object.fromEntries(["before", "after"].flatMap((key) => (r[key] ? [[`speed ${key} [${r.speed_unit}]`, r[key].speed], [`oscillation ${key} [arcsec]`, r[key].oscillation_arcsec]] : [])));
+  await draw("tuning", { data: [...curve(r.before, "before", RED, "dash"), ...curve(r.after, "after", BLUE), ...limit], layout: { xaxis: { title: `speed [${r.speed_unit}]` }, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" } }, table, label: `Oscillation over the speed, before ${round(r.points[0].oscillation_arcsec)} and after ${round(r.points[2].oscillation_arcsec)} arcsec at most` });
+  const rows = r.points.map((p) => cells("td", [p.name, ...p.gains.map((gain) => round(gain)), round(p.oscillation_arcsec), round(p.peak_sensitivity, 3), `${round(p.gain_margin, 3)} ×`, `${round(p.phase_margin_deg, 3)}°`, round(p.motor_torque, 3)]));
+  const use = element("button", { type: "button", id: "use", textContent: "Take these gains into the drive" });
+  use.addEventListener("click", () => document.dispatchEvent(new CustomEvent("project", { detail: r.project })));
+  document.getElementById("tuned")?.remove();
+  document.getElementById("plots").prepend(element("div", { className: "wide", id: "tuned" }, element("table", {}, cells("th", ["gains", ...r.gains, "largest [arcsec]", "peak sensitivity", "gain margin", "phase margin", "motor torque [N·m]"]), ...rows), use));
+  answer(`The recommended gains bring the largest oscillation from ${round(r.points[0].oscillation_arcsec)} to ${round(r.points[2].oscillation_arcsec)} arcsec.${r.binding.length ? ` What binds: ${r.binding.join(", ")}.` : ""}`);
   return r.remarks;
 }

@@ -36,6 +36,9 @@ export function answer(text, good, stale = false) {
   document.getElementById("plots").classList.toggle("stale", stale);
 }
 
+// A row of a table.
+export const cells = (kind, contents) => element("tr", {}, ...contents.map((one) => element(kind, {}, one)));
+
 // A long title has its unit on a line of its own, so that it fits a phone.
 const lines = (title) => (title.length > 32 ? title.replace(" [", "<br>[") : title);
 
@@ -104,6 +107,24 @@ async function save(box, name, format) {
   const bytes = Uint8Array.from(atob(url.slice(url.indexOf(",") + 1)), (c) => c.charCodeAt(0));
   return download(`strainwave-${name}.png`, new Blob([bytes], { type: "image/png" }));
 }
+
+// Pictures over the same speeds: their zoom and their crosshair are one.
+export function link(names) {
+  const boxes = names.map((name) => document.getElementById("plot-" + name));
+  for (const [i, box] of boxes.entries()) {
+    if (box.linked) continue;
+    box.linked = true;
+    const other = boxes[1 - i], { Plotly } = window;
+    box.on("plotly_relayout", (event) => {
+      const range = [event["xaxis.range[0]"], event["xaxis.range[1]"]];
+      if (range[0] !== undefined) Plotly.relayout(other, { "xaxis.range": range });
+      else if (event["xaxis.autorange"] && !other.layout.xaxis.autorange) Plotly.relayout(other, { "xaxis.autorange": true });
+    });
+    box.on("plotly_hover", (event) => Plotly.Fx.hover(other, { xval: event.xvals[0] }, "xy"));
+    box.on("plotly_unhover", () => Plotly.Fx.unhover(other));
+  }
+}
+export const crosshair = { showspikes: true, spikemode: "across", spikesnap: "data", spikethickness: 1, spikedash: "dot" };
 
 // Stretches of a curve with the same flag. A corner, where the flag changes, belongs to the stretches on both sides.
 export function parts(x, y, flags, wanted, corners) {

@@ -25,6 +25,8 @@ export function written(p, text) {
 const ownUnit = (p, text) => (p.unit && text.endsWith(" " + p.unit) ? text.slice(0, -p.unit.length - 1) : text);
 
 let rows = new Map();
+export const showGoal = (name, value) => rows.get(name).goal(value); // what meets the limit; null where nothing does
+export const hideGoals = () => rows.forEach((one) => one.goal(null));
 export const numberNow = (name) => rows.get(name).now();
 
 // Show the numbers; where they are those that are shown, what is typed stays as it is.
@@ -76,7 +78,8 @@ function row(p, slid, typed) {
   const help = element("span", { id: id + "-help", hidden: true, textContent: p.help });
   const wrong = element("span", { id: id + "-wrong", className: "wrong" });
   const [low, high] = [element("span", { className: "end" }), element("span", { className: "end" })];
-  const range = element("div", { className: "range" }, low, slider, high);
+  const meets = element("button", { type: "button", className: "goal", hidden: true, textContent: "▲" });
+  const range = element("div", { className: "range" }, low, element("div", { className: "track" }, slider, meets), high);
   const box = element("div", { className: "value" }, label, field, unit, range, wrong, help);
   field.setAttribute("aria-describedby", `${help.id} ${wrong.id}`);
   let now = p.value;
@@ -105,6 +108,18 @@ function row(p, slid, typed) {
     const text = short(valueAt(p, Number(slider.value)));
     put(Number(text), text);
   });
+  const goal = (value) => {
+    meets.hidden = value === null;
+    if (value === null) return;
+    meets.title = `${short(value)} ${p.shown_unit} meets the limit`;
+    meets.setAttribute("aria-label", `Take ${named}: ${meets.title}`);
+    meets.dataset.value = short(value);
+    meets.style.left = `calc(8px + ${place(p, value) / STEPS} * (100% - 16px))`;
+  };
+  meets.addEventListener("click", () => {
+    slider.value = place(p, Number(meets.dataset.value));
+    put(Number(meets.dataset.value), meets.dataset.value);
+  });
   field.addEventListener("input", () => {
     state.values[p.name] = written(p, field.value);
     typed();
@@ -126,5 +141,5 @@ function row(p, slid, typed) {
     if (p.now !== null) slider.value = place(p, p.now);
     unit.textContent = p.now !== null && p.unit && own === text ? `= ${short(p.now)} ${p.shown_unit}` : p.shown_unit;
   };
-  return { box, show, now: () => now };
+  return { box, show, goal, now: () => now };
 }

@@ -2,8 +2,8 @@
 import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
-import { asTexts, compensation, map, mapAxes, mapOptions, speedMap } from "/static/maps.js";
-import { answer, between, BLUE, draw, element, GREEN, ORANGE, parts, PINK, RED, round, signed } from "/static/plots.js";
+import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
+import { answer, between, BLUE, cells, COLOURS, crosshair, draw, element, GREEN, link, ORANGE, parts, PINK, RED, round, signed } from "/static/plots.js";
 import { about, asked, remember, state } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
@@ -24,22 +24,58 @@ const level = (r, value, name, colour, dash, unit) => ({
   line: { color: colour, width: 1.5, dash }, hovertemplate: `${name}: ${round(value)} ${unit}<extra></extra>`,
 });
 
-async function response() {
+// Curves beside the present one: that before the last change, and those that are pinned.
+let current = null, before = null, ghost = null, pins = [];
+document.addEventListener("pause", () => { before = current; });
+const others = () => [...pins, ...(ghost && ghost.drive !== current.drive ? [ghost] : [])].filter((one) => one.r.speed_unit === current.r.speed_unit);
+const beside = (key, unit) => others().map(({ name, r }) => ({ x: r.speed, y: r[key], name, mode: "lines", opacity: 0.7, line: { color: COLOURS[6], width: 1.5, dash: name === "before" ? "dot" : ["solid", "dash", "dashdot", "longdash"][pins.findIndex((one) => one.name === name) % 4] }, hovertemplate: `%{y:.4g} ${unit}<extra>%{fullData.name}</extra>` }));
+
+function pinControls(again) {
+  const controls = document.getElementById("controls");
+  const rows = pins.length ? [current, ...pins].map(({ name, r, values }, i) => [i ? name : "now", values, round(r.largest.oscillation_arcsec), round(r.largest.speed), round(r.largest.torque), round(r.required_motor?.torque)]) : [];
+  const head = ["curve", "changed values", "largest [arcsec]", `at [${current.r.speed_unit}]`, "gear torque [N·m]", "motor torque [N·m]"];
+  document.getElementById("pins")?.remove();
+  if (rows.length) document.getElementById("plots").append(element("div", { id: "pins", className: "wide" }, element("table", {}, cells("th", head), ...rows.map((row) => cells("td", row)))));
+  if (controls.childElementCount) return;
+  const button = (id, text, act) => {
+    const made = element("button", { type: "button", id, textContent: text });
+    made.addEventListener("click", act);
+    controls.append(made);
+  };
+  button("pin", "Pin this curve", () => { pins.push({ ...current, name: `${pins.length + 1}: ${about.title}` }); again(); });
+  button("unpin", "Remove pins", () => { pins = []; ghost = null; again(); });
+  button("whole", "Whole range of speeds", () => window.Plotly.relayout("plot-response", { "xaxis.autorange": true, "yaxis.autorange": true }));
+}
+
+// A small picture beside the answer, for where the large one is out of sight.
+function small(r) {
+  const most = Math.max(...r.oscillation_arcsec, r.limit_arcsec ?? 0) || 1, [low, high] = [Math.min(...r.speed), Math.max(...r.speed)];
+  const at = (x, y) => `${((300 * (x - low)) / (high - low || 1)).toFixed(1)},${(58 - (56 * y) / most).toFixed(1)}`;
+  document.getElementById("small-curve").setAttribute("points", r.speed.map((x, i) => at(x, r.oscillation_arcsec[i])).join(" "));
+  document.getElementById("small-limit").setAttribute("points", r.limit_arcsec === null ? "" : [low, high].map((x) => at(x, r.limit_arcsec)).join(" "));
+}
+
+async function response(again) {
   const r = await call("/api/response", { body: { state: asked(), whole: false }, kind: "view" });
-  const x = { title: `${r.speed_name} [${r.speed_unit}]` };
+  if (before) [ghost, before] = [{ ...before, name: "before" }, null];
+  current = { r, drive: JSON.stringify(asked()), values: Object.entries(state.values).map((pair) => pair.join(" ")).join(", ") };
+  small(r);
+  const x = { title: `${r.speed_name} [${r.speed_unit}]`, ...crosshair };
   const shapes = r.avoid.map(([low, high]) => band(low, high, RED));
-  const data = curve(r, r.oscillation_arcsec, r.error_name, "arcsec");
+  const data = [...beside("oscillation_arcsec", "arcsec"), ...curve(r, r.oscillation_arcsec, r.error_name, "arcsec")];
   if (r.folds.length) {
     data.push({ x: r.folds.map((f) => f.speed), y: r.folds.map((f) => f.oscillation_arcsec), name: "fold: the motion jumps", mode: "markers", marker: { color: ORANGE, size: 10, symbol: "diamond" }, hovertemplate: `fold at %{x:.5g} ${r.speed_unit}<extra></extra>` });
   }
   if (r.limit_arcsec !== null) data.push(level(r, r.limit_arcsec, "limit", GREEN, "dot", "arcsec"));
   if (r.avoid.length) data.push({ x: [null], y: [null], name: "speeds to avoid", mode: "markers", marker: { symbol: "square", size: 12, color: RED, opacity: 0.25 } });
   const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak with mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
-  await draw("response", { data, layout: { xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` });
-  const torque = curve(r, r.torque, "largest torque in the gear", "N·m");
+  await draw("response", { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` });
+  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, "largest torque in the gear", "N·m")];
   const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
   r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
-  await draw("torque", { data: torque, layout: { xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
+  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
+  link(["response", "torque"]);
+  pinControls(again);
   const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
   const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
   const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds none is, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
@@ -82,15 +118,35 @@ async function motion(again) {
   return r.remarks;
 }
 
+function moveControls() {
+  const controls = document.getElementById("controls"), name = "move.profile.0.type", kind = state.values[name];
+  const part = about.parts.find((one) => one.name === "move");
+  controls.replaceChildren();
+  if (part && !part.present) {
+    const edit = element("button", { type: "button", id: "edit-move", textContent: "Edit the move" });
+    edit.addEventListener("click", () => document.dispatchEvent(new CustomEvent("part", { detail: { ...part, id: "move-type" } })));
+    controls.append(edit);
+  } else if (about.parameters.some((p) => p.name === "move.profile.0.angle")) {
+    const list = element("select", { id: "move-type" }, ...["s_curve", "trapezoid"].map((value) => element("option", { value, textContent: value.replace("_", "-") })));
+    if (kind) list.value = kind;
+    list.addEventListener("change", () => document.dispatchEvent(new CustomEvent("values", { detail: { [name]: list.value } })));
+    controls.append(...(kind ? [element("label", {}, "Profile ", list)] : []), "Angle and time stand under move in the panel of values.");
+  }
+}
+
 async function move() {
+  moveControls();
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
   const settled = r.settling_time === null ? "does not settle within the run" : r.settling_time === 0 ? `is within ${round(r.window_arcsec)} arcsec from the end of the move on` : `settles within ${round(r.window_arcsec)} arcsec in ${round(1e3 * r.settling_time)} ms`;
   const failures = r.failures.map((text) => signed(text) + " ").join("");
-  answer(`${failures}The move takes ${round(r.duration)} s; the load is off by up to ${round(r.peak_arcsec)} arcsec and ${settled}.`, r.limits.length ? r.passes : null);
-  const over = (y, name, unit, colour) => [{ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2 }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` }];
+  answer(`${failures}The move takes ${round(r.duration)} s; the load is off by up to ${round(r.peak_arcsec)} arcsec on the way and ${settled}.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes : null);
+  const line = (y, name, unit, colour, more) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2, ...more }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` });
+  const over = (y, name, unit, colour, bound, bounds) => [line(y, name, unit, colour), ...(bound ? [1, -1].map((sign) => ({ ...line(r.time.map(() => sign * bound), bounds, unit, ORANGE, { width: 1.5, dash: "dash" }), showlegend: sign > 0 })) : [])];
+  const end = { type: "line", xref: "x", yref: "paper", x0: r.duration, x1: r.duration, y0: 0, y1: 1, line: { color: PINK, width: 1.5, dash: "dot" } };
   const table = { "time [s]": r.time, "reference [deg]": r.reference_deg, "pointing error [arcsec]": r.error_arcsec, "motor torque [N*m]": r.motor_torque, "gear torque [N*m]": r.gear_torque, "motor speed [rpm]": r.motor_speed };
   const x = { title: "time [s]" };
-  await draw("move-error", { data: over(r.error_arcsec, "pointing error", "arcsec", BLUE), layout: { showlegend: false, xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: `Pointing error over the move, ${between(r.error_arcsec, "arcsec")}` });
+  await draw("move-error", { data: [...over(r.error_arcsec, "pointing error", "arcsec", BLUE, r.window_arcsec, "window at rest"), ...(r.limit_arcsec === null ? [] : over(r.error_arcsec, "", "", BLUE, r.limit_arcsec, "limit").slice(1).map((one) => ({ ...one, line: { ...one.line, color: GREEN, dash: "dot" } })))], layout: { shapes: [end], xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: `Pointing error over the move, ${between(r.error_arcsec, "arcsec")}` });
+  await draw("move-motor", { data: over(r.motor_torque, "motor torque", "N·m", BLUE, r.most_motor_torque, "largest torque of the motor"), layout: { shapes: [end], xaxis: x, yaxis: { title: "motor torque [N·m]" } }, table, label: `Torque of the motor over the move, ${between(r.motor_torque, "N·m")}`, size: "second" });
   await draw("move-torque", { data: over(r.gear_torque, "gear torque", "N·m", RED), layout: { showlegend: false, xaxis: x, yaxis: { title: "gear torque [N·m]" } }, table, label: `Torque in the gear over the move, ${between(r.gear_torque, "N·m")}`, size: "second" });
   await draw("move-speed", { data: over(r.motor_speed, "motor speed", "rpm", GREEN), layout: { showlegend: false, xaxis: x, yaxis: { title: "motor speed [rpm]" } }, table, label: `Speed of the motor over the move, ${between(r.motor_speed, "rpm")}`, size: "second" });
   return r.remarks;
@@ -100,11 +156,12 @@ export const VIEWS = {
   response: { name: "Response", show: response }, motion: { name: "Motion at a speed", show: motion },
   move: { name: "Move", show: move }, "speed-map": { name: "Speed map", show: speedMap },
   compensation: { name: "Compensation", show: compensation },
-  map: { name: "Two-parameter map", show: map }, log: { name: "Log", show: log },
+  tuning: { name: "Tuning", show: tuning }, map: { name: "Two-parameter map", show: map }, log: { name: "Log", show: log },
 };
 
 function scriptView() {
   if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify-drive PROJECT LOG does the same");
+  if (state.view === "tuning") throw new Error("the tuning has no script of the page; strainwave tune PROJECT does the same");
   const view = { view: state.view };
   if (state.view === "motion") view.speed = Number(document.getElementById("speed").value);
   if (state.view === "speed-map") Object.assign(view, mapOptions());

@@ -1,0 +1,93 @@
+"""What meets the limit: a number of the drive for each slider, and the gains of the motor's loop."""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ...base.results import SolveError
+from ...base.units import ARCSEC
+from ...drive.drive_response import DriveResponse
+from ...drive.project import Project
+from ...files.variants.replaced import replaced
+from ...study.tuning.trial import GOALS
+from ...study.tuning.tune import tune
+from .parameters import parameters
+from .state import Refused, yaml_of
+from .views import Progress, solved
+
+STEPS = 5  # to each end of a slider
+SHARP = 1e-3  # relative distance of a value from the one that meets the limit
+
+
+def goal(project: Project, name: str) -> dict[str, Any]:
+    """The value of a number at which the largest oscillation is the limit: the nearest on its slider.
+
+    None where the search, in steps to both ends of the slider, meets no such value.
+    """
+    row = next((one for one in parameters(project) if one["name"] == name), None)
+    if row is None or not row["log"]:
+        raise Refused(f"{name!r} is no number of this project above zero")
+    if project.limit is None:
+        raise Refused("the project has no limit of the oscillation; add one")
+    excess = partial(_excess, project, name, row["unit"])
+    now, ends = math.log(row["value"]), (math.log(row["low"]), math.log(row["high"]))
+    found = [_crossing(excess, now, end) for end in ends]
+    near = min((x for x in found if x is not None), key=lambda x: abs(x - now), default=None)
+    return {"name": name, "value": None if near is None else float(f"{math.exp(near):.4g}"), "unit": row["unit"]}
+
+
+def _excess(project: Project, name: str, unit: str, x: float) -> float:
+    """Logarithm of the largest oscillation over the limit, of the number exp(x); infinite where there is no motion."""
+    try:
+        found = solved(replaced(project, {name: f"{math.exp(x)!r} {unit}".strip()}, retune=True)).found
+        return math.log(float(found.oscillation[found.top]) / (project.limit or math.inf))
+    except (ValueError, SolveError):  # no drive, or none with a motion
+        return math.inf
+
+
+def _crossing(excess: Callable[[float], float], begin: float, end: float) -> float | None:
+    """The first place on the way at which the excess changes its sign; None without one."""
+    x, before = begin, excess(begin)
+    for step in range(1, STEPS + 1):
+        after = excess(at := begin + (end - begin) * step / STEPS)
+        if math.isfinite(before) and math.isfinite(after) and before * after <= 0.0:
+            return float(brentq(excess, x, at, xtol=SHARP, rtol=SHARP))
+        x, before = at, after
+    return None
+
+
+def tuned(project: Project, progress: Progress) -> dict[str, Any]:
+    """The gains of the loop that make the pointing error small, before and after, and the project that has them."""
+    result = tune(project, progress=progress)
+    scale = project.speeds.scale
+    points = {"of the file": result.before, "of the rule": result.rule, "recommended": result.recommended}
+    return {
+        "gains": list(result.gains),
+        "goal": GOALS[result.goals[0]].words,
+        "points": [
+            {
+                "name": name, "gains": point.gains, "oscillation_arcsec": point.goals[0] / ARCSEC,
+                "peak_sensitivity": point.figures.peak_sensitivity, "gain_margin": point.figures.gain_margin,
+                "phase_margin_deg": math.degrees(point.figures.phase_margin), "motor_torque": point.motor_torque,
+            }
+            for name, point in points.items()
+        ],
+        "speed_unit": project.speeds.unit,
+        "before": _curve(result.response_before, scale),
+        "after": _curve(result.response_after, scale),
+        "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
+        "binding": list(result.binding),
+        "project": yaml_of(result.applied(project)),
+        "remarks": [*map(str, result.sensitivities), *result.remarks],
+    }  # fmt: skip
+
+
+def _curve(found: DriveResponse | None, scale: float) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    stable = np.where(found.stable, found.oscillation / ARCSEC, np.nan)
+    return {"speed": scale * found.omega, "oscillation_arcsec": stable}

@@ -1,0 +1,120 @@
+"""What helps to decide: the answer in sight, values that meet the limit, curves side by side, the limit in a map."""
+
+import pytest
+from app_page import largest
+
+STAGE = "() => document.getElementById('stage').textContent"
+
+
+def said(page, text):
+    page.wait_for_function("text => document.getElementById('answer').textContent.includes(text)", arg=text)
+
+
+@pytest.mark.parametrize(("width", "height"), [(375, 812), (1280, 800), (2560, 1440)])
+def test_the_answer_stays_in_sight_at_every_slider(page, width, height):
+    page.set_viewport_size({"width": width, "height": height})
+    last = page.locator("#sliders .value").last
+    page.locator("#part-motor-loop").scroll_into_view_if_needed()
+    page.wait_for_timeout(300)
+    box = page.locator("#answer").bounding_box()
+    assert box["y"] >= 0.0
+    assert box["y"] + box["height"] <= height
+    assert page.evaluate("() => document.documentElement.scrollWidth") <= width
+    if width == 375:
+        assert page.locator("#small").bounding_box()["y"] < 0.4 * height
+    assert not last.is_visible()  # the stiffnesses of the catalogue are folded
+
+
+def test_a_mark_on_a_slider_is_the_value_that_meets_the_limit(page):
+    assert largest(page) > 130
+    mark = page.locator('[aria-label^="Take damping ratio"]')
+    mark.wait_for()
+    assert "meets the limit" in mark.get_attribute("aria-label")
+    mark.click()
+    page.wait_for_function("() => document.getElementById('value-damping.ratio').value !== '3'")
+    page.wait_for_timeout(600)
+    assert largest(page) == pytest.approx(120, rel=2e-3)
+
+
+def test_a_pinned_curve_stays_beside_that_of_another_gear(page):
+    before = largest(page)
+    page.locator("#pin").click()
+    page.wait_for_selector("#pins")
+    page.select_option("#gear", "CSG-25-100")
+    page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")
+    page.wait_for_function("() => document.querySelector('#pins').textContent.includes('load.inertia')")
+    rows = page.locator("#pins tr").all_inner_texts()
+    assert rows[2].startswith("1: CSG-40-50")
+    assert f"{before:g}" in rows[2]
+    assert f"{largest(page):g}" in rows[1]
+    names = page.evaluate("() => document.getElementById('plot-response').data.map((one) => one.name)")
+    assert {"1: CSG-40-50", "before"} <= set(names)
+    page.locator("#unpin").click()
+    page.wait_for_selector("#pins", state="detached")
+
+
+def test_zoom_of_one_picture_is_that_of_the_other_and_goes_back(page):
+    ranges = "() => ['response', 'torque'].map((n) => document.getElementById('plot-' + n).layout.xaxis.range)"
+    whole = page.evaluate(ranges)
+    page.evaluate("() => window.Plotly.relayout('plot-response', {'xaxis.range[0]': 1000, 'xaxis.range[1]': 2000})")
+    page.wait_for_function("() => document.getElementById('plot-torque').layout.xaxis.range[0] === 1000")
+    page.locator("#whole").click()
+    page.wait_for_function("() => document.getElementById('plot-torque').layout.xaxis.autorange")
+    assert page.evaluate(ranges) == whole
+
+
+def test_a_map_has_the_limit_and_the_drive_and_a_click_takes_a_cell(page):
+    page.get_by_role("tab", name="Two-parameter map").click()
+    page.locator("#begin").click()
+    page.wait_for_function(f"() => ({STAGE})() === 'done'")
+    kinds = page.evaluate("() => document.getElementById('plot-map').data.map((one) => one.type ?? one.mode)")
+    assert kinds == ["heatmap", "contour", "markers"]
+    star = "() => { const one = document.getElementById('plot-map').data[2]; return [one.x[0], one.y[0]]; }"
+    assert page.evaluate(star) == [19.9, 3]
+    box = page.locator("#plot-map .nsewdrag").bounding_box()
+    page.mouse.click(box["x"] + 0.85 * box["width"], box["y"] + 0.25 * box["height"])
+    page.wait_for_function("() => location.hash.includes('v.damping.ratio')")
+    page.wait_for_function(f"() => ({star})()[0] !== 19.9")
+    across, up = page.evaluate(star)
+    assert page.locator('[id="value-damping.ratio"]').input_value() == f"{up:g}"
+    shown = "(i) => document.getElementById('plot-map').data[0].customdata[i]"
+    cell = page.evaluate("() => [...document.getElementById('plot-map').data[0].y]").index(up)
+    row = page.evaluate(shown, cell)
+    column = page.evaluate("() => [...document.getElementById('plot-map').data[0].x]").index(across)
+    page.get_by_role("tab", name="Response").click()
+    said(page, "Oscillation up to")
+    assert largest(page) == pytest.approx(row[column], rel=1e-3)
+
+
+def test_a_move_is_edited_and_its_motor_torque_is_shown(page):
+    page.get_by_role("tab", name="Move").click()
+    page.wait_for_selector("#plot-move-motor[data-drawn]")
+    said(page, "The move takes 0.6 s")
+    page.locator("#edit-move").click()
+    page.wait_for_selector('[id="value-move.profile.0.time"]')
+    page.locator('[id="value-move.profile.0.time"]').fill("900 ms")
+    said(page, "The move takes 0.9 s")
+    before = page.locator("#answer").inner_text()
+    page.select_option("#move-type", "trapezoid")
+    page.wait_for_function("was => document.getElementById('answer').textContent !== was", arg=before)
+    names = page.evaluate("() => document.getElementById('plot-move-error').data.map((one) => one.name)")
+    assert {"pointing error", "window at rest", "limit"} <= set(names)
+
+
+def test_gains_are_tuned_shown_before_and_after_and_taken(page, address):
+    page.goto("about:blank")
+    page.goto(f"{address}#gear=CSG-40-50&view=tuning&v.motor.loop.bandwidth=30+Hz&v.motor.loop.damping=0.7")
+    page.locator("#begin").click()
+    page.wait_for_selector("#plot-tuning[data-drawn]")
+    names = page.evaluate("() => document.getElementById('plot-tuning').data.map((one) => one.name)")
+    assert {"before", "after"} <= set(names)
+    texts = page.locator("#tuned td:nth-child(1)").all_inner_texts()
+    assert texts == ["of the file", "of the rule", "recommended"]
+    page.locator("#use").click()
+    page.wait_for_function("() => location.hash.startsWith('#project=')")
+
+
+def test_a_tuning_without_a_loop_says_what_is_missing(page):
+    page.get_by_role("tab", name="Tuning").click()
+    page.locator("#begin").click()
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('loop')")
