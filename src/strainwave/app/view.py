@@ -28,9 +28,9 @@ class AngleUnit(NamedTuple):
         """Axis of angles in this unit."""
         return Axis(name, self.name, 1.0 / self.factor)
 
-    def text(self, rad: float) -> str:
+    def text(self, rad: float, digits: int = 4) -> str:
         """Write an angle [rad] with its unit."""
-        return f"{number(rad * self.factor)} {self.name}"
+        return f"{number(rad * self.factor, digits)} {self.name}"
 
 
 def angle_unit(largest: float) -> AngleUnit:
@@ -113,4 +113,5 @@ class View(NamedTuple):
             unit, factor, digits = *self.angle, 4
         elif self.speeds.by_motor:
             unit += " at the motor"
-        return quantity.written(lambda value: number(value * factor, min(digits, quantity.digits)), unit)
+        digits = self.project.digits(min(digits, quantity.digits))
+        return quantity.written(lambda value: number(value * factor, digits), unit)

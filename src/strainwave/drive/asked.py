@@ -33,6 +33,15 @@ Curve = tuple[tuple[float, float], ...]  # speeds [rad/s], from 0 on and ascendi
 CURVES = ("peak_torque", "continuous_torque")
 
 
+class Source(NamedTuple):
+    """Where a number of a file comes from: "catalogue", "assumed", "yours" or "measured"; `why` is of what it lacks."""
+
+    name: str
+    value: str
+    word: str = "yours"
+    why: str = ""
+
+
 class MotorLimits(NamedTuple):
     """Sheet of a motor: what it gives at most; infinite, or no points, where nothing is known.
 

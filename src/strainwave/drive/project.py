@@ -1,7 +1,7 @@
 """A project: a drive, its speeds and what excites it, in SI, and what is asked of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -24,7 +24,7 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..numerics.balance.harmonics import LARGEST
-from .asked import MotorLimits, Task
+from .asked import MotorLimits, Source, Task
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .reductions import left_out
@@ -33,6 +33,8 @@ from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, tr
 from .train_curve import POINTS as OF_TRAIN
 
 MOST_POINTS = 10_000  # of a response curve
+OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode")
+SURE = 3  # digits of what rests on an assumed one of these
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,8 @@ class Project:
         Loads of the drive in the postures of the machine.
     revision : str
         Revision of the file with date and author, as the file says them.
+    sources : tuple of Source
+        Where each number comes from: `name`, `value`, `word` (catalogue, assumed, yours or measured), `why`.
     """
 
     title: str
@@ -124,6 +128,7 @@ class Project:
     sampling: Sampling | None = None
     postures: tuple[Any, ...] = ()
     revision: str = ""
+    sources: tuple[Source, ...] = field(default=(), compare=False)
 
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]
@@ -151,6 +156,15 @@ class Project:
     def damping_ratio(self) -> float | None:
         """Damping ratio B/(2 J omega_0) in the project's motor mode, or None where omega_0 is 0."""
         return self.drive.B / (2.0 * self.J * self.omega_0) if self.omega_0 else None
+
+    @property
+    def assumed(self) -> tuple[Source, ...]:
+        """Assumed numbers on which the size of an oscillation rests: of damping, kinematic error and motor."""
+        return tuple(one for one in self.sources if one.word == "assumed" and one.name.startswith(OF_SIZE))
+
+    def digits(self, most: int = 4) -> int:
+        """Digits with which an answer is printed."""
+        return min(most, SURE) if self.assumed else most
 
     @property
     def has_memory(self) -> bool:

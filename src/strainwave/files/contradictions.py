@@ -7,8 +7,9 @@ from ..base.law import depends, spring_stiffness
 from ..base.quantities import checked
 from ..model.gears.gear import Gear
 from .fields.groups import CATALOGUE, OrderPair, Radians
+from .fields.rows import row_at
 from .fields.schema import CURVE_COLUMNS, ExplicitGear, ProjectSpec
-from .variants.names import nominal_of
+from .variants.names import keys_of, nominal_of
 from .yaml_text import Keys
 
 NOTHING_DRIVES = (
@@ -30,6 +31,14 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
     if spec.gear is not None and spec.scatter:
         yield from _scatter(spec.scatter, gear, content)
     yield from _correlation(spec)
+    for name in spec.sources or ():
+        try:
+            known = row_at(ProjectSpec, content, keys_of(content, name)) or keys_of(content, name)[0] == "gear"
+        except ValueError as error:
+            yield ("sources", name), str(error)
+        else:
+            if not known:
+                yield ("sources", name), "is no field of a project file; name a number or a group as the file has it"
 
 
 def _scatter(scatter: dict[str, float], gear: Gear | None, content: dict[str, Any]) -> Iterator[tuple[Keys, str]]:

@@ -19,6 +19,8 @@ from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
 from ..model.varying import NoVariation
 from .fields.groups import (
+    ASSUMED,
+    MEASURED,
     ControllerSpec,
     ErrorLine,
     ExcitationSpec,
@@ -45,6 +47,7 @@ from .fields.schema import (
 )
 from .reading import ProjectError, from_text
 
+KEPT = (ASSUMED, MEASURED)  # sources that are written
 NEIGHBOURS = (0.0, -math.inf, math.inf)
 
 
@@ -174,10 +177,16 @@ def _parts(project: Project) -> dict[str, Any]:
         ),
         "scatter": dict(project.scatter) or None,
         "scatter_correlation": project.correlation,
+        "sources": {_group(one.name): one.word for one in project.sources if one.word in KEPT and not one.why} or None,
         "limit": None if project.limit is None else LimitSpec(oscillation=project.limit),
         "move": project.move and MoveSpec.of(project.move),
         "postures": [PostureSpec(**row._asdict() | {"name": row.name or None}) for row in project.postures] or None,
     }
+
+
+def _group(name: str) -> str:
+    """A number, or the group of one that is written by another number than it was read by."""
+    return next((group for group in ("damping", "motor.loop") if name.startswith(f"{group}.")), name)
 
 
 def _damping(project: Project) -> DampingSpec:

@@ -31,6 +31,7 @@ from .fields.schema import ExplicitGear, LoadSpec, NamedGear, ProjectSpec, Speed
 from .notes import notes, posture_note
 from .own_gears import read_gears
 from .python_law import with_python_laws
+from .sources import sources_of
 from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, refuse, shown, text_of
 
 ACCURACY_NOTE = (
@@ -241,6 +242,7 @@ def from_located(located: Located, text: str, path: Path) -> Project:
     if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), *elsewhere) if part))
     project = replace(resolved(spec, gear, path, text, sheet), move=task, postures=rows)
+    project = replace(project, sources=sources_of(located.content, spec, project.gear))
     project = replace(project, notes=(*project.notes, *posture_note(project)))
     try:
         for row in rows:

@@ -18,6 +18,7 @@ from ...drive.project import Project
 from ...drive.standstill import standing
 from ...files.notes import load_remark, posture_note, unsaid
 from ...files.reading import read_project
+from ...files.sources import source_facts, sources_said
 from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels
 from ...plot.panels import named
@@ -117,7 +118,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         Fact("", tuple(_hysteresis(speeds, band) for band in bands) or (NOT_BISTABLE if judged.whole else ()), "{}"),
         *(Fact(key, value) for key, value in known.items()),
         Fact("", f"{known['harmonics']} harmonics; {left_out}", "{}"),
-        Fact("", WHAT_X_IS, "{}"),
+        Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"), Fact("", WHAT_X_IS, "{}"),
         *(() if resting is None else resting.facts()),
         Fact("beyond_limits", tuple(judged.remarks), "note: {}"),
         Fact("conventions", CONVENTIONS),
@@ -149,15 +150,15 @@ def _sizes(
 ) -> tuple[str, ...]:  # fmt: skip
     """The largest oscillation [rad] against its limit, and the largest error."""
     largest, unit, limit = peak["peak_arcsec"] * ARCSEC, project.speeds.own_unit, project.limit
-    against, angle = "", angle_unit(largest)
+    against, angle, digits = "", angle_unit(largest), project.digits
     if limit is not None:
         where, alone = "above" if size > limit else "within", " under this load alone" * _ranged(project)
         against = f", {where} the limit of {angle_unit(limit).text(limit)}{alone}"
         if size <= limit and not covered:
             against = f", {UNCOVERED} the limit of {angle_unit(limit).text(limit)} is not known to be met"
     return (
-        f"{found.name}, largest oscillation: {angle.text(size)} at {number(fast, 5)} {unit}{against}",
-        f"with its mean: at most {angle.text(largest)} at {number(peak['speed'], 5)} {unit}",
+        f"{found.name}, largest oscillation: {angle.text(size, digits())} at {number(fast, digits(5))} {unit}{against}",
+        f"with its mean: at most {angle.text(largest, digits())} at {number(peak['speed'], digits(5))} {unit}",
     )
 
 

@@ -52,6 +52,7 @@ def about(state: State) -> dict[str, Any]:
     return {
         "title": project.title,
         "parameters": rows,
+        "sources": {one.name: one.word for one in base.sources},
         "parts": [{"name": name, "values": part, "present": part in present} for name, part in parts.items()],
         "notes": project.notes,
         "speed": speed,

@@ -248,4 +248,6 @@ def first_text(name: str) -> str:
         f"  kinematic_error: [{{order: 2, amplitude: {amplitude / 1.5:.3g} arcsec}}]\n"
         "  load_torque: {mean: 0 N*m}\n"
         f"limit: {{oscillation: {amplitude:.3g} arcsec}}\n"
+        "sources:\n"
+        "  {motor: assumed, load: assumed, damping: assumed, speed: assumed, excitation: assumed, limit: assumed}\n"
     )

@@ -168,6 +168,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             *load_remark(project),
         ],
         "whole": whole,
+        "digits": project.digits(),
     }  # fmt: skip
 
 

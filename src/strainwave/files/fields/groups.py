@@ -135,6 +135,7 @@ class ExcitationSpec(Group):
     load_torque: LoadTorqueSpec | None = field(LoadTorqueSpec, f"{{mean: 5 N*m, lines: [{TORQUE_LINE}]}}")
 
 
+YOURS, ASSUMED, MEASURED = "yours", "assumed", "measured"  # beside CATALOGUE: where a number comes from
 MOST_SCATTER = 0.3  # beyond it a normal distribution has values near zero
 MOST_OF_PHASE = 1.0  # rad
 SAME, NO_VARIANCE = 1e-9, 1e-5  # of correlations: equal, and what their rounding may do to a variance
@@ -172,21 +173,23 @@ class Deviation(Kind):
 
 
 @dataclass(frozen=True)
-class Scatter(Kind):
-    """Standard deviations by names."""
+class Named(Kind):
+    """Values of one kind by names."""
+
+    kind: Kind
 
     def read(self, value: object, place: Place) -> Any:
         if not isinstance(value, dict):
             raise NotA("a group of fields")
         if not 1 <= len(value) <= 32:
             raise ValueError(f"has {len(value)} items; write at {'most 32' if value else 'least 1'}")
-        return {key: read(Deviation(), item, place.at(key)) for key, item in value.items()}
+        return {key: read(self.kind, item, place.at(key)) for key, item in value.items()}
 
     def schema(self) -> Schema:
-        return {"type": "object", "additionalProperties": Deviation().schema(), "minProperties": 1, "maxProperties": 32}
+        return {"type": "object", "additionalProperties": self.kind.schema(), "minProperties": 1, "maxProperties": 32}
 
     def text(self, value: Any) -> str:
-        return "{" + ", ".join(f"{key}: {Deviation().text(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{key}: {self.kind.text(item)}" for key, item in value.items()) + "}"
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,20 @@ from ...model.varying import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
 from ..scan_file import ProfileFile, read_profile, read_torque_curve
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
-from .groups import CATALOGUE, LINE, ControllerSpec, Correlation, ExcitationSpec, Scatter, TorqueCurve, ascending
+from .groups import (
+    ASSUMED,
+    CATALOGUE,
+    LINE,
+    MEASURED,
+    YOURS,
+    ControllerSpec,
+    Correlation,
+    Deviation,
+    ExcitationSpec,
+    Named,
+    TorqueCurve,
+    ascending,
+)
 from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Word, Wrong
 from .postures import EXAMPLE_POSTURES, PosturesKind
 from .rows import Fields, Group, Typed, field, group_text, needed, rows_of
@@ -343,12 +356,14 @@ class ProjectSpec(Group):
     postures: Any = field(PosturesKind(), EXAMPLE_POSTURES,
         "Loads of the drive in postures of the machine: rows, a CSV file, or links and angles of an arm.")  # fmt: skip
     scatter: dict[str, float] | None = field(
-        Scatter(),
+        Named(Deviation()),
         "{load.inertia: 5 %}",
         "Standard deviations by the names of numbers of this file: relative to these, of a phase an angle.",
     )
     scatter_correlation: tuple[tuple[float, ...], ...] | None = field(Correlation(), "[[1, -0.5], [-0.5, 1]]",
         "Correlation matrix of the numbers of scatter, in their order.")  # fmt: skip
+    sources: dict[str, str] | None = field(Named(Word((YOURS, ASSUMED, MEASURED, CATALOGUE))), "{damping: assumed}",
+        "Where numbers or groups of this file come from; what is not named is yours.")  # fmt: skip
 
     def law(self, gear: Gear | None) -> Any:
         """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""

@@ -17,6 +17,7 @@ from ...base.results import Floats
 from ...base.sentences import listed, on_screen
 from ...base.units import ARCSEC
 from ...compile.tree import numbers
+from ...drive.asked import Source
 from ...drive.project import Project
 from ...model.excitation import Harmonic, KinematicError
 from ...model.train.controls import Held
@@ -27,7 +28,7 @@ from ...study.analysis.runup import silent
 from ...study.identification.identified import Identified, channels_of
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval
-from ..fields.groups import MOST_OF_PHASE, MOST_SCATTER, Radians
+from ..fields.groups import MEASURED, MOST_OF_PHASE, MOST_SCATTER, Radians
 from ..project_text import project_text
 from ..reading import from_text
 from .missing_orders import missing_lines
@@ -299,7 +300,9 @@ def identify_drive(
         fit = fitted(train, names)
     remarks += _orders_left(fit, logs)
     scatter, correlation = _scatter(places, names, fit, remarks)
-    better = replace(_with_numbers(project, fit.system), scatter=scatter, correlation=correlation)
+    known = filter(None, map(places.name, fit.names))
+    sources = (*project.sources, *(Source(name, "", MEASURED) for name in known))
+    better = replace(_with_numbers(project, fit.system), scatter=scatter, correlation=correlation, sources=sources)
     better = from_text(project_text(better), project.path)
     return IdentifiedDrive(better, fit, tuple(names), tuple(remarks))
 

@@ -15,9 +15,11 @@ from typing import Any, TypeVar
 
 from ...base import quantities
 from ...compile.tree import is_model
+from ...drive.asked import Source
 from ...drive.project import Project
 from ...model.laws.springs import PiecewiseLinear
 from ..fields.entries import Loop
+from ..fields.groups import YOURS
 from ..fields.kinds import Place
 from ..fields.rows import rows_of
 from ..reading import ProjectError, from_located
@@ -119,6 +121,8 @@ def _with(content: dict[str, Any], placed: Placed) -> dict[str, Any]:
     changed: dict[str, Any] = json.loads(json.dumps(content))
     for path, (keys, text) in placed.items():
         _set(changed, path, keys, text)
+        if changed.get("sources"):
+            changed["sources"][".".join(keys)] = YOURS
     return changed
 
 
@@ -241,4 +245,5 @@ def _with_law(project: Project, numbers: dict[str, float]) -> Project:
 
     law = changed(project.drive.law)
     train, whole = [model and model._replace(law=law) for model in (project.train, project.whole)]
-    return replace(project, drive=project.drive._replace(law=law), train=train, whole=whole)
+    sources = (*project.sources, *(Source(f"gear.{name}", f"{value:.6g} (SI)") for name, value in numbers.items()))
+    return replace(project, drive=project.drive._replace(law=law), train=train, whole=whole, sources=sources)

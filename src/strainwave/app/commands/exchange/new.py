@@ -11,6 +11,7 @@ import click
 
 from ....base.archive import atomic
 from ....base.units import ARCSEC
+from ....files.fields.groups import ASSUMED
 from ....files.fields.kinds import BANDWIDTH, Place, number
 from ....files.fields.schema import TITLE
 from ....files.reading import from_text
@@ -108,7 +109,8 @@ def new(output: Path, force: bool, **options: str | None) -> None:
     if not output.parent.is_dir():
         raise click.UsageError(f"there is no folder {output.parent}; make it, or take another name with -o")
     answers = _answers(options)
-    text = template(_fields(answers), NAME if (output.parent / NAME).is_file() else "")
+    fields = _fields(answers) | {"sources": _assumed(options, answers)}
+    text = template(fields, NAME if (output.parent / NAME).is_file() else "")
     project = from_text(text, output)
     with atomic(output) as part:
         Path(part).write_text(text, encoding="utf-8", newline="\n")
@@ -208,6 +210,14 @@ def _gear(text: str) -> str:
             return names[0]
         others = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
         raise ValueError(f"{text!r} is a part of {', '.join(names[:MOST_SHOWN])}{others}; write one of them") from None
+
+
+def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
+    """The sources of the groups that have a default."""
+    groups = {"loop": "motor.loop", "damping": "damping", "budget": "limit"}
+    asked = [q for q in QUESTIONS if q.name in groups and options.get(q.name) is None]
+    usual = [q.name for q in asked if answers[q.name] and answers[q.name] == _read(q, q.default, answers)]
+    return f"{{{', '.join(f'{groups[name]}: {ASSUMED}' for name in usual)}}}" if usual else ""
 
 
 def _of_catalogue(name: str, gear: str) -> str:

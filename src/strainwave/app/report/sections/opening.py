@@ -116,7 +116,7 @@ class Opening:
             error = data["error"] if mean else f"oscillation of the {data['error']}"
             speed = Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
             text = f"largest {error}{run}{mean}, at " + speed
-            rows.append((view.angle.text(size[f"{name}_rad"]), view.told(text), False))
+            rows.append((view.angle.text(size[f"{name}_rad"], view.project.digits()), view.told(text), False))
         study, torque = view.analysis.train, data["largest_torque"]
         condition = " in a steady motion" if study is None or study.ramp is None else ", steady or in the run-up"
         size, excess = torque["torque_Nm"], ""

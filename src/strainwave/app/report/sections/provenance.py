@@ -7,14 +7,16 @@ from shlex import quote
 from typing import Any
 
 from .... import __version__
+from ....base.facts import Fact, data
 from ....base.sentences import printable
+from ....files.sources import source_facts
 from ...view import View
 
 SOFTWARE = ("numpy", "scipy", "numba")
 
 
 class Provenance:
-    """The whole project file, the SHA-256 of its text (UTF-8), versions, and the command."""
+    """Source of each number, the whole project file, the SHA-256 of its text (UTF-8), versions, and the command."""
 
     heading = "Project and provenance"
     appendix = True
@@ -24,11 +26,12 @@ class Provenance:
         path = view.project.path
         versions = {"strainwave": __version__, "python": platform.python_version()}
         return {
+            "sources": data([Fact("rows", source_facts(view.project))])["rows"],
             "provenance": {
                 "project_sha256": sha256(view.project.text.encode()).hexdigest(),
                 "versions": versions | {name: version(name) for name in SOFTWARE},
                 "command": f"strainwave analyze {_word(path.name)} -o {_word(path.stem)}",
-            }
+            },
         }
 
 

@@ -30,7 +30,7 @@ export const hideGoals = () => rows.forEach((one) => one.goal(null));
 export const numberNow = (name) => rows.get(name).now();
 
 // Show the numbers; where they are those that are shown, what is typed stays as it is.
-export function build({ parameters, parts }, slid, typed) {
+export function build({ parameters, parts, sources }, slid, typed) {
   const names = parameters.map((p) => p.name + p.unit + p.added).join() + parts.map((p) => p.name + p.present);
   const form = document.getElementById("sliders");
   if (form.dataset.names === names) {
@@ -51,7 +51,7 @@ export function build({ parameters, parts }, slid, typed) {
       groups.set(p.group, set);
       form.append(set);
     }
-    rows.set(p.name, row(p, slid, typed));
+    rows.set(p.name, row(p, slid, typed, sources[p.name] ?? (p.group === "gear" ? sources.gear : undefined) ?? ""));
     groups.get(p.group).append(rows.get(p.name).box);
     rows.get(p.name).show(p);
   }
@@ -64,7 +64,7 @@ export function build({ parameters, parts }, slid, typed) {
   if (add.length) form.append(element("fieldset", {}, element("legend", { textContent: "parts" }), element("div", { className: "parts" }, ...add)));
 }
 
-function row(p, slid, typed) {
+function row(p, slid, typed, source) {
   const id = "value-" + p.name;
   const named = p.shown_unit ? `${p.label} [${p.shown_unit}]` : p.label;
   const field = element("input", { type: "text", id, inputMode: "text", spellcheck: false });
@@ -73,7 +73,8 @@ function row(p, slid, typed) {
   field.dataset.name = p.name;
   const group = p.group.replaceAll("_", " ") + " ";
   const inGroup = p.label.startsWith(group) ? p.label.slice(group.length) : p.label;
-  const label = element("label", { htmlFor: id, textContent: inGroup, title: p.help });
+  const badge = element("small", { className: "source", id: id + "-source" });
+  const label = element("label", { htmlFor: id, title: p.help }, inGroup, " ", badge);
   const unit = element("span", { className: "unit" });
   const help = element("span", { id: id + "-help", hidden: true, textContent: p.help });
   const wrong = element("span", { id: id + "-wrong", className: "wrong" });
@@ -81,10 +82,11 @@ function row(p, slid, typed) {
   const meets = element("button", { type: "button", className: "goal", hidden: true, textContent: "▲" });
   const range = element("div", { className: "range" }, low, element("div", { className: "track" }, slider, meets), high);
   const box = element("div", { className: "value" }, label, field, unit, range, wrong, help);
-  field.setAttribute("aria-describedby", `${help.id} ${wrong.id}`);
+  field.setAttribute("aria-describedby", `${badge.id} ${help.id} ${wrong.id}`);
   let now = p.value;
   const tell = (value) => {
     now = value;
+    badge.textContent = value !== p.value || p.added ? "yours" : source;
     box.classList.toggle("changed", value !== p.value || Boolean(p.added));
     if (value === null) return;
     [low.textContent, high.textContent] = ends(p, value).map((end) => short(end, 3));

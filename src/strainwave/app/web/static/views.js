@@ -76,12 +76,13 @@ async function response(again) {
   await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
   link(["response", "torque"]);
   pinControls(again);
-  const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
+  const sure = (value) => (Math.abs(value) >= 10 ** r.digits ? String(Math.round(value)) : round(value, r.digits));
+  const said = `Oscillation up to ${sure(r.largest.oscillation_arcsec)} arcsec at ${sure(r.largest.speed)} ${r.speed_unit}`;
   const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
   const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds none is, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
   const failures = r.failures.map((text) => signed(text) + " ").join("");
-  const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}.` : "";
+  const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${sure(a)} to ${sure(b)}`).join(", ")} ${r.speed_unit}.` : "";
   const [low, mean, high] = r.load_torques;
   const loads = low < high ? ` This is for ${round(mean)} N·m on the load; the report follows it from ${round(low)} to ${round(high)} N·m and gives the verdict.` : "";
   answer(failures + said + against + leaves + keep + loads, r.passes);
