@@ -32,6 +32,48 @@ def test_orders_are_those_of_turning_the_gear(N):
     assert gear.order("tooth mesh").per_output_turn == N * z2 == (N + 1) * z1
 
 
+MEMBERS = ("wave generator", "flexspline", "circular spline")
+
+
+@pytest.mark.parametrize("fixed", MEMBERS)
+@pytest.mark.parametrize("output", MEMBERS)
+@pytest.mark.parametrize("N", [30, 100])
+def test_arrangements_turn_as_their_teeth_pass(fixed, output, N):
+    """Seen from the flexspline, the circular spline goes on by two of its teeth while the wave generator turns once."""
+    gear = sw.gears.Arrangement(fixed, output)
+    if fixed == output:
+        with pytest.raises(ValueError, match="give two of wave generator, flexspline, circular spline"):
+            order_map(N, gear)
+        return
+    turns = {"wave generator": Fraction(1), "flexspline": Fraction(0), "circular spline": Fraction(2, 2 * N + 2)}
+    turns = {member: turn - turns[fixed] for member, turn in turns.items()}  # seen from the housing
+    motor = turns[gear.driven]
+    assert gear.ratio(N) == motor / turns[output]
+    per_turn = {
+        "output turn": turns[output],
+        "wave generator 1": turns["wave generator"],
+        "flexspline tooth engagement": 2 * (turns["wave generator"] - turns["flexspline"]),
+        "circular spline tooth engagement": 2 * (turns["wave generator"] - turns["circular spline"]),
+        "tooth mesh": (2 * N) * (turns["wave generator"] - turns["flexspline"]),
+    }
+    for line in order_map(N, gear).orders:
+        j, k = line.pair
+        assert line.per_motor_turn == abs(j + k * turns[output] / motor)
+        assert line.per_output_turn == line.per_motor_turn * abs(motor / turns[output])
+        if line.name in per_turn:
+            assert line.per_motor_turn == abs(per_turn[line.name] / motor)
+
+
+def test_the_two_usual_arrangements_have_opposite_senses_and_one_tooth_pair_between_their_ratios():
+    assert sw.gears.Arrangement().ratio(100) == -100
+    turning = order_map(100, sw.gears.Arrangement("flexspline", "circular spline"), cogging=24)
+    assert turning.arrangement.ratio(100) == 101
+    assert turning.order("circular spline tooth engagement").pair == (2, -2)
+    assert turning.order("circular spline tooth engagement").per_motor_turn == 2 - Fraction(2, 101)
+    assert turning.order("wave generator 2").pair == (2, 0)
+    assert turning.order("motor cogging").per_output_turn == 24 * 101
+
+
 def test_orders_on_the_output_turn_are_whole_and_ascend():
     gear = order_map(80)
     assert all(o.per_output_turn == o.per_motor_turn * 80 for o in gear.orders)

@@ -1,10 +1,10 @@
-"""Order map of a gear: how often each periodic error repeats per turn of the wave generator and of the output.
+"""Arrangements of a gear, and how often each of its periodic errors repeats per turn of the motor and of the output.
 
-Circular spline fixed, wave generator in, flexspline out: z1 = 2 N teeth on the flexspline, z2 = z1 + 2 on the circular
-spline. The wave generator has two lobes half a turn apart, so of a deviation that repeats n times around a ring the two
-meshes add up the even n and cancel the odd ones. Per motor turn the wave generator turns once against the circular
-spline and 1 + 1/N = z2/z1 times against the flexspline, which runs the other way. The output turn is the base angle on
-which all these orders are whole numbers.
+The flexspline has z1 = 2 N teeth, the circular spline z2 = z1 + 2. Against the wave generator the splines turn as their
+teeth say, z1 (w_fs - w_wg) = z2 (w_cs - w_wg) (Willis 1841). One member is fixed to the housing, one is the output, the
+motor turns the third. The wave generator has two lobes half a turn apart, so of a deviation that repeats n times around
+a ring the two meshes add up the even n and cancel the odd ones. A line j theta_1 + k theta_2 of the motor's and the
+output's angle in the housing has the pair (j, k). The output turn is the base angle on which these orders are whole.
 
 Static sources of the kinematic error: what a gear's design, manufacture, assembly and deformation contribute.
 
@@ -23,6 +23,55 @@ from .excitation import Harmonic, Harmonics, KinematicError
 
 LARGEST_RATIO = 10_000
 SAME_ORDER = 1e-9
+Pair = tuple[int, int]
+Member = Literal["wave generator", "flexspline", "circular spline"]
+MEMBERS: tuple[Member, ...] = ("wave generator", "flexspline", "circular spline")
+
+
+class Arrangement(NamedTuple):
+    """Member that is fixed to the housing, and the one that is the output; the motor turns the third."""
+
+    fixed: Member = "circular spline"
+    output: Member = "flexspline"
+
+    @property
+    def driven(self) -> Member:
+        """Member that the motor turns.
+
+        Raises
+        ------
+        ValueError
+            If the gear has no such members, or one is both.
+        """
+        others = [member for member in MEMBERS if member not in (self.fixed, self.output)]
+        if len(others) != 1:
+            raise ValueError(
+                f"fixed is {shown(self.fixed)} and output {shown(self.output)}; give two of {', '.join(MEMBERS)}"
+            )
+        return others[0]
+
+    def ratio(self, N: float) -> Fraction:
+        """Motor turns per output turn, negative where the output turns the other way; N of the teeth, z1 = 2 N."""
+        z1 = 2 * whole_ratio(N)
+        weights = {"flexspline": z1, "circular spline": -z1 - 2, "wave generator": 2}
+        return Fraction(-weights[self.output], weights[self.driven])
+
+    def turn(self, member: Member) -> Pair:
+        """Turns of the motor and of the output that a member makes in the housing."""
+        return int(member == self.driven), int(member == self.output)
+
+    def lobes(self, spline: Member, times: int) -> Pair:
+        """Pair of what repeats so many times per turn of the wave generator against a spline."""
+        (a, b), (c, d) = self.turn("wave generator"), self.turn(spline)
+        j, k = times * (a - c), times * (b - d)
+        return (j, k) if (j, k) > (0, 0) else (-j, -k)
+
+    def __str__(self) -> str:
+        return f"{self.fixed} fixed, {self.output} at the output"
+
+
+USUAL = Arrangement()
+TURNING_SPLINE = Arrangement("flexspline", "circular spline")
 
 
 @dataclass(frozen=True)
@@ -34,18 +83,21 @@ class GearOrder:
     name, source : str
         What repeats, and which deviations it comes from.
     formula : str
-        Its order per motor turn in N, z1 and z2.
+        Its order per motor turn in N, z1 and z2; its pair where the motor does not turn the wave generator.
     per_motor_turn : Fraction
-        How often it repeats per turn of the wave generator.
-    per_output_turn : int
-        How often it repeats per turn of the output, N times that.
+        How often it repeats per turn of the motor.
+    per_output_turn : int or Fraction
+        How often it repeats per turn of the output.
+    pair : (int, int)
+        j and k of its angle j theta_1 + k theta_2, of the motor's and the output's angle in the housing.
     """
 
     name: str
     source: str
     formula: str
     per_motor_turn: Fraction
-    per_output_turn: int
+    per_output_turn: int | Fraction
+    pair: Pair
 
     def frequency_hz(self, omega_m: float) -> float:
         """Frequency [Hz] at the motor speed `omega_m` [rad/s]."""
@@ -59,17 +111,20 @@ class OrderMap:
     Attributes
     ----------
     N : int
-        Ratio.
+        Ratio with the circular spline fixed, z1/2.
     z1, z2 : int
         Teeth of the flexspline and of the circular spline.
     orders : tuple of GearOrder
         Ascending.
+    arrangement : Arrangement
+        Members that are fixed and the output.
     """
 
     N: int
     z1: int
     z2: int
     orders: tuple[GearOrder, ...]
+    arrangement: Arrangement = USUAL
 
     def order(self, name: str) -> GearOrder:
         """Return the order of this name.
@@ -85,53 +140,80 @@ class OrderMap:
         raise ValueError(f"the order map has no {shown(name)}; it has {', '.join(o.name for o in self.orders)}")
 
     def __str__(self) -> str:
-        head = f"ratio {self.N}, z1 = {self.z1}, z2 = {self.z2} teeth (circular spline fixed)\n"
-        rows = [("", "per motor turn", "", "per output turn")]
-        rows += [(o.name, o.formula, str(o.per_motor_turn), str(o.per_output_turn)) for o in self.orders]
-        return on_screen(head + "\n".join(f"{a:<28} {b:<14} {c:>8} {d:>16}" for a, b, c, d in rows))
+        ratio = self.arrangement.ratio(self.N)
+        way = "with" if ratio > 0 else "against"
+        head = (
+            f"ratio {abs(ratio)}, output {way} the motor, z1 = {self.z1}, z2 = {self.z2} teeth ({self.arrangement})\n"
+        )
+        rows = [("", "per motor turn", "", "per output turn", "pair")]
+        rows += [(o.name, o.formula, str(o.per_motor_turn), str(o.per_output_turn), str(o.pair)) for o in self.orders]
+        width = max(28, *(len(row[0]) for row in rows))
+        return on_screen(head + "\n".join(f"{a:<{width}} {b:<14} {c:>8} {d:>16}   {e}" for a, b, c, d, e in rows))
 
 
-def order_map(N: float) -> OrderMap:
-    """List the orders of a gear of ratio N with the circular spline fixed.
+def order_map(N: float, arrangement: Arrangement = USUAL, *, cogging: int = 0) -> OrderMap:
+    """List the orders of a gear, by the turns of the motor and of the output.
 
     Parameters
     ----------
     N : float
-        Ratio, a whole number of at least 2; z1 = 2 N.
+        Ratio of the gear with its circular spline fixed, a whole number of at least 2; z1 = 2 N.
+    arrangement : Arrangement
+        Which member is fixed, and which is the output. Default: circular spline fixed, flexspline out. The ratio is
+        then -N, N + 1 with the flexspline fixed and the circular spline out.
+    cogging : int
+        Cogging torque's periods per turn of the motor; 0 leaves it out.
 
     Returns
     -------
     OrderMap
-        Output turn, wave-generator orders 1, 2, 4, 6 and 8, engagement of one flexspline tooth, tooth mesh.
+        Output turn, wave-generator orders 1, 2, 4, 6 and 8, engagement of one tooth of the spline that turns, tooth
+        mesh, motor cogging.
 
     Raises
     ------
     ValueError
-        If N is not an integer of 2 to 10 000.
+        If N is not an integer of 2 to 10 000, or the arrangement is none.
 
     References
     ----------
     Yao, Chen & Xing 2022 name 2 f/z1, f, 2 f and the engagement of a flexspline tooth as the main frequencies, f being
     the wave generator's; the counts here follow from the tooth numbers as the module says. A flexspline tooth meets a
-    lobe 2 z2/z1 times per motor turn, a circular-spline tooth 2 times.
+    lobe 2 z2/z1 times per motor turn, a circular-spline tooth 2 times, with the circular spline fixed.
     """
-    ratio = _whole_ratio(N)
-    z1, z2 = 2 * ratio, 2 * ratio + 2
-    rows = [
-        (
-            "output turn",
-            "run-out of the flexspline's flange and of the output bearing",
-            "2/z1 = 1/N",
-            Fraction(1, ratio),
-        ),
-        ("wave generator 1", "eccentricity of the wave generator and its coupling", "1", Fraction(1)),
-        ("wave generator 2", "ellipticity of the wave generator, oval circular spline", "2", Fraction(2)),
-        ("flexspline tooth engagement", "oval or uneven flexspline under two lobes", "2 z2/z1", Fraction(2 * z2, z1)),
-    ]
-    rows += [(f"wave generator {k}", f"harmonic {k} of either ring", f"{k}", Fraction(k)) for k in (4, 6, 8)]
-    rows.append(("tooth mesh", "profile and pitch of single teeth", "z2 = 2 N + 2", Fraction(z2)))
-    found = [GearOrder(name, why, text, order, int(order * ratio)) for name, why, text, order in rows]
-    return OrderMap(ratio, z1, z2, tuple(sorted(found, key=lambda o: o.per_motor_turn)))
+    n, ratio = whole_ratio(N), arrangement.ratio(N)
+    first: Member = "flexspline" if arrangement.fixed == "flexspline" else "circular spline"
+    second: Member = "circular spline" if first == "flexspline" else "flexspline"
+    teeth = {"flexspline": 2 * n, "circular spline": 2 * n + 2}
+    usual = arrangement.driven == "wave generator"
+    z, other, text, R = (
+        ("z2", "z1", "z2 = 2 N + 2", "N") if second == "flexspline" else ("z1", "z2", "z1 = 2 N", "(N + 1)")
+    )
+    rows: list[tuple[str, str, str, Pair]] = [
+        ("output turn", "run-out of the output, its bearing and its encoder", f"2/{other} = 1/{R}", (0, 1)),
+        (f"{second} tooth engagement", f"oval or uneven {second} under two lobes", f"2 {z}/{other}",
+         arrangement.lobes(second, 2)),
+        ("tooth mesh", "profile and pitch of single teeth", text, arrangement.lobes(first, teeth[first])),
+    ]  # fmt: skip
+    if arrangement.fixed != "wave generator":
+        once = "eccentricity of the wave generator, its coupling and its encoder"
+        rows.append(("wave generator 1", once, "1", arrangement.turn("wave generator")))
+    why = {2: f"ellipticity of the wave generator, oval {first}"}
+    for k in (2, 4, 6, 8):
+        rows.append(
+            (f"wave generator {k}", why.get(k, f"harmonic {k} of either ring"), f"{k}", arrangement.lobes(first, k))
+        )
+    if cogging:
+        rows.append(("motor cogging", "slots and poles of the motor", f"{cogging}", (cogging, 0)))
+    listed = []
+    for name, source, formula, pair in rows:
+        order = abs(pair[0] + pair[1] / ratio)
+        listed.append(GearOrder(name, source, formula if usual else str(pair), order, _whole(order * abs(ratio)), pair))
+    return OrderMap(n, 2 * n, 2 * n + 2, tuple(sorted(listed, key=lambda o: o.per_motor_turn)), arrangement)
+
+
+def _whole(order: Fraction) -> int | Fraction:
+    return int(order) if order.denominator == 1 else order
 
 
 def on_output_turn(excitation: Any, N: float) -> Any:
@@ -153,7 +235,7 @@ def on_output_turn(excitation: Any, N: float) -> Any:
     TypeError
         If `excitation` is of another kind.
     """
-    ratio = _whole_ratio(N)
+    ratio = whole_ratio(N)
     if isinstance(excitation, KinematicError | Harmonic | Harmonics):
         checked(excitation)
     match excitation:
@@ -186,7 +268,8 @@ def order_pair(order: float, N: float) -> tuple[int, int]:
     )
 
 
-def _whole_ratio(N: float) -> int:
+def whole_ratio(N: float) -> int:
+    """Ratio that the teeth of a gear can have, as a whole number; others are refused (ValueError)."""
     if not (isinstance(N, int | float) and 2 <= N <= LARGEST_RATIO and N % 1 == 0):
         raise ValueError(
             f"N is {shown(N)}; orders are counted for a whole ratio (motor turns per output turn), 2 to {LARGEST_RATIO}"
@@ -234,7 +317,7 @@ def static_sources(N: float) -> dict[str, Source]:
     ValueError
         If N is not an integer of 2 to 10 000.
     """
-    engagement = order_map(N).order("flexspline tooth engagement").per_output_turn
+    engagement = int(order_map(N).order("flexspline tooth engagement").per_output_turn)
     rows: list[tuple[str, str, int, Turn]] = [
         ("approximate tooth profile", "design", 2, "motor"),
         ("wave generator eccentricity", "manufacture", 1, "motor"),
