@@ -372,8 +372,12 @@ CALLS = {
     "order_scan": lambda: (
         sw.order_scan,
         {"runs": [sw.Run(TIMES, 10.0 * TIMES, np.cos(20.0 * TIMES) + 0.1 * np.cos(7.7 * TIMES**2), "rad")],
-         "orders": [2.0], "highest": 10.0, "false_alarm": 0.01},
+         "orders": [2.0], "ratio": 50.0, "highest": 10.0, "false_alarm": 0.01},
     ),
+    "arrangement": call(
+        sw.fit.arrangement, motor_counts=np.linspace(0.0, 9e6, 50), load_counts=np.linspace(0.0, 9e4, 50), per_turn=1000
+    ),
+    "amplitude_at": call(RESULTS["OrderScan"]().amplitude_at, order=4.0, speed=5.0, level=0.95),
     "error_scan": call(
         sw.error_scan, angle=TURN, error=1e-4 * np.cos(2.0 * TURN) + 1e-6 * np.cos(TURN**2), orders=[1, 2],
         backward=None, highest=None, false_alarm=0.01, drift=True, noise="auto", ate=False,

@@ -14,6 +14,7 @@ from .study.identification.intervals import bootstrap as bootstrap
 from .study.identification.intervals import sandwich as sandwich
 from .study.identification.intervals import spread as spread
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
+from .study.identification.orders.counted import arrangement as arrangement
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.orders.order_scan import order_scan as order_scan
 from .study.identification.response_curve.bode_fit import fit_bode as fit_bode

@@ -69,6 +69,7 @@ from .study.identification.log import Gap as Gap
 from .study.identification.log import LogSegment as LogSegment
 from .study.identification.loops.loop_result import LoopCandidate as LoopCandidate
 from .study.identification.loops.loop_result import LoopFit as LoopFit
+from .study.identification.orders.counted import Counted as Counted
 from .study.identification.orders.error_result import ErrorScan as ErrorScan
 from .study.identification.orders.error_result import Reversal as Reversal
 from .study.identification.orders.error_result import ScanLine as ScanLine

@@ -18,6 +18,7 @@ SLOW = 12  # waves over the travel, at most, that friction and drift along it ma
 LONGEST = 0.02  # s: the largest delay that is looked for
 FINE = 0.3  # rad: of the fastest change of phase between two delays that are tried
 ROUNDS = 4
+SAME_SPEED = 0.02  # relative difference of two speeds that counts as none
 WORST = 1e3  # condition of the columns of a run
 
 
@@ -61,9 +62,13 @@ def without(columns: Floats, values: Floats) -> Floats:
 
 
 def fit_run(
-    run: Run, orders: Sequence[float], delay: float, highest: float, frequencies: Sequence[float] = ()
-) -> RunFit:
-    """Lines of these orders in one run beside lines of these frequencies [Hz], and the noise around them."""
+    run: Run, orders: Sequence[float], delay: float, highest: float, frequencies: Sequence[float] = (),
+    loose: Sequence[int] = (),
+) -> RunFit:  # fmt: skip
+    """Lines of these orders in one run beside lines of these frequencies [Hz], and the noise around them.
+
+    The `loose` ones have places from the run: their spreads hold what these may be off by.
+    """
     theta = run.angle_before(delay)
     waves = [part for k in orders for part in (np.cos(k * theta), -np.sin(k * theta))]
     slow = slow_columns(run, min(orders, default=highest))
@@ -83,8 +88,9 @@ def fit_run(
     standing = [2.0 * np.pi * f / abs(run.speed) for f in frequencies]
     taken = _taken(run, [*orders, *standing], slow.shape[1], highest)
     floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), taken, 0.0)
-    inverse, least = back @ back.T, rounding(run.value)
-    first = nuisances.shape[1]
+    inverse, least, first = back @ back.T, rounding(run.value), nuisances.shape[1]
+    if loose:
+        inverse = _with_places(columns, shares, theta, [first + 2 * i for i in loose])
     values, spreads = [], []
     for i, k in enumerate(orders):
         place = slice(first + 2 * i, first + 2 * i + 2)
@@ -92,6 +98,15 @@ def fit_run(
         spreads.append(max(floor.variance(k), least) * inverse[place, place])
     rest = run.value - columns[:, first:] @ shares[first:]
     return RunFit(np.array(values), np.array(spreads).reshape(len(values), 2, 2), residual, rest, floor)
+
+
+def _with_places(columns: Floats, shares: Floats, theta: Floats, begin: Sequence[int]) -> Floats:
+    """Inverse normal matrix of the columns beside the derivatives by the orders of lines that begin at some."""
+    moved = [theta * (shares[i] * columns[:, i + 1] - shares[i + 1] * columns[:, i]) for i in begin]
+    every = np.column_stack([columns, *moved])
+    sizes, many = np.linalg.norm(every, axis=0), columns.shape[1]
+    inverse = np.linalg.pinv((every / sizes).T @ (every / sizes)) / np.outer(sizes, sizes)
+    return np.asarray(inverse[:many, :many])
 
 
 def _taken(run: Run, orders: Sequence[float], slow: int, highest: float) -> list[float]:

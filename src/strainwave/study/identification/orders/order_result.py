@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -15,9 +16,11 @@ from ....base.sentences import number, on_screen
 from ....base.units import ARCSEC
 from ..intervals import Interval, interval
 from ..run import angle_before, refuse_descending
-from .order_search import Kind
+from .order_search import Kind, Pair
 from .places import RARE
 
+NEIGHBOUR, FURTHER = 1.1, 1.5  # factor of a speed up to which runs tell it: a run alone, and runs at several speeds
+FEWEST_SPEEDS = 3  # that tell how much an amplitude varies with the speed
 VARIES = 0.05  # of the mean amplitude in the runs, from which one amplitude is not that of all
 
 
@@ -50,6 +53,9 @@ class OrderLine:
         Probability that amplitudes as different come from one.
     freedom : float
         Degrees of freedom of the standard deviations.
+    pairs : tuple of (int, int)
+        Pairs (j, k) of turns that it may belong to, j of the motor and k of the output: more than one where the runs
+        cannot tell them apart, none without a ratio or where none is near.
     """
 
     order: float
@@ -66,6 +72,12 @@ class OrderLine:
     by_run_error: Floats
     same: float
     freedom: float
+    pairs: tuple[Pair, ...] = ()
+
+    @property
+    def pair(self) -> Pair | None:
+        """The pair of turns that it belongs to; None where the runs cannot tell, or the ratio is not known."""
+        return self.pairs[0] if len(self.pairs) == 1 else None
 
     def interval(self, name: str = "amplitude", level: float = 0.95) -> Interval:
         """Interval of "amplitude", from 0 on, "phase" or "order"."""
@@ -160,6 +172,54 @@ class OrderScan(Result):
                 total += line.amplitude * np.cos(line.order * theta + line.phase)
         return total
 
+    @typed
+    def amplitude_at(self, order: float, speed: float, level: float = 0.95) -> tuple[float, float]:
+        """Amplitude of a line at another speed, from runs at speeds near it.
+
+        Runs within 10 % of the speed tell it alone. Otherwise three speeds or more must reach it in steps of at most a
+        factor of 1.5; the interval then holds how much they differ. A resonance narrower than the steps is not seen.
+
+        Parameters
+        ----------
+        order : float
+            Order of the line.
+        speed : float
+            Speed [rad/s] of the angle that the runs have, negative backward.
+        level : float
+            Probability that the interval holds the amplitude.
+
+        Returns
+        -------
+        value, half : float
+            Amplitude, 0-to-peak, and half the width of its interval, in the unit of the values.
+
+        Raises
+        ------
+        ValueError
+            If no line over the angle is there, or the runs do not tell it at this speed.
+        """
+        over_angle = [line for line in self.lines if line.kind != "frequency"]
+        near = [line for line in over_angle if abs(line.order - order) <= max(line.order_error, 1e-6 * order)]
+        if not near:
+            raise ValueError(f"the scan has no line at order {order:g}; give orders=[{order:g}] to fit it")
+        line = min(near, key=lambda some: abs(some.order - order))
+        speeds, sizes, errors = np.abs(self.speeds), line.by_run, line.by_run_error
+        close = (speeds <= abs(speed) * NEIGHBOUR) & (speeds * NEIGHBOUR >= abs(speed))
+        if np.any(same_way := close & (self.speeds * speed > 0.0)):
+            close = same_way
+        if np.any(close):
+            weights = 1.0 / errors[close] ** 2
+            value = float(np.average(sizes[close], weights=weights))
+            excess = float(np.sum(weights * (sizes[close] - value) ** 2)) / max(int(np.sum(close)) - 1, 1)
+            ends = interval(value, math.sqrt(max(excess, 1.0) / float(np.sum(weights))), math.inf, level)
+            return value, 0.5 * (ends.high - ends.low)
+        groups = _at_speeds(speeds, sizes)
+        _refuse_far(order, abs(speed), np.array([group[0] for group in groups]))
+        means, many = np.array([size for _, size in groups]), len(groups)
+        deviation = math.sqrt(float(np.var(means, ddof=1)) * (1.0 + 1.0 / many) + float(np.mean(errors**2)))
+        ends = interval(float(np.mean(means)), deviation, float(many - 1), level)
+        return float(np.mean(means)), 0.5 * (ends.high - ends.low)
+
     def coordinates(self) -> Labelled:
         """Orders."""
         return {"order": ("line", np.array([line.order for line in self.lines]), "")}
@@ -190,3 +250,29 @@ class OrderScan(Result):
             lines.append(f"  the value lags {number(1e3 * self.delay)} ms behind the angle (95 %: {low} to {high})")
         lines.append(f"  left: {number(self.residual / size)}{unit} rms, slow parts and lines taken out")
         return on_screen("\n".join(lines + [f"  {note}" for note in self.notes]))
+
+
+def _at_speeds(speeds: Floats, sizes: Floats) -> list[tuple[float, float]]:
+    """Speeds, ascending, and the mean amplitude of the runs at each."""
+    groups: list[list[tuple[float, float]]] = []
+    for speed, size in sorted(zip(speeds.tolist(), sizes.tolist(), strict=True)):
+        if groups and speed <= groups[-1][0][0] * NEIGHBOUR:
+            groups[-1].append((speed, size))
+        else:
+            groups.append([(speed, size)])
+    means = [np.mean(group, axis=0).tolist() for group in groups]
+    return [(speed, size) for speed, size in means]
+
+
+def _refuse_far(order: float, speed: float, speeds: Floats) -> None:
+    """Refuse a speed [rad/s] that runs at these speeds, ascending, do not tell (ValueError)."""
+    reached = [*speeds[(speeds < speed)][-1:], speed, *speeds[speeds > speed][:1]]
+    steps = [b / a for a, b in pairwise(reached)] if speed > 0.0 else [math.inf]
+    if len(speeds) >= FEWEST_SPEEDS and max(steps) <= FURTHER * FURTHER and min(steps) <= FURTHER:
+        return
+    hertz = ", ".join(f"{order * one / (2.0 * math.pi):.3g}" for one in speeds)
+    raise ValueError(
+        f"order {order:g} was measured at {', '.join(f'{one:.3g}' for one in speeds)} rad/s, which is {hertz} Hz: at "
+        f"{speed:.3g} rad/s or {order * speed / (2.0 * math.pi):.3g} Hz a resonance may change it; give a run within "
+        f"10 % of it, or runs at {FEWEST_SPEEDS} speeds or more in steps of at most a factor of {FURTHER:g}"
+    )

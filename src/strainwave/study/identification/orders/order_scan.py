@@ -10,9 +10,11 @@ from scipy.special import gammaincc
 
 from ....base.quantities import number, numbers, shown
 from ....base.results import Floats
+from ....model.orders import Turn
 from ..run import Run
+from .beats import clocks, named, unparted
 from .error_result import polar
-from .order_fit import LONGEST, ROUNDS, Joint, RunFit, fit_run, together
+from .order_fit import LONGEST, ROUNDS, SAME_SPEED, Joint, RunFit, fit_run, together
 from .order_result import OrderLine, OrderScan
 from .order_search import DECIDED, FoundLine
 from .places import RARE, placed_lines
@@ -20,13 +22,14 @@ from .places import RARE, placed_lines
 SHARE = 0.4  # of the samples per turn: the highest order that they show
 DIFFERENT = 5.0  # deviations by which runs may differ before it is said
 DOUBTFUL = 0.01  # probability that noise alone makes runs differ as much, below which their errors grow
-SAME_SPEED = 0.02  # relative difference of two speeds that counts as none
 
 
 def order_scan(
     runs: Sequence[Run],
     orders: Sequence[float] | None = None,
+    ratio: float | None = None,
     *,
+    shaft: Turn = "motor",
     highest: float | None = None,
     false_alarm: float = 0.01,
 ) -> OrderScan:
@@ -43,6 +46,11 @@ def order_scan(
         count from one zero.
     orders : sequence of float, optional
         Orders to fit. Default: those found. Both end at 0.4 of the distinct angles of a turn, or of the samples.
+    ratio : float, optional
+        Motor turns per turn of the output, a whole number, negative where the output turns the other way. Lines then
+        have the pair of turns that they belong to, where the runs are long enough to tell.
+    shaft : {"motor", "output"}
+        Whose angle the runs have.
     highest : float, optional
         Highest order looked for. Default: 1000, or less where the samples do not show it.
     false_alarm : float
@@ -64,7 +72,7 @@ def order_scan(
     Lomb 1976, Astrophys. Space Sci. 39, 447-462; Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20(5), 591-598; Birge
     1932, Phys. Rev. 40, 207-227 (errors of values that differ by more than theirs).
     """
-    runs = _checked(runs)
+    runs, turning = _checked(runs), clocks(ratio, shaft)
     false_alarm = number("false_alarm", false_alarm, positive=True)
     if not false_alarm < 1.0:
         raise ValueError(f"false_alarm is {false_alarm:g}; it is a probability between 0 and 1, for example 0.01")
@@ -74,21 +82,22 @@ def order_scan(
     spread = float(np.ptp(np.abs(speeds))) / float(np.max(np.abs(speeds)))
     several = spread > SAME_SPEED or len({bool(s > 0.0) for s in speeds}) > 1
     if orders is None:
-        placed, base = placed_lines(runs, limit, highest, false_alarm)
+        placed, base = placed_lines(runs, limit, highest, false_alarm, turning)
     else:
-        placed, base = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)], 0.0
+        given = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)]
+        placed, base = [named(line, turning, runs) for line in given], 0.0
     over_angle = sorted((line for line in placed if line.kind != "frequency"), key=lambda line: line.place)
     chosen = np.array([line.place for line in over_angle])
     standing = [line.place for line in placed if line.kind == "frequency"]
-    fits, joint = _fitted(runs, chosen, limit, several, standing)
+    fits, joint = _fitted(runs, over_angle, limit, several, standing)
     stays = [orders is not None or _stands_out(fits, i, false_alarm) for i in range(len(chosen))]
     if not all(stays):
         over_angle, chosen = [line for line, on in zip(over_angle, stays, strict=True) if on], chosen[stays]
-        fits, joint = _fitted(runs, chosen, limit, several, standing)
+        fits, joint = _fitted(runs, over_angle, limit, several, standing)
     delayed = several and len(chosen) > 0 and abs(joint.delay) <= LONGEST
     too_long = abs(joint.delay) > LONGEST
     if too_long:
-        fits, joint = _fitted(runs, chosen, limit, delayed, standing)
+        fits, joint = _fitted(runs, over_angle, limit, delayed, standing)
     lines = _lines(over_angle, fits, joint, several)
     lines += [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
     forward, backward = _ways(over_angle, speeds, fits, joint, several)
@@ -106,7 +115,8 @@ def order_scan(
         forward,
         backward,
     )
-    return replace(scan, notes=(*scan.notes, *_differences(scan, joint, spread > SAME_SPEED)))
+    notes = (*scan.notes, *_differences(scan, joint, spread > SAME_SPEED), *unparted(over_angle, turning, runs))
+    return replace(scan, notes=notes)
 
 
 def _differences(scan: OrderScan, joint: Joint, speeds: bool) -> list[str]:
@@ -190,14 +200,16 @@ def _given(orders: Any, limit: float) -> list[float]:
 
 
 def _fitted(
-    runs: list[Run], orders: Floats, limit: float, several: bool, standing: Sequence[float]
+    runs: list[Run], lines: Sequence[FoundLine], limit: float, several: bool, standing: Sequence[float]
 ) -> tuple[list[RunFit], Joint]:  # fmt: skip
     """Fits of all runs and of all together, the delay found again until it stays."""
+    orders = np.array([line.place for line in lines])
+    loose = [i for i, line in enumerate(lines) if line.joint and line.place != round(line.place)]
     delay, rounds = 0.0, ROUNDS if several and len(orders) else 1
     speeds = np.array([run.speed for run in runs])
     top = min(limit, float(np.max(orders, initial=1.0)) * 1.2 + 20.0 / min(run.turns for run in runs))
     for i in range(rounds):
-        fits = [fit_run(run, list(orders), delay, top, standing) for run in runs]
+        fits = [fit_run(run, list(orders), delay, top, standing, loose) for run in runs]
         if not len(orders):
             return fits, Joint(np.zeros(0), np.zeros((1, 1)), 0.0, 0.0, 0)
         joint = together(orders, speeds, fits, delay, delayed=several)
@@ -250,6 +262,7 @@ def _lines(
                 by_run_error=errors,
                 same=_same(amplitudes, errors)[0],
                 freedom=_freedom(joint),
+                pairs=line.pairs,
             )
         )
     return lines

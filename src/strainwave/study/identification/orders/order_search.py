@@ -21,6 +21,7 @@ from .line_noise import Floor
 from .order_fit import rounding, slow_columns
 
 Kind = Literal["order", "frequency", "undecided"]
+Pair = tuple[int, int]
 OVERSAMPLED = 6  # orders tried for each that is independent
 DECIDED = 9.0  # difference of the sums from which on one of both is believed: e^9 to 1
 CELL = 0.25  # rad of the highest order: of the cells that samples are shared out to
@@ -48,6 +49,12 @@ class FoundLine(NamedTuple):
         Probability that noise has a line as strong anywhere.
     reach : float
         Distance of another line that is not told apart from it.
+    pairs : tuple of (int, int)
+        Turns of the motor and of the output that it may belong to.
+    joint : bool
+        Whether its place was found together with that of a line that beats with it.
+    second : float
+        Amplitude of another one beside it that the runs do not exclude, over its own; 0 where that was not looked at.
     """
 
     place: float
@@ -56,6 +63,14 @@ class FoundLine(NamedTuple):
     difference: float
     false_alarm: float
     reach: float = 0.0
+    pairs: tuple[Pair, ...] = ()
+    joint: bool = False
+    second: float = 0.0
+
+    @property
+    def alone(self) -> bool:
+        """Whether the runs part it from its neighbours."""
+        return self.joint or len(self.pairs) == 1
 
 
 class Search:
@@ -70,7 +85,7 @@ class Search:
         self.runs = runs
         least, self.speeds = [rounding(run.value) for run in runs], np.array([abs(run.speed) for run in runs])
         self.least = least
-        self.slow = [np.linalg.qr(slow_columns(run, lowest))[0] for run in runs]
+        self.slow = [np.linalg.qr(slow_columns(run, 2.0 * lowest))[0] for run in runs]
         self.rest = [cleared(q, run.value) for q, run in zip(self.slow, runs, strict=True)]
         self.lines: list[TakenLine] = []
         angles = [Coordinate(np.abs(run.angle - run.angle[0]), highest, v) for run, v in zip(runs, least, strict=True)]
@@ -253,6 +268,16 @@ def cleared(basis: Floats, values: Floats) -> Floats:
     return np.asarray(values - basis @ (basis.T @ values))
 
 
+def chance_of(total: float, trials: float, runs: int) -> float:
+    """Probability that noise of so many runs reaches a sum at so many independent places or between them.
+
+    Between independent places it crosses the sum as often as Davies 1987, Biometrika 74, 33-43, says.
+    """
+    single = float(gammaincc(runs, max(total, 0.0)))
+    trials *= max(1.0, math.sqrt(math.pi * max(total, 0.0) / 3.0))
+    return -math.expm1(trials * math.log1p(-min(single, 1.0 - 1e-16)))
+
+
 class Coordinate(NamedTuple):
     """What a run is looked at over, the angle travelled [rad] or 2 pi times the time [s], and its highest place."""
 
@@ -353,13 +378,8 @@ class Spectrum:
         return float(self.places[max(around, key=lambda i: sums[i])])
 
     def false_alarm(self, total: float, trials: float) -> float:
-        """Probability that noise reaches a sum at so many independent places or between them.
-
-        Between independent places it crosses the sum as often as Davies 1987, Biometrika 74, 33-43, says.
-        """
-        single = float(gammaincc(len(self.over), total))
-        trials *= max(1.0, math.sqrt(math.pi * total / 3.0))
-        return -math.expm1(trials * math.log1p(-min(single, 1.0 - 1e-16)))
+        """Probability that noise reaches a sum at so many independent places or between them."""
+        return chance_of(total, trials, len(self.over))
 
     def error(self, place: float, ratios: Floats) -> float:
         """Standard deviation of a place (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20(5), 591-598)."""

@@ -6,11 +6,11 @@ import numpy as np
 
 from ....base.quantities import number
 from ..run import Run
+from .beats import APART, Clocks, completed, named
 from .order_search import FoundLine, Search
 
 HIGHEST = 1000.0  # order that is looked for
 LOWEST = 4.0  # periods of an order that a run must hold to be looked for
-APART = 1.3  # resolutions: lines that are nearer are one
 RATIOS = (30, 50, 80, 100, 120, 160)  # of strain wave gears: multiples of them are looked for first
 AS_GOOD = 0.18  # resolutions beside its peak a line has 90 % of its power
 RARE = 0.05
@@ -18,7 +18,7 @@ MOST_LINES = 24
 
 
 def placed_lines(
-    runs: Sequence[Run], limit: float, highest: float | None, false_alarm: float
+    runs: Sequence[Run], limit: float, highest: float | None, false_alarm: float, turning: Clocks | None = None
 ) -> tuple[list[FoundLine], float]:  # fmt: skip
     """Lines of runs whose samples show orders up to a limit, and the number that most are multiples of (0: none)."""
     top = min(HIGHEST, limit) if highest is None else number("highest", highest, positive=True)
@@ -42,7 +42,9 @@ def placed_lines(
         weak = [search.near(k, len(multiples), false_alarm) for k in multiples]
         sharp = _merged([*sharp, *(line for line in weak if line is not None)], runs)
     placed = [_whole(line, base, _resolution(line, runs)) for line in sharp]
-    return [_widened(line, _resolution(line, runs)) for line in placed], base
+    lines = completed(runs, placed, turning, false_alarm, (lowest, top))
+    wide = [line if line.alone else _widened(line, _resolution(line, runs)) for line in lines]
+    return [named(line, turning, runs) for line in wide], base
 
 
 def _merged(found: Sequence[FoundLine], runs: Sequence[Run]) -> list[FoundLine]:

@@ -1,0 +1,391 @@
+"""Lines of two turns that beat: one line or two, which pair of turns each belongs to, and how long a run must be.
+
+A gear has the turn of its motor and that of its output. A line of the pair (j, k) is A cos(j theta_1 + k theta_2 +
+phase), theta_2 = theta_1/ratio. What repeats with the wave generator against a fixed spline has the pair (j, 0),
+against the spline that turns (j, -j); both beat j times per turn of the output. The gain of lines is half of what they
+take from the sum of squares, over the variance of the noise: the logarithm of a likelihood.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....base.quantities import number, shown
+from ....base.results import Floats
+from ....model.orders import Turn, whole_ratio
+from ..run import Run
+from .order_fit import SAME_SPEED, fit_run, slow_columns, without
+from .order_search import FoundLine, Pair, chance_of
+
+HALF = 0.5  # beats that a run must hold to part two lines
+WIDEST, STEP = 8.0, 0.25  # resolutions beside a line where a second one is looked for, and between two places
+SMALLEST, LARGEST = 29.0, 161.0  # ratios that are looked for without a ratio
+TWO = 0.01  # probability that one line looks like two
+ROOM = 0.5  # of a line: a second one that is not excluded is said from there on
+USUAL, LOBES = (1, 2, 4, 6, 8), (2, 4, 6, 8, 10, 12)  # lines of a wave generator; those that both splines can have
+OUTPUT = 4  # lines of the output's turn alone
+APART = 1.3  # resolutions: lines that are nearer are one
+ROUNDS = 20
+
+
+class Clocks(NamedTuple):
+    """Two turns: the motor's, and the output's, which is slower by a ratio (negative: it turns the other way)."""
+
+    ratio: float
+    shaft: Turn
+    """Whose angle the runs have."""
+
+    def order(self, pair: Pair) -> float:
+        """Order of a pair on the angle of the runs."""
+        j, k = pair
+        return abs(j * self.ratio + k) if self.shaft == "output" else abs(j + k / self.ratio)
+
+    def pairs(self, lowest: float, highest: float) -> dict[Pair, float]:
+        """Pairs with their orders between two: of the wave generator against either spline, and of the output."""
+        most = int(highest / self.order((1, 0))) + 1
+        whole = [(j, k) for j in range(1, most + 1) for k in ((0, -j, j) if j in LOBES else (0,))]
+        whole += [(0, k) for k in range(1, OUTPUT + 1)]
+        return {pair: self.order(pair) for pair in whole if lowest <= self.order(pair) <= highest}
+
+    def beat(self, pair: Pair) -> float:
+        """Turns of the runs' angle in which the lines of a wave generator beat once against both splines."""
+        return 1.0 / abs(self.order(pair) - self.order((pair[0], 0 if pair[1] else -pair[0])))
+
+
+def clocks(ratio: float | None, shaft: Turn) -> Clocks | None:
+    """Both turns of a gear of this ratio; None without one."""
+    if shaft not in ("motor", "output"):
+        raise ValueError(f"shaft is {shown(shaft)}; it is 'motor' or 'output', whose angle the runs have")
+    if ratio is None:
+        return None
+    given = number("ratio", ratio)
+    return Clocks(math.copysign(whole_ratio(abs(given)), given), shaft)
+
+
+class Around:
+    """Gains of one line or two at places around others, which are taken out with the slow parts of the runs.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Runs.
+    places : (m,) array
+        Orders.
+    neighbours : sequence of FoundLine
+        Lines that are taken out.
+    floor : sequence of (float, float)
+        For each run the variance of the noise there, and how many values it is from.
+    """
+
+    def __init__(
+        self, runs: Sequence[Run], places: Floats, neighbours: Sequence[FoundLine], floor: Sequence[tuple[float, float]]
+    ) -> None:
+        self.runs, self.places, self.floor = runs, places, floor
+        self.freedom = min(freedom for _, freedom in floor)
+        lowest = float(np.min(places))
+        self.nuisances = [_columns(run, neighbours, lowest) for run in runs]
+        self.values = [without(q, run.value) for q, run in zip(self.nuisances, runs, strict=True)]
+        self.waves = [self._waves(i, places) for i in range(len(runs))]
+        self.grams = [wave.T @ wave for wave in self.waves]
+        self.parts = [wave.T @ value for wave, value in zip(self.waves, self.values, strict=True)]
+
+    def _waves(self, i: int, places: Floats) -> Floats:
+        x = places * (self.runs[i].angle - self.runs[i].angle[0])[:, None]
+        return without(self.nuisances[i], np.stack([np.cos(x), np.sin(x)], axis=-1).reshape(len(x), -1))
+
+    def gains(self, chosen: NDArray[np.int64]) -> Floats:
+        """Gains (m,) of lines at the places of these indices (m, lines), all together."""
+        columns = np.stack([2 * chosen, 2 * chosen + 1], axis=-1).reshape(len(chosen), -1)
+        total = np.zeros(len(chosen))
+        for gram, part, (variance, _) in zip(self.grams, self.parts, self.floor, strict=True):
+            some = part[columns]
+            solved = np.linalg.solve(gram[columns[:, :, None], columns[:, None, :]], some[..., None])[..., 0]
+            total += np.sum(some * solved, axis=1) / (2.0 * variance)
+        return total
+
+    def amplitude(self, chosen: Sequence[int], i: int) -> tuple[float, float]:
+        """Mean amplitude in the runs, and its deviation, of line i of those chosen, fitted together."""
+        columns = np.array([c for k in chosen for c in (2 * k, 2 * k + 1)])
+        sizes, weights = [], []
+        for gram, part, (variance, _) in zip(self.grams, self.parts, self.floor, strict=True):
+            inverse = np.linalg.inv(gram[np.ix_(columns, columns)])
+            own = slice(2 * i, 2 * i + 2)
+            sizes.append(float(np.linalg.norm((inverse @ part[columns])[own])))
+            weights.append(2.0 / (variance * float(np.trace(inverse[own, own]))))
+        return float(np.average(sizes, weights=weights)), 1.0 / math.sqrt(sum(weights))
+
+    def sure(self, gain: float) -> float:
+        """A gain as if the noise were known."""
+        return self.freedom * math.log1p(max(gain, 0.0) / self.freedom)
+
+    def settled(self, places: Floats) -> tuple[Floats, Floats]:
+        """Places of lines by least squares from these on, and their standard deviations (Gauss-Newton)."""
+        nearest = STEP / max(run.turns for run in self.runs)
+        for _ in range(ROUNDS):
+            left, right = np.zeros((len(places), len(places))), np.zeros(len(places))
+            for i, (run, value, (variance, _)) in enumerate(zip(self.runs, self.values, self.floor, strict=True)):
+                waves, x = self._waves(i, places), run.angle - run.angle[0]
+                shares = np.linalg.lstsq(waves, value, rcond=None)[0].reshape(-1, 2)
+                turned = x[:, None] * places
+                slopes = x[:, None] * (shares[:, 1] * np.cos(turned) - shares[:, 0] * np.sin(turned))
+                slopes = without(waves, without(self.nuisances[i], slopes))
+                left += slopes.T @ slopes / variance
+                right += slopes.T @ value / variance
+            change = np.linalg.solve(left, right)
+            places = places + np.clip(change, -nearest, nearest)
+            if np.max(np.abs(change)) < 1e-6 * nearest:
+                break
+        return places, np.sqrt(np.diag(np.linalg.inv(left)))
+
+
+def _around(
+    runs: Sequence[Run], places: Floats, neighbours: Sequence[FoundLine], order: float, pairs: int = 0
+) -> Around:  # fmt: skip
+    """Places around an order: the first ones of pairs, and others that are apart from the neighbours."""
+    turns = [line.place for line in neighbours if line.kind != "frequency"]
+    standing = [line.place for line in neighbours if line.kind == "frequency"]
+    resolution = 1.0 / max(run.turns for run in runs)
+    free = np.min(np.abs(places[:, None] - turns), axis=1, initial=np.inf) >= resolution
+    free = (free & (places > resolution)) | (np.arange(len(places)) < pairs)
+    orders = sorted({order, *turns})
+    top = 1.2 * orders[-1] + 20.0 / min(run.turns for run in runs)
+    floors = [fit_run(run, orders, 0.0, top, standing).floor for run in runs]
+    estimates = [floor.estimates(order) for floor in floors]
+    noise = [(0.25 * len(run.time) * float(m[0]), float(f[0])) for run, (m, f) in zip(runs, estimates, strict=True)]
+    return Around(runs, places[free], neighbours, noise)
+
+
+def completed(
+    runs: Sequence[Run], lines: Sequence[FoundLine], two: Clocks | None, false_alarm: float, span: tuple[float, float]
+) -> list[FoundLine]:  # fmt: skip
+    """Lines with those of the wave generator that stand out at their places, and two in the place of one that beats."""
+    turns, once = max(run.turns for run in runs), 1.0 if two is None else two.order((1, 0))
+    present = [line.place for line in lines if line.kind != "frequency"]
+    usual = [j * once for j in USUAL if span[0] <= j * once <= span[1]]
+    lacking = [k for k in usual if all(abs(k - place) * turns > APART for place in present)]
+    complete = list(lines)
+    while lacking:
+        tried = [_tried(runs, complete, k, two, len(usual)) for k in lacking]
+        best = min(range(len(tried)), key=lambda i: tried[i].false_alarm)
+        if not tried[best].false_alarm < false_alarm:
+            break
+        complete.append(tried[best])
+        del lacking[best]
+    return _parted(runs, complete, two)
+
+
+def _grid(order: float, two: Clocks | None, turns: float) -> tuple[Floats, float]:
+    """Places of two lines around an order, and how far from it; the order alone where the runs cannot part them."""
+    if two is not None or order >= SMALLEST or order / LARGEST * turns < HALF:
+        return np.array([order]), 0.0
+    reach = STEP * math.ceil(min(WIDEST, turns * order / SMALLEST) / STEP) + 1.0
+    return order + np.arange(-reach, reach + STEP / 2.0, STEP) / turns, reach / turns
+
+
+def _tried(
+    runs: Sequence[Run], lines: Sequence[FoundLine], order: float, two: Clocks | None, trials: int
+) -> FoundLine:  # fmt: skip
+    """The line of an order, alone or with one that beats with it, and the probability that noise has it."""
+    turns = max(run.turns for run in runs)
+    places, reach = _grid(order, two, turns)
+    group = _group(order, two, turns)
+    if group:
+        places, reach = np.array(list(group.values())), 0.0
+    around = _around(runs, places, lines, order, len(group))
+    alone = around.sure(float(around.gains(np.array([[int(np.argmin(np.abs(places - order)))]]))[0]))
+    alarm = chance_of(alone, trials, len(runs))
+    if len(places) > 1:
+        both = around.sure(float(np.max(around.gains(_twos(around, order)))))
+        alarm = min(alarm, chance_of(both, trials * max(3.0, 2.0 * reach * turns), 2 * len(runs)))
+    speeds = np.abs([run.speed for run in runs])
+    several = float(np.ptp(speeds)) > SAME_SPEED * float(np.max(speeds))
+    error = math.sqrt(6.0 / max(alone, 1.0)) / (2.0 * np.pi * turns)
+    return FoundLine(order, error, "order" if several else "undecided", 0.0, alarm)
+
+
+def _twos(around: Around, order: float) -> NDArray[np.int64]:
+    """Indices (m, 2) of places that half a beat parts, as far apart as the turns of some gear put lines."""
+    turns = max(run.turns for run in around.runs)
+    first, second = np.triu_indices(len(around.places), 1)
+    apart = np.abs(around.places[second] - around.places[first])
+    return np.column_stack([first, second])[(apart * turns > 0.99 * HALF) & (apart <= max(order / SMALLEST, HALF))]
+
+
+def _parted(runs: Sequence[Run], lines: Sequence[FoundLine], two: Clocks | None) -> list[FoundLine]:
+    """Lines with their pairs, and two in the place of one where the runs hold two that beat."""
+    turns, remaining = max(run.turns for run in runs), list(lines)
+    for line in lines:
+        if line.kind == "frequency" or line not in remaining:
+            continue
+        group = _group(line.place, two, turns)
+        if short := _group(line.place, two, turns, short=True):
+            members = [k for k in remaining if k.kind != "frequency" and _beside(k.place, short, turns)]
+            first = members[0] if len(members) == 1 else line._replace(place=short[next(iter(short))])
+            reach = max(abs(member.place - first.place) for member in members)
+            remaining = [k for k in remaining if k not in members] + [first._replace(pairs=tuple(short), reach=reach)]
+        elif group or len(_grid(line.place, two, turns)[0]) > 1:
+            remaining = _resolved(runs, line, remaining, two, group)
+    return sorted(remaining, key=lambda line: line.place)
+
+
+def _resolved(
+    runs: Sequence[Run], line: FoundLine, lines: list[FoundLine], two: Clocks | None, group: dict[Pair, float]
+) -> list[FoundLine]:  # fmt: skip
+    """Lines with one or two in the place of those around a line; frequencies there may be the second one too."""
+    turns = max(run.turns for run in runs)
+    width = 3.0 / turns if two is None else max([APART / turns, *(abs(k - line.place) for k in group.values())])
+    members = [k for k in lines if k.kind != "frequency" and abs(k.place - line.place) <= width]
+    if len(members) > 2 or any(member.joint for member in members):
+        return lines
+    standing = [k for k in lines if k.kind == "frequency" and _distance(k, line.place, runs) <= width]
+    places, reach = _grid(line.place, two, turns)
+    if group:
+        places = np.array([*group.values(), *(line.place + np.arange(-2.0, 2.0, STEP) / turns)])
+    for taken in [[*members, *standing], members] if standing else [members]:
+        neighbours = [k for k in lines if k not in taken]
+        around = _around(runs, places, neighbours, line.place, len(group))
+        new = _of_pairs(around, members, group) if group else _free(around, members, reach * turns)
+        complete = [*neighbours, *new]
+        if taken == members or (len(new) > len(members) and _misfit(runs, complete) < _misfit(runs, lines)):
+            return complete
+    return lines
+
+
+def _distance(line: FoundLine, order: float, runs: Sequence[Run]) -> float:
+    """Smallest difference of a frequency from an order at the mean speeds of the runs, in orders."""
+    return min(abs(2.0 * np.pi * line.place / abs(run.speed) - order) for run in runs)
+
+
+def _misfit(runs: Sequence[Run], lines: Sequence[FoundLine]) -> float:
+    """What lines and slow parts leave of the runs: twice the logarithm of the likelihood, less is better."""
+    lowest = min(line.place for line in lines if line.kind != "frequency")
+    left = [without(_columns(run, lines, lowest), run.value) for run in runs]
+    return sum(len(rest) * math.log(max(float(rest @ rest), 1e-300)) for rest in left)
+
+
+def _columns(run: Run, lines: Sequence[FoundLine], lowest: float) -> Floats:
+    """Slow parts, cosines and sines (n, m) of lines."""
+    turns = [2.0 * np.pi * run.time if line.kind == "frequency" else run.angle for line in lines]
+    waves = [line.place * (x - x[0]) for line, x in zip(lines, turns, strict=True)]
+    return np.column_stack([slow_columns(run, lowest), *(part for x in waves for part in (np.cos(x), np.sin(x)))])
+
+
+def _group(order: float, two: Clocks | None, turns: float, *, short: bool = False) -> dict[Pair, float]:
+    """Pairs of the wave generator's lines around an order, if the runs can part them, or cannot; else none."""
+    j = 0 if two is None else max(1, round(order / two.order((1, 0))))
+    if two is None or j not in LOBES or short != (turns < HALF * two.beat((j, 0))):
+        return {}
+    group = {pair: two.order(pair) for pair in ((j, 0), (j, -j), (j, j))}
+    return group if _beside(order, group, turns) else {}
+
+
+def _beside(order: float, group: dict[Pair, float], turns: float) -> bool:
+    """Whether an order is within a resolution of those of a group."""
+    return min(group.values()) - 1.0 / turns < order < max(group.values()) + 1.0 / turns
+
+
+def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[FoundLine]:
+    """One line or two at any place, as far apart as both turns of some gear put them."""
+    turns = max(run.turns for run in around.runs)
+    single = around.gains(np.arange(len(around.places))[:, None])
+    two = _twos(around, members[0].place)
+    both = around.gains(two)
+    best, member = two[int(np.argmax(both))], int(np.argmax(single))
+    chance = chance_of(around.sure(float(np.max(both) - single[member])), 2.0 * places, len(around.runs))
+    if chance >= TWO:
+        return [members[0]._replace(second=_room(around, member, best))] if len(members) == 1 else list(members)
+    settled, errors = around.settled(around.places[best])
+    apart = float(np.ptp(settled))
+    if apart * turns < HALF or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
+        return [line._replace(second=1.0) for line in members]
+    return [
+        members[0]._replace(place=_whole(k, min(e, 0.2 * apart)), error=2.0 * e, joint=True)
+        for k, e in zip(settled.tolist(), errors.tolist(), strict=True)
+    ]
+
+
+def _room(around: Around, member: int, both: Sequence[int]) -> float:
+    """Amplitude of a second line that the runs do not exclude (95 %), over that of the single line."""
+    sizes = [around.amplitude(both, i) for i in (0, 1)]
+    size, error = min(sizes)
+    return (size + 2.0 * error) / around.amplitude([member], 0)[0]
+
+
+def _whole(order: float, error: float) -> float:
+    return float(round(order)) if abs(order - round(order)) <= 2.0 * error else order
+
+
+def _of_pairs(around: Around, members: Sequence[FoundLine], group: dict[Pair, float]) -> list[FoundLine]:
+    """Lines of the pairs of one group: those without which noise does not explain the runs."""
+    pairs = list(group)
+    single = around.gains(np.arange(len(around.places))[:, None])
+    chosen = [int(np.argmax(single[: len(pairs)]))]
+    gain = float(single[chosen[0]])
+    while len(chosen) < len(pairs):
+        others = [i for i in range(len(pairs)) if i not in chosen]
+        more = around.gains(np.array([[*chosen, i] for i in others]))
+        step = around.sure(float(np.max(more)) - gain)
+        if chance_of(step, 1.0, len(around.runs)) * len(others) >= TWO:
+            break
+        chosen, gain = [*chosen, others[int(np.argmax(more))]], float(np.max(more))
+    if np.max(single) > gain + 2.0 * len(chosen) + 1.0:
+        return list(members)  # a line of another place
+    names = _as_likely(around, chosen, pairs, single) if len(chosen) == 1 else [(pairs[i],) for i in chosen]
+    shared = members[0]._replace(error=0.0, reach=0.0)
+    return [shared._replace(place=group[pairs[i]], pairs=some) for i, some in zip(chosen, names, strict=True)]
+
+
+def _as_likely(around: Around, chosen: list[int], pairs: list[Pair], single: Floats) -> list[tuple[Pair, ...]]:
+    """Pair of a single line, with those that are as likely alone or beside it (Laplace's approximation)."""
+    (first,) = chosen
+    named = [pairs[first]]
+    size, _ = around.amplitude([first], 0)
+    for i, pair in enumerate(pairs):
+        if i != first:
+            _, error = around.amplitude([first, i], 1)
+            more = float(around.gains(np.array([[first, i]]))[0]) - float(single[first])
+            together = around.sure(more) - math.log1p(0.5 * (size / error) ** 2)
+            instead = float(single[i]) - float(single[first])
+            if max(together, instead + math.log(20.0)) > 0.0:
+                named.append(pair)
+    return [tuple(named)]
+
+
+def named(line: FoundLine, turning: Clocks | None, runs: Sequence[Run]) -> FoundLine:
+    """The line with all pairs that the runs cannot tell apart at its place."""
+    if turning is None or line.kind == "frequency" or line.pairs:
+        return line
+    reach = HALF / max(run.turns for run in runs)
+    pairs = turning.pairs(max(line.place - reach, 0.0), line.place + reach)
+    return line._replace(pairs=tuple(sorted(pairs, key=lambda pair: abs(pairs[pair] - line.place))))
+
+
+def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[Run]) -> list[str]:
+    """What runs are too short to tell of lines over the angle, and how long they must be."""
+    turns, lasting = max(run.turns for run in runs), f"{max(run.turns for run in runs):.3g} turns"
+    notes = []
+    short = [line for line in lines if not line.joint and turns * line.place / LARGEST < HALF]
+    if turning is None and short:
+        notes.append(
+            f"{lasting} cannot tell lines that are nearer than {HALF / turns:.2g} orders: order "
+            f"{', '.join(f'{line.place:.4g}' for line in short)} may be two, of the wave generator against "
+            "either spline; give the ratio, and run over half of their beat at least, which is a quarter of an output "
+            "turn for order 2 of the motor, or over a whole one for separate intervals"
+        )
+    for line in lines:
+        if line.second >= ROOM:
+            notes.append(
+                f"order {line.place:.4g} may have a second line beside it, of up to {line.second:.2g} times its size"
+            )
+        if len(line.pairs) > 1 and turning is not None:
+            beat = turning.beat(next(pair for pair in line.pairs if pair[0]))
+            names = ", ".join(map(str, line.pairs))
+            notes.append(
+                f"order {line.place:.6g} is one line or more of the pairs {names} (turns of motor and output): "
+                f"{lasting} cannot tell; they beat every {beat:.4g} turns, half of which part them and one of which "
+                "gives each an interval of its own"
+            )
+    return notes
