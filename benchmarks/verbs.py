@@ -85,6 +85,7 @@ def questions(folder):
     project = sw.read_project(path)
     elbow = sw.read_specification(Path(__file__).parent.parent / "examples" / "projects" / "elbow.yaml")
     loop, scan, runs, decay, log = bench_loop(), slow_scan(), two_runs(), free_decay(), logged(project.train)
+    counts = np.linspace(0.0, 9.0 * 2**24, 5000)
     omega = np.geomspace(20.0, 1500.0, 80)
     bode = sw.fit.measured_bode(omega, 1.1 * sw.bode(DRIVE.train(), omega).motor * np.exp(-4e-4j * omega))
     decaying = SYSTEM._replace(error=sw.NoError(), omega=1.0)
@@ -139,6 +140,8 @@ def questions(folder):
          "identify-drive", lambda: sw.identify_drive(project, log)),
         ("Which orders does my gear's error have, from a slow scan?", "sw.error_scan(angle, error)", "error-scan",
          lambda: sw.error_scan(*scan)),
+        ("Which ratio and arrangement does a joint have, from both encoders?", "sw.fit.arrangement(motor, load)", "",
+         lambda: sw.fit.arrangement(counts, counts / 51)),
         ("Which orders does a logged torque have, from several speeds?", "sw.order_scan(runs)", "order-scan",
          lambda: sw.order_scan(runs)),
         ("How does the model run on a controller?", 'sw.export(train, "axis.c", to="c")', "export",

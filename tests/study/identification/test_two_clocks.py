@@ -1,5 +1,9 @@
 """Lines of two turns that beat: found and named, refused where a record is too short; other speeds; counts."""
 
+import gzip
+from itertools import pairwise
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -136,3 +140,33 @@ def test_counts_that_tell_no_ratio_are_refused(ratio, turns, sentence):
     motor = np.linspace(0.0, turns * 2**24, 2000)
     with pytest.raises(ValueError, match=sentence):
         sw.fit.arrangement(motor, motor / ratio)
+
+
+MEASURED = Path(__file__).resolve().parents[2] / "measured" / "iiwa14"
+
+
+def strokes(number):
+    """Whole strokes of one speed, of a joint that moves to and fro; angle of the output."""
+    with gzip.open(MEASURED / f"joint4_vel_p{number}.csv.gz", "rt") as file:
+        time, angle, speed, torque = np.genfromtxt(file, delimiter=",", skip_header=1).T
+    smooth = np.convolve(speed, np.ones(21) / 21, "same")
+    top = np.quantile(np.abs(smooth), 0.7)
+    steady = np.sign(smooth) * (np.abs(np.abs(smooth) / top - 1.0) < 0.08)
+    edges = np.concatenate([[0], 1 + np.flatnonzero(np.diff(steady)), [len(steady)]])
+    pieces = [slice(a, b) for a, b in pairwise(edges.tolist()) if steady[a] and b - a > 32]
+    runs = [sw.Run(time[part], angle[part], torque[part], "N*m") for part in pieces]
+    return [run for run in runs if run.turns > 0.12]
+
+
+def test_a_measured_torque_has_two_per_turn_of_its_wave_generator():
+    """Ratio 160; by plain least squares 21 and 19 mN m at 0.202 and 0.607 rad/s. At 0.4 rad/s it is 12."""
+    slow, fast = strokes(2), strokes(6)
+    for run in slow:
+        (line,) = [line for line in sw.order_scan([run]).lines if abs(line.order - 320.0) < 20.0]
+        assert line.order == pytest.approx(320.5, abs=1.0)
+    assert sw.order_scan(slow, [320.0]).lines[0].amplitude == pytest.approx(21e-3, abs=1e-3)
+    assert sw.order_scan(fast, [320.0]).lines[0].amplitude == pytest.approx(19e-3, abs=1e-3)
+    scan = sw.order_scan([slow[0], fast[0]])
+    for speed in (0.4, 0.8):
+        with pytest.raises(ValueError, match="a resonance may change it"):
+            scan.amplitude_at(320, speed)

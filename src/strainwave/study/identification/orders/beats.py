@@ -196,7 +196,7 @@ def _tried(
         places, reach = np.array(list(group.values())), 0.0
     around = _around(runs, places, lines, order, len(group))
     alone = around.sure(float(around.gains(np.array([[int(np.argmin(np.abs(places - order)))]]))[0]))
-    alarm = chance_of(alone, trials, len(runs))
+    alarm = chance_of(alone, trials, len(runs), between=False)
     if len(places) > 1:
         both = around.sure(float(np.max(around.gains(_twos(around, order)))))
         alarm = min(alarm, chance_of(both, trials * max(3.0, 2.0 * reach * turns), 2 * len(runs)))
@@ -328,7 +328,7 @@ def _of_pairs(around: Around, members: Sequence[FoundLine], group: dict[Pair, fl
         others = [i for i in range(len(pairs)) if i not in chosen]
         more = around.gains(np.array([[*chosen, i] for i in others]))
         step = around.sure(float(np.max(more)) - gain)
-        if chance_of(step, 1.0, len(around.runs)) * len(others) >= TWO:
+        if chance_of(step, len(others), len(around.runs), between=False) >= TWO:
             break
         chosen, gain = [*chosen, others[int(np.argmax(more))]], float(np.max(more))
     if np.max(single) > gain + 2.0 * len(chosen) + 1.0:

@@ -268,13 +268,14 @@ def cleared(basis: Floats, values: Floats) -> Floats:
     return np.asarray(values - basis @ (basis.T @ values))
 
 
-def chance_of(total: float, trials: float, runs: int) -> float:
-    """Probability that noise of so many runs reaches a sum at so many independent places or between them.
+def chance_of(total: float, trials: float, runs: int, *, between: bool = True) -> float:
+    """Probability that noise of so many runs reaches a sum at so many independent places, or between them too.
 
-    Between independent places it crosses the sum as often as Davies 1987, Biometrika 74, 33-43, says.
+    Between them it crosses the sum as often as Davies 1987, Biometrika 74, 33-43, says.
     """
     single = float(gammaincc(runs, max(total, 0.0)))
-    trials *= max(1.0, math.sqrt(math.pi * max(total, 0.0) / 3.0))
+    if between:
+        trials *= max(1.0, math.sqrt(math.pi * max(total, 0.0) / 3.0))
     return -math.expm1(trials * math.log1p(-min(single, 1.0 - 1e-16)))
 
 
