@@ -294,7 +294,7 @@ def describe(
     whose multipliers may be known.
     """
     points, labels = np.ascontiguousarray(curve.points), curve.labels
-    status, message = _verdict(curve, parameter, points[:, -1])
+    status, message = ending(curve, parameter, points[:, -1])
     tail = tail_along(problem, points) if tail is None else tail
     if locate:
         points, labels = with_crests(problem, points, labels)
@@ -344,7 +344,8 @@ def with_hill(
     return points, labels, floquet, peaks
 
 
-def _verdict(curve: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
+def ending(curve: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
+    """How a curve through values of a parameter ended, and the sentence."""
     if curve.message:
         return (Status.OK if curve.outcome in (END, CLOSED) else Status.NO_CONVERGENCE), curve.message
     if curve.outcome in (END, CLOSED):

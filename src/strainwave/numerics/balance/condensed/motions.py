@@ -104,7 +104,7 @@ def disturbances(problem: Any, points: Floats) -> Disturbances | None:
     C[0, 0] += part.gear_damping
     K[range(len(laws)), range(len(laws))] += mean
     loaded = [*range(len(laws)), *([len(laws)] if part.follows else [])]
-    a, b = _first_order(M, C, K, heavy, massless, loaded)
+    a, b = first_order_of(M, C, K, heavy, massless, loaded)
     position = np.eye(len(a))[: len(heavy)]  # the coordinates that laws see, and the motor's, are the first
     speed = np.eye(len(a))[len(heavy) : 2 * len(heavy)]
     c = position[: len(laws)]
@@ -122,7 +122,7 @@ def samples(series: Floats, bases: list[Floats]) -> Floats:
     return np.concatenate([y @ basis for y, basis in zip(series, bases, strict=True)], axis=1)
 
 
-def _first_order(M: Floats, C: Floats, K: Floats, heavy: Any, massless: Any, loaded: Any) -> tuple[Floats, Floats]:
+def first_order_of(M: Floats, C: Floats, K: Floats, heavy: Any, massless: Any, loaded: Any) -> tuple[Floats, Floats]:
     """Matrix of positions, speeds and coordinates without inertia (`massless`), and of torques on `loaded` ones."""
     m, inverse = len(heavy), np.linalg.inv(M[np.ix_(heavy, heavy)])
     n = 2 * m + len(massless)

@@ -1,0 +1,166 @@
+"""The waves that a motion of two turns takes: at one speed, and along a curve through a range of speeds.
+
+The balance begins with the waves that are driven. Where a torque has a wave that the balance leaves out and that would
+move the drive by more than a share of the whole, that wave is taken in, and the balance solved again.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence, Speed
+from ..balance.linear_algebra import factor, substitute
+from ..continuation.trace import Trace, trace
+from .problem import Torus, condensed, torus
+
+ROUNDS, MOST = 40, 600  # of taking waves in, and waves at most
+HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the end, and steps
+SMALL = 1e-3  # of the share of what is left out: torques below it are not looked at
+LOOKED_AT = 10  # points of a curve where waves that are missing are looked for
+STEP = 0.04
+FEW = 4  # driven pairs up to which the balance begins with sums of three
+
+
+@dataclass(frozen=True)
+class TwoTurns:
+    """What drives a train in two turns: see `torus`; `pairs` are those of the torques, the lines and the pulls."""
+
+    part: Any
+    ratio: float
+    lines: Floats
+    pairs: tuple[tuple[int, int], ...]
+    pulls: tuple[Any, ...] = ()
+
+    def problem(self, pairs: Any) -> Torus:
+        """The balance in some waves."""
+        return torus(self.part, self.ratio, self.lines, sorted(pairs), self.pulls)
+
+
+def newton(problem: Torus, z: Floats) -> Floats | None:
+    """Point with the speed of z that solves a problem, by Newton's method with shortened steps; None where it fails."""
+    n = problem.size()
+    r, a, slope, pivots = np.empty(n), np.empty((n, n)), np.empty(n), np.empty(n, np.int64)
+    problem.residual(z, r)
+    for _ in range(NEWTON):
+        problem.linearise(z, a, slope)
+        if not factor(a, pivots):
+            return None
+        substitute(a, pivots, r)
+        step, size, share = r.copy(), float(np.linalg.norm(r)), 1.0
+        for _ in range(HALVINGS):
+            after = np.append(z[:n] - share * step, z[n])
+            problem.residual(after, r)
+            trial = r.copy()
+            substitute(a, pivots, trial)
+            if np.linalg.norm(trial) <= (1.0 - 0.25 * share) * size:
+                break
+            share *= 0.5
+        z = after
+        if not np.all(np.isfinite(z)):
+            return None
+        if share * size <= SETTLED * max(float(np.linalg.norm(z[:n])), 1e-300):
+            return z
+    return None
+
+
+def missing(problem: Torus, z: Floats, aim: float) -> set[tuple[int, int]]:
+    """Waves beside those of a problem that its torques at a point would move by more than a share of the whole."""
+    motion, blocks = problem.latest(z)[0], problem.blocks(z)
+    rows, columns = problem.shape
+    spectrum = np.fft.fft2(motion.torque.reshape(-1, rows, columns)) * (2.0 / (rows * columns))
+    spectrum[:, problem.pairs[:, 0], problem.pairs[:, 1]] = 0.0
+    top = np.max(np.abs(motion.torque), axis=1)[:, None, None] + 1e-300
+    j, k = np.nonzero(np.any(np.abs(spectrum) > SMALL * aim * top, axis=0)[: rows // 2])
+    k = np.where(k > columns // 2, k - columns, k)
+    own = {(a, b) for a, b in problem.pairs.tolist()} | {(-a, -b) for a, b in problem.pairs.tolist()}
+    pairs = np.array([p for p in zip(j.tolist(), k.tolist(), strict=True) if p not in own and (p[0] or p[1] > 0)])
+    if not len(pairs):
+        return set()
+    orders = pairs @ np.array([1.0, 1.0 / problem.ratio])
+    n = len(problem.part.inertia)
+    stiff = condensed(problem.part, problem.retained, orders, np.zeros((len(pairs), n)), z[-1])[0][..., :-1]
+    for (a, b), samples in motion.by_place.items():
+        stiff[:, a, b] += np.mean(samples)
+    for (a, b), samples in motion.by_rate.items():
+        stiff[:, a, b] += 1j * orders * np.mean(samples)
+    moved = np.abs(np.linalg.solve(stiff, spectrum[:, pairs[:, 0], pairs[:, 1]].T[..., None])[..., 0])
+    sizes = np.linalg.norm(blocks[:, 1:], axis=1)
+    share = np.max(moved / np.maximum(sizes, 1e-6 * np.max(sizes) + 1e-300), axis=1)
+    return {tuple(pair) for pair in pairs[share > aim].tolist()}
+
+
+def carried_over(old: Torus, new: Torus, points: Floats) -> Floats:
+    """Points (n, ...) of a problem as those of one with more waves."""
+    h, size = len(old.pairs) - 1, 2 * len(new.pairs) - 1
+    place = {pair: i for i, pair in enumerate(map(tuple, new.pairs.tolist()))}
+    at = np.array([place[pair] for pair in map(tuple, old.pairs.tolist())])
+    out = np.zeros((len(points), len(new.retained), size))
+    blocks = points[:, :-1].reshape(len(points), len(old.retained), -1)
+    out[..., at] = blocks[..., : h + 1]
+    out[..., len(new.pairs) - 1 + at[1:]] = blocks[..., h + 1 :]
+    return np.column_stack([out.reshape(len(points), -1), points[:, -1]])
+
+
+def with_sums(pairs: Any) -> set[tuple[int, int]]:
+    """Pairs with the sums and differences of three of them, which a cubic law makes; of many, of two."""
+    signed = [(s * j, s * k) for j, k in pairs for s in (1, -1)]
+    found = set(signed)
+    for _ in range(2 if len(pairs) <= FEW else 1):
+        found |= {(a + c, b + d) for a, b in found for c, d in signed}
+    return {(j, k) for j, k in found if j > 0 or (j == 0 and k > 0)}
+
+
+def at_speed(
+    driven: TwoTurns, omega: float, aim: float, guess: tuple[Torus, Floats] | None = None
+) -> tuple[Torus, Floats]:
+    """Problem and point of the motion at a speed [rad/s], next to a guess or to the response at rest.
+
+    Raises
+    ------
+    SolveError
+        If Newton's method finds none.
+    """
+    pairs = with_sums(driven.pairs) if guess is None else {*driven.pairs, *map(tuple, guess[0].pairs[1:].tolist())}
+    problem = driven.problem(pairs)
+    z = np.append(np.zeros(problem.size()), omega)
+    if guess is not None:
+        z = carried_over(guess[0], problem, guess[1][None])[0]
+        z[-1] = omega
+    for _ in range(ROUNDS):
+        solution = newton(problem, z)
+        if solution is None:
+            raise SolveError(
+                Sentence("no motion of two turns was found at {}; follow it from another speed", Speed(omega))
+            )
+        more = missing(problem, solution, aim)
+        if not more:
+            return problem, solution
+        pairs |= more
+        if len(pairs) > MOST:
+            break
+        old, problem = problem, driven.problem(pairs)
+        z = carried_over(old, problem, solution[None])[0]
+    raise SolveError(Sentence("a motion of two turns at {} takes more than {} waves", Speed(omega), len(pairs)))
+
+
+def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Trace, bool]:
+    """Problem and curve of the motions through a range of speeds [rad/s] from its upper end; whether no wave lacks."""
+    problem, z = at_speed(driven, hi, aim)
+    for _ in range(ROUNDS):
+        balance: Any = problem
+        solution = trace(balance, z, -1.0, lo, hi, STEP)
+        points = solution.points
+        if not len(points):
+            raise SolveError(Sentence("the curve of motions of two turns is lost at {}", Speed(hi)))
+        top = int(np.argmax(np.linalg.norm(points[:, :-1], axis=1)))
+        few = {top, *np.linspace(0, len(points) - 1, LOOKED_AT).astype(int).tolist()}
+        more = {pair for i in few for pair in missing(problem, points[i], aim)}
+        if not more:
+            return problem, solution, True
+        if len(problem.pairs) + len(more) > MOST:
+            return problem, solution, False
+        old, problem = problem, driven.problem({*map(tuple, problem.pairs[1:].tolist()), *more})
+        z = carried_over(old, problem, z[None])[0]
+    return old, solution, False

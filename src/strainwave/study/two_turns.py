@@ -1,0 +1,214 @@
+"""Motions of a drive in two turns, the motor's and the output's: error lines of either, and gravity, exactly.
+
+Gravity follows the load's own angle, its stiffness included. A line of order j + k/N, see `Line`, is the wave (j, k).
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.law import breakpoints_of, depends
+from ..base.protocols import lacking, lines_of, orders_of, terms_of
+from ..base.quantities import checked, shown
+from ..base.results import Floats, Status
+from ..compile.blas import one_thread
+from ..drive.train_curve import without_gravity
+from ..model.excitation import Harmonics, NoError
+from ..model.laws.hysteresis import Parallel
+from ..model.orders import order_pair
+from ..model.oscillator import Oscillator
+from ..model.train.controls import Held
+from ..model.train.drive_train import DriveTrain
+from ..model.train.linear_part import linear_part
+from ..model.train.motion import AngleTorque, Steady
+from ..model.train.shafts import Load, Motor
+from ..numerics.continuation.trace import ending
+from ..numerics.labels import FOLD
+from ..numerics.torus.follow import TwoTurns, along, at_speed
+from ..numerics.torus.motion import growth, oscillations, states_at
+from ..numerics.torus.problem import Torus
+
+MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
+
+WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
+REMEDY = "integrate it with simulate"
+
+
+@dataclass(frozen=True, eq=False)
+class TwoTurnCurve:
+    """Motions of a drive in two turns, in arc order over the speed; one alone is a curve of one point.
+
+    Attributes
+    ----------
+    omega : (n,) array
+        Speed of the motor [rad/s].
+    pairs : (P + 1, 2) array of int
+        Waves (j, k) of the angle j theta + k theta/N, (0, 0) first.
+    waves : (n, P + 1) array of complex
+        Their complex amplitudes [rad] in the pointing error, of which the motion is the real part.
+    folds : tuple of float
+        Speeds [rad/s] where the curve turns.
+    ratio : float
+        Turns of the motor in one of the output.
+    beats : int
+        How often in a turn of the output everything that drives the motion repeats.
+    status : Status
+        `Status.OK`, `Status.TRUNCATED`, or why the curve ends inside the range.
+    message : str
+        One sentence on the curve.
+    """
+
+    omega: Floats
+    pairs: NDArray[np.int64]
+    waves: Any
+    folds: tuple[float, ...]
+    ratio: float
+    beats: int
+    status: Status
+    message: str
+    problem: Torus
+    points: Floats
+    flow: Any
+
+    @cached_property
+    def growth(self) -> Floats:
+        """Rate (n,) [1/s] at which the disturbances that last longest grow; negative of a stable motion."""
+        return np.array([growth(self.problem, self.flow, z) for z in self.points])
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether each motion is stable."""
+        return np.asarray(self.growth < 0.0)
+
+    @property
+    def beat(self) -> Floats:
+        """Period (n,) [s] of the beat."""
+        return np.asarray(2.0 * np.pi * self.ratio / (self.beats * self.omega))
+
+    @cached_property
+    def oscillations(self) -> Floats:
+        """Largest |error - mean| (n, turns) [rad] in each turn of the motor, until motor and output stand as before."""
+        return np.array([oscillations(waves, self.pairs, self.ratio) for waves in self.waves])
+
+    @property
+    def largest(self) -> Floats:
+        """Largest oscillation (n,) [rad] of a turn of the motor."""
+        return np.asarray(self.oscillations.max(axis=1))
+
+    @property
+    def smallest(self) -> Floats:
+        """Smallest oscillation (n,) [rad] of a turn of the motor."""
+        return np.asarray(self.oscillations.min(axis=1))
+
+    def amplitude(self, j: int, k: int) -> Floats:
+        """Amplitude (n,) [rad] of a wave in the pointing error; 0 of one that it has not."""
+        at = np.flatnonzero(np.all(self.pairs == (j, k), axis=1) | np.all(self.pairs == (-j, -k), axis=1))
+        return np.asarray(np.abs(self.waves[:, at]).sum(axis=1))
+
+    def states(self, number: int, angles: Floats) -> Floats:
+        """States (states, m) of a motion, the pointing error and its rate first, at motor angles (m,) [rad]."""
+        return states_at(self.problem, self.points[number], angles)
+
+
+@one_thread
+def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, near: Any = None) -> TwoTurnCurve:
+    """Find the motion at a speed of the motor [rad/s].
+
+    Parameters
+    ----------
+    system : DriveTrain or Oscillator
+        The drive, or the error equation of a gear with a `ratio`.
+    omega : float
+        Speed of the motor [rad/s].
+    ratio : float, optional
+        Ratio of an error equation.
+    near : TwoTurnCurve, optional
+        A motion at a speed near it, which chooses among several. Default: what Newton's method finds from rest.
+
+    Raises
+    ------
+    ValueError
+        If a part is none that the balance holds: the sentence says which.
+    SolveError
+        If no motion is found.
+    """
+    driven, flow = _driven(system, ratio)
+    guess = None if near is None else (near.problem, near.points[0])
+    problem, point = at_speed(driven, float(omega), MOTION, guess)
+    return _described(driven, flow, problem, point[None], (), (Status.OK, Status.OK.value))
+
+
+@one_thread
+def two_turn_response(system: Any, speeds: tuple[float, float], *, ratio: float | None = None) -> TwoTurnCurve:
+    """Follow the motions through a range of speeds of the motor [rad/s], from its upper end; as `two_turn_motion`."""
+    driven, flow = _driven(system, ratio)
+    problem, found, whole = along(driven, float(speeds[0]), float(speeds[1]), CURVE)
+    folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
+    lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
+    return _described(driven, flow, problem, found.points, folds, how if whole or not how[0] else lacking_waves)
+
+
+def _described(
+    driven: TwoTurns, flow: Any, problem: Torus, points: Floats, folds: tuple[float, ...], how: tuple[Status, str]
+) -> TwoTurnCurve:  # fmt: skip
+    waves = np.array([problem.coordinates(z) @ driven.part.values[0] for z in points])
+    beats = math.gcd(*(k for _, k in driven.pairs)) or 1
+    return TwoTurnCurve(
+        points[:, -1], problem.pairs, waves, folds, driven.ratio, beats, *how, problem, points, flow
+    )  # fmt: skip
+
+
+def _driven(system: Any, ratio: float | None) -> tuple[TwoTurns, Any]:
+    """What drives a system, and the part whose disturbances are meant."""
+    train = _as_train(checked(system), ratio)
+    end, plain = train.load.end(), without_gravity(train)
+    pulls = tuple(_of_angle(end.drag))
+    part = linear_part(plain, at_load=True)
+    laws = (train.law, *train.load.couplings())
+    if part is None or not isinstance(train.reference, Steady):
+        raise ValueError(f"{WHY}; friction, memory or a control that is not linear is in this drive: {REMEDY}")
+    if any(depends(law) != 1 or breakpoints_of(law) for law in laws):
+        raise ValueError(f"{WHY}; a law with corners has too many of them: {REMEDY}, or round its corners off")
+    if not isinstance(train.error, NoError) and lacking(train.error, "lines"):
+        raise ValueError(f"{WHY}; {type(train.error).__name__} lists no lines: give a KinematicError, or {REMEDY}")
+    lines = lines_of(train.error)
+    of_lines = [order_pair(line.order, train.N) for line in lines]
+    sizes = [a.amplitude * np.exp(-1j * a.phase) for a in lines]
+    rows = [(*pair, size.real, size.imag) for pair, size in zip(of_lines, sizes, strict=True)]
+    torques = [(k, 0) for torque in (train.motor.excitation, end.excitation) for k in _orders(torque)]
+    pairs = tuple(sorted({*of_lines, *torques, *((0, law.order) for law in pulls)}))
+    driven = TwoTurns(part, train.N, np.array(rows).reshape(-1, 4), pairs, pulls)
+    return driven, part if part.loose < 0 else linear_part(part.disturbed)
+
+
+def _orders(torque: Any) -> list[int]:
+    """Orders of a torque that have an amplitude."""
+    known = [(order, term) for term in terms_of(torque) for order in orders_of(term)]
+    return [int(order) for order, term in known if getattr(term, "amplitude", 1.0)]
+
+
+def _as_train(system: Any, ratio: float | None) -> DriveTrain:
+    """The system, or an error equation as the train that it is of: a motor that is held, and a rigid load."""
+    if isinstance(system, DriveTrain):
+        return system
+    if not isinstance(system, Oscillator) or ratio is None:
+        raise TypeError(f"{shown(system)} is no DriveTrain, and no Oscillator with a ratio; give one of these")
+    terms = terms_of(system.excitation)
+    if lacking(terms[0], "amplitude"):
+        raise TypeError(f"{shown(system.excitation)} has no orders; give a Harmonic or Harmonics")
+    against = Harmonics(tuple(term._replace(amplitude=-term.amplitude, mean=-term.mean) for term in terms))
+    load = Load(system.J, against)
+    return DriveTrain(
+        Motor(1.0, control=Held()), float(ratio), system.B, system.law, load, system.omega, system.error
+    )  # fmt: skip
+
+
+def _of_angle(law: Any) -> list[AngleTorque]:
+    """Torques of a shaft's own angle among the parts of its drag."""
+    if isinstance(law, Parallel):
+        return [part for each in law for part in _of_angle(each)]
+    return [law] if isinstance(law, AngleTorque) else []

@@ -1,0 +1,145 @@
+"""Motions in two turns: equal to an integration of the drive's own equations, and to the balance of one turn."""
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson, solve_ivp
+
+import strainwave as sw
+from strainwave.study.two_turns import two_turn_motion, two_turn_response
+
+N, K, J, ALPHA = 8.0, 2e4, 1.3, 2e5
+B = 0.08 * np.sqrt(K * J)
+ERROR = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / N, 8e-5, 0.3)))
+GRAVITY = sw.train.AngleTorque(12.0, 1, 0.2)
+SETTLING = 4.5  # s
+LOOP = (60.0, 0.8)  # of the motor [N*m/rad, N*m*s/rad]
+COUPLING = (0.6, 8.0, 6e4, 1e4)  # inertia before it, damping, stiffness, its growth
+
+HELD = sw.DriveTrain(
+    sw.train.Motor(1.0, control=sw.train.Held()), N, B, sw.Cubic(K, ALPHA), sw.train.Load(J, drag=GRAVITY), 45.0, ERROR
+)
+LOOPED = HELD._replace(motor=sw.train.Motor(4e-3, control=sw.train.PositionLoop(*LOOP)))
+
+
+def with_coupling(train, law):
+    return train._replace(load=sw.train.Elastic(*COUPLING[:2], law, train.load._replace(J=J - COUPLING[0])))
+
+
+TRAINS = {
+    "held, gravity": HELD,
+    "loop, gravity": LOOPED,
+    "loop, gravity, coupling": with_coupling(LOOPED, sw.Cubic(*COUPLING[2:])),
+    "held, linear coupling": with_coupling(HELD._replace(load=sw.train.Load(J)), sw.Linear(COUPLING[2])),
+}
+
+
+def rates_of(train):
+    """Equations of motor, gear, coupling and load written out: states x, its rate, motor's deviation, twist."""
+    looped, coupled = not train.motor.held, len(train.load.couplings()) > 0
+    omega, pull = train.omega, train.load.end().drag
+    growth = getattr(train.load.couplings()[0], "alpha", 0.0) if coupled else 0.0
+    orders = np.array([line.order for line in train.error.lines])
+    sizes = np.array([line.amplitude for line in train.error.lines])
+    phases = np.array([line.phase for line in train.error.lines])
+
+    def rates(t, y):
+        x, v, *rest = y
+        d, w = rest[:2] if looped else (0.0, 0.0)
+        angle = orders * (omega * t + d) + phases
+        e, slope = sizes @ np.cos(angle), -(sizes * orders) @ np.sin(angle)
+        torque = K * (x - e) * (1.0 + ALPHA * (x - e) ** 2) + train.B * (v - slope * (omega + w))
+        fast = (-(1.0 / N - slope) * torque - LOOP[0] * d - LOOP[1] * w) / train.motor.J if looped else 0.0
+        twist, speed = rest[-2:] if coupled else (0.0, 0.0)
+        against = pull.amplitude * np.sin((omega * t + d) / N - x - twist + pull.phase) if pull == GRAVITY else 0.0
+        if not coupled:
+            return [v, fast / N - (torque - against) / J, *([w, fast] if looped else [])]
+        passed = COUPLING[2] * twist * (1.0 + growth * twist**2) + COUPLING[1] * speed
+        here, there = (torque - passed) / COUPLING[0], (passed - against) / (J - COUPLING[0])
+        return [v, fast / N - here, *([w, fast] if looped else []), speed, here - there]
+
+    return rates
+
+
+@pytest.mark.parametrize("train", TRAINS.values(), ids=TRAINS.keys())
+def test_a_motion_of_two_turns_is_the_settled_one_of_the_drives_equations(train):
+    motion = two_turn_motion(train, train.omega)
+    places, turns = 256, int(N)
+    t = 2.0 * np.pi / train.omega * np.arange(places * turns * 3 + 1) / places
+    count = len(train.state_names())
+    start = np.zeros(count)
+    run = solve_ivp(rates_of(train), (-SETTLING, t[-1]), start, "DOP853", t_eval=t, rtol=1e-8, atol=1e-12).y
+    error = run[0] + (run[-2] if train.load.couplings() else 0.0) - (0.0 if train.motor.held else run[2] / N)
+    size = np.max(np.abs(error))
+    there = motion.states(0, train.omega * t)[0]
+    np.testing.assert_allclose(there / size, error / size, rtol=0, atol=1e-6)
+    windows = np.array([error[i * places : (i + 1) * places + 1] for i in range(3 * turns)])
+    sizes = np.array([np.max(np.abs(window - simpson(window) / places)) for window in windows])
+    # samples miss a crest by up to (order step)^2/8
+    assert motion.largest[0] == pytest.approx(np.max(sizes), rel=1e-3)
+    assert motion.smallest[0] == pytest.approx(np.min(sizes), rel=1e-3)
+    assert motion.stable[0]
+
+
+def test_envelopes_are_those_of_fine_samples():
+    motion = two_turn_motion(HELD, HELD.omega)
+    theta = np.linspace(0.0, 2.0 * np.pi, 4_001)
+    error = np.array([motion.states(0, theta + 2.0 * np.pi * i)[0] for i in range(int(N))])
+    sizes = np.max(np.abs(error - simpson(error, x=theta, axis=1)[:, None] / (2.0 * np.pi)), axis=1)
+    np.testing.assert_allclose(motion.oscillations[0], sizes, rtol=1e-5)
+
+
+def test_disturbances_grow_as_by_the_drives_equations():
+    short = HELD._replace(B=0.1 * B)  # its disturbances last
+    period = 2.0 * np.pi * N / short.omega
+    motion = two_turn_motion(short, short.omega)
+    start = motion.states(0, np.zeros(1))[:, 0]
+    columns = []
+    for i in range(2):
+        ends = []
+        for step in (1e-6, -1e-6):
+            y = start.copy()
+            y[i] += step * (1.0, short.omega)[i]
+            ends.append(solve_ivp(rates_of(short), (0.0, period), y, "DOP853", rtol=1e-9, atol=1e-14).y[:, -1])
+        columns.append((ends[0] - ends[1]) / (2e-6 * (1.0, short.omega)[i]))
+    largest = np.max(np.abs(np.linalg.eigvals(np.array(columns).T)))
+    assert motion.growth[0] == pytest.approx(np.log(largest) / period, rel=1e-4)
+
+
+def test_a_linear_drive_answers_every_wave_by_itself():
+    train = HELD._replace(law=sw.Linear(K), load=sw.train.Load(J))
+    motion = two_turn_motion(train, 50.0)
+    for line, pair in zip(ERROR.lines, ((2, 0), (2, -2)), strict=True):
+        w = line.order * 50.0
+        gear = K + 1j * w * B
+        assert motion.amplitude(*pair)[0] == pytest.approx(line.amplitude * abs(gear / (gear - J * w * w)), rel=1e-9)
+    assert motion.beat[0] == pytest.approx(2.0 * np.pi * N / (2.0 * 50.0), rel=1e-14)
+
+
+def test_one_turn_alone_has_the_folds_and_the_stability_of_its_response():
+    system = sw.Oscillator(J, 0.25 * B, sw.Cubic(K, 2e4), sw.Harmonic(0.0), 1.0, sw.KinematicError((ERROR.lines[0],)))
+    span = (55.0, 85.0)
+    exact, found = sw.frequency_response(system, span), two_turn_response(system, span, ratio=N)
+    assert len(exact.folds) == 2
+    assert found.status
+    np.testing.assert_allclose(sorted(found.folds), sorted(fold.omega for fold in exact.folds), rtol=1e-5)
+    ends = [int(np.argmin(np.abs(found.omega - fold))) for fold in found.folds]
+    inside = np.zeros(len(found.omega), bool)
+    inside[min(ends) + 1 : max(ends)] = True
+    clear = np.abs(np.arange(len(inside))[:, None] - ends).min(axis=1) > 1
+    assert np.array_equal(found.stable[clear], ~inside[clear])
+    np.testing.assert_allclose(found.largest, found.smallest, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("system", "options", "sentence"),
+    [
+        (HELD._replace(law=sw.Backlash(K, 1e-4)), {}, "a law with corners has too many of them: integrate it with"),
+        (HELD._replace(law=sw.Parallel(sw.Linear(K), sw.laws.Coulomb(1.0, 0.1))), {}, "friction, memory or a control"),
+        (HELD._replace(N=7.3), {}, r"the order 1\.75 is no whole number of repeats per turn of the wave generator"),
+        (sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(1.0), 1.0), {}, "is no DriveTrain, and no Oscillator with a"),
+    ],
+)
+def test_what_is_not_balanced_in_two_turns_is_refused_in_one_sentence(system, options, sentence):
+    with pytest.raises((ValueError, TypeError), match=sentence) as refusal:
+        two_turn_motion(system, 70.0, **options)
+    assert "\n" not in str(refusal.value)
