@@ -1,9 +1,10 @@
 """Make the kernels of pages anew: `python tools/wasm.py`, after `pip install ziglang`; `--check` compares the sources.
 
-They are `src/strainwave/app/page/kernels.wasm`, with the kinds of their arguments and the functions that they were made
-of in `kernels.json`. A test compares the hash of these functions with the one there.
+They are `src/strainwave/app/page/kernels.wasm.gz`, with the kinds of their arguments and the functions that they were
+made of in `kernels.json`. A test compares the hash of these functions with the one there.
 """
 
+import gzip
 import json
 import sys
 from pathlib import Path
@@ -61,7 +62,8 @@ def main() -> None:
         sys.exit(0 if stamp(known["sources"]) == known["stamp"] else "the kernels of pages are old: run tools/wasm.py")
     parts = wanted()
     made = compiled(*parts)
-    (FOLDER / "kernels.wasm").write_bytes(linked(made.code, [one.name for one in parts]))
+    code = linked(made.code, [one.name for one in parts])
+    (FOLDER / "kernels.wasm.gz").write_bytes(gzip.compress(code, mtime=0))
     known = {"arguments": made.arguments, "stamp": stamp(made.sources), "sources": made.sources}
     path.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
 

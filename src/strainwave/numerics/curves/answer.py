@@ -18,7 +18,7 @@ from ..addressed import torques
 from ..balance.linear_algebra import add, copy, dot, fill, row_times
 from ..balance.truncation import MATTERS
 from ..continuation.arc_length import ROWS, SCALE, Z1, follow
-from ..continuation.trace import AIM, LEAST, ONE, REACH, ROUNDS, SETTLED
+from ..continuation.trace import AIM, LEAST, MEAN, ONE, REACH, ROUNDS, SETTLED
 from ..labels import DECAYS, END, START, TOP
 from ..stability.second_order import stability
 from .inner_balance import grid_steps, linear_guess, problem_of, synthesis_of, tail_of
@@ -182,8 +182,13 @@ def with_crests(equations: Any, points: Floats, labels: Any, count: int, waves: 
     """Insert the crests of |x| and of |x - mean| among the points of a curve; returns how many there are then."""
     n, found = points.shape[1], 0
     crests, after, crest = np.empty((MOST_CRESTS, n)), np.empty(MOST_CRESTS, np.int64), np.empty(n)
-    for measure in range(2):
-        sizes = sizes_along(equations, points, count, measure > 0, waves)
+    sizes, measures = sizes_along(equations, points, count, False, waves), 1
+    for i in range(count):
+        if abs(points[i, 0] + equations.error[0]) > MEAN * sizes[i]:
+            measures = 2
+    for measure in range(measures):
+        if measure > 0:
+            sizes = sizes_along(equations, points, count, True, waves)
         least = LEAST * np.max(sizes)
         for i in range(1, count - 1):
             if not (sizes[i] >= sizes[i - 1] and sizes[i] > sizes[i + 1] and sizes[i] > least and found < MOST_CRESTS):

@@ -15,23 +15,27 @@ from ..options import json_option, output_option, project_argument, written_type
 @click.command()
 @project_argument
 @click.option(
-    "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf", "urdf", "mat")), required=True,
-    help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo or in URDF; the computed response for MATLAB.",
+    "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf", "urdf", "mat", "html")), required=True,
+    help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo or in URDF; the response for MATLAB; a page that computes.",
 )  # fmt: skip
-@output_option("File: .c (and .h beside it), .fmu, .xml, .urdf or .mat.", type=written_type, required=True)
+@output_option("File: .c (and .h beside it), .fmu, .xml, .urdf, .mat or .html.", type=written_type, required=True)
 @click.option("--step", help='Length of a step of C and FMU, as "250 us". Default: 16 in the shortest time scale.')
 @json_option
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:
     """Take motor, gear and load to another program."""
     drive = read_project(project)
     length = None if step is None else parse(step, "s")
-    if form == "mat":
-        if output.suffix != ".mat":
-            raise ValueError(f"the file is {output.name!r}; give it a name that ends in .mat")
+    notes: tuple[str, ...] = ()
+    if form in ("mat", "html") and output.suffix != f".{form}":
+        raise ValueError(f"the file is {output.name!r}; give it a name that ends in .{form}")
+    if form == "html":
+        from ...page.page import write_page
+
+        write_page(drive, output)
+    elif form == "mat":
         with Progress(drive.title) as progress:
             progress.show("response curve", 0.0)
             drive.response().save(output)
-        notes: tuple[str, ...] = ()
     else:
         notes = exported(drive, output, to=form, step=length).notes
     summary = {"title": drive.title, "format": form, "file": str(output), "notes": list(notes)}
