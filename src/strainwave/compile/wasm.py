@@ -91,7 +91,7 @@ class Object(NamedTuple):
     sources: tuple[str, ...]
 
 
-def compiled(*wanted: Wanted) -> Object:
+def compiled(*functions: Wanted) -> Object:
     """Code of some functions for a browser.
 
     Raises
@@ -99,7 +99,7 @@ def compiled(*wanted: Wanted) -> Object:
     TypeError
         If a user's class uses something that compiled code does not know.
     """
-    request = pickle.dumps(sys.path) + pickle.dumps(wanted)
+    request = pickle.dumps(sys.path) + pickle.dumps(functions)
     environment = os.environ | PLAIN
     done = subprocess.run([sys.executable, "-c", CHILD], input=request, capture_output=True, env=environment)
     if done.returncode:
@@ -108,16 +108,16 @@ def compiled(*wanted: Wanted) -> Object:
     return made_there
 
 
-def made(*wanted: Wanted) -> Object:
+def made(*functions: Wanted) -> Object:
     """The same in this process, which must have begun with the environment `PLAIN`."""
     jit.load()
-    binding, types = (importlib.import_module(name) for name in ("llvmlite.binding", "numba.core.types"))
+    binding, types = map(importlib.import_module, ("llvmlite.binding", "numba.core.types"))
     read = _sources()
     binding.initialize_all_targets()
     binding.initialize_all_asmprinters()
     machine = binding.Target.from_triple(TRIPLE).create_target_machine(features=FEATURES, opt=3, reloc="static")
     whole, names, arguments = None, {}, {}
-    for one in wanted:
+    for one in functions:
         text, symbol, kinds = _plain_code(one, types)
         text = re.sub("target datalayout = .*", f'target datalayout = "{machine.target_data}"', text)
         text = re.sub("target triple = .*", f'target triple = "{TRIPLE}"', text)
@@ -133,21 +133,21 @@ def made(*wanted: Wanted) -> Object:
     return Object(machine.emit_object(whole), arguments, tuple(sorted(read)))
 
 
-def _plain_code(one: Wanted, types: Any) -> tuple[str, str, tuple[Any, ...]]:
+def _plain_code(item: Wanted, types: Any) -> tuple[str, str, tuple[Any, ...]]:
     """Numba's code of a function, the name of the function in it, and the kinds of its arguments."""
     numba = importlib.import_module("numba")
-    jit._dispatcher(one.function, classes(one.arguments))
-    if one.kinds is None:
-        kinds = tuple(map(numba.typeof, one.arguments))
+    jit._dispatcher(item.function, classes(item.arguments))
+    if item.kinds is None:
+        kinds = tuple(map(numba.typeof, item.arguments))
     else:
-        kinds = address.signature(types, numba.typeof(one.arguments[0]), one.kinds)
-    body = getattr(one.function, "loops", one.function)
+        kinds = address.signature(types, numba.typeof(item.arguments[0]), item.kinds)
+    body = getattr(item.function, "loops", item.function)
     dispatcher = numba.njit(pipeline_class=compilers()[0], **jit.OPTIONS)(body)  # not the one whose code is on disk
     errors = importlib.import_module("numba.core.errors")
     try:
         dispatcher.compile(kinds)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
-        raise TypeError(jit._explain(error, jit.foreign_names(one.arguments))) from None
+        raise TypeError(jit._explain(error, jit.foreign_names(item.arguments))) from None
     code = dispatcher.overloads[kinds]
     return code.library.get_llvm_str(), code.fndesc.llvm_func_name, kinds
 
@@ -190,7 +190,7 @@ def _sources() -> set[str]:
 
 def stamp(sources: Iterable[str]) -> str:
     """Hash of the code of functions by their names, without comments and docstrings."""
-    known = hashlib.sha256()
+    digest = hashlib.sha256()
     for name in sorted(sources):
         module, _, path = name.partition(":")
         thing: Any = importlib.import_module(module)
@@ -200,8 +200,8 @@ def stamp(sources: Iterable[str]) -> str:
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module) and ast.get_docstring(node) is not None:
                 node.body = node.body[1:] or [ast.Pass()]
-        known.update(f"{name}\n{ast.unparse(tree)}\n".encode())
-    return known.hexdigest()
+        digest.update(f"{name}\n{ast.unparse(tree)}\n".encode())
+    return digest.hexdigest()
 
 
 def linked(code: bytes, exports: Iterable[str]) -> bytes:
@@ -215,14 +215,14 @@ def linked(code: bytes, exports: Iterable[str]) -> bytes:
     if find_spec("ziglang") is None:
         raise RuntimeError("the numerical kernels are linked by the package ziglang; pip install ziglang")
     options = "strip-all", "export-table", "growable-table"
-    wanted = [f"export={name}" for name in (*exports, *SHARED)]
+    flags = [f"export={name}" for name in (*exports, *SHARED)]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "runtime.c").write_text(RUNTIME, encoding="utf-8")
         (folder / "code.o").write_bytes(code)
         command = [sys.executable, "-m", "ziglang", "cc", "--target=wasm32-wasi", "-mexec-model=reactor", "-O3"]
         command += ["-msimd128", "runtime.c", "code.o", "-o", "page.wasm"]
-        command += [f"-Wl,-z,stack-size={STACK}", *(f"-Wl,--{option}" for option in (*options, *wanted))]
+        command += [f"-Wl,-z,stack-size={STACK}", *(f"-Wl,--{option}" for option in (*options, *flags))]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"ziglang does not link the module: {done.stderr.strip()[-500:]}")
@@ -250,25 +250,25 @@ def beside(code: bytes) -> bytes:
 
 def _exports(names: bytes) -> bytes:
     """Section of exports: the functions of a list of symbols that are defined there and known outside."""
-    found, place = [], 0
+    entries, place = [], 0
     while place < len(names):
         kind, (size, start) = names[place], _number(names, place + 1)
         place = start + size
         if kind != NAMES:
             continue
-        count, here = _number(names, start)
+        count, cursor = _number(names, start)
         for _ in range(count):
-            what = names[here]
-            flags, here = _number(names, here + 1)
+            what = names[cursor]
+            flags, cursor = _number(names, cursor + 1)
             if what != FUNCTION:  # data, which follows: what is exported comes first
                 break
-            number, here = _number(names, here)
+            number, cursor = _number(names, cursor)
             if not flags & UNDEFINED or flags & LONG_NAME:
-                length, here = _number(names, here)
-                name, here = names[here : here + length], here + length
+                length, cursor = _number(names, cursor)
+                name, cursor = names[cursor : cursor + length], cursor + length
                 if not flags & (UNDEFINED | 7):
-                    found.append(_leb(len(name)) + name + b"\0" + _leb(number))
-    return _leb(len(found)) + b"".join(found)
+                    entries.append(_leb(len(name)) + name + b"\0" + _leb(number))
+    return _leb(len(entries)) + b"".join(entries)
 
 
 def _number(code: bytes, place: int) -> tuple[int, int]:

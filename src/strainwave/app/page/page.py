@@ -131,7 +131,7 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
     begin = max(top, SPRING_WITH_KINKS) if corners else SPRING * top
     most = max(MOST_OF_SPRING, top + 2)
     base, moved = sliders(project)
-    known = json.loads(_text("kernels.json"))
+    described = json.loads(_text("kernels.json"))
     speeds = project.speeds
     data = {
         "title": project.title, "speedName": speeds.name, "speedUnit": speeds.unit, "scale": speeds.scale / g,
@@ -140,7 +140,7 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
         "exact": int(is_piecewise_linear(system.law)), "kinks": corners, "points": POINTS, "most": most,
         "harmonics": min(begin, most), "mostPoints": MOST_POINTS, "sliders": [one._asdict() for one in moved],
         "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},
-        "kinds": known["arguments"], "project": base.text,
+        "kinds": described["arguments"], "project": base.text,
     }  # fmt: skip
     return data, beside(_functions(system, corners))
 
@@ -152,14 +152,14 @@ def _own(system: Any) -> tuple[Any, ...]:
 
 def _functions(system: Any, corners: int) -> bytes:
     two = VECTOR, VECTOR
-    wanted = [
+    exports = [
         Wanted("torques", _torques, (system.law,), two), Wanted("stiffnesses", _stiffnesses, (system.law,), two),
         Wanted("excitation", _torques, (system.excitation,), two),
         Wanted("error", _values_of_error, (system.error,), two),
     ]  # fmt: skip
     if corners:
-        wanted.append(Wanted("breakpoints", _breakpoints, (system.law,), (corners,)))
-    return compiled(*wanted).code
+        exports.append(Wanted("breakpoints", _breakpoints, (system.law,), (corners,)))
+    return compiled(*exports).code
 
 
 def _words(thing: Any) -> list[float | str]:
@@ -193,16 +193,16 @@ def sliders(project: Project) -> tuple[Project, list[Slider]]:
     content = read(base.text).content
     if base.gear is not None and isinstance(content.get("gear"), str):
         names += [f"gear.{name}" for name in OF_RECORD]
-    found: list[Slider] = []
-    taken: set[int] = set()
+    rows: list[Slider] = []
+    places: set[int] = set()
     for name in [*numbers_of(content), *(name for name in names if name.startswith("gear."))]:
         if name.endswith(LEFT_OUT):
             continue
         one = _slider(base, content, name)
-        if one is not None and taken.isdisjoint(place for place, _ in one.moves):
-            found.append(one)
-            taken |= {place for place, _ in one.moves}
-    return base, found
+        if one is not None and places.isdisjoint(place for place, _ in one.moves):
+            rows.append(one)
+            places |= {place for place, _ in one.moves}
+    return base, rows
 
 
 def _slider(project: Project, content: dict[str, Any], name: str) -> Slider | None:

@@ -75,8 +75,8 @@ def across(
     Also whether the linear response at the far end leads to another motion there.
     """
     n, reason, end = points.shape[1] - 1, LOST, np.empty(points.shape[1])
-    for way in range(2):
-        begin, far, direction = (low, high, 1.0) if way == 0 else (high, low, -1.0)
+    for turn in range(2):
+        begin, far, direction = (low, high, 1.0) if turn == 0 else (high, low, -1.0)
         guess = linear_guess(problem, law, begin)
         count, outcome = traced_from(equations, guess, direction, low, high, step, points, labels)
         if count > 0:
@@ -84,14 +84,14 @@ def across(
         if outcome != END or points[count - 1, n] != far:
             continue
         known = solved_at(equations, linear_guess(problem, law, far), end)
-        other = known and apart(end, points[count - 1]) > ONE
-        if way == 1:
+        second = known and apart(end, points[count - 1]) > ONE
+        if turn == 1:
             for i in range(count // 2):
                 copy(points[i], end)
                 copy(points[count - 1 - i], points[i])
                 copy(end, points[count - 1 - i])
                 labels[i], labels[count - 1 - i] = labels[count - 1 - i], labels[i]
-        return count, other
+        return count, second
     return reason, False
 
 
@@ -143,10 +143,10 @@ def crest_at(
             arc[m] = arc[m - 1] + np.sum(((window[m] - window[m - 1]) * scale) ** 2) ** 0.5
         m += 1
     mid = i - first
-    low, here, high = arc[mid - 1], arc[mid], arc[mid + 1]
-    if min(here - low, high - here) <= ONE * arc[m - 1]:
+    low, centre, high = arc[mid - 1], arc[mid], arc[mid + 1]
+    if min(centre - low, high - centre) <= ONE * arc[m - 1]:
         return 0.0
-    one, value, point = np.empty((1, n - 1)), np.empty(1), np.empty(n)
+    row, value, point = np.empty((1, n - 1)), np.empty(1), np.empty(n)
     for _ in range(ROUNDS):
         highest_in(arc[:m], series[:m], waves, low, high, from_mean, peak)
         s, top = peak[0], peak[1]
@@ -157,12 +157,12 @@ def crest_at(
             add(weights[j], window[j], guess)
         if not solved_at(equations, guess, point):
             break
-        if np.sum(((point - guess) * scale) ** 2) ** 0.5 > 0.1 * min(here - low, high - here):
+        if np.sum(((point - guess) * scale) ** 2) ** 0.5 > 0.1 * min(centre - low, high - centre):
             break
-        displaced(equations.error, point, from_mean, one[0])
-        largest_in(one, waves, value)
+        displaced(equations.error, point, from_mean, row[0])
+        largest_in(row, waves, value)
         if value[0] >= size:
-            size, side = value[0], s - here
+            size, side = value[0], s - centre
             copy(point, crest)
         place = m
         while arc[place - 1] > s:
@@ -180,7 +180,7 @@ def crest_at(
 @routine
 def with_crests(equations: Any, points: Floats, labels: Any, count: int, waves: Floats) -> int:
     """Insert the crests of |x| and of |x - mean| among the points of a curve; returns how many there are then."""
-    n, found = points.shape[1], 0
+    n, number = points.shape[1], 0
     crests, after, crest = np.empty((MOST_CRESTS, n)), np.empty(MOST_CRESTS, np.int64), np.empty(n)
     sizes, measures = sizes_along(equations, points, count, False, waves), 1
     for i in range(count):
@@ -191,20 +191,20 @@ def with_crests(equations: Any, points: Floats, labels: Any, count: int, waves: 
             sizes = sizes_along(equations, points, count, True, waves)
         least = LEAST * np.max(sizes)
         for i in range(1, count - 1):
-            if not (sizes[i] >= sizes[i - 1] and sizes[i] > sizes[i + 1] and sizes[i] > least and found < MOST_CRESTS):
+            if not (sizes[i] >= sizes[i - 1] and sizes[i] > sizes[i + 1] and sizes[i] > least and number < MOST_CRESTS):
                 continue
             side = crest_at(equations, points, count, i, sizes[i], measure > 0, waves, crest)
             place = i if side > 0.0 else i - 1
             near = side == 0.0 or apart(crest, points[place]) <= ONE or apart(crest, points[place + 1]) <= ONE
-            for j in range(found):
+            for j in range(number):
                 near = near or (after[j] == place and apart(crest, crests[j]) <= ONE)
             if not near:
-                copy(crest, crests[found])
-                after[found] = place
-                found += 1
-    for _ in range(found):  # the last first; of two in one place the farther from the point before
+                copy(crest, crests[number])
+                after[number] = place
+                number += 1
+    for _ in range(number):  # the last first; of two in one place the farther from the point before
         last = 0
-        for j in range(1, found):
+        for j in range(1, number):
             here = max(after[j], 0)
             farther = after[j] == after[last] and apart(crests[j], points[here]) > apart(crests[last], points[here])
             last = j if after[j] > after[last] or farther else last
@@ -234,16 +234,16 @@ def largest_torque(problem: Any, law: Any, table: Floats, point: Floats, work: F
         work[3, j] = abs(work[2, j] + problem.system.B * work[1, j])
         if work[3, j] > work[3, best]:
             best = j
-    near = np.empty(5)
+    five = np.empty(5)
     for j in range(5):
-        near[j] = work[3, (best + j - 2) % samples]
+        five[j] = work[3, (best + j - 2) % samples]
     low, high = 1e300, -1e300
     for j in range(1, 4):
-        bend = 2.0 * near[j] - near[j - 1] - near[j + 1]
+        bend = 2.0 * five[j] - five[j - 1] - five[j + 1]
         low, high = min(low, bend), max(high, bend)
-    middle = 2.0 * near[2] - near[1] - near[3]
+    middle = 2.0 * five[2] - five[1] - five[3]
     smooth = low > 0.0 and high <= 2.0 * low
-    return float(near[2] + ((near[3] - near[1]) ** 2 / (8.0 * middle) if smooth else 0.0))
+    return float(five[2] + ((five[3] - five[1]) ** 2 / (8.0 * middle) if smooth else 0.0))
 
 
 @routine
@@ -266,7 +266,7 @@ def described(
     stability(problem, grid, points[:count], traces, peaks)
     oscillation = sizes_along(equations, points, count, True, waves)
     table = synthesis_of(h, PER_HARMONIC * max(FEWEST, h))
-    work, known = np.empty((4, table.shape[1])), True
+    work, finite = np.empty((4, table.shape[1])), True
     for i in range(count):
         omega = points[i, n]
         decay = math.exp(-math.pi * B / (J * omega))
@@ -274,8 +274,8 @@ def described(
         curve[i, GROWTH] = growth_of(traces[i], decay)
         curve[i, TORQUE] = largest_torque(problem, law, table, points[i], work)
         curve[i, LABEL] = labels[i]
-        known = known and math.isfinite(curve[i, GROWTH])
-    return known
+        finite = finite and math.isfinite(curve[i, GROWTH])
+    return finite
 
 
 @routine
@@ -284,7 +284,7 @@ def bands_above(curve: Floats, count: int, limit: float, bands: Floats) -> int:
 
     Between two points the size is taken as linear in the speed.
     """
-    found = 0
+    number = 0
     for i in range(count - 1):
         a, b = curve[i, OSCILLATION], curve[i + 1, OSCILLATION]
         first, last = curve[i, OMEGA], curve[i + 1, OMEGA]
@@ -294,22 +294,22 @@ def bands_above(curve: Floats, count: int, limit: float, bands: Floats) -> int:
             crossing = first + (limit - a) / (b - a) * (last - first)
             first, last = (crossing, last) if a <= limit else (first, crossing)
         low, high, j = min(first, last), max(first, last), 0
-        while j < found:  # with all that it touches
+        while j < number:  # with all that it touches
             if bands[j, 0] <= high and low <= bands[j, 1]:
-                low, high, found = min(low, bands[j, 0]), max(high, bands[j, 1]), found - 1
-                bands[j, 0], bands[j, 1] = bands[found, 0], bands[found, 1]
+                low, high, number = min(low, bands[j, 0]), max(high, bands[j, 1]), number - 1
+                bands[j, 0], bands[j, 1] = bands[number, 0], bands[number, 1]
                 j = 0
             else:
                 j += 1
-        if found < len(bands):
-            bands[found, 0], bands[found, 1] = low, high
-            found += 1
-    for i in range(found):
-        for j in range(i + 1, found):
+        if number < len(bands):
+            bands[number, 0], bands[number, 1] = low, high
+            number += 1
+    for i in range(number):
+        for j in range(i + 1, number):
             if bands[j, 0] < bands[i, 0]:
                 for k in range(2):
                     bands[i, k], bands[j, k] = bands[j, k], bands[i, k]
-    return found
+    return number
 
 
 @kernel
@@ -351,7 +351,7 @@ def answer(
     while True:
         problem, equations, memory = problem_of(system, leaf, law, functions, h)
         points, labels = np.empty((MOST_POINTS, 2 * h + 2)), np.empty(MOST_POINTS, np.int64)
-        count, others = across(
+        count, second = across(
             problem, equations, law, low, high, 4.0 / number, points[: MOST_POINTS - MOST_CRESTS], labels
         )
         if count < 0:
@@ -368,6 +368,6 @@ def answer(
     for i in range(count):
         if curve[i, GROWTH] < DECAYS and (top < 0 or curve[i, OSCILLATION] > curve[top, OSCILLATION]):
             top = i
-    about[HARMONICS], about[TAIL], about[TOP_ROW], about[OTHERS] = h, tail, top, 1.0 if others else 0.0
+    about[HARMONICS], about[TAIL], about[TOP_ROW], about[OTHERS] = h, tail, top, 1.0 if second else 0.0
     about[BANDS] = bands_above(curve, count, limit, bands)
     return int(count) + 0 * len(memory)  # which lives as long as the equations, that know it by its address

@@ -73,17 +73,17 @@ def spring_words(
         most, corners = MOST_CROSSINGS, np.empty(MOST_KINKS)
         m = kinks(law, corners)
         lengths = most, most, most, n, n, wide, wide, 0, m, 2 * m + 1, 2 * m + 1, 1, 1
-        at = np.zeros(14, np.int64)
+        places = np.zeros(14, np.int64)
         for i, length in enumerate(lengths):
-            at[i], place = place, place + length
-        at[13] = place
-        own = Crossings(
-            arena[at[0] : at[1]], arena[at[1] : at[2]], arena[at[2] : at[3]], arena[at[3] : at[4]],
-            arena[at[4] : at[5]], arena[at[5] : at[6]], arena[at[6] : at[7]], product,
-            arena[at[8] : at[9]], arena[at[9] : at[10]], arena[at[10] : at[11]], arena[at[11] : at[12]],
-            arena[at[12] : at[13]],
+            places[i], place = place, place + length
+        places[13] = place
+        nonlinear = Crossings(
+            arena[places[0] : places[1]], arena[places[1] : places[2]], arena[places[2] : places[3]],
+            arena[places[3] : places[4]], arena[places[4] : places[5]], arena[places[5] : places[6]],
+            arena[places[6] : places[7]], product, arena[places[8] : places[9]], arena[places[9] : places[10]],
+            arena[places[10] : places[11]], arena[places[11] : places[12]], arena[places[12] : places[13]],
         )  # fmt: skip
-        write_words(Spring(law, own, arena[:samples]), words)
+        write_words(Spring(law, nonlinear, arena[:samples]), words)
     else:
         torque, g = arena[place : place + samples], place + samples
         gc, gs = arena[g + wide : g + 2 * wide], arena[g + 2 * wide : g + 3 * wide]
@@ -104,7 +104,7 @@ def _problem_loops(system: Any, leaf: int, law: Any, functions: Any, h: int) -> 
     error_values(system.error, angles, work)
     row_times(work, back, error)
     arena, product = np.zeros(40 * n + 4 * MOST_CROSSINGS + 8 * MOST_KINKS), np.empty((n, n))
-    words, own = np.zeros(64, np.int64), np.zeros(64, np.int64)
+    words, block = np.zeros(64, np.int64), np.zeros(64, np.int64)
     spring_words(law, h, functions.exact, back, double, product, arena, words)
     places = np.empty((1, 5), np.int64)
     places[0, 0], places[0, 1], places[0, 2] = words.ctypes.data, functions.torques_at, functions.stiffness_at
@@ -113,13 +113,13 @@ def _problem_loops(system: Any, leaf: int, law: Any, functions: Any, h: int) -> 
     problem = SecondOrder(
         system, leaf, leaf, turns, turns, synthesis_of(h, samples), back, angles, tau, error, springs, spare
     )
-    write_words(problem, own)
-    place: Any = np.int64(own.ctypes.data)
+    write_words(problem, block)
+    place: Any = np.int64(block.ctypes.data)
     equations = EquationsAt(
         place, 0 * turns, functions.equations_at, functions.jacobian_at, functions.slope_at, error,
         np.empty(n),
     )  # fmt: skip
-    return problem, equations, (double, product, arena, words, own)
+    return problem, equations, (double, product, arena, words, block)
 
 
 @kernel_as(_problem_loops)
@@ -151,7 +151,7 @@ def grid_steps(problem: Any, law: Any, exact: int, points: Floats, count: int) -
 @routine
 def carrying(law: Any, mean: float) -> float:
     """Torsion [rad] nearest to 0 where a law carries a mean torque [N*m]; 0 where none does."""
-    places, values, one, there = np.zeros(2402), np.empty(2402), np.zeros(1), np.zeros(1)
+    places, values, spot, torque = np.zeros(2402), np.empty(2402), np.zeros(1), np.zeros(1)
     for i in range(1, 2402):
         places[i] = math.copysign(1e-9 * 1e10 ** ((i - 1) / 2400.0), mean)
     torques(law, places, values)
@@ -159,12 +159,12 @@ def carrying(law: Any, mean: float) -> float:
         if (values[i - 1] - mean) * (values[i] - mean) <= 0.0:
             low, high, rises = places[i - 1], places[i], values[i] > values[i - 1]
             for _ in range(60):
-                one[0] = 0.5 * (low + high)
-                torques(law, one, there)
-                if (there[0] < mean) == rises:
-                    low = one[0]
+                spot[0] = 0.5 * (low + high)
+                torques(law, spot, torque)
+                if (torque[0] < mean) == rises:
+                    low = spot[0]
                 else:
-                    high = one[0]
+                    high = spot[0]
             return float(0.5 * (low + high))
     return 0.0
 
@@ -225,7 +225,7 @@ def functions_of(system: Any, leaf: int, words: Callable[[Any], int]) -> Functio
     """The functions of an oscillator's spring and balance in this process."""
     problem = second_order(system, leaf, leaf, 1)
     native, equations = problem.native(words), problem.addressed(words)
-    torque, stiffness, slack, hill = (int(place) for place in native.springs.places[0, 1:])
+    torque, stiffness, slack, hill = native.springs.places[0, 1:].tolist()
     exact = 0 if problem.springs.is_sampled() else 1
     return Functions(
         torque, stiffness, slack, hill, equations.equations_at, equations.stiffness_at, equations.slope_at, exact
