@@ -104,6 +104,12 @@ def test_a_stiff_plant_is_not_taken_for_an_unstable_loop():
         bench_of(LINEAR._replace(B=1e8), SAMPLING).response(45.0)
 
 
+def test_an_encoder_of_the_load_is_no_loop_to_sample():
+    control = sw.train.LoadEncoder(sw.train.CascadeLoop(4.0, 0.1, 0.05))
+    with pytest.raises(ValueError, match=r"write 'encoder: motor' in motor.loop, or give a sampled controller"):
+        bench_of(LINEAR._replace(motor=LINEAR.motor._replace(control=control)), SAMPLING)
+
+
 def test_a_loop_without_stiffness_is_named():
     loose = LINEAR._replace(motor=LINEAR.motor._replace(control=sw.train.SpeedLoop(0.4)))
     for drive in (loose, LINEAR._replace(law=sw.Backlash(1e5, 2e-4))):

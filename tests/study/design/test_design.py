@@ -196,6 +196,7 @@ def test_the_table_has_every_design(found):
         ({"duty": (), "mean_torque": 2.0, "peak_torque": 1.0}, "above peak_torque"),
         ({"accuracy": 1e-4, "kinematic_error": sw.KinematicError((sw.Line(2, 1e-4),))}, "give one of them"),
         ({"life": math.inf}, "life is inf"),
+        ({"loop": sw.train.LoadEncoder(sw.train.CascadeLoop(4.0, 0.1, 0.05))}, "leave encoder out"),
     ],
 )
 def test_a_wrong_specification_is_refused_in_one_sentence(change, said):
