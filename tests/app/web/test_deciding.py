@@ -15,6 +15,8 @@ def test_the_answer_stays_in_sight_at_every_slider(page, width, height):
     page.set_viewport_size({"width": width, "height": height})
     last = page.locator("#sliders .value").last
     page.locator("#part-motor-loop").scroll_into_view_if_needed()
+    if width == 375:
+        page.locator("#small").wait_for()
     page.wait_for_timeout(300)
     box = page.locator("#answer").bounding_box()
     assert box["y"] >= 0.0

@@ -46,7 +46,8 @@ def log_of(name: str, content: bytes, chosen: LogColumns) -> dict[str, Any]:
         try:
             log = read_log(path, chosen.columns or None, chosen.units, rate=chosen.rate)
         except (ValueError, RuntimeError) as error:
-            return table | {"why": re.sub(CALLS, "it in the table of columns", _sentence(error, path))}
+            why = re.sub(CALLS, "it in the table of columns", _sentence(error, path))
+            return table | {"why": why.replace("log:1:1: file:", "it")}
         return table | {"why": ""} | _told(log)
 
 

@@ -185,7 +185,7 @@ function dropping() {
   });
   document.addEventListener("project", (event) => taken(event.detail));
   document.addEventListener("log", async (event) => {
-    say("");
+    say("reading the log …");
     await trying(() => readLog(event.detail.file, event.detail.columns));
     if (state.view !== "log") await choose("log");
     else await show();
