@@ -10,7 +10,7 @@ const query = () => `?name=${encodeURIComponent(file.name)}&columns=${encodeURIC
 export async function readLog(dropped, columns = {}) {
   if (dropped.size > 20 * 1024 * 1024) throw new Error("the log is larger than 20 MiB; cut it first");
   forget("log");
-  [file, chosen, found] = [dropped, columns, null];
+  [file, chosen, found, painted] = [dropped, columns, null, 0];
   found = await call("/api/log" + query(), { raw: file, kind: "view" });
 }
 
