@@ -77,7 +77,8 @@ def test_columns_of_a_log_without_known_names_are_named_in_a_table(page):
 
 def test_a_log_that_does_not_fit_says_so_and_the_page_goes_on(page):
     page.evaluate(DROP, ["run.csv", "\x00\x01\x02"])
-    page.wait_for_function("() => document.getElementById('answer').textContent.length > 0")
+    page.wait_for_function("() => document.getElementById('answer').textContent.startsWith('run.csv: ')")
+    assert page.locator("#answer").get_attribute("class") == "bad"
     page.wait_for_selector("#log-file")
     page.get_by_role("tab", name="Response").click()
     page.wait_for_selector("#plot-torque[data-drawn]")

@@ -84,7 +84,7 @@ async function turned(way) {
   if (step(way) && await load()) await show();
 }
 
-const showTab = () => byId("tab-" + state.view).scrollIntoView({ block: "nearest", inline: "nearest" });
+const showTab = () => byId("views").scrollTo({ left: byId("tab-" + state.view).offsetLeft - byId("views").offsetLeft - 40 }); // the page itself stays
 
 async function choose(view) {
   leave("view");
@@ -186,9 +186,11 @@ function dropping() {
   document.addEventListener("project", (event) => taken(event.detail));
   document.addEventListener("log", async (event) => {
     say("reading the log …");
-    await trying(() => readLog(event.detail.file, event.detail.columns));
+    let wrong = "";
+    await trying(() => readLog(event.detail.file, event.detail.columns), (sentence) => { wrong = sentence; });
     if (state.view !== "log") await choose("log");
     else await show();
+    if (wrong) answer(`${event.detail.file.name}: ${wrong}`, false);
   });
 }
 
