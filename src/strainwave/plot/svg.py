@@ -23,6 +23,7 @@ ACROSS = 1500  # bins across a panel: of more points the smallest and the larges
 LEFT, RIGHT, TOP, BOTTOM = 74.0, 12.0, 24.0, 44.0  # margins of a panel [px]
 LEGEND_ROW, SAMPLE = 19.0, 30.0
 CAPTION_ROW, LINE = 17.0, 104  # height of a line of the caption [px], and its letters
+PAPER = '<rect width="100%" height="100%" fill="#ffffff"/>'
 INK, GRID = "#222222", "#dddddd"
 CLOSE = 0.08  # points nearer to the chord of their neighbours than this [px] are left out
 
@@ -140,8 +141,7 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
         f'viewBox="0 0 {width:.0f} {len(rows) * height + room:.0f}" fill="{INK}" font-size="{FONT}" '
-        'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">'
-        f'<rect width="100%" height="100%" fill="#ffffff"/>{"".join(parts)}{below}</svg>'
+        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{PAPER}{"".join(parts)}{below}</svg>'
     )
 
 

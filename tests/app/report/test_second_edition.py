@@ -196,9 +196,6 @@ def test_what_cannot_be_compared_is_said_in_a_sentence_before_anything_is_comput
         assert said in result.output
         assert "Traceback" not in result.output
     assert not (tmp_path / "out").exists()
-    result = CliRunner().invoke(cli, ["analyze", str(good)])
-    assert result.exit_code == 2
-    assert "give a folder for the report with -o" in result.output
 
 
 def test_a_check_reads_every_file_and_writes_nothing(tmp_path, monkeypatch):

@@ -309,17 +309,14 @@ def how_sure(view: View) -> Sentence:
     ratio, B = view.project.damping_ratio, view.project.drive.B
     if len(ends) < 2 or avoid is None:
         return Sentence("")
-    of, unit = (B, "N·m·s/rad") if ratio is None else (100.0 * ratio, "%")
-    low, high = [number(of * (1.0 + end.share), 2) for end in ends]
+    size, unit = (B, "N·m·s/rad") if ratio is None else (100.0 * ratio, "%")
+    low, high = number(size * (1.0 + ends[0].share), 2), number(size * (1.0 + ends[1].share), 2)
     sizes = [Angle(end.ratio * avoid.largest, digits=3) for end in ends]
-    over = [end.exceeds for end in ends]
-    limit = {
-        "True, True": ", all above the limit",
-        "False, False": ", all within the limit",
-        "True, False": ", within the limit with the larger damping alone",
-    }.get(f"{over[0]}, {over[1]}", "")
+    side = {(True, True): "all above", (False, False): "all within", (True, False): "the second within"}
+    limit = side.get((bool(ends[0].exceeds), bool(ends[1].exceeds)))
+    judged = f", {limit} the limit" if limit and avoid.limit is not None else ""
     text = "The damping of {} {} is assumed, unless it was measured: {} to {} {} gives {} to {}{}."
-    return Sentence(text, number(of, 2), unit, low, high, unit, *sizes, limit)
+    return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, judged)
 
 
 def loop_margins(view: View) -> dict[str, Any] | None:
@@ -327,27 +324,23 @@ def loop_margins(view: View) -> dict[str, Any] | None:
     study = view.analysis.train
     if study is None or study.train.motor.free or study.train.motor.held:
         return None
-    found = margins(study.train, at=study.state, speed=study.speed)
+    loop = margins(study.train, at=study.state, speed=study.speed)
     sizes = {
-        "phase_margin_deg": math.degrees(found.phase_margin), "gain_margin": found.gain_margin,
-        "gain_reduction": found.gain_reduction, "delay_margin_s": found.delay_margin,
+        "phase_margin_deg": math.degrees(loop.phase_margin), "gain_margin": loop.gain_margin,
+        "gain_reduction": loop.gain_reduction, "delay_margin_s": loop.delay_margin,
     }  # fmt: skip
-    return {"stable": found.stable} | {name: size if math.isfinite(size) else None for name, size in sizes.items()}
+    return {"stable": loop.stable} | {name: size if math.isfinite(size) else None for name, size in sizes.items()}
 
 
-def loop_said(found: dict[str, Any] | None) -> str:
+def loop_said(sizes: dict[str, Any] | None) -> str:
     """Margins of a loop in a sentence; empty without a loop."""
-    if found is None:
-        return ""
-    if not found["stable"]:
-        return "The loop is unstable with this gear."
-    phase, gain, delay = (found[name] for name in ("phase_margin_deg", "gain_margin", "delay_margin_s"))
-    each = [
-        "phase margin infinite" if phase is None else f"phase margin {number(phase, 2)}°",
-        "gain margin infinite" if gain is None else f"gain margin {number(gain, 3)}",
-        *([] if delay is None else [f"{number(1e3 * delay, 3)} ms of further delay make it unstable"]),
-    ]
-    return f"Stable, computed without sampling: {', '.join(each)}."
+    if sizes is None or not sizes["stable"]:
+        return "" if sizes is None else "The loop is unstable with this gear."
+    phase, gain, delay = sizes["phase_margin_deg"], sizes["gain_margin"], sizes["delay_margin_s"]
+    margin = "infinite" if gain is None else number(gain, 3)
+    late = "" if delay is None else f"; {number(1e3 * delay, 3)} ms of further delay make it unstable"
+    angle = "infinite" if phase is None else f"{number(phase, 2)}°"
+    return f"Stable, computed without sampling: phase margin {angle}, gain margin {margin}{late}."
 
 
 def _worst(view: View) -> Sentence:

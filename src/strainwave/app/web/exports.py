@@ -103,8 +103,8 @@ def report_of(project: Project, progress: Callable[[str, float], None]) -> str:
     """The report as one HTML page, its appendix below it."""
     with tempfile.TemporaryDirectory() as folder:
         write(project, Path(folder) / "report", progress=progress)
-        names = ("report.html", "appendix.html")
-        report, appendix = [(Path(folder) / "report" / name).read_text(encoding="utf-8") for name in names]
+        report = (Path(folder) / "report" / "report.html").read_text(encoding="utf-8")
+        appendix = (Path(folder) / "report" / "appendix.html").read_text(encoding="utf-8")
     main = appendix[appendix.index("<main>") : appendix.index("</body>")].replace('"report.html"', '"#"')
-    whole = report.replace('"appendix.html"', '"#appendix"')
-    return whole.replace("</body>", main.replace("<main>", '<main id="appendix">') + "</body>")
+    main = main.replace("<main>", '<main id="appendix">')
+    return report.replace('"appendix.html"', '"#appendix"').replace("</body>", main + "</body>")

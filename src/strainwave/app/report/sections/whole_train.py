@@ -91,13 +91,10 @@ class RunUpOfTrain:
         """Nothing for the terminal."""
         return []
 
-    def train(self, view: View) -> dict[str, Any] | None:
-        """Data of the train, with what the error equation makes of it."""
+    def train(self, view: View) -> Any:
+        """Data of the train, with what the error equation makes of it; None without a train."""
         study = view.analysis.train
-        if study is None:
-            return None
-        told: dict[str, Any] = view.told(train_data(view, study) | {"reduction": reduction(view)})
-        return told
+        return study and view.told(train_data(view, study) | {"reduction": reduction(view)})
 
     def heat(self, joules: dict[str, float]) -> str:
         """What each element turned into heat, the largest first."""
