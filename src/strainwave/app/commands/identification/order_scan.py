@@ -8,6 +8,7 @@ import numpy as np
 
 from ....files.identified.identify_drive import with_torsion
 from ....files.logs.read import read_log
+from ....model.orders import Turn
 from ....plot.fits import order_scan_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.identified import channels_of
@@ -21,6 +22,7 @@ from ..options import file_type, json_option, output_option, reading_options
 from .error_scan import project_lines
 
 CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"
+SHAFTS: dict[str, Turn] = {"load_angle": "output", "motor_angle": "motor"}
 LIKELY = ("torsion", "error", "torque", "motor_torque", "torque_from_current", "current", "load_torque")
 
 
@@ -44,11 +46,13 @@ def order_scan(
     FILES are logs as `strainwave read-log` reads them; their stretches of constant speed are taken, all together. Two
     speeds tell an order from a frequency, and a delay from a phase.
     """
-    wanted = None if orders is None else _orders(orders)
+    given_orders = None if orders is None else _orders(orders)
     logs = [_with_torsion(read_log(file, **reading), reading["ratio"]) for file in files]
     channel = channel or _likely(logs[0], files[0])
     runs = [run for log in logs for run in _runs(log, channel, angle)]
-    found = scanned(runs, wanted, highest=highest)
+    turned = angle or ("load_angle" if "load_angle" in logs[0].channels else "motor_angle")
+    ratio = reading["ratio"] if turned in SHAFTS and (reading["ratio"] or 0.5) % 1.0 == 0.0 else None
+    found = scanned(runs, given_orders, ratio, shaft=SHAFTS.get(turned, "motor"), highest=highest)
     if output is not None:
         with staged(output) as folder:
             write_csv(folder / CSV, _columns(found))
@@ -123,7 +127,7 @@ def _line(line: OrderLine) -> dict[str, Any]:
         "order": line.order, "order_error": line.order_error, "kind": line.kind, "why": line.why,
         "amplitude": line.amplitude, "amplitude_low": low, "amplitude_high": high, "phase_rad": line.phase,
         "phase_error_rad": line.phase_error, "false_alarm": line.false_alarm,
-        "frequency_hz": None if np.isnan(line.frequency) else line.frequency,
+        "pairs": line.pairs, "frequency_hz": None if np.isnan(line.frequency) else line.frequency,
     }  # fmt: skip
 
 

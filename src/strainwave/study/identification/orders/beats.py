@@ -28,7 +28,8 @@ ROOM = 0.5  # of a line: a second one that is not excluded is said from there on
 USUAL, LOBES = (1, 2, 4, 6, 8), (2, 4, 6, 8, 10, 12)  # lines of a wave generator; those that both splines can have
 OUTPUT = 4  # lines of the output's turn alone
 APART = 1.3  # resolutions: lines that are nearer are one
-ROUNDS = 20
+ROUNDS, CHUNK = 20, 20_000
+RIDGE = 1e-9  # of a sample: keeps places solvable that are taken already
 
 
 class Clocks(NamedTuple):
@@ -59,10 +60,8 @@ def clocks(ratio: float | None, shaft: Turn) -> Clocks | None:
     """Both turns of a gear of this ratio; None without one."""
     if shaft not in ("motor", "output"):
         raise ValueError(f"shaft is {shown(shaft)}; it is 'motor' or 'output', whose angle the runs have")
-    if ratio is None:
-        return None
-    given = number("ratio", ratio)
-    return Clocks(math.copysign(whole_ratio(abs(given)), given), shaft)
+    given = 0.0 if ratio is None else number("ratio", ratio)
+    return None if ratio is None else Clocks(math.copysign(whole_ratio(abs(given)), given), shaft)
 
 
 class Around:
@@ -88,13 +87,16 @@ class Around:
         lowest = float(np.min(places))
         self.nuisances = [_columns(run, neighbours, lowest) for run in runs]
         self.values = [without(q, run.value) for q, run in zip(self.nuisances, runs, strict=True)]
-        self.waves = [self._waves(i, places) for i in range(len(runs))]
-        self.grams = [wave.T @ wave for wave in self.waves]
-        self.parts = [wave.T @ value for wave, value in zip(self.waves, self.values, strict=True)]
-
-    def _waves(self, i: int, places: Floats) -> Floats:
-        x = places * (self.runs[i].angle - self.runs[i].angle[0])[:, None]
-        return without(self.nuisances[i], np.stack([np.cos(x), np.sin(x)], axis=-1).reshape(len(x), -1))
+        self.grams, self.parts = [], []
+        for run, nuisance, value in zip(runs, self.nuisances, self.values, strict=True):
+            basis, many = np.linalg.qr(nuisance)[0], 2 * len(places)
+            gram, part, shared = RIDGE * len(value) * np.eye(many), np.zeros(many), np.zeros((basis.shape[1], many))
+            for i in range(0, len(value), CHUNK):
+                waves = _waves(run.angle[i : i + CHUNK] - run.angle[0], places)
+                gram, part = gram + waves.T @ waves, part + waves.T @ value[i : i + CHUNK]
+                shared += basis[i : i + CHUNK].T @ waves
+            self.grams.append(gram - shared.T @ shared)
+            self.parts.append(part)
 
     def gains(self, chosen: NDArray[np.int64]) -> Floats:
         """Gains (m,) of lines at the places of these indices (m, lines), all together."""
@@ -127,7 +129,8 @@ class Around:
         for _ in range(ROUNDS):
             left, right = np.zeros((len(places), len(places))), np.zeros(len(places))
             for i, (run, value, (variance, _)) in enumerate(zip(self.runs, self.values, self.floor, strict=True)):
-                waves, x = self._waves(i, places), run.angle - run.angle[0]
+                x = run.angle - run.angle[0]
+                waves = without(self.nuisances[i], _waves(x, places))
                 shares = np.linalg.lstsq(waves, value, rcond=None)[0].reshape(-1, 2)
                 turned = x[:, None] * places
                 slopes = x[:, None] * (shares[:, 1] * np.cos(turned) - shares[:, 0] * np.sin(turned))
@@ -139,6 +142,12 @@ class Around:
             if np.max(np.abs(change)) < 1e-6 * nearest:
                 break
         return places, np.sqrt(np.diag(np.linalg.inv(left)))
+
+
+def _waves(x: Floats, places: Floats) -> Floats:
+    """Cosine and sine (n, 2 m) of lines, in turn."""
+    turned = x[:, None] * places
+    return np.stack([np.cos(turned), np.sin(turned)], axis=-1).reshape(len(x), -1)
 
 
 def _around(
@@ -240,7 +249,8 @@ def _resolved(
     members = [k for k in lines if k.kind != "frequency" and abs(k.place - line.place) <= width]
     if len(members) > 2 or any(member.joint for member in members):
         return lines
-    standing = [k for k in lines if k.kind == "frequency" and _distance(k, line.place, runs) <= width]
+    once = np.array([2.0 * np.pi / abs(run.speed) for run in runs])  # order of 1 Hz
+    standing = [k for k in lines if k.kind == "frequency" and np.min(np.abs(k.place * once - line.place)) <= width]
     places, reach = _grid(line.place, two, turns)
     if group:
         places = np.array([*group.values(), *(line.place + np.arange(-2.0, 2.0, STEP) / turns)])
@@ -254,11 +264,6 @@ def _resolved(
     return lines
 
 
-def _distance(line: FoundLine, order: float, runs: Sequence[Run]) -> float:
-    """Smallest difference of a frequency from an order at the mean speeds of the runs, in orders."""
-    return min(abs(2.0 * np.pi * line.place / abs(run.speed) - order) for run in runs)
-
-
 def _misfit(runs: Sequence[Run], lines: Sequence[FoundLine]) -> float:
     """What lines and slow parts leave of the runs: twice the logarithm of the likelihood, less is better."""
     lowest = min(line.place for line in lines if line.kind != "frequency")
@@ -269,8 +274,8 @@ def _misfit(runs: Sequence[Run], lines: Sequence[FoundLine]) -> float:
 def _columns(run: Run, lines: Sequence[FoundLine], lowest: float) -> Floats:
     """Slow parts, cosines and sines (n, m) of lines."""
     turns = [2.0 * np.pi * run.time if line.kind == "frequency" else run.angle for line in lines]
-    waves = [line.place * (x - x[0]) for line, x in zip(lines, turns, strict=True)]
-    return np.column_stack([slow_columns(run, lowest), *(part for x in waves for part in (np.cos(x), np.sin(x)))])
+    waves = [_waves(x - x[0], np.array([line.place])) for line, x in zip(lines, turns, strict=True)]
+    return np.column_stack([slow_columns(run, lowest), *waves])
 
 
 def _group(order: float, two: Clocks | None, turns: float, *, short: bool = False) -> dict[Pair, float]:

@@ -213,9 +213,11 @@ class OrderScan(Result):
             excess = float(np.sum(weights * (sizes[close] - value) ** 2)) / max(int(np.sum(close)) - 1, 1)
             ends = interval(value, math.sqrt(max(excess, 1.0) / float(np.sum(weights))), math.inf, level)
             return value, 0.5 * (ends.high - ends.low)
-        groups = _at_speeds(speeds, sizes)
-        _refuse_far(order, abs(speed), np.array([group[0] for group in groups]))
-        means, many = np.array([size for _, size in groups]), len(groups)
+        ascending = np.argsort(speeds)
+        steps = 1 + np.flatnonzero(speeds[ascending][1:] > NEIGHBOUR * speeds[ascending][:-1])
+        groups = np.split(ascending, steps)
+        _refuse_far(order, abs(speed), np.array([float(np.mean(speeds[group])) for group in groups]))
+        means, many = np.array([float(np.mean(sizes[group])) for group in groups]), len(groups)
         deviation = math.sqrt(float(np.var(means, ddof=1)) * (1.0 + 1.0 / many) + float(np.mean(errors**2)))
         ends = interval(float(np.mean(means)), deviation, float(many - 1), level)
         return float(np.mean(means)), 0.5 * (ends.high - ends.low)
@@ -250,18 +252,6 @@ class OrderScan(Result):
             lines.append(f"  the value lags {number(1e3 * self.delay)} ms behind the angle (95 %: {low} to {high})")
         lines.append(f"  left: {number(self.residual / size)}{unit} rms, slow parts and lines taken out")
         return on_screen("\n".join(lines + [f"  {note}" for note in self.notes]))
-
-
-def _at_speeds(speeds: Floats, sizes: Floats) -> list[tuple[float, float]]:
-    """Speeds, ascending, and the mean amplitude of the runs at each."""
-    groups: list[list[tuple[float, float]]] = []
-    for speed, size in sorted(zip(speeds.tolist(), sizes.tolist(), strict=True)):
-        if groups and speed <= groups[-1][0][0] * NEIGHBOUR:
-            groups[-1].append((speed, size))
-        else:
-            groups.append([(speed, size)])
-    means = [np.mean(group, axis=0).tolist() for group in groups]
-    return [(speed, size) for speed, size in means]
 
 
 def _refuse_far(order: float, speed: float, speeds: Floats) -> None:
