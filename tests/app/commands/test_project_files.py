@@ -164,7 +164,7 @@ def test_check_says_what_is_wrong_and_writes_nothing(tmp_path):
     wrong = invoke("analyze", path, "--check")
     assert (wrong.exit_code, wrong.output.count("\n")) == (3, 1)
     assert "damping.ratio: '3 parrots'" in wrong.output
-    assert invoke("analyze", path).exit_code == 2
+    assert invoke("analyze", path).exit_code == 3
     assert sorted(p.name for p in tmp_path.iterdir()) == ["drive.yaml"]
 
 
