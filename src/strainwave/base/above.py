@@ -21,6 +21,7 @@ HOMES = {
     "analyze": "study.analysis.analyze",
     "draw": "plot",
     "html": "app.notebook",
+    "how_sure": "files.variants.sureness",
     "judged": "study.analysis.verdict",
     "panels_of": "plot",
     "project_entry": "files.fields.entries",

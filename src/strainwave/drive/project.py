@@ -330,6 +330,11 @@ class Project:
             None if self.train else self.whole,
         )  # fmt: skip
 
+    @cached_property
+    def sureness(self) -> Any:
+        """What the assumed numbers leave open in the response, a `Sureness`; as of `how_sure`."""
+        return above("how_sure")(self)
+
     def judged(self, found: DriveResponse, turns: int = 1) -> Any:
         """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`; `turns` as of `judged`."""
         return above("judged")(self, found, turns)

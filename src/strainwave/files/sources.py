@@ -22,9 +22,9 @@ UNNAMED = "the file names neither a mode nor a loop of the motor"
 def sources_of(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> tuple[Source, ...]:
     """Every number of a file, and those that stand in for what it leaves out, with the source of each."""
     named = (spec.sources or {}).items()
-    said = {("speed",) if name == "speed" else keys_of(content, name): word for name, word in named}
+    declared = {("speed",) if name == "speed" else keys_of(content, name): word for name, word in named}
     names = (name for name in numbers_of(content) if not name.startswith(NO_NUMBERS))
-    given = (Source(name, str(_at(content, name)), word_of(said, tuple(name.split(".")))) for name in names)
+    given = (Source(name, str(_at(content, name)), word_of(declared, tuple(name.split(".")))) for name in names)
     return *_implied(content, spec, gear), *given
 
 

@@ -27,10 +27,11 @@ from ..study.analysis.runup import RunUp
 from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE
 from .panels import Arrow, Axis, Note, Panel, angle, panels_of
 
-SHADE = "#d9d9d9"  # speeds to avoid
+SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open
 HEIGHT = 290.0  # of a panel [px]
 NEAR = 2.0  # times the largest torque: limits up to there are drawn
-FAR = 3.0  # times the largest oscillation of the drive: the error equation is drawn up to there
+FAR = 3.0  # times the largest oscillation of the drive: the band is drawn up to there
+HELD = "motor held, load rigid (the error equation)"
 PARTS, SAMPLES = 5, 128  # of each step, and of the period of the highest harmonic
 SHORTEST = 1e-9  # step along the arc, of the curve's extent
 COLOURS, STYLES = (BLUE, ORANGE, BLACK, GREY), ("", DASHES, DOT_DASH, "2 3")  # of several drives
@@ -93,6 +94,13 @@ class Drawn(NamedTuple):
     run: RunUp | None = None
     reduced: DriveResponse | None = None
     regimes: tuple[Regime, ...] = ()
+    sure: Any = None
+
+
+def reference(project: Project) -> Drawn:
+    """The curve of the drive with its motor held, where it is another one, and what assumed numbers leave open."""
+    held = project.train is not None and project.motor == "held"
+    return Drawn(reduced=project.equation_response(coexisting=False) if held else None, sure=project.sureness)
 
 
 def of_analysis(analysis: Analysis) -> Drawn:
@@ -137,6 +145,8 @@ def drive_panels(
         panels.append(motor)
     for panel in panels:
         panel.fit()
+    _beside(error, extras)
+    for panel in panels:
         for i, band in enumerate(() if extras.avoid is None else extras.avoid.bands):
             panel.band(band, -np.inf, np.inf, SHADE, "" if i else "speeds to avoid")
     for i, regime in enumerate(extras.regimes, 1):  # numbered as in the table
@@ -146,12 +156,17 @@ def drive_panels(
     return panels
 
 
-def shows_reduced(drive: DriveResponse, extras: Drawn) -> bool:
-    """Whether the error equation is drawn: not where it is so large that it would flatten the curve of the drive."""
-    if extras.reduced is None or not len(extras.reduced.curve):
-        return False
-    reduced, whole = fine(extras.reduced).curve, fine(drive).curve
-    return bool(np.max(reduced.oscillation) <= FAR * np.max(whole.oscillation))
+def _beside(panel: Panel, extras: Drawn) -> None:
+    """The held motor, thin and up to the top of the axis, which is that of the drive, and the band of assumptions."""
+    top = panel.ylim[1] or np.inf
+    if extras.sure is not None and extras.sure.doubts:
+        top = max(top, min(FAR * top, 1.08 * float(np.max(extras.sure.high))))
+        panel.ylim = panel.ylim if panel.ylim[1] is None else (0.0, top)
+        low, high = np.minimum(extras.sure.low, top), np.minimum(extras.sure.high, top)
+        panel.band(extras.sure.omega, low, high, SURE, "what assumed numbers leave open")
+    if extras.reduced is not None and len(extras.reduced.curve):
+        held = fine(extras.reduced).curve
+        panel.line(held.omega, np.where(held.oscillation < top, held.oscillation, np.nan), BLACK, HELD, DOT_DASH, THIN)
 
 
 def _error(panel: Panel, project: Project | None, drive: DriveResponse, extras: Drawn) -> None:
@@ -162,9 +177,6 @@ def _error(panel: Panel, project: Project | None, drive: DriveResponse, extras: 
         panel.parted(curve.omega, curve.oscillation, True, ORANGE, name, widths=(1.0, 1.0), keep=curve.stable)
     name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if project and extras.cases else "")
     draw_exact(panel, name, smooth.curve.omega, smooth.curve.oscillation, smooth.curve.stable)
-    if extras.reduced is not None and shows_reduced(drive, extras):
-        reduced = fine(extras.reduced).curve
-        panel.line(reduced.omega, reduced.oscillation, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
     for motions, marker in ((extras.run.up, "^"), (extras.run.down, "v")) if extras.run is not None else ():
         good = [m for m in motions if m.status]
         heights = [float(np.max(np.abs(m.x - np.mean(m.x[:-1])))) for m in good]

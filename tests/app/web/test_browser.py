@@ -91,3 +91,19 @@ def test_keyboard_moves_a_slider_and_wrong_number_is_marked(page):
     assert page.locator('[id="value-load.inertia-slider"]').get_attribute("aria-valuetext").endswith("kg·m²")
     page.locator('[id="value-load.inertia"]').fill("")
     page.wait_for_selector('[id="value-load.inertia"][aria-invalid="true"]')
+
+
+def test_the_band_of_assumed_numbers_comes_after_a_pause_and_a_change_ends_it(page):
+    sure = "() => document.getElementById('answer').textContent.includes('How sure')"
+    page.wait_for_function(sure)
+    names = page.evaluate("() => document.getElementById('plot-response').data.map((one) => one.name)")
+    assert {"motor held", "what assumed numbers leave open"} <= set(names)
+    badge = page.locator('[id="value-load.inertia-source"]')
+    assert badge.inner_text() == "assumed"
+    page.locator('[id="value-load.inertia"]').fill("2")
+    page.wait_for_function(f"() => !({sure})()")
+    assert badge.inner_text() == "yours"
+    assert "motor held" not in page.evaluate(
+        "() => document.getElementById('plot-response').data.map((one) => one.name)"
+    )
+    page.wait_for_function(sure)

@@ -20,7 +20,7 @@ from ...files.notes import load_remark, posture_note, unsaid
 from ...files.reading import read_project
 from ...files.sources import source_facts, sources_said
 from ...plot import axes
-from ...plot.drive import HEIGHT, drive_panels
+from ...plot.drive import HEIGHT, drive_panels, reference
 from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
 from ..console import WHAT_X_IS, Progress, number, reported
@@ -74,7 +74,7 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
         part = folder / output.name
         if output.suffix in FIGURES:
             y = angle_unit(float(np.max(found.peak))).axis(f"oscillation of the {found.name}")
-            panels = named(drive_panels(found, project, y), project.title)
+            panels = named(drive_panels(found, project, y, reference(project)), project.title)
             panels[-1].caption = [f"{WHAT_X_IS}.", *_remarks(project)]
             if output.suffix == ".svg":
                 text = stacked(panels, HEIGHT, "error and torque against speed", WIDTH)
@@ -118,6 +118,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         Fact("", tuple(_hysteresis(speeds, band) for band in bands) or (NOT_BISTABLE if judged.whole else ()), "{}"),
         *(Fact(key, value) for key, value in known.items()),
         Fact("", f"{known['harmonics']} harmonics; {left_out}", "{}"),
+        *project.sureness.facts(project.limit),
         Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"), Fact("", WHAT_X_IS, "{}"),
         *(() if resting is None else resting.facts()),
         Fact("beyond_limits", tuple(judged.remarks), "note: {}"),

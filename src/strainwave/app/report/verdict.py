@@ -51,6 +51,7 @@ def verdict_data(view: View) -> dict[str, Any]:
         "largest_over_limit": share(view),
         "sentence": _sentence(view, verdict),
         "what_to_do": _remedy(view, verdict),
+        "how_sure": how_sure(view),
         "speeds_to_keep_out_of": [band_data(view, *band) for band in verdict.speeds],
         "allowed_speeds": [band_data(view, *band) for band in verdict.allowed],
         "smallest_change": row,
@@ -304,7 +305,11 @@ def _has(asked: float, bound: float, unit: str) -> str:
 
 
 def how_sure(view: View) -> Sentence:
-    """What the damping leaves uncertain, which catalogues do not print; "" where that is not computed."""
+    """What assumed numbers together leave open, or the damping, which catalogues do not print; "" where none does."""
+    sure = view.project.sureness
+    if sure.doubts:
+        together = sure.sentences(view.project.limit)[len(sure.doubts)]
+        return Sentence(f"{together[:1].upper()}{together[1:]}.")
     ends, avoid = view.analysis.other_damping, view.analysis.avoid
     ratio, B = view.project.damping_ratio, view.project.drive.B
     if len(ends) < 2 or avoid is None:

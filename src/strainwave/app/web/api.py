@@ -62,6 +62,7 @@ class Answer(NamedTuple):
 ANSWERS = {
     "/api/project": Answer(OfState, (Work("parameters", "about"),)),
     "/api/response": Answer(ResponseRequest, (OF_STATE, RESPONSE), ("state", "whole")),
+    "/api/sureness": Answer(OfState, (OF_STATE, Work("views", "sureness"))),
     "/api/motion": Answer(MotionRequest, (OF_STATE, Work("views", "motion")), ("state", "speed")),
     "/api/goal": Answer(GoalRequest, (OF_STATE, Work("goals", "goal")), ("state", "name")),
     "/api/move": Answer(OfState, (OF_STATE, Work("views", "moved"))),

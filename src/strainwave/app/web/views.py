@@ -172,6 +172,18 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def sureness(project: Project) -> dict[str, Any]:
+    """What stands beside the response after a pause: the band of assumed numbers, and the curve of the held motor."""
+    sure, scale, held = project.sureness, project.speeds.scale, None
+    if project.train is not None and project.motor == "held":
+        curve = project.equation_response(coexisting=False, points=POINTS)
+        held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
+    return {
+        "how_sure": list(sure.sentences(project.limit)), "held": held, "speed": scale * sure.omega,
+        "low_arcsec": sure.low / ARCSEC, "high_arcsec": sure.high / ARCSEC,
+    }  # fmt: skip
+
+
 def _at(found: DriveResponse, omega: float) -> float:
     return float(found.oscillation[int(np.argmin(np.abs(found.omega - omega)))] / ARCSEC)
 

@@ -67,7 +67,7 @@ class Opening:
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
         """The verdict, and the key numbers below each other."""
         verdict = data["verdict"]
-        texts = [verdict[key] for key in ("headline", "sentence", "what_to_do") if verdict[key]]
+        texts = [verdict[key] for key in ("headline", "sentence", "what_to_do", "how_sure") if verdict[key]]
         return texts + [f"{value:>15}  {meaning}" for value, meaning, _ in self.key_numbers(view, data)]
 
     def figures(self, view: View) -> list[str]:

@@ -30,7 +30,8 @@ class SpeedRange:
 
     def sentences(self, view: View) -> list[str]:
         """Content of the figure, and jumps of a slow run-up and run-down."""
-        return [_lines(view), *sweep_sentences(view.analysis.response), _marks(view), _others(view)]
+        sure = [f"How sure: {said}." for said in view.project.sureness.sentences(view.project.limit)]
+        return [_lines(view), *sure, *sweep_sentences(view.analysis.response), _marks(view), _others(view)]
 
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
         """Jumps of a slow run-up and run-down."""
@@ -41,7 +42,8 @@ def drive_figure(view: View) -> list[Panel]:
     """Oscillation of the error, and torques of gear and motor, against speed, with what an analysis adds."""
     analysis = view.analysis
     y = view.angle.axis(f"oscillation of the {analysis.drive.name}")
-    return drive.drive_panels(analysis.drive, view.project, y, drive.of_analysis(analysis))
+    extras = drive.of_analysis(analysis)._replace(sure=view.project.sureness)
+    return drive.drive_panels(analysis.drive, view.project, y, extras)
 
 
 def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
@@ -130,8 +132,7 @@ def _lines(view: View) -> str:
     if analysis.train is None or analysis.train_curve is None:
         return f"{text}; triangles: integration, as a check.{after}"
     without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
-    shown = drive.shows_reduced(analysis.drive, drive.of_analysis(analysis))
-    reduced = " Dash-dotted: the error equation in its place." * shown
+    reduced = f" Dash-dotted, thin, up to the top: {drive.HELD}."
     return f"{text}{without}.{reduced}{after}"
 
 

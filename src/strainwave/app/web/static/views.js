@@ -1,5 +1,5 @@
 // The views: what each asks of the server, and the pictures of what it answers.
-import { call, download } from "/static/api.js";
+import { call, download, leave } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
@@ -55,7 +55,29 @@ function small(r) {
   document.getElementById("small-limit").setAttribute("points", r.limit_arcsec === null ? "" : [low, high].map((x) => at(x, r.limit_arcsec)).join(" "));
 }
 
+// After a pause: the band that assumed numbers leave open, and the held motor, thin. A change of the drive ends it.
+let pause = 0;
+async function afterwards(picture, top) {
+  const drive = JSON.stringify(asked());
+  const s = await call("/api/sureness", { body: { state: asked() }, kind: "beside" }).catch(() => null);
+  if (!s || state.view !== "response" || drive !== JSON.stringify(asked())) return;
+  const line = { mode: "lines", hoverinfo: "skip" }, known = s.how_sure.length > 0;
+  const band = known ? [
+    { ...line, x: s.speed, y: s.low_arcsec, line: { width: 0 }, showlegend: false },
+    { ...line, x: s.speed, y: s.high_arcsec, line: { width: 0 }, fill: "tonexty", fillcolor: BLUE + "33", name: "what assumed numbers leave open" },
+  ] : [];
+  const held = s.held ? [{ ...line, x: s.held.speed, y: s.held.oscillation_arcsec, line: { color: COLOURS[6], width: 1, dash: "dashdot" }, name: "motor held" }] : [];
+  picture.data.unshift(...band, ...held);
+  picture.layout.yaxis = { ...picture.layout.yaxis, range: [0, Math.max(top, ...(known ? s.high_arcsec.filter(Number.isFinite) : [])) * 1.08] };
+  await draw("response", picture);
+  if (known) document.getElementById("answer").append(` How sure: ${s.how_sure.at(-1)}.`);
+  const list = document.querySelector("#remarks ul") ?? document.getElementById("remarks").appendChild(element("ul"));
+  list.append(...s.how_sure.map((textContent) => element("li", { textContent })));
+}
+
 async function response(again) {
+  clearTimeout(pause);
+  leave("beside");
   const r = await call("/api/response", { body: { state: asked(), whole: false }, kind: "view" });
   if (before) [ghost, before] = [{ ...before, name: "before" }, null];
   current = { r, drive: JSON.stringify(asked()), values: Object.entries(state.values).map((pair) => pair.join(" ")).join(", ") };
@@ -69,7 +91,9 @@ async function response(again) {
   if (r.limit_arcsec !== null) data.push(level(r, r.limit_arcsec, "limit", GREEN, "dot", "arcsec"));
   if (r.avoid.length) data.push({ x: [null], y: [null], name: "speeds to avoid", mode: "markers", marker: { symbol: "square", size: 12, color: RED, opacity: 0.25 } });
   const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak with mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
-  await draw("response", { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` });
+  const picture = { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` };
+  pause = setTimeout(afterwards, 500, structuredClone(picture), Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite))));
+  await draw("response", picture);
   const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, "largest torque in the gear", "N·m")];
   const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
   r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));

@@ -1,0 +1,160 @@
+"""`how_sure`: what an assumed damping, kinematic error or bandwidth leaves open in the response of a drive."""
+
+from collections.abc import Iterable, Iterator
+from itertools import pairwise, product
+from math import nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.facts import Fact
+from ...base.results import Floats, SolveError
+from ...base.sentences import listed, number, sign
+from ...base.units import ARCSEC
+from ...drive.drive_response import DriveResponse
+from ...drive.project import Project
+from ..fields.groups import ASSUMED
+from .names import quantity
+from .replaced import replaced
+
+POINTS, SPEEDS = 40, 200  # of each curve, about, and of the band
+# 2 to 5 % of damping for 3 %, as in the report; an accuracy class is what an error has at most.
+RANGES = {"damping.": (2.0 / 3.0, 5.0 / 3.0), "excitation.": (0.5, 1.0), "motor.loop.bandwidth": (2.0 / 3.0, 1.5)}
+WHAT = {"damping.": "damping", "excitation.": "kinematic error", "motor.loop.bandwidth": "bandwidth"}
+OF = ("damping.ratio", "damping.B", "damping.quality", "motor.loop.bandwidth", "excitation.accuracy")
+
+
+Case = tuple[int | None, ...]  # of each group of numbers: at which end of its range it is, or as it is
+
+
+class Doubt(NamedTuple):
+    """Numbers that are assumed together, with the ends of their range, and the ends of the oscillation [rad]."""
+
+    what: str
+    names: tuple[str, ...]
+    value: str
+    ends: tuple[str, str]
+    sizes: tuple[float, float]
+
+    @property
+    def sentence(self) -> str:
+        """The row: what is assumed, its range, and what it gives."""
+        sizes = " to ".join(number(size / ARCSEC, 3) for size in self.sizes)
+        return f"{self.what} {self.value} is assumed: {' to '.join(self.ends)} gives {sizes} arcsec"
+
+
+class Sureness(NamedTuple):
+    """What assumed numbers leave open.
+
+    Attributes
+    ----------
+    doubts : tuple of Doubt
+        Each assumed number changed alone; none where nothing is assumed.
+    omega, low, high : (n,) arrays
+        Speeds of the base angle [rad/s], and the least and the largest oscillation [rad] of the stable motions of all
+        drives that were computed: every number at the ends of its range, alone and with the others.
+    largest : (float, float)
+        Least and largest of the largest oscillations [rad] of these drives.
+    drives : int
+        How many they are.
+    lost : tuple of str
+        Why others have no answer, an unstable loop for one.
+    """
+
+    doubts: tuple[Doubt, ...]
+    omega: Floats
+    low: Floats
+    high: Floats
+    largest: tuple[float, float]
+    drives: int
+    lost: tuple[str, ...] = ()
+
+    def sentences(self, limit: float | None) -> tuple[str, ...]:
+        """A row for every assumed number, and all of them together against the limit [rad]."""
+        if not self.doubts:
+            return ()
+        ends = " to ".join(number(size / ARCSEC, 3) for size in self.largest)
+        whats = f"assumed {listed(doubt.what for doubt in self.doubts)}"
+        said = f"{whats}{' together' if len(self.doubts) > 1 else ''}: {ends} arcsec"
+        if limit is not None:
+            most, least = self.largest[1] <= limit, self.largest[0] > limit
+            where = "within" if most else "above" if least else "on both sides of"
+            said += f", {where} the limit of {number(limit / ARCSEC, 3)} arcsec"
+        return *(doubt.sentence for doubt in self.doubts), said, *self.lost
+
+    def facts(self, limit: float | None = None) -> tuple[Fact, ...]:
+        """The rows, and the ends of the largest oscillation."""
+        keys = ("what", "value", "from", "to", "least_arcsec", "most_arcsec")
+        rows = tuple(tuple(map(Fact, keys, (d.what, d.value, *d.ends, *d.sizes))) for d in self.doubts)
+        return (
+            Fact("how_sure.rows", rows),
+            *(Fact(f"how_sure.{key}", size) for key, size in zip(keys[4:], self.largest, strict=True) if self.doubts),
+            Fact("", self.sentences(limit), "how sure: {}"),
+        )
+
+
+def how_sure(project: Project) -> Sureness:
+    """Follow the response of a drive with its assumed numbers at the ends of what is usual.
+
+    A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
+    from half of its value to all of it, as a class is an upper bound; a bandwidth from two thirds to one and a half.
+    Damping and gains are computed anew for each drive.
+    """
+    groups = list(_assumed(project))
+    plain = (None,) * len(groups)
+    alone = [(*plain[:i], end, *plain[i + 1 :]) for i in range(len(groups)) for end in (0, 1)]
+    cases = dict.fromkeys([plain, *alone, *product((0, 1), repeat=len(groups))]) if groups else {}
+    omega = np.linspace(*project.speeds.limits, SPEEDS)
+    low, high, sizes, lost = np.full(SPEEDS, np.inf), np.full(SPEEDS, -np.inf), dict[Case, float](), dict[str, None]()
+    for case in cases:
+        ends = [(names, end) for (_, _, names), end in zip(groups, case, strict=True) if end is not None]
+        changes = {name: texts[end] for names, end in ends for name, texts in names.items()}
+        try:
+            drive = replaced(project, changes, retune=True) if changes else project
+            found = drive.response(coexisting=False, points=POINTS)
+        except (ValueError, SolveError) as error:
+            lost[f"a drive of the band has no answer: {error}"] = None
+            continue
+        sizes[case] = float(found.oscillation[found.top])
+        for speeds, values in _stretches(found, omega):
+            low[speeds], high[speeds] = np.minimum(low[speeds], values), np.maximum(high[speeds], values)
+    doubts = tuple(
+        Doubt(what, tuple(names), value, next(iter(names.values())), _ends(sizes, (plain, *alone[2 * i : 2 * i + 2])))
+        for i, (what, value, names) in enumerate(groups)
+    )
+    return Sureness(doubts, omega, low, high, _ends(sizes, cases), len(sizes), tuple(lost))
+
+
+def _ends(sizes: dict[Case, float], cases: Iterable[Case]) -> tuple[float, float]:
+    """Least and largest of the sizes that some cases have."""
+    known = [sizes[case] for case in cases if case in sizes]
+    return (min(known), max(known)) if known else (nan, nan)
+
+
+def _assumed(project: Project) -> Iterator[tuple[str, str, dict[str, tuple[str, str]]]]:
+    """Numbers that are assumed together: what they are, the text of the first, and the ends of each by its name."""
+    texts = {one.name: one.value for one in project.sources if one.word == ASSUMED}
+    for group, factors in RANGES.items():
+        found = {name: texts[name] for name in texts if name.startswith(group) and _counts(name)}
+        if found:
+            ends = {name: (_times(text, factors[0]), _times(text, factors[1])) for name, text in found.items()}
+            yield WHAT[group], sign(next(iter(found.values())).replace("^", "**")), ends
+
+
+def _counts(name: str) -> bool:
+    return name in OF or (".kinematic_error." in name and name.endswith(".amplitude"))
+
+
+def _times(text: str, factor: float) -> str:
+    value, unit = quantity(text)
+    return f"{factor * (value or 0.0):.6g} {unit}".rstrip()
+
+
+def _stretches(found: DriveResponse, omega: Floats) -> Iterable[tuple[Any, Any]]:
+    """Numbers of speeds [rad/s] that each step between two stable motions passes, with the oscillation [rad] there."""
+    at = found.visited()
+    for i, j in pairwise(at):
+        if j == i + 1:
+            first, last = (i, j) if found.omega[i] < found.omega[j] else (j, i)
+            inside = np.flatnonzero((omega >= found.omega[first]) & (omega <= found.omega[last]))
+            yield inside, np.interp(omega[inside], found.omega[[first, last]], found.oscillation[[first, last]])
