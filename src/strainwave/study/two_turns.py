@@ -171,6 +171,8 @@ def _driven(system: Any, ratio: float | None) -> tuple[TwoTurns, Any]:
     laws = (train.law, *train.load.couplings())
     if part is None or not isinstance(train.reference, Steady):
         raise ValueError(f"{WHY}; friction, memory or a control that is not linear is in this drive: {REMEDY}")
+    if part.loose >= 0 and not np.array_equal(part.zero_mean, part.motor):
+        raise ValueError(f"{WHY}; this loop integrates the deviation of the load, not of the motor: {REMEDY}")
     if any(depends(law) != 1 or breakpoints_of(law) for law in laws):
         raise ValueError(f"{WHY}; a law with corners has too many of them: {REMEDY}, or round its corners off")
     if not isinstance(train.error, NoError) and lacking(train.error, "lines"):

@@ -19,7 +19,7 @@ ROUNDS, MOST = 40, 600  # of taking waves in, and waves at most
 HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the end, and steps
 SMALL = 1e-3  # of the share of what is left out: torques below it are not looked at
 LOOKED_AT = 10  # points of a curve where waves that are missing are looked for
-STEP = 0.04
+STEP = 0.1
 FEW = 4  # driven pairs up to which the balance begins with sums of three
 
 

@@ -8,17 +8,14 @@ import numpy as np
 
 from ...base.results import Floats
 from ..balance.condensed.motions import first_order_of
+from ..balance.condensed.pencil import to_complex
 from .problem import Torus
 
 PER_WAVE, LEAST, REFINED = 16, 64, 4  # samples in a period of the highest wave, at least; steps of Newton's method
 NEARLY = 0.9  # of the largest sample of a turn: a crest beside it may be higher between samples
-STARTS, RESOLVED = 16, 1e-5  # output angles at first, and the share of the highest waves of a map in the end
-LEAST_STEPS, PER_ORDER, PHASE, FINEST = (
-    24,
-    10,
-    0.8,
-    2048,
-)  # steps a turn: per order, and the fastest disturbance's [rad]
+STARTS, RESOLVED = 16, 1e-6  # output angles at first, and the share of the highest waves of a map in the end
+LEAST_STEPS, PER_ORDER, PHASE, FINEST = 24, 12, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
+HARDLY = 1e-2  # of the largest wave: those below it do not count for the steps
 LARGEST = 1000  # output turns after which motor and output stand as before, at most
 
 
@@ -111,7 +108,7 @@ def turn_maps(problem: Torus, flow: Any, z: Floats, starts: Floats) -> Floats:
     a, b = first_order_of(flow.inertia, damping, flow.stiffness, heavy, massless, loaded)
     place = np.searchsorted(heavy, loaded)
     fastest = float(np.max(np.abs(np.linalg.eigvals(_with_springs(problem, z, a, b, place, len(heavy))))))
-    steps = int(min(FINEST, max(LEAST_STEPS, PER_ORDER * np.max(problem.orders), 2.0 * np.pi * fastest / w / PHASE)))
+    steps = int(min(FINEST, max(LEAST_STEPS, PER_ORDER * _highest(problem, z), 2.0 * np.pi * fastest / w / PHASE)))
     h = 2.0 * np.pi / steps
     theta = (np.arange(steps)[:, None] + 0.5 + np.array([-1.0, 1.0]) * math.sqrt(3.0) / 6.0).ravel() * h
     fast, slow = np.tile(theta, len(starts)), (starts[:, None] + theta / problem.ratio).ravel()
@@ -123,12 +120,20 @@ def turn_maps(problem: Torus, flow: Any, z: Floats, starts: Floats) -> Floats:
         matrices[:, :, len(heavy) + place[j]] -= samples[:, None] / w * b[:, i]
     first, second = (h / w) * matrices[::2], (h / w) * matrices[1::2]
     omega = 0.5 * (first + second) + math.sqrt(3.0) / 12.0 * (second @ first - first @ second)
+    mean = np.trace(omega, axis1=1, axis2=2) / len(a)  # what it makes of volumes is exact
+    omega -= mean[:, None, None] * np.eye(len(a))
     even, odd = np.eye(len(a)) + omega @ omega / 12.0, 0.5 * omega
     maps = np.linalg.solve(even - odd, even + odd).reshape(len(starts), steps, len(a), len(a))
     while maps.shape[1] > 1:
         left = maps[:, 1::2] @ maps[:, : maps.shape[1] - 1 : 2]
         maps = left if maps.shape[1] % 2 == 0 else np.concatenate([left, maps[:, -1:]], axis=1)
-    return np.asarray(maps[:, 0])
+    return np.asarray(maps[:, 0] * np.exp(mean.reshape(len(starts), steps).sum(axis=1))[:, None, None])
+
+
+def _highest(problem: Torus, z: Floats) -> float:
+    """Highest order of the waves that count."""
+    sizes = np.max(np.abs(to_complex(problem.blocks(z))), axis=0)[1:]
+    return float(np.max(np.abs(problem.orders[1:][sizes > HARDLY * np.max(sizes)]), initial=1.0))
 
 
 def _with_springs(problem: Torus, z: Floats, a: Floats, b: Floats, place: Any, count: int) -> Floats:

@@ -187,12 +187,18 @@ class Torus(NamedTuple):
         return out
 
     def coordinates(self, z: Floats) -> Any:
-        """Complex amplitudes (P + 1, n) of all coordinates at a point."""
+        """Complex amplitudes (P + 1, n) of all coordinates at a point, with the means of a control that integrates."""
         q = to_complex(self.blocks(z)).T
         p = np.zeros((len(q), len(self.part.inertia)), complex)
         p[:, self.retained] = q
         for rows, columns, answer, force in condensed(self.part, self.retained, self.orders, self.forces, z[-1])[2]:
             p[np.ix_(rows, columns)] = force - np.einsum("pij,pj->pi", answer, q[rows])
+        part, i = self.part, self.part.loose
+        if np.any(part.integral):
+            held = self.forces[0, i].real + part.per_speed[i] * z[-1] - part.stiffness[i] @ p[0].real
+            if self.loose() >= 0:
+                held -= np.mean(self.latest(z)[0].torque[np.flatnonzero(self.retained == i)[0]])
+            p[0] += held * part.integral
         return p
 
 
