@@ -115,7 +115,7 @@ class TwoTurnCurve:
 
 
 @one_thread
-def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, near: Any = None) -> TwoTurnCurve:
+def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, start: Any = None) -> TwoTurnCurve:
     """Find the motion at a speed of the motor [rad/s].
 
     Parameters
@@ -126,7 +126,7 @@ def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, ne
         Speed of the motor [rad/s].
     ratio : float, optional
         Ratio of an error equation.
-    near : TwoTurnCurve, optional
+    start : TwoTurnCurve, optional
         A motion at a speed near it, which chooses among several. Default: what Newton's method finds from rest.
 
     Raises
@@ -137,7 +137,7 @@ def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, ne
         If no motion is found.
     """
     driven, flow = _driven(system, ratio)
-    guess = None if near is None else (near.problem, near.points[0])
+    guess = None if start is None else (start.problem, start.points[0])
     problem, point = at_speed(driven, float(omega), MOTION, guess)
     return _described(driven, flow, problem, point[None], (), (Status.OK, Status.OK.value))
 
