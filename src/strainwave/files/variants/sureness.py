@@ -150,11 +150,11 @@ def _times(text: str, factor: float) -> str:
     return f"{factor * (value or 0.0):.6g} {unit}".rstrip()
 
 
-def _stretches(found: DriveResponse, omega: Floats) -> Iterable[tuple[Any, Any]]:
+def _stretches(response: DriveResponse, omega: Floats) -> Iterable[tuple[Any, Any]]:
     """Numbers of speeds [rad/s] that each step between two stable motions passes, with the oscillation [rad] there."""
-    at = found.visited()
+    at = response.visited()
     for i, j in pairwise(at):
         if j == i + 1:
-            first, last = (i, j) if found.omega[i] < found.omega[j] else (j, i)
-            inside = np.flatnonzero((omega >= found.omega[first]) & (omega <= found.omega[last]))
-            yield inside, np.interp(omega[inside], found.omega[[first, last]], found.oscillation[[first, last]])
+            first, last = (i, j) if response.omega[i] < response.omega[j] else (j, i)
+            inside = np.flatnonzero((omega >= response.omega[first]) & (omega <= response.omega[last]))
+            yield inside, np.interp(omega[inside], response.omega[[first, last]], response.oscillation[[first, last]])

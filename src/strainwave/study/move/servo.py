@@ -63,14 +63,14 @@ class Servo(NamedTuple):
         x, v = deviation[0], deviation[1] + (1.0 - self.speed) * reference[0]
         states, heavy = share(self.loop, z), inertia_of(self.loop)
         command = self.command(x, states, reference[0])
-        beyond = command - larger(smaller(command, self.fastest), -self.fastest)
-        v = v + beyond
+        excess = command - larger(smaller(command, self.fastest), -self.fastest)
+        v = v + excess
         asked = excitation - torque_of(self.loop, x, v, states)
         asked = asked - heavy * ((torque + asked + heavy * reference[1]) / (J + heavy) - reference[1])
         most = smaller(self.most, polygon(self.speeds, self.torques, abs(deviation[1] + reference[0])))
         applied = larger(smaller(asked, most), -most)
         acceleration = (torque + applied) / J
-        rates = unwound(self.loop, z_rate_of(self.loop, x, v, states), (applied - asked) * self.back, beyond)
+        rates = unwound(self.loop, z_rate_of(self.loop, x, v, states), (applied - asked) * self.back, excess)
         return acceleration, applied - excitation, (deviation[1], acceleration - reference[1], *rates)
 
 
@@ -89,7 +89,7 @@ def _without_integral(loop: Any, x: Any, z: Any, share: Any) -> Any:
 
 
 @chosen
-def unwound(loop: Any, rates: Any, cut: Any, beyond: Any) -> Any:
+def unwound(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
     """Rates of the states of a loop, from those without limits and what the limits took of speeds [rad/s]."""
     classes = _classes(loop)
     if CascadeLoop not in classes:
@@ -104,16 +104,16 @@ def _classes(loop: Any) -> tuple[Any, ...]:
     return (class_of(loop), *_classes((loop.types if hasattr(loop, "instance_class") else loop)[0]))
 
 
-def _plain(loop: Any, rates: Any, cut: Any, beyond: Any) -> Any:
+def _plain(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
     return rates
 
 
-def _speed(loop: Any, rates: Any, cut: Any, beyond: Any) -> Any:
+def _speed(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
     return (*rates[:-1], rates[-1] - cut)
 
 
-def _both(loop: Any, rates: Any, cut: Any, beyond: Any) -> Any:
-    return (*rates[:-2], select(abs(cut) + abs(beyond) == 0.0, rates[-2], 0.0), rates[-1] - cut)
+def _both(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
+    return (*rates[:-2], select(abs(cut) + abs(excess) == 0.0, rates[-2], 0.0), rates[-1] - cut)
 
 
 class FedTorque(NamedTuple):
