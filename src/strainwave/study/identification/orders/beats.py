@@ -123,25 +123,27 @@ class Around:
         """A gain as if the noise were known."""
         return self.freedom * math.log1p(max(gain, 0.0) / self.freedom)
 
-    def settled(self, places: Floats) -> tuple[Floats, Floats]:
-        """Places of lines by least squares from these on, and their standard deviations (Gauss-Newton)."""
-        nearest = STEP / max(run.turns for run in self.runs)
+    def settled(self, places: Floats, loose: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+        """Places of lines, of those that are loose by least squares from these on, and the deviations of all."""
+        nearest, deviations = STEP / max(run.turns for run in self.runs), np.zeros(len(places))
         for _ in range(ROUNDS):
-            left, right = np.zeros((len(places), len(places))), np.zeros(len(places))
+            left, right = np.zeros((sum(loose), sum(loose))), np.zeros(sum(loose))
             for i, (run, value, (variance, _)) in enumerate(zip(self.runs, self.values, self.floor, strict=True)):
                 x = run.angle - run.angle[0]
                 waves = without(self.nuisances[i], _waves(x, places))
                 shares = np.linalg.lstsq(waves, value, rcond=None)[0].reshape(-1, 2)
                 turned = x[:, None] * places
                 slopes = x[:, None] * (shares[:, 1] * np.cos(turned) - shares[:, 0] * np.sin(turned))
-                slopes = without(waves, without(self.nuisances[i], slopes))
+                slopes = without(waves, without(self.nuisances[i], slopes))[:, loose]
                 left += slopes.T @ slopes / variance
                 right += slopes.T @ value / variance
-            change = np.linalg.solve(left, right)
+            change = np.zeros(len(places))
+            change[loose] = np.linalg.solve(left, right)  # Gauss-Newton
             places = places + np.clip(change, -nearest, nearest)
             if np.max(np.abs(change)) < 1e-6 * nearest:
                 break
-        return places, np.sqrt(np.diag(np.linalg.inv(left)))
+        deviations[loose] = np.sqrt(np.diag(np.linalg.inv(left)))
+        return places, deviations
 
 
 def _waves(x: Floats, places: Floats) -> Floats:
@@ -302,13 +304,18 @@ def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[F
     chance = chance_of(around.sure(float(np.max(both) - single[member])), 2.0 * places, len(around.runs))
     if chance >= TWO:
         return [members[0]._replace(second=_room(around, member, best))] if len(members) == 1 else list(members)
-    settled, errors = around.settled(around.places[best])
+    settled, errors = around.settled(around.places[best], np.ones(2, dtype=bool))
     apart = float(np.ptp(settled))
     if apart * turns < HALF or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
         return [line._replace(second=1.0) for line in members]
+    known = np.array([_whole(k, min(e, 0.2 * apart)) for k, e in zip(settled.tolist(), errors.tolist(), strict=True)])
+    loose = known != np.round(known)
+    if loose.any() and not loose.all():
+        known, closer = around.settled(known, loose)
+        errors[loose] = closer[loose]
     return [
-        members[0]._replace(place=_whole(k, min(e, 0.2 * apart)), error=2.0 * e, joint=True)
-        for k, e in zip(settled.tolist(), errors.tolist(), strict=True)
+        members[0]._replace(place=k, error=2.0 * e, joint=True)
+        for k, e in zip(known.tolist(), errors.tolist(), strict=True)
     ]
 
 
