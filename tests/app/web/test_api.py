@@ -367,7 +367,7 @@ def test_parts_that_a_gear_has_not_are_added_and_have_numbers(client, written):
     assert "limit" not in [part["name"] for part in plain["parts"]]  # it has one
     state = {"project": HELD, "values": {**loop["values"], **gravity["values"], "motor.loop.bandwidth": "20 Hz"}}
     with_both = posted(client, "/api/project", state=state)
-    assert [part["present"] for part in with_both["parts"]] == [True, True]
+    assert [part["name"] for part in with_both["parts"] if part["present"]] == ["motor loop", "gravity"]
     added = {one["name"]: one["value"] for one in with_both["parameters"] if one["added"]}
     assert added == {"motor.loop.bandwidth": 30.0, "motor.loop.damping": 0.7, "load.drag.amplitude": 44.0}
     shown = posted(client, "/api/response", state=state)
@@ -406,7 +406,7 @@ def test_both_ends_of_every_slider_of_a_loop_are_accepted():
 
 
 @pytest.mark.parametrize(
-    ("motor", "offered"), [("{mode: free}", {"gravity"}), ("{mode: held}", {"gravity", "motor loop"})]
+    ("motor", "offered"), [("{mode: free}", {"gravity", "move"}), ("{mode: held}", {"gravity", "motor loop", "move"})]
 )
 def test_only_parts_that_the_drive_may_have_are_offered(motor, offered):
     text = HELD.replace("motor: {mode: held}", f"motor: {motor}")
