@@ -66,9 +66,10 @@ def test_a_right_file_resolves_to_si(written):
 
 
 def test_a_line_of_two_turns_has_the_sum_of_its_orders(written):
-    lines = "[{order: {wave_generator: 2, output: -2}, amplitude: 5 arcsec}, {order: {output: 3}, amplitude: 1 arcsec}]"
+    lines = "[{order: {wave_generator: 2, output: 2}, amplitude: 5 arcsec}, {order: {output: 3}, amplitude: 1 arcsec}]"
     project = read_project(written(GOOD.replace("[{order: 2, amplitude: 23 arcsec}]", lines)))
-    assert project.kinematic_error.orders() == pytest.approx((2.0 - 2.0 / 50.0, 3.0 / 50.0), rel=1e-15)
+    oval = sw.gears.order_map(50).order("flexspline tooth engagement").per_motor_turn  # pair (2, -2) at the ratio -50
+    assert project.kinematic_error.orders() == pytest.approx((float(oval), 3.0 / 50.0), rel=1e-15)
     with pytest.raises(ValueError, match=r"the order 0\.06 is not an integer"):
         project.response()
 

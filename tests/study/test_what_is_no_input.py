@@ -48,6 +48,10 @@ def design(**changes):
         (lambda: design(ratios=50), "ratios is 50; it must be a list or tuple"),
         (lambda: design(ratios=("x",)), "it must be a list or tuple, each item a whole"),
         (lambda: design(preload=None), r"preload \[N\*m\] is None"),
+        (lambda: sw.gears.order_map(50, "flexspline"), "arrangement is 'flexspline'; give an Arrangement"),
+        (lambda: sw.gears.order_map(50, cogging=2.5), "cogging is 2.5; it must be a whole number"),
+        (lambda: sw.gears.order_map(50, cogging="a"), "cogging is 'a'; it must be a whole number"),
+        (lambda: sw.gears.order_map(50, cogging=-3), "cogging is -3; it must be a whole number"),
         (lambda: sw.gears.static_sources(HUGE), "orders are counted for a whole ratio"),
         (
             lambda: sw.fit.fit_decay(T, np.cos(T), S, free=3),
@@ -60,3 +64,37 @@ def design(**changes):
 def test_what_is_no_input_is_refused_by_its_name(ask, words):
     with pytest.raises((TypeError, ValueError), match=words):
         ask()
+
+
+OVAL = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / 50, 5e-5)))
+OF_TWO_TURNS, OF_TRAIN = S._replace(error=OVAL), TRAIN._replace(error=OVAL)
+BROKEN = r"the order 1\.96 is not an integer, so the motion does not repeat"
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: sw.ensemble(OF_TWO_TURNS, {"omega": [1.0, 1.1]}, (0.0, 0.0), periods=9), BROKEN),
+        (lambda: sw.basins(OF_TWO_TURNS, [0.0, 0.1], [0.0, 0.1]), BROKEN),
+        (lambda: sw.numerics.lyapunov_exponent(OF_TWO_TURNS, (0.0, 0.0)), BROKEN),
+        (lambda: sw.sample.variability(OF_TWO_TURNS, {"B": sw.sample.Normal(0.1, 0.01)}, count=32), BROKEN),
+        (
+            lambda: sw.compensate(OF_TRAIN, "repetitive", speed=50.0),
+            r"order 1\.96 is a line of the output's turn, and a",
+        ),
+        (lambda: sw.compensate(OF_TRAIN, "feedforward", speed=50.0), r"order 1\.96 is a line of the output's turn"),
+        (
+            lambda: sw.gears.peak_to_peak(OVAL),
+            "a line of the output's turn does not repeat with .*; take on_output_turn",
+        ),
+        (
+            lambda: sw.gears.peak_to_peak(sw.KinematicError((sw.Line(3 / 50, 1e-4),))),
+            "a line of the output's turn does",
+        ),
+        (lambda: design(kinematic_error=OVAL), "kinematic_error has a line of the output's turn, and gears"),
+    ],
+)
+def test_a_line_of_the_outputs_turn_is_refused_in_one_sentence_by_what_counts_on_one_turn(ask, words):
+    with pytest.raises(ValueError, match=words) as refusal:
+        ask()
+    assert "\n" not in str(refusal.value)

@@ -161,7 +161,9 @@ class Line(NamedTuple):
     """One line of a kinematic-error spectrum: amplitude cos(order * angle + phase), output side.
 
     A line of the output's turn, or of both turns, has an order that is not whole: j + k/N repeats j times per turn of
-    the wave generator and k times per turn of the output, 2 - 2/N against a spline that turns with the output.
+    the wave generator and k times per turn of the output, counted along the output's motion: an oval spline that turns
+    with it has 2 + 2/N with the circular spline fixed, whose output runs against the motor, and 2 - 2/N with the
+    flexspline fixed and the ratio N + 1 in place of N.
     """
 
     order: Order

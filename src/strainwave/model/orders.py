@@ -17,7 +17,7 @@ from fractions import Fraction
 from math import pi
 from typing import Any, Literal, NamedTuple
 
-from ..base.quantities import checked, number, shown
+from ..base.quantities import checked, number, positive_count, shown
 from ..base.sentences import on_screen
 from .excitation import Harmonic, Harmonics, KinematicError
 
@@ -173,7 +173,9 @@ def order_map(N: float, arrangement: Arrangement = USUAL, *, cogging: int = 0) -
     Raises
     ------
     ValueError
-        If N is not an integer of 2 to 10 000, or the arrangement is none.
+        If N is not an integer of 2 to 10 000, the arrangement is none, or cogging is no count.
+    TypeError
+        If `arrangement` is no Arrangement.
 
     References
     ----------
@@ -181,7 +183,10 @@ def order_map(N: float, arrangement: Arrangement = USUAL, *, cogging: int = 0) -
     the wave generator's; the counts here follow from the tooth numbers as the module says. A flexspline tooth meets a
     lobe 2 z2/z1 times per motor turn, a circular-spline tooth 2 times, with the circular spline fixed.
     """
+    if not isinstance(arrangement, Arrangement):
+        raise TypeError(f"arrangement is {shown(arrangement)}; give an Arrangement(fixed, output)")
     n, ratio = whole_ratio(N), arrangement.ratio(N)
+    cogging = positive_count("cogging", cogging, 10_000) if cogging else 0
     first: Member = "flexspline" if arrangement.fixed == "flexspline" else "circular spline"
     second: Member = "circular spline" if first == "flexspline" else "flexspline"
     teeth = {"flexspline": 2 * n, "circular spline": 2 * n + 2}
@@ -240,7 +245,7 @@ def on_output_turn(excitation: Any, N: float) -> Any:
         checked(excitation)
     match excitation:
         case KinematicError(lines=lines):
-            moved: Any = KinematicError(tuple(line._replace(order=ratio * line.order) for line in lines))
+            moved: Any = KinematicError(tuple(line._replace(order=_counted(ratio * line.order)) for line in lines))
         case Harmonic(order=order):
             moved = excitation._replace(order=ratio * order)
         case Harmonics(terms=terms):
@@ -248,6 +253,10 @@ def on_output_turn(excitation: Any, N: float) -> Any:
         case _:
             raise TypeError(f"{shown(excitation)} has no orders; give a KinematicError, a Harmonic or Harmonics")
     return checked(moved)
+
+
+def _counted(order: float) -> float:
+    return round(order) if abs(order - round(order)) <= SAME_ORDER * max(1.0, order) else order
 
 
 def order_pair(order: float, N: float) -> tuple[int, int]:

@@ -15,6 +15,7 @@ from ..base.quantities import LARGEST, interval, number, numbers, parameters, po
 from ..base.results import Floats, SolveError
 from ..drive.jumps import jumps
 from ..numerics.attractors.settle import SEEN, settled
+from ..numerics.balance.harmonics import whole_orders
 from ..numerics.curves.response import response_family
 from ..numerics.ensemble.request import LaneError, check_lanes
 from ..numerics.integration.corners import repeating
@@ -100,6 +101,7 @@ def variability(
     system = repeating(
         "variability", with_parts("variability", system, "J", "B", "law", "excitation", "omega", "error")
     )
+    whole_orders(system)
     positive_count("count", count)
     if count < LEAST:
         raise ValueError(f"count is {count}; it must be at least {LEAST} drives")

@@ -52,6 +52,14 @@ def test_peak_to_peak_does_not_depend_on_the_base_turn_or_a_shift():
     assert peak_to_peak(sw.gears.on_output_turn(one, 160)) == pytest.approx(peak_to_peak(one), rel=1e-12)
 
 
+def test_lines_of_both_turns_have_their_peak_to_peak_on_the_output_turn():
+    oval = error_of((2, 1e-4), (2 - 2 / 50, 1e-4, 0.3), (7 / 50, 2e-5))
+    theta = np.linspace(0.0, 50 * 2.0 * math.pi, 1_000_001)  # a turn of the output, by the motor's
+    moved = sw.gears.on_output_turn(oval, 50)
+    assert moved.orders() == (100, 98, 7)
+    assert peak_to_peak(moved) == pytest.approx(np.ptp(oval.value(theta)), rel=1e-6)
+
+
 @pytest.mark.parametrize("shares", [{2: 1.0}, {1: 0.25, 2: 1.0, 4: 0.25}, {1: 3.0, 2: 2.0, 4: 1.0, 6: 0.5}])
 def test_spectrum_of_a_class_has_its_peak_to_peak_and_its_shares(shares):
     error = accuracy_spectrum(2.9e-4, shares, phases={2: 0.4})

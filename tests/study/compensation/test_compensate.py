@@ -8,6 +8,7 @@ from one_bench import DRIVE, ERROR, OMEGA_A, PD, PERIOD, SAMPLING, loop
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC
+from strainwave.model.train.filters import LoadEncoder
 from strainwave.study.compensation.bench import bench_of, steady_bench_of
 
 SPEEDS = [share * OMEGA_A / 2.0 for share in (0.3, 0.9, 1.0, 1.1, 3.0)]
@@ -294,6 +295,9 @@ def test_what_was_assumed_is_said():
     bench = bench_of(lagged, SAMPLING)
     assert bench.sampling.delay == pytest.approx(4.5e-4)
     assert "counts as delay" in bench.remarks[0]
+    cascade = sw.train.Lagged(sw.train.CascadeLoop(20.0, 0.05, 0.05), 2e-4)
+    sees_the_load = DRIVE._replace(motor=DRIVE.motor._replace(control=LoadEncoder(cascade)))
+    assert bench_of(sees_the_load, SAMPLING, bench.loop).sampling.delay == pytest.approx(4.5e-4)
 
 
 @pytest.mark.parametrize(

@@ -50,19 +50,24 @@ def ascending(low: float, high: float, what: str) -> Iterator[Wrong]:
 
 
 class OrderPair(Group):
-    """Order of a line of two turns, the wave generator's and the output's: the sum of what it repeats in either."""
+    """Order of a line of two turns, the wave generator's and the output's, which counts along its own motion.
+
+    An oval spline that turns with the output has 2 and 2 (order 2 + 2/N) with the circular spline fixed, whose output
+    runs against the motor; 2 and -2 (2 - 2/N) with the flexspline fixed and the ratio N + 1.
+    """
 
     wave_generator: int = field(Whole(0, 1000, beyond="is not between 0 and 1000"), "2",
         "Repeats per turn of the wave generator.", 0)  # fmt: skip
-    output: int = needed(Whole(-10_000, 10_000, beyond="is not between -10000 and 10000"), "-2",
-        "Repeats per turn of the output: negative against a part that turns with it.")  # fmt: skip
+    output: int = needed(Whole(-10_000, 10_000, beyond="is not between -10000 and 10000"), "2",
+        "Repeats per turn of the output, along its motion: 2 of an oval spline that turns with it where the circular "
+        "spline is fixed, -2 where the flexspline is.")  # fmt: skip
 
 
 class ErrorLine(Group):
     """One line of the kinematic error."""
 
     order: int | OrderPair = needed(Either(ORDER, Fields(OrderPair)), "2",
-        "Repeats per turn of the base angle; of two turns {wave_generator: 2, output: -2}.")  # fmt: skip
+        "Repeats per turn of the base angle; of two turns {wave_generator: 2, output: 2}.")  # fmt: skip
     amplitude: float = needed(Quantity("rad", "not negative"), "23 arcsec", "Amplitude of the line, 0-to-peak.")
     phase: float = field(PHASE, "90 deg", "Phase of its cosine.", 0.0)
 

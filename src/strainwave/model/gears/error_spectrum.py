@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import reduce
 from math import gcd, pi
+from numbers import Real
 from types import MappingProxyType
 
 import numpy as np
@@ -89,6 +90,11 @@ def peak_to_peak(error: KinematicError) -> float:
         raise TypeError(f"{shown(error)} has no lines; give a KinematicError")
     error = checked(error)
     orders = [line.order for line in error.lines]
+    if any(order % 1 for order in orders):
+        raise ValueError(
+            "a line of the output's turn does not repeat with the turn of its base angle; take on_output_turn(error, "
+            "N) first"
+        )
     amplitudes = np.array([line.amplitude for line in error.lines])
     phases = np.array([line.phase for line in error.lines])
     low, high = extremes(orders, amplitudes * np.cos(phases), -amplitudes * np.sin(phases))
@@ -139,6 +145,8 @@ def accuracy_spectrum(
         if not isinstance(table, Mapping):
             raise TypeError(f"{name} are {shown(table)}; write order: number, for example {{1: 0.25, 2: 1.0, 4: 0.25}}")
     for order, share in shares.items():
+        if not (isinstance(order, Real) and order % 1 == 0):
+            raise ValueError(f"an order of the shares must be a whole number, not {shown(order)}")
         if not (isinstance(share, int | float) and 0.0 <= share <= LARGEST):
             raise ValueError(f"the share of order {order} is {shown(share)}; it must be a number, zero or more")
     if not any(shares.values()):

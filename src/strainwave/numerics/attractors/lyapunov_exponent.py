@@ -18,6 +18,7 @@ from ...base.protocols import has_jacobian, omega_of, with_parts
 from ...base.quantities import numbers, positive_count
 from ...base.results import Floats, SolveError
 from ...maths import cos, sin
+from ..balance.harmonics import whole_orders
 from ..integration.corners import repeating
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
@@ -120,6 +121,7 @@ def lyapunov_exponent(system: Any, y0: ArrayLike, *, turns: int = 2000, settle: 
         If the motion leaves every bound.
     """
     system = repeating("lyapunov_exponent", with_parts("lyapunov_exponent", system, "rhs"))
+    whole_orders(system)
     y = numbers("y0", y0)
     positive_count("settle", settle)
     if positive_count("turns", turns) < BLOCKS:

@@ -26,6 +26,7 @@ from ...base.quantities import parameters, positive_count, replace
 from ...base.results import Floats
 from ...compile.lanes import LANES
 from ...compile.tree import leaves, mapped
+from ..balance.harmonics import whole_orders
 from ..integration.corners import repeating
 from ..integration.methods import Method
 from .machine import Batch, Block, Machine, machine_of
@@ -186,6 +187,7 @@ def lanes_run(
     method: Method | None, threads: int | None, device: str = "cpu",
 ) -> tuple[xr.Dataset, Callable[[], None]]:  # fmt: skip
     """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes."""
+    whole_orders(system)  # every turn begins at phase 0
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
     kept, chosen = what_and_how(system, measures, method)

@@ -19,7 +19,7 @@ from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
 from ...model.train.controls import USUAL, CascadeLoop, Commanded, Lagged, PositionLoop, SpeedLoop, from_bandwidth
 from ...model.train.drive_train import DriveTrain
-from ...model.train.filters import Filtered, PositionIntegral
+from ...model.train.filters import Filtered, PositionIntegral, apart
 from ...model.train.motion import AngleTorque, Steady
 from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
 from ..analysis.remedies.knobs import stiffer
@@ -153,10 +153,16 @@ def bench_of(
             "this drive has no kinematic error, so that there is nothing to cancel; give excitation: {kinematic_error: "
             "...} in the project file"
         )
+    if broken := [line.order for line in lines_of(train.error) if line.amplitude and line.order % 1]:
+        raise ValueError(
+            f"order {broken[0]:.6g} is a line of the output's turn, and a compensation has those of the motor's turn; "
+            "leave it out"
+        )
     timing = _sampling(project, sampling, remarks)
-    control, lag = train.motor.control, 0.0
+    control, lag = train.motor.control, apart(train.motor.control)[1].get("lag", 0.0)
     if isinstance(control, Lagged):
-        control, lag = control.loop, control.lag
+        control = control.loop
+    if lag:
         timing = timing._replace(delay=timing.delay + lag)
         remarks.append(
             f"The lag of the current loop, {1e3 * lag:.3g} ms, counts as delay: the torque acts "
