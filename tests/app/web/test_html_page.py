@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import re
 import shutil
 import subprocess
 
@@ -10,6 +11,7 @@ import pytest
 from test_extension import Dogleg
 
 from strainwave.app.page import page as html
+from strainwave.app.web.views import solved
 from strainwave.compile.wasm import stamp
 from strainwave.files.reading import from_text
 from strainwave.files.variants.replaced import replaced
@@ -111,7 +113,11 @@ def test_a_page_opens_from_a_file_with_no_request_and_answers_to_the_keyboard(br
     page.wait_for_selector("svg polyline")
     first = page.inner_text("#said")
     assert "largest oscillation" in first
+    assert page.evaluate("(url) => fetch(url).then((r) => r.text())", page.get_attribute("#file", "href")).startswith(
+        "title: page"
+    )
     page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "again"
     page.get_by_label("load inertia").focus()
     for _ in range(5):
         page.keyboard.press("PageUp")
@@ -121,11 +127,14 @@ def test_a_page_opens_from_a_file_with_no_request_and_answers_to_the_keyboard(br
     assert page.inner_text("#said") == there, "its address holds its numbers"
     page.click("#again")
     assert page.inner_text("#said") == first
+    page.goto(path.as_uri() + "#%")
+    page.reload()
+    assert page.inner_text("#said") == first, "an address that holds no numbers"
     page.emulate_media(media="print")
     assert page.locator("svg").is_visible()
     assert not page.locator("#again").is_visible()
     assert not errors
-    assert all(url.startswith("file://") for url in asked)
+    assert all(url.startswith(("file://", "blob:")) for url in asked)
     context.close()
 
 
@@ -162,9 +171,41 @@ def test_random_positions_leave_no_trap_and_take_no_memory(tmp_path):
     [
         ("mode: held", "loop: {bandwidth: 30 Hz, damping: 0.7}", "a motor with its loop, couplings or friction"),
         ("load: {", "hysteresis: {type: bouc_wen, K: 3e3 N*m/rad, ratio: 0, yield_twist: 1e-4 rad}\nload: {", "memory"),
+        ("mean: -4 N*m", "mean: {from: -10 N*m, to: 10 N*m}", "a range of load torques"),
+        (
+            "limit:",
+            "postures: [{inertia: 1 kg*m^2, torque: 2 N*m}, {inertia: 3 kg*m^2, torque: 4 N*m}]\nlimit:",
+            "postures",
+        ),
+        ("{order: 2,", "{order: {wave_generator: 2, output: 2},", "a line of the output's turn"),
     ],
 )
 def test_a_drive_that_no_page_holds_is_refused_by_its_part(old, new, named, tmp_path):
     text = HELD.replace("LAW", LAWS["hardening"]).replace(old, new)
     with pytest.raises(ValueError, match=f"this drive has .*{named}.*: take `strainwave app`"):
         html.page_of(from_text(text, tmp_path / "project.yaml"))
+
+
+def test_a_line_of_the_outputs_turn_leaves_the_turn_whole_and_the_response_refuses_it(tmp_path):
+    text = HELD.replace("LAW", LAWS["hardening"]).replace("{order: 4,", "{order: {wave_generator: 2, output: 2},")
+    project = from_text(text, tmp_path / "project.yaml")
+    assert html.folded(project) == (project, 1)
+    with pytest.raises(ValueError, match=r"the order 2\.04 is not an integer"):
+        solved(project)
+
+
+def test_sliders_do_not_depend_on_the_number_that_comes_first(tmp_path):
+    text = HELD.replace("LAW", LAWS["hardening"]).replace("B: 15 N*m*s/rad", "ratio: 3 %")
+    head = "speed: {from: 1600 rpm, to: 2000 rpm, shaft: motor}\n"
+    moved = head + re.sub("speed: .*\n", "", text)
+    (base, rows), (other, others) = (
+        html.sliders(from_text(one, tmp_path / "project.yaml")) for one in (text.replace("300 rpm", "1600 rpm"), moved)
+    )
+    assert sorted(one[:4] for one in rows) == sorted(one[:4] for one in others)
+    assert pytest.approx(float(base.drive.B), rel=1e-12) == other.drive.B
+
+
+def test_a_title_that_looks_like_a_place_of_the_page_stays_a_title(tmp_path):
+    text = HELD.replace("LAW", LAWS["hardening"]).replace("title: page", 'title: "@DATA@ of @CODE@"')
+    page = html.page_of(from_text(text, tmp_path / "project.yaml"))
+    assert "<h1>@DATA@ of @CODE@</h1>" in page

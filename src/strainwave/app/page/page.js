@@ -32,8 +32,12 @@ function answered(machine, data, values, points) {
   const functions = [...called, at("equations"), at("jacobian"), at("slope"), e];
   const curve = array(data.mostPoints, COLUMNS), bands = array(BANDS, 2), about = array(5);
   const allowed = data.limited ? limit : Infinity;
-  const count = run(machine, "answer", [system, 2, law, functions, low, high, allowed, points, data.harmonics, data.most, curve, bands, about]);
-  Object.values(place).forEach((one) => machine.main.give(one));
+  let count;
+  try {
+    count = run(machine, "answer", [system, 2, law, functions, low, high, allowed, points, data.harmonics, data.most, curve, bands, about]);
+  } finally {
+    Object.values(place).forEach((one) => machine.main.give(one));
+  }
   const rows = Array.from({ length: Math.max(0, count) }, (_, i) => Array.from(curve.data.subarray(COLUMNS * i, COLUMNS * (i + 1))));
   const pairs = Array.from({ length: about.data[2] }, (_, i) => [bands.data[2 * i], bands.data[2 * i + 1]]);
   return { count, rows, bands: pairs, harmonics: about.data[0], tail: about.data[1], top: about.data[3], others: about.data[4] > 0, low, high, limit: allowed };
@@ -91,7 +95,8 @@ function show() {
   const by = (id) => document.getElementById(id), data = DATA;
   if (!hasVectors()) return void (by("said").textContent = data.facts.no_simd);
   const machine = start(bytes(KERNELS), data.kinds, bytes(OWN));
-  const held = (decodeURIComponent(location.hash.slice(1)).split("&").map(Number)), inputs = [], outputs = [];
+  by("file").href = URL.createObjectURL(new Blob([data.project]));
+  const held = location.hash.slice(1).split("&").map(Number), inputs = [], outputs = [];
   data.sliders.forEach((slider, i) => {
     const label = document.createElement("label"), input = document.createElement("input"), output = document.createElement("output");
     Object.assign(input, { id: `slider${i}`, type: "range", min: 0, max: STEPS, value: home(slider) });

@@ -8,6 +8,7 @@ moves numbers of the error equation, speeds or the limit along a line, and only 
 import base64
 import gzip
 import json
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,6 +40,7 @@ STRAIGHT = 1e-12  # relative distance from a line at which a number still follow
 SPAN, TRIED = 4.0, (0.5, 1.0, 1.7)  # a slider goes from a fourth of its value to four times it; where it is asked
 LEFT_OUT = ".order", ".T1", ".T2"  # whole numbers, and torques whose order the law asks for
 PARTS = "law", "excitation", "error"
+LOAD = "load.inertia"  # that every file gives
 
 FACTS = (
     Fact("largest.oscillation_arcsec", None, "largest oscillation {}"),
@@ -91,9 +93,7 @@ def page_of(project: Project) -> str:
         "DATA": json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"), "OWN": _packed(own),
         "KERNELS": _packed(kernels()),
     }  # fmt: skip
-    for name, value in put.items():
-        text = text.replace(f"@{name}@", value)
-    return text
+    return re.sub(r"@([A-Z]+)@", lambda found: put[found[1]], text)
 
 
 def refused_parts(project: Project) -> list[str]:
@@ -105,6 +105,12 @@ def refused_parts(project: Project) -> list[str]:
         parts.append("a law with friction or memory")
     if project.damping is not None or project.stiffness is not None:
         parts.append("a damping or stiffness that varies")
+    if project.mean_range is not None:
+        parts.append("a range of load torques")
+    if project.postures:
+        parts.append("loads in postures")
+    if project.kinematic_error is not None and any(order % 1 for order in project.kinematic_error.orders()):
+        parts.append("a line of the output's turn")
     return parts
 
 
@@ -130,17 +136,17 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
     top = max((1, *system.orders()))
     begin = max(top, SPRING_WITH_KINKS) if corners else SPRING * top
     most = max(MOST_OF_SPRING, top + 2)
-    base, moved = sliders(project)
+    _, moved = sliders(project)
     described = json.loads(_text("kernels.json"))
     speeds = project.speeds
     data = {
         "title": project.title, "speedName": speeds.name, "speedUnit": speeds.unit, "scale": speeds.scale / g,
-        "arcsec": ARCSEC, "numbers": leaves((*_own(system), *ends)), "ends": len(leaves(system)),
+        "arcsec": ARCSEC, "numbers": leaves((*_own(system), *ends)), 
         "words": {name: _words(getattr(system, name)) for name in PARTS}, "limited": project.limit is not None,
         "exact": int(is_piecewise_linear(system.law)), "kinks": corners, "points": POINTS, "most": most,
         "harmonics": min(begin, most), "mostPoints": MOST_POINTS, "sliders": [one._asdict() for one in moved],
         "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},
-        "kinds": described["arguments"], "project": base.text,
+        "kinds": described["arguments"], "project": project.text,
     }  # fmt: skip
     return data, beside(_functions(system, corners))
 
@@ -186,10 +192,10 @@ def sliders(project: Project) -> tuple[Project, list[Slider]]:
     """
     content = read(project.text).content
     names = [name for name in numbers_of(content) if not name.endswith(LEFT_OUT)]
-    value, unit = nominal_of(content, project.gear, names[0])
+    value, unit = nominal_of(content, project.gear, LOAD)
     base = project
     for factor in (1.5, 1.0):  # what is no other number stays as it is, and is a number then
-        base = replaced(base, {names[0]: _quantity(factor * value, unit)})
+        base = replaced(base, {LOAD: _quantity(factor * value, unit)})
     content = read(base.text).content
     if base.gear is not None and isinstance(content.get("gear"), str):
         names += [f"gear.{name}" for name in OF_RECORD]

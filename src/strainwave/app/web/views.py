@@ -78,7 +78,8 @@ def _as_fast(found: DriveResponse, g: int) -> DriveResponse:
 
 def folded(project: Project) -> tuple[Project, int]:
     """The project over the shortest period of its excitation, and how often that is in a turn of the base angle."""
-    g = math.gcd(*_orders(project))
+    orders = _orders(project)
+    g = 1 if any(order % 1 for order in orders) else math.gcd(*map(int, orders))
     others = (project.train, project.damping, project.stiffness)  # these do not repeat with it, or need not
     if g < 2 or project.has_memory or any(one is not None for one in others):
         return project, 1
