@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import simpson, solve_ivp
 
 import strainwave as sw
-from strainwave.study.two_turns import two_turn_motion, two_turn_response
+from strainwave.study import two_turn_motion, two_turn_response
 
 N, K, J, ALPHA = 8.0, 2e4, 1.3, 2e5
 B = 0.08 * np.sqrt(K * J)
@@ -19,6 +19,7 @@ HELD = sw.DriveTrain(
     sw.train.Motor(1.0, control=sw.train.Held()), N, B, sw.Cubic(K, ALPHA), sw.train.Load(J, drag=GRAVITY), 45.0, ERROR
 )
 LOOPED = HELD._replace(motor=sw.train.Motor(4e-3, control=sw.train.PositionLoop(*LOOP)))
+ALONE = HELD._replace(load=sw.train.Load(J), error=sw.NoError())
 
 
 def with_coupling(train, law):
@@ -137,9 +138,24 @@ def test_one_turn_alone_has_the_folds_and_the_stability_of_its_response():
         (HELD._replace(law=sw.Parallel(sw.Linear(K), sw.laws.Coulomb(1.0, 0.1))), {}, "friction, memory or a control"),
         (HELD._replace(N=7.3), {}, r"the order 1\.75 is no whole number of repeats per turn of the wave generator"),
         (sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(1.0), 1.0), {}, "is no DriveTrain, and no Oscillator with a"),
+        (ALONE, {}, "nothing that repeats drives this drive; give a line"),
+        (ALONE, {"omega": 0.0}, r"omega \[rad/s\] is 0\.0; it must be a positive"),
+        (ALONE, {"omega": -45.0}, r"omega \[rad/s\] is -45\.0; it must be a positive"),
+        (ALONE, {"omega": np.nan}, r"omega \[rad/s\] is nan; it must be a positive"),
+        (ALONE, {"omega": (90.0, 40.0)}, r"speeds \[rad/s\] is \(90\.0, 40\.0\); it must be two finite numbers"),
+        *(
+            (
+                sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(1.0), 1.0),
+                {"ratio": ratio},
+                f"ratio is {ratio}; it must be a",
+            )
+            for ratio in (0.0, -8.0, np.nan)
+        ),
     ],
 )
 def test_what_is_not_balanced_in_two_turns_is_refused_in_one_sentence(system, options, sentence):
+    verb = two_turn_response if isinstance(options.get("omega"), tuple) else two_turn_motion
+    rest = {"ratio": options["ratio"]} if "ratio" in options else {}
     with pytest.raises((ValueError, TypeError), match=sentence) as refusal:
-        two_turn_motion(system, 70.0, **options)
+        verb(system, options.get("omega", 70.0), **rest)
     assert "\n" not in str(refusal.value)

@@ -20,5 +20,7 @@ from .gear.parametric import parametric_resonances as parametric_resonances
 from .kinematic_error.budget import error_budget as error_budget
 from .kinematic_error.parts import error_parts as error_parts
 from .move.profiles import Dwell as Dwell
+from .two_turns import two_turn_motion as two_turn_motion
+from .two_turns import two_turn_response as two_turn_response
 
 __all__: list[str]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.law import breakpoints_of, depends
 from ..base.protocols import lacking, lines_of, orders_of, terms_of
-from ..base.quantities import checked, shown
+from ..base.quantities import checked, interval, number, shown
 from ..base.results import Floats, Status
 from ..compile.blas import one_thread
 from ..drive.train_curve import without_gravity
@@ -136,17 +136,19 @@ def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, st
     SolveError
         If no motion is found.
     """
+    omega = number("omega [rad/s]", omega, positive=True)
     driven, flow = _driven(system, ratio)
     guess = None if start is None else (start.problem, start.points[0])
-    problem, point = at_speed(driven, float(omega), MOTION, guess)
+    problem, point = at_speed(driven, omega, MOTION, guess)
     return _described(driven, flow, problem, point[None], (), (Status.OK, Status.OK.value))
 
 
 @one_thread
 def two_turn_response(system: Any, speeds: tuple[float, float], *, ratio: float | None = None) -> TwoTurnCurve:
     """Follow the motions through a range of speeds of the motor [rad/s], from its upper end; as `two_turn_motion`."""
+    low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
-    problem, found, whole = along(driven, float(speeds[0]), float(speeds[1]), CURVE)
+    problem, found, whole = along(driven, low, high, CURVE)
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
     lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
     return _described(driven, flow, problem, found.points, folds, how if whole or not how[0] else lacking_waves)
@@ -183,6 +185,8 @@ def _driven(system: Any, ratio: float | None) -> tuple[TwoTurns, Any]:
     rows = [(*pair, size.real, size.imag) for pair, size in zip(of_lines, sizes, strict=True)]
     torques = [(k, 0) for torque in (train.motor.excitation, end.excitation) for k in _orders(torque)]
     pairs = tuple(sorted({*of_lines, *torques, *((0, law.order) for law in pulls)}))
+    if not pairs:
+        raise ValueError("nothing that repeats drives this drive; give a line, a torque with orders or gravity")
     driven = TwoTurns(part, train.N, np.array(rows).reshape(-1, 4), pairs, pulls)
     return driven, part if part.loose < 0 else linear_part(part.disturbed)
 
@@ -199,13 +203,13 @@ def _as_train(system: Any, ratio: float | None) -> DriveTrain:
         return system
     if not isinstance(system, Oscillator) or ratio is None:
         raise TypeError(f"{shown(system)} is no DriveTrain, and no Oscillator with a ratio; give one of these")
-    terms = terms_of(system.excitation)
+    ratio, terms = number("ratio", ratio, positive=True), terms_of(system.excitation)
     if lacking(terms[0], "amplitude"):
         raise TypeError(f"{shown(system.excitation)} has no orders; give a Harmonic or Harmonics")
     against = Harmonics(tuple(term._replace(amplitude=-term.amplitude, mean=-term.mean) for term in terms))
     load = Load(system.J, against)
     return DriveTrain(
-        Motor(1.0, control=Held()), float(ratio), system.B, system.law, load, system.omega, system.error
+        Motor(1.0, control=Held()), ratio, system.B, system.law, load, system.omega, system.error
     )  # fmt: skip
 
 
