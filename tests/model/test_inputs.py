@@ -55,6 +55,10 @@ def test_value_out_of_range_is_refused_in_one_sentence(model, sentence):
     ("model", "sentence"),
     [
         (GOOD._replace(J="1 kg"), r"Oscillator\.J must be a number, not '1 kg'"),
+        *(
+            (GOOD._replace(error=sw.KinematicError((sw.Line(order, 1e-4),))), r"Line\.order must be a number, not ")
+            for order in ("2", None, 2j)
+        ),
         (GOOD._replace(law=sw.Cubic(1.0, None)), r"Cubic\.alpha must be a number, not None"),
         (GOOD._replace(law=sw.Linear(np.array([1.0, 2.0]))), r"Linear\.K must be a number, not array"),
         (GOOD._replace(law=sw.Play(0.1, sw.Cubic)), r"Play\.law is the class Cubic; give an object of it"),

@@ -81,14 +81,12 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
         if is_model(value) or not isinstance(value, list | tuple):
             raise TypeError(f"{field} must be a tuple, not {shown(value)}; write a single item as (item,)")
         return _of_one_kind(tuple(_as_annotated(item, get_args(hint)[0], field) for item in value))
-    if _is_float(hint):
+    if _is_float(hint) or hint == Order:
         if not isinstance(value, Real):
             raise TypeError(f"{field} must be a number, not {shown(value)}")
-        return _as_float(field, value)
-    if hint == Order and isinstance(value, Real) and not isinstance(value, bool):
-        whole = _as_float(field, value)
-        return int(whole) if _is_whole(value) else whole
-    if hint == Order or hint is int:
+        number = _as_float(field, value)
+        return int(number) if hint == Order and _is_whole(value) else number
+    if hint is int:
         if not _is_whole(value):
             base = "; take a base angle on which it is, for a gear the output turn" if field.endswith(".order") else ""
             raise ValueError(f"{field} must be a whole number, not {shown(value)}{base}")
@@ -103,6 +101,8 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
 
 def _of_one_kind(items: tuple[Any, ...]) -> tuple[Any, ...]:
     """Models of one class with equal kinds of numbers, which compiled code loops over: floats where one has a float."""
+    if not (items and is_model(items[0])):
+        return items
     if len({type(item) for item in items}) > 1 or len({tuple(map(type, item)) for item in items if is_model(item)}) < 2:
         return items
     rows = zip(*items, strict=True)

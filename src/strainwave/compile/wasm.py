@@ -103,7 +103,9 @@ def compiled(*functions: Wanted) -> Object:
     environment = os.environ | PLAIN
     done = subprocess.run([sys.executable, "-c", CHILD], input=request, capture_output=True, env=environment)
     if done.returncode:
-        raise TypeError(done.stderr.decode(errors="replace").strip().splitlines()[-1].partition(": ")[2])
+        texts = done.stderr.decode(errors="replace").strip().splitlines()
+        last = texts[-1] if texts else f"the compiler ended with {done.returncode}"
+        raise TypeError(last.partition(": ")[2] or last)
     made_there: Object = pickle.loads(done.stdout)
     return made_there
 

@@ -10,6 +10,7 @@ from direct_project import project_of
 import strainwave as sw
 from strainwave.drive.train_curve import train_curve
 from strainwave.model.train.controls import PositionLoop, SpeedLoop, from_bandwidth, tuning_of
+from strainwave.model.train.filters import around
 from strainwave.model.train.shafts import Elastic, Load
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.remedies import Subject, remedies
@@ -149,6 +150,15 @@ def test_a_bandwidth_beyond_half_the_inverse_lag_is_refused_with_a_reason():
     first = next(iter(knobs(subject, np.zeros(9), 100.0)))
     assert "above half the inverse lag" in first.turned(0.1)
     assert isinstance(first.turned(-0.1), Subject)
+
+
+@pytest.mark.parametrize("encoder", ["load", "both"])
+def test_an_encoder_of_the_load_leaves_the_lag_inside_it(encoder):
+    _, train = train_of()
+    tuning = from_bandwidth(2.0 * pi * 30.0, train.loop_inertia, 0.7, kind="cascade", lag=0.48 / (2.0 * pi * 30.0))
+    control = around(tuning.loop, tuning.lag, encoder=encoder, mixing_frequency=100.0)
+    first = next(iter(knobs(subject_of(control), np.zeros(9), 100.0)))
+    assert "above half the inverse lag" in first.turned(0.1)
 
 
 def test_a_gain_without_which_there_is_no_bandwidth_or_damping_is_left_alone():

@@ -19,6 +19,7 @@ from ....drive.train_curve import largest_oscillation
 from ....model.drive import Drive
 from ....model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ....model.train.drive_train import DriveTrain
+from ....model.train.filters import apart
 from ..resonances import operating_point
 
 CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing
@@ -128,7 +129,7 @@ def knobs(subject: Subject, series: Floats, torque: float) -> Iterator[Knob]:
 def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
     """Bandwidth and damping of the motor's loop, as `from_bandwidth` takes them."""
     control = train.motor.control
-    loop, lag = core_of(control), getattr(control, "lag", 0.0)
+    loop, lag = core_of(control), apart(control)[1].get("lag", 0.0)
     inertia = train.loop_inertia
     if isinstance(loop, SpeedLoop):
         inertia += loop.K_d
