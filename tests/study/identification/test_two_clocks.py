@@ -85,6 +85,7 @@ BAD = [
     (dict(ratio=100.5), "whole ratio"),
     (dict(ratio=1), "whole ratio"),
     (dict(ratio=50, shaft="wave generator"), "it is 'motor' or 'output'"),
+    (dict(shaft="output"), "shaft is 'output', which counts with a ratio alone; give the ratio"),
 ]
 
 

@@ -23,11 +23,9 @@ from .order_search import FoundLine, Pair, chance_of
 HALF = 0.5  # beats that a run must hold to part two lines
 WIDEST, STEP = 8.0, 0.25  # resolutions beside a line where a second one is looked for, and between two places
 SMALLEST, LARGEST = 29.0, 161.0  # ratios that are looked for without a ratio
-TWO = 0.01  # probability that one line looks like two
-ROOM = 0.5  # of a line: a second one that is not excluded is said from there on
+TWO, ROOM = 0.01, 0.5  # probability that one line looks like two; share of a line from which a second one is said
 USUAL, LOBES = (1, 2, 4, 6, 8), (2, 4, 6, 8, 10, 12)  # lines of a wave generator; those that both splines can have
-OUTPUT = 4  # lines of the output's turn alone
-APART = 1.3  # resolutions: lines that are nearer are one
+OUTPUT, APART = 4, 1.3  # lines of the output's turn alone; resolutions: lines that are nearer are one
 ROUNDS, CHUNK = 20, 20_000
 RIDGE = 1e-9  # of a sample: keeps places solvable that are taken already
 
@@ -36,8 +34,7 @@ class Clocks(NamedTuple):
     """Two turns: the motor's, and the output's, which is slower by a ratio (negative: it turns the other way)."""
 
     ratio: float
-    shaft: Turn
-    """Whose angle the runs have."""
+    shaft: Turn  # whose angle the runs have
 
     def order(self, pair: Pair) -> float:
         """Order of a pair on the angle of the runs."""
@@ -61,6 +58,8 @@ def clocks(ratio: float | None, shaft: Turn) -> Clocks | None:
     if shaft not in ("motor", "output"):
         raise ValueError(f"shaft is {shown(shaft)}; it is 'motor' or 'output', whose angle the runs have")
     given = 0.0 if ratio is None else number("ratio", ratio)
+    if ratio is None and shaft != "motor":
+        raise ValueError(f"shaft is {shown(shaft)}, which counts with a ratio alone; give the ratio")
     return None if ratio is None else Clocks(math.copysign(whole_ratio(abs(given)), given), shaft)
 
 
@@ -103,9 +102,8 @@ class Around:
         columns = np.stack([2 * chosen, 2 * chosen + 1], axis=-1).reshape(len(chosen), -1)
         total = np.zeros(len(chosen))
         for gram, part, (variance, _) in zip(self.grams, self.parts, self.floor, strict=True):
-            some = part[columns]
-            solved = np.linalg.solve(gram[columns[:, :, None], columns[:, None, :]], some[..., None])[..., 0]
-            total += np.sum(some * solved, axis=1) / (2.0 * variance)
+            solved = np.linalg.solve(gram[columns[:, :, None], columns[:, None, :]], part[columns][..., None])[..., 0]
+            total += np.sum(part[columns] * solved, axis=1) / (2.0 * variance)
         return total
 
     def amplitude(self, chosen: Sequence[int], i: int) -> tuple[float, float]:
@@ -394,10 +392,9 @@ def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[
             )
         if len(line.pairs) > 1 and turning is not None:
             beat = turning.beat(next(pair for pair in line.pairs if pair[0]))
-            names = ", ".join(map(str, line.pairs))
             notes.append(
-                f"order {line.place:.6g} is one line or more of the pairs {names} (turns of motor and output): "
-                f"{lasting} cannot tell; they beat every {beat:.4g} turns, half of which part them and one of which "
-                "gives each an interval of its own"
+                f"order {line.place:.6g} is one line or more of the pairs {', '.join(map(str, line.pairs))} (turns of "
+                f"motor and output): {lasting} cannot tell; they beat every {beat:.4g} turns, half of which part them "
+                "and one of which gives each an interval of its own"
             )
     return notes

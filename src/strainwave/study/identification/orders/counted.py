@@ -48,7 +48,7 @@ def arrangement(motor_counts: ArrayLike, load_counts: ArrayLike, per_turn: int =
     Parameters
     ----------
     motor_counts, load_counts : (n,) array_like
-        Counts at the same times; they may wrap after a turn.
+        Counts at the same times, sampled at least twice a turn of the motor; they may wrap after a turn.
     per_turn : int
         Counts per turn of both.
 
