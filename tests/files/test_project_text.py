@@ -113,7 +113,7 @@ def written(path, text):
 
 def apart(project, other):
     """Fields in which two projects differ, but for the text and the notes."""
-    names = {f.name for f in fields(project)} - {"text", "notes"}
+    names = {f.name for f in fields(project) if f.compare} - {"text", "notes"}
     return [name for name in sorted(names) if getattr(project, name) != getattr(other, name)]
 
 

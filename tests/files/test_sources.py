@@ -37,6 +37,10 @@ def test_every_number_says_where_it_comes_from():
     again = {one.name: one.word for one in changed.sources}
     assert again == words | {"damping.ratio": "yours", "load.inertia": "yours"}
     assert {one.name for one in changed.assumed} == {"motor.loop.damping", "motor.loop.bandwidth"}
+    same = sw.replaced(axis(), {"damping.ratio": "3.0 %", "load.inertia": "1.3 kg*m^2"}, retune=True)
+    assert {one.name: one.word for one in same.sources} == words
+    said = sw.replaced(axis(), {"load.inertia": "2 kg*m^2", "sources.load.inertia": "assumed"}, retune=True)
+    assert {one.name: one.word for one in said.sources} == words | {"load.inertia": "assumed"}
     first = {one.word for one in from_text(first_text("CSG-40-50"), Path("first.yaml")).sources}
     assert first == {"catalogue", "assumed"}
 
@@ -51,6 +55,17 @@ def test_what_stands_in_for_a_number_is_assumed_and_a_rewritten_file_keeps_the_w
     heavier = axis().with_load_inertia(2.0)
     kept = {one.name: one.word for one in from_text(sw.project_text(heavier), Path("axis.yaml")).sources}
     assert (kept["damping.B"], kept["motor.loop.K_p"], kept["load.inertia"]) == ("assumed", "assumed", "measured")
+
+
+def test_every_line_of_a_long_file_has_a_source_and_a_rewritten_file_keeps_it():
+    lines = ", ".join(f"{{order: {n}, amplitude: 1 arcsec, phase: {n} deg}}" for n in range(1, 41))
+    text = AXIS.replace("{order: 2, amplitude: 23 arcsec}", lines).replace("RATIO", "3 %").replace("BAND", "30 Hz")
+    words = "sources: {excitation: assumed, load.inertia: catalogue, motor.loop: assumed}\n"
+    project = from_text(f"revision: 2026-11-26 A. Meier\n{text.replace('axis', '3-axis robot')}{words}", Path("a.yaml"))
+    assert not {"title", "revision"} & {one.name for one in project.sources}
+    again = from_text(sw.project_text(project.with_load_inertia(2.0)), Path("a.yaml"))
+    found = {one.name: one.word for one in again.sources}
+    assert (found["load.inertia"], found["excitation.kinematic_error.39.phase"]) == ("catalogue", "assumed")
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from ..model.train.shafts import NO_DRAG, Load
 from ..model.varying import NoVariation
 from .fields.groups import (
     ASSUMED,
+    CATALOGUE,
     MEASURED,
     ControllerSpec,
     ErrorLine,
@@ -47,7 +48,7 @@ from .fields.schema import (
 )
 from .reading import ProjectError, from_text
 
-KEPT = (ASSUMED, MEASURED)  # sources that are written
+KEPT = (ASSUMED, MEASURED, CATALOGUE)  # sources that are written
 NEIGHBOURS = (0.0, -math.inf, math.inf)
 
 
@@ -177,11 +178,18 @@ def _parts(project: Project) -> dict[str, Any]:
         ),
         "scatter": dict(project.scatter) or None,
         "scatter_correlation": project.correlation,
-        "sources": {_group(one.name): one.word for one in project.sources if one.word in KEPT and not one.why} or None,
+        "sources": dict(_kept(project)) or None,
         "limit": None if project.limit is None else LimitSpec(oscillation=project.limit),
         "move": project.move and MoveSpec.of(project.move),
         "postures": [PostureSpec(**row._asdict() | {"name": row.name or None}) for row in project.postures] or None,
     }
+
+
+def _kept(project: Project) -> Iterator[tuple[str, str]]:
+    """Sources that the file must name: those of its numbers, not of what follows from a name or a default."""
+    for one in project.sources:
+        if one.word in KEPT and not one.why and one.name != "gear":
+            yield _group(one.name), one.word
 
 
 def _group(name: str) -> str:

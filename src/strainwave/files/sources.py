@@ -14,7 +14,7 @@ from .fields.rows import inside
 from .fields.schema import ProjectSpec
 from .variants.names import Keys, keys_of, numbers_of
 
-NO_NUMBERS = ("title", "gear.name", "scatter", "excitation.accuracy")
+NO_NUMBERS = ("scatter", "excitation.accuracy")
 ACCURACY = "orders 1, 2 and 4 share the accuracy as 1 : 4 : 1"
 UNNAMED = "the file names neither a mode nor a loop of the motor"
 

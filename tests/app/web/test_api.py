@@ -127,6 +127,14 @@ def test_every_slider_of_a_gear_is_taken_by_the_project():
         assert changed != project, one["name"]
 
 
+@pytest.mark.parametrize(("typed", "shown"), [("4 %", 0.04), ("0.1", 0.1)])
+def test_a_slider_shows_what_was_typed_in_the_unit_of_the_file(typed, shown):
+    text = HELD.replace("title: CSG-40-50", "title: 3-axis robot\nrevision: 2026-11-26\nload_friction: 0.05")
+    found = about(State(project=text, values={"load_friction": typed}))["parameters"]
+    assert [one["now"] for one in found if one["name"] == "load_friction"] == pytest.approx([shown])
+    assert not {"title", "revision"} & {one["name"] for one in found}
+
+
 def test_every_gear_of_the_list_has_a_first_project(client):
     gears = client.get("/api/gears").json()
     assert len(gears) > 150

@@ -13,11 +13,12 @@ from ...files.fields.kinds import read as read_kind
 from ...files.fields.rows import inside, row_at
 from ...files.fields.schema import ProjectSpec
 from ...files.variants.names import keys_of, nominal_of, numbers_of, quantity
-from ...files.variants.replaced import OF_RECORD
+from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
 from ..view import sign
 from .state import State, project_of
 
+SMALL = 1e-3  # in any unit a number that a field takes which is zero now
 SPAN = 10.0  # a slider goes from a tenth of the value to ten times it
 POSITIVE = ("N*m/rad", "kg*m**2")  # units of numbers that a slider keeps above zero
 MORE = {"excitation.load_torque.mean": "0 N*m"}  # what a slider may add to a file
@@ -47,7 +48,7 @@ def about(state: State) -> dict[str, Any]:
     rows = parameters(base)
     for row in rows:
         name = row["name"]
-        shown = _in_unit(content, name, values[name], row["unit"]) if name in values else row["value"]
+        shown = _in_unit(content, name, values[name], row["value"], row["unit"]) if name in values else row["value"]
         row |= {"added": name in added, "now": None if name in wrong else shown, "wrong": wrong.pop(name, "")}
     return {
         "title": project.title,
@@ -74,14 +75,14 @@ def _refusal(content: dict[str, Any], name: str, text: str) -> str:
     return place.found[0].sentence if place.found else ""
 
 
-def _in_unit(content: dict[str, Any], name: str, text: str, unit: str) -> float | None:
-    """Number of a text in a unit, both of which a field of the file takes."""
+def _in_unit(content: dict[str, Any], name: str, text: str, before: float, unit: str) -> float | None:
+    """Number of a text in the unit of the number that the file has; a field takes both."""
     value, own = quantity(text)
     row = row_of(content, name)
     if own == unit or row is None or value is None:
         return value
-    one = row.kind.read(f"1 {unit}", Place((), []))
-    return float(row.kind.read(text, Place((), [])) / one)
+    known = before or SMALL
+    return known * float(row.kind.read(text, Place((), [])) / row.kind.read(f"{known!r} {unit}".strip(), Place((), [])))
 
 
 def _parts(project: Project) -> dict[str, dict[str, str]]:
@@ -132,7 +133,7 @@ def _described(project: Project, content: dict[str, Any], name: str) -> dict[str
     if value is None:
         return None
     if name.startswith("gear.") and project.gear is not None and name[5:] in OF_RECORD:
-        value = float(getattr(_law_numbers(project), name[5:], value))
+        value = float(getattr(slopes(project), name[5:], value))
     si, sign_of = unit_of(content, name)
     low, high, log = _range(value, unit, sign_of)
     row = row_of(content, name)
@@ -150,17 +151,6 @@ def _described(project: Project, content: dict[str, Any], name: str) -> dict[str
         "log": log,
         "help": row.says if row else "",
     }
-
-
-def _law_numbers(project: Project) -> Any:
-    """The three slopes that the drive has now: those of the record, or changed ones."""
-    found = [project.drive.law]
-    while found:
-        law = found.pop()
-        if hasattr(law, "K1"):
-            return law
-        found += [part for part in law if isinstance(part, tuple) and hasattr(part, "_fields")]
-    return None if project.gear is None else project.gear.law
 
 
 def _range(value: float, unit: str, sign_of: str) -> tuple[float, float, bool]:

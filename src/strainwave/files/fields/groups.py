@@ -141,6 +141,7 @@ class ExcitationSpec(Group):
 
 
 YOURS, ASSUMED, MEASURED = "yours", "assumed", "measured"  # beside CATALOGUE: where a number comes from
+MOST_SOURCES = 1000  # one for every number of a long file
 MOST_SCATTER = 0.3  # beyond it a normal distribution has values near zero
 MOST_OF_PHASE = 1.0  # rad
 SAME, NO_VARIANCE = 1e-9, 1e-5  # of correlations: equal, and what their rounding may do to a variance
@@ -182,16 +183,18 @@ class Named(Kind):
     """Values of one kind by names."""
 
     kind: Kind
+    most: int = 32
 
     def read(self, value: object, place: Place) -> Any:
         if not isinstance(value, dict):
             raise NotA("a group of fields")
-        if not 1 <= len(value) <= 32:
-            raise ValueError(f"has {len(value)} items; write at {'most 32' if value else 'least 1'}")
+        if not 1 <= len(value) <= self.most:
+            raise ValueError(f"has {len(value)} items; write at {f'most {self.most}' if value else 'least 1'}")
         return {key: read(self.kind, item, place.at(key)) for key, item in value.items()}
 
     def schema(self) -> Schema:
-        return {"type": "object", "additionalProperties": self.kind.schema(), "minProperties": 1, "maxProperties": 32}
+        counts = {"minProperties": 1, "maxProperties": self.most}
+        return {"type": "object", "additionalProperties": self.kind.schema(), **counts}
 
     def text(self, value: Any) -> str:
         return "{" + ", ".join(f"{key}: {self.kind.text(item)}" for key, item in value.items()) + "}"

@@ -22,6 +22,7 @@ from .groups import (
     CATALOGUE,
     LINE,
     MEASURED,
+    MOST_SOURCES,
     YOURS,
     ControllerSpec,
     Correlation,
@@ -362,7 +363,8 @@ class ProjectSpec(Group):
     )
     scatter_correlation: tuple[tuple[float, ...], ...] | None = field(Correlation(), "[[1, -0.5], [-0.5, 1]]",
         "Correlation matrix of the numbers of scatter, in their order.")  # fmt: skip
-    sources: dict[str, str] | None = field(Named(Word((YOURS, ASSUMED, MEASURED, CATALOGUE))), "{damping: assumed}",
+    sources: dict[str, str] | None = field(
+        Named(Word((YOURS, ASSUMED, MEASURED, CATALOGUE)), MOST_SOURCES), "{damping: assumed}",
         "Where numbers or groups of this file come from; what is not named is yours.")  # fmt: skip
 
     def law(self, gear: Gear | None) -> Any:

@@ -12,6 +12,7 @@ from ..fields.schema import ExplicitGear, LoadSpec, MotorSpec, ProjectSpec
 
 Keys = tuple[str, ...]
 
+WORDS = ("title", "revision", "name", "file")  # fields that are no number, whatever they begin with
 GROUPS = {"motor": MotorSpec, "load": LoadSpec, "excitation": ExcitationSpec}  # whose names may be left out
 
 
@@ -34,6 +35,8 @@ def keys_of(content: dict[str, Any], path: str) -> Keys:
 
 def numbers_of(content: Any, before: str = "") -> list[str]:
     """Names of the numbers that a file gives, by their paths."""
+    if before.rpartition(".")[2] in WORDS:
+        return []
     items = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
     found = [name for key, value in items for name in numbers_of(value, f"{before}.{key}" if before else str(key))]
     return found or ([before] if isinstance(content, str) and re.match(r"[-+.]?\d", content) else [])

@@ -9,7 +9,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, reduce
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,10 +21,10 @@ from ...model.laws.springs import PiecewiseLinear
 from ..fields.entries import Loop
 from ..fields.groups import YOURS
 from ..fields.kinds import Place
-from ..fields.rows import rows_of
+from ..fields.rows import inside, rows_of
 from ..reading import ProjectError, from_located
 from ..yaml_text import read, read_again
-from .names import Keys, keys_of, numbers_of
+from .names import Keys, keys_of, numbers_of, quantity
 
 Subject = TypeVar("Subject", Project, Any)
 Placed = dict[str, tuple[Keys, str]]  # by its name in the file: where a text belongs, and the text
@@ -76,6 +76,8 @@ def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = Fals
     placed = {path: (keys_of(content, path), text) for path, text in values.items()}
     of_record = {keys[1]: _of_record(path, text) for path, (keys, text) in placed.items() if _in_record(keys)}
     placed = {path: (keys, text) for path, (keys, text) in placed.items() if not _in_record(keys)}
+    if not any(keys[0] == "gear" for keys, _ in placed.values()):  # the text of the project has no changed slopes
+        of_record = _changed_slopes(project, _read(project, content)) | of_record
     found = _read(project, _with(content, placed))
     if not retune:
         found = _as_built(project, content, placed, found)
@@ -120,10 +122,20 @@ def _with(content: dict[str, Any], placed: Placed) -> dict[str, Any]:
     """The content of a file with texts in their places."""
     changed: dict[str, Any] = json.loads(json.dumps(content))
     for path, (keys, text) in placed.items():
+        if keys[0] == "sources":
+            changed.setdefault("sources", {})[".".join(keys[1:])] = text
+            continue
         _set(changed, path, keys, text)
-        if changed.get("sources"):
+        if changed.get("sources") and not _same(reduce(inside, keys, content), text):
             changed["sources"][".".join(keys)] = YOURS
     return changed
+
+
+def _same(before: Any, text: str) -> bool:
+    """Whether a field of the file has this text, or the same number in the same unit."""
+    if not isinstance(before, str):
+        return False
+    return before.split() == text.split() or (None, "") != quantity(before) == quantity(text)
 
 
 def _as_built(project: Project, content: dict[str, Any], placed: Placed, result: Project) -> Project:
@@ -229,6 +241,25 @@ def _of_record(path: str, text: str) -> float:
         return float(OF_RECORD[path.rpartition(".")[2]].kind.read(text, Place((), [])))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def slopes(project: Project) -> Any:
+    """The law of three slopes that the drive has now: that of the record, or a changed one; None without one."""
+    found = [project.drive.law]
+    while found:
+        law = found.pop()
+        if hasattr(law, "K1"):
+            return law
+        found += [part for part in law if isinstance(part, tuple) and hasattr(part, "_fields")]
+    return None if project.gear is None else project.gear.law
+
+
+def _changed_slopes(project: Project, read: Project) -> dict[str, float]:
+    """Numbers of the law of a gear of the catalogue that the project has otherwise than its text says."""
+    law, before = slopes(project), slopes(read)
+    if project.gear is None or not type(law) is type(before) is type(project.gear.law):
+        return {}
+    return {name: value for name, value in law._asdict().items() if value != getattr(before, name)}
 
 
 def _with_law(project: Project, numbers: dict[str, float]) -> Project:

@@ -1,7 +1,7 @@
 """`TunedLoop`: what `tune` returns."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any, ClassVar, NamedTuple, get_type_hints
 
@@ -105,7 +105,9 @@ class TunedLoop(Result):
 
     def applied(self, project: Project, *, notch: bool = False) -> Project:
         """The project with the recommended loop, or with the one that has the notch filter."""
-        return having(project, self.notch.control if notch and self.notch else self.control)
+        tuned = having(project, self.notch.control if notch and self.notch else self.control)
+        sources = [s._replace(word="yours") if s.name.startswith("motor.loop") else s for s in project.sources]
+        return replace(tuned, sources=tuple(sources))
 
     def variables(self) -> Labelled:
         """Gains, goals and peak sensitivity of the points on the front."""
