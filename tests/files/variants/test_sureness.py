@@ -2,15 +2,19 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.base.results import SolveError
 from strainwave.base.units import ARCSEC
 from strainwave.files.reading import from_text
-from strainwave.files.variants.sureness import POINTS
+from strainwave.files.variants.sureness import POINTS, how_sure
+from strainwave.plot.drive import SURE, Drawn, drive_panels
 
 AXIS = """\
 title: axis
@@ -75,10 +79,61 @@ def test_the_response_prints_three_digits_and_rows_and_json_has_all_digits(tmp_p
     printed = CliRunner().invoke(cli, ["response", str(path)]).stdout
     size = largest(axis()) / ARCSEC
     assert f"largest oscillation: {size:.3g} arcsec at" in printed
-    assert "how sure: damping 3 % is assumed: 2 % to 5 % gives" in printed
+    assert "how sure: Damping 3 % is assumed. From 2 % to 5 % the oscillation is" in printed
     assert "on both sides of the limit of 60 arcsec" in printed
     assert "assumed: motor.loop.damping 0.7, motor.loop.bandwidth 30 Hz, damping.ratio 3 %; measured: load" in printed
     data = json.loads(CliRunner().invoke(cli, ["response", str(path), "--json"]).stdout)
     assert data["oscillation"]["oscillation_arcsec"] == pytest.approx(size, rel=1e-9)
     assert [row["what"] for row in data["how_sure"]["rows"]] == ["damping", "bandwidth"]
     assert {row["source"] for row in data["sources"]} == {"catalogue", "assumed", "yours", "measured"}
+
+
+ZERO = "{order: 2, amplitude: 23 arcsec}, {order: 3, amplitude: 0 arcsec}"
+HELD = AXIS.replace("{loop: {type: cascade, bandwidth: BAND}}", "{mode: held}").replace("RATIO", "3 %")
+HELD = HELD.replace("{order: 2, amplitude: 23 arcsec}", ZERO) + "sources: {excitation: assumed, damping: assumed}\n"
+
+
+@pytest.fixture(scope="module")
+def held():
+    return from_text(HELD, Path("axis.yaml"))
+
+
+def test_speeds_without_a_stable_motion_are_left_out_of_the_band(held):
+    whole, solved = held.response(coexisting=False, points=POINTS), []
+    visited = np.flatnonzero(np.abs(whole.omega / np.median(whole.omega) - 1.0) > 0.2)
+    top = visited[np.argmax(whole.oscillation[visited])]
+    two_parts = SimpleNamespace(omega=whole.omega, oscillation=whole.oscillation, top=top, visited=lambda: visited)
+
+    def few(project):
+        solved.append(project)
+        return two_parts, 1.0
+
+    sure = how_sure(held, few)
+    gap = np.isnan(sure.low)
+    assert 0 < np.sum(gap) < len(gap)
+    assert np.array_equal(gap, np.isnan(sure.high))
+    bands = [curve for curve in drive_panels(whole, held, None, Drawn(sure=sure))[0].curves if curve.colour == SURE]
+    assert len(bands) == 2
+    assert all(np.isfinite(curve.y).all() and np.isfinite(curve.upper).all() for curve in bands)
+    assert len(solved) == 6  # an error at its upper end is the error of the file
+    assert sure.doubts[1].names == ("excitation.kinematic_error.0.amplitude",)  # a line of zero has no range
+
+
+def test_a_drive_that_cannot_be_computed_leaves_no_doubt(held):
+    def none(_):
+        raise SolveError("no motion")
+
+    sure = how_sure(held, none)
+    assert (sure.doubts, sure.sentences(held.limit), sure.drives) == ((), (), 0)
+
+
+def test_a_project_that_is_changed_in_python_has_the_doubts_of_its_own_drive(held):
+    seen = []
+
+    def stop(project):
+        seen.append((project.drive.J_l, project.drive.law.K1))
+        raise SolveError("no motion")
+
+    changed = sw.replaced(held, {"gear.K1": "3e4 N*m/rad"}).with_load_inertia(2.0)
+    how_sure(changed, stop)
+    assert {*seen} == {(2.0, 3e4)}

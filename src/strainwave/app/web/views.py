@@ -17,6 +17,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.notes import load_remark, unsaid
 from ...files.variants.replaced import replaced, tuning
+from ...files.variants.sureness import how_sure
 from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.avoid import without_stable
@@ -175,7 +176,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
 
 def sureness(project: Project) -> dict[str, Any]:
     """What stands beside the response after a pause: the band of assumed numbers, and the curve of the held motor."""
-    sure, scale, held = project.sureness, project.speeds.scale, None
+    sure, scale, held = how_sure(project, _turning), project.speeds.scale, None
     if project.train is not None and project.motor == "held":
         curve = project.equation_response(coexisting=False, points=POINTS)
         held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
@@ -183,6 +184,12 @@ def sureness(project: Project) -> dict[str, Any]:
         "how_sure": list(sure.sentences(project.limit)), "held": held, "speed": scale * sure.omega,
         "low_arcsec": sure.low / ARCSEC, "high_arcsec": sure.high / ARCSEC,
     }  # fmt: skip
+
+
+def _turning(project: Project) -> tuple[DriveResponse, float]:
+    """The response, and how often its base angle turns in a turn of the drive's own."""
+    found, _, scale = solved(project)
+    return found, round(project.speeds.scale / scale)
 
 
 def _at(found: DriveResponse, omega: float) -> float:

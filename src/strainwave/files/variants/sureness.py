@@ -1,8 +1,9 @@
 """`how_sure`: what an assumed damping, kinematic error or bandwidth leaves open in the response of a drive."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from itertools import pairwise, product
-from math import nan
+from math import isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,8 @@ from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ..fields.groups import ASSUMED
+from ..project_text import project_text
+from ..reading import from_text
 from .names import quantity
 from .replaced import replaced
 
@@ -25,6 +28,7 @@ OF = ("damping.ratio", "damping.B", "damping.quality", "motor.loop.bandwidth", "
 
 
 Case = tuple[int | None, ...]  # of each group of numbers: at which end of its range it is, or as it is
+Solve = Callable[[Project], tuple[DriveResponse, float]]  # a response, and how fast its base angle is over the drive's
 
 
 class Doubt(NamedTuple):
@@ -40,7 +44,8 @@ class Doubt(NamedTuple):
     def sentence(self) -> str:
         """The row: what is assumed, its range, and what it gives."""
         sizes = " to ".join(number(size / ARCSEC, 3) for size in self.sizes)
-        return f"{self.what} {self.value} is assumed: {' to '.join(self.ends)} gives {sizes} arcsec"
+        what = f"{self.what[:1].upper()}{self.what[1:]} {self.value}"
+        return f"{what} is assumed. From {' to '.join(self.ends)} the oscillation is {sizes} arcsec"
 
 
 class Sureness(NamedTuple):
@@ -52,7 +57,8 @@ class Sureness(NamedTuple):
         Each assumed number changed alone; none where nothing is assumed.
     omega, low, high : (n,) arrays
         Speeds of the base angle [rad/s], and the least and the largest oscillation [rad] of the stable motions of all
-        drives that were computed: every number at the ends of its range, alone and with the others.
+        drives that were computed: every number at the ends of its range, alone and with the others. NaN where none has
+        a stable motion.
     largest : (float, float)
         Least and largest of the largest oscillations [rad] of these drives.
     drives : int
@@ -93,36 +99,59 @@ class Sureness(NamedTuple):
         )
 
 
-def how_sure(project: Project) -> Sureness:
+def _solved(project: Project) -> tuple[DriveResponse, float]:
+    return project.response(coexisting=False, points=POINTS), 1.0
+
+
+def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     """Follow the response of a drive with its assumed numbers at the ends of what is usual.
 
     A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
     from half of its value to all of it, as a class is an upper bound; a bandwidth from two thirds to one and a half.
-    Damping and gains are computed anew for each drive.
+    Damping and gains are computed anew for each drive. A project that is changed in Python is written as a file first
+    (ValueError if no file holds it).
     """
+    project = _as_a_file(project)
     groups = list(_assumed(project))
     plain = (None,) * len(groups)
     alone = [(*plain[:i], end, *plain[i + 1 :]) for i in range(len(groups)) for end in (0, 1)]
     cases = dict.fromkeys([plain, *alone, *product((0, 1), repeat=len(groups))]) if groups else {}
     omega = np.linspace(*project.speeds.limits, SPEEDS)
     low, high, sizes, lost = np.full(SPEEDS, np.inf), np.full(SPEEDS, -np.inf), dict[Case, float](), dict[str, None]()
+    known = dict[frozenset[tuple[str, str]], float | None]()  # by the changes; a number may be an end of its range
     for case in cases:
         ends = [(names, end) for (_, _, names), end in zip(groups, case, strict=True) if end is not None]
-        changes = {name: texts[end] for names, end in ends for name, texts in names.items()}
-        try:
-            drive = replaced(project, changes, retune=True) if changes else project
-            found = drive.response(coexisting=False, points=POINTS)
-        except (ValueError, SolveError) as error:
-            lost[f"a drive of the band has no answer: {error}"] = None
-            continue
-        sizes[case] = float(found.oscillation[found.top])
-        for speeds, values in _stretches(found, omega):
-            low[speeds], high[speeds] = np.minimum(low[speeds], values), np.maximum(high[speeds], values)
+        changes = {n: texts[end] for names, end in ends for n, (own, *texts) in names.items() if texts[end] != own}
+        key = frozenset(changes.items())
+        if key not in known:
+            known[key] = None
+            try:
+                found, turns = solve(replaced(project, changes, retune=True) if changes else project)
+            except (ValueError, SolveError) as error:
+                lost[f"One variant cannot be computed: {error}"] = None
+                continue
+            known[key] = float(found.oscillation[found.top])
+            for speeds, values in _stretches(found, omega * turns):
+                low[speeds], high[speeds] = np.minimum(low[speeds], values), np.maximum(high[speeds], values)
+        if (size := known[key]) is not None:
+            sizes[case] = size
     doubts = tuple(
-        Doubt(what, tuple(names), value, next(iter(names.values())), _ends(sizes, (plain, *alone[2 * i : 2 * i + 2])))
+        Doubt(what, tuple(names), value, _range(names), _ends(sizes, (plain, *alone[2 * i : 2 * i + 2])))
         for i, (what, value, names) in enumerate(groups)
     )
-    return Sureness(doubts, omega, low, high, _ends(sizes, cases), len(sizes), tuple(lost))
+    some = np.isfinite(low)
+    low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
+    doubts = tuple(doubt for doubt in doubts if isfinite(doubt.sizes[0]))
+    drives = sum(size is not None for size in known.values())
+    return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost))
+
+
+def _as_a_file(project: Project) -> Project:
+    """The project, or where it is not what its text and changes of its gear's law say, one that a file says."""
+    same = replaced(project, {})
+    if replace(same, text=project.text, notes=project.notes, gear=project.gear) == project:
+        return project
+    return from_text(project_text(project), project.path)
 
 
 def _ends(sizes: dict[Case, float], cases: Iterable[Case]) -> tuple[float, float]:
@@ -131,14 +160,21 @@ def _ends(sizes: dict[Case, float], cases: Iterable[Case]) -> tuple[float, float
     return (min(known), max(known)) if known else (nan, nan)
 
 
-def _assumed(project: Project) -> Iterator[tuple[str, str, dict[str, tuple[str, str]]]]:
-    """Numbers that are assumed together: what they are, the text of the first, and the ends of each by its name."""
+def _assumed(project: Project) -> Iterator[tuple[str, str, dict[str, tuple[str, str, str]]]]:
+    """Numbers that are assumed together: what they are, the text of the first, and of each its text and its ends."""
     texts = {one.name: one.value for one in project.sources if one.word == ASSUMED}
     for group, factors in RANGES.items():
-        found = {name: texts[name] for name in texts if name.startswith(group) and _counts(name)}
-        if found:
-            ends = {name: (_times(text, factors[0]), _times(text, factors[1])) for name, text in found.items()}
-            yield WHAT[group], sign(next(iter(found.values())).replace("^", "**")), ends
+        names = [name for name in texts if name.startswith(group) and _counts(name) and quantity(texts[name])[0]]
+        if names:
+            low, high = factors
+            ends = {n: (_times(texts[n], 1.0), _times(texts[n], low), _times(texts[n], high)) for n in names}
+            yield WHAT[group], sign(texts[names[0]].replace("^", "**")), ends
+
+
+def _range(names: dict[str, tuple[str, str, str]]) -> tuple[str, str]:
+    """The ends of the first of some numbers."""
+    _, low, high = next(iter(names.values()))
+    return low, high
 
 
 def _counts(name: str) -> bool:
