@@ -2,6 +2,7 @@
 
 import ast
 import json
+import math
 import re
 import time
 from pathlib import Path
@@ -16,7 +17,7 @@ from scipy.io import savemat
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.web import views
+from strainwave.app.web import goals, views
 from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.state import State, first_text, of_state, project_of
 from strainwave.app.web.views import POINTS
@@ -424,3 +425,40 @@ def test_only_parts_that_the_drive_may_have_are_offered(motor, offered):
 def test_a_forcing_has_no_loop_and_no_gravity():
     text = (Path(sw.__file__).parent / "app" / "projects" / "article.yaml").read_text(encoding="utf-8")
     assert not {"gravity", "motor loop"} & {part["name"] for part in about(State(project=text))["parts"]}
+
+
+def test_numbers_of_an_added_part_are_assumed_until_they_are_changed():
+    loop = {
+        f"motor.loop.{key}": text for key, text in (("type", "cascade"), ("bandwidth", "30 Hz"), ("damping", "0.7"))
+    }
+    first = {one.name: one.word for one in project_of(State(project=HELD, values=loop)).sources}
+    assert (first["motor.loop.bandwidth"], first["motor.loop.damping"]) == ("assumed", "assumed")
+    changed = project_of(State(project=HELD, values=loop | {"motor.loop.bandwidth": "20 Hz"}))
+    assert {one.name: one.word for one in changed.sources}["motor.loop.bandwidth"] == "yours"
+
+
+@pytest.mark.parametrize(
+    ("excess", "least", "most"),
+    [
+        (lambda x: x - math.log(2.00049), 1.99, 2.00049),
+        (lambda x: math.log(2.00049) - x, 2.00049, 2.01),
+        (lambda x: 0.3 if x > math.log(2.00049) else -0.2, 1.99, 2.00049),  # a jump
+    ],
+)
+def test_a_value_that_meets_the_limit_is_on_its_side_of_the_crossing(excess, least, most):
+    value = goals._crossing(
+        excess, math.log(3.0 if excess(2.0) > 0.0 else 1.0), math.log(1.0 if excess(2.0) > 0.0 else 9.0)
+    )
+    assert least <= value <= most
+    assert excess(math.log(value)) <= 0.0
+    assert goals._crossing(lambda x: 0.1 + x * x, 0.0, 1.0) is None
+
+
+def test_a_goal_is_that_of_the_changed_gear():
+    text = HELD.replace("oscillation: 120 arcsec", "oscillation: 40 arcsec")
+    project = project_of(State(project=text, values={"gear.K1": "2e4 N*m/rad"}))
+    name = "excitation.kinematic_error.0.amplitude"
+    found = goals.goal(project, name)
+    met = project_of(State(project=text, values={"gear.K1": "2e4 N*m/rad", name: f"{found['value']} arcsec"}))
+    curve = views.solved(met).found
+    assert 0.99 * 40.0 <= curve.oscillation[curve.top] / ARCSEC <= 40.0

@@ -70,6 +70,7 @@ ANSWERS = {
     "/api/export/script": Answer(ScriptRequest, (Work("exports", "script_of"),), ()),
 }
 
+LATER = ("/api/goal", "/api/sureness")  # after a pause: a process of their own, which slider steps do not wait for
 MOST, AT_ONCE = 16, 1  # jobs that are held, and that run
 KEPT, LEFT = 900.0, 150.0  # seconds without a question after which a finished job is forgotten, and another is stopped
 
@@ -209,7 +210,8 @@ def guarded(handler: Handler) -> Handler:
 
 async def _computed(request: Request, work: Callable[..., Any], *args: Any) -> tuple[bytes, float]:
     """JSON of the result of `work`, and the processor time [s]; not computed where the visitor no longer waits."""
-    workers: Workers = request.app.state.workers
+    state = request.app.state
+    workers: Workers = state.later if request.url.path in LATER else state.workers
 
     async def waiting() -> bool:
         return not await request.is_disconnected()

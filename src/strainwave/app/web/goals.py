@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -26,18 +26,18 @@ SHARP = 1e-3  # relative distance of a value from the one that meets the limit
 def goal(project: Project, name: str) -> dict[str, Any]:
     """The value of a number at which the largest oscillation is the limit: the nearest on its slider.
 
-    None where the search, in steps to both ends of the slider, meets no such value.
+    None where the search, in steps to both ends of the slider, meets no such value, or one that rounding leaves above.
     """
     row = next((one for one in parameters(project) if one["name"] == name), None)
     if row is None or not row["log"]:
         raise Refused(f"{name!r} is no number of this project above zero")
     if project.limit is None:
         raise Refused("the project has no limit of the oscillation; add one")
-    excess = partial(_excess, project, name, row["unit"])
+    excess = cache(partial(_excess, project, name, row["unit"]))
     now, ends = math.log(row["value"]), (math.log(row["low"]), math.log(row["high"]))
-    found = [_crossing(excess, now, end) for end in ends]
-    near = min((x for x in found if x is not None), key=lambda x: abs(x - now), default=None)
-    return {"name": name, "value": None if near is None else float(f"{math.exp(near):.4g}"), "unit": row["unit"]}
+    found = [value for end in ends if (value := _crossing(excess, now, end)) is not None]
+    near = min(found, key=lambda value: abs(math.log(value) - now), default=None)
+    return {"name": name, "value": near, "unit": row["unit"]}
 
 
 def _excess(project: Project, name: str, unit: str, x: float) -> float:
@@ -50,14 +50,31 @@ def _excess(project: Project, name: str, unit: str, x: float) -> float:
 
 
 def _crossing(excess: Callable[[float], float], begin: float, end: float) -> float | None:
-    """The first place on the way at which the excess changes its sign; None without one."""
-    x, before = begin, excess(begin)
+    """The first number on the way, of four digits, that meets the limit beside one that does not; None without one."""
+    x = begin
     for step in range(1, STEPS + 1):
-        after = excess(at := begin + (end - begin) * step / STEPS)
-        if math.isfinite(before) and math.isfinite(after) and before * after <= 0.0:
-            return float(brentq(excess, x, at, xtol=SHARP, rtol=SHARP))
-        x, before = at, after
+        before, after = excess(x), excess(at := begin + (end - begin) * step / STEPS)
+        if math.isfinite(before) and math.isfinite(after) and (before <= 0.0) != (after <= 0.0):
+            return _met(excess, x, at)
+        x = at
     return None
+
+
+def _met(excess: Callable[[float], float], x: float, at: float) -> float | None:
+    """The last number within the limit on the way to the crossing, rounded away from that; None if this is above."""
+    within, above = (x, at) if excess(x) <= 0.0 else (at, x)
+    met = [within]
+
+    def told(y: float) -> float:
+        if excess(y) <= 0.0:
+            met.append(y)
+        return excess(y)
+
+    brentq(told, x, at, xtol=SHARP, rtol=SHARP)
+    exact = math.exp(min(met, key=lambda y: abs(y - above)))
+    digit = 10.0 ** (math.floor(math.log10(exact)) - 3)
+    value = float(f"{digit * (math.floor if within < above else math.ceil)(exact / digit):.4g}")
+    return value if excess(math.log(value)) <= 0.0 else None
 
 
 def tuned(project: Project, progress: Progress) -> dict[str, Any]:

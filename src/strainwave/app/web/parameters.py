@@ -7,7 +7,6 @@ from functools import reduce
 from typing import Any
 
 from ...drive.project import Project
-from ...files.fields.entries import EXAMPLE_LOOP
 from ...files.fields.kinds import Place, Row
 from ...files.fields.kinds import read as read_kind
 from ...files.fields.rows import inside, row_at
@@ -16,6 +15,7 @@ from ...files.variants.names import keys_of, nominal_of, numbers_of, quantity
 from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
 from ..view import sign
+from .parts import parts_of
 from .state import State, project_of
 
 SMALL = 1e-3  # in any unit a number that a field takes which is zero now
@@ -32,7 +32,7 @@ def about(state: State) -> dict[str, Any]:
     Values that a number may not have are told with it, and the rest is that of the project without them.
     """
     original = State(gear=state.gear, project=state.project)
-    parts = _parts(project_of(original))
+    parts = parts_of(project_of(original))
     present = [part for part in parts.values() if not state.values.keys().isdisjoint(part)]
     added = {name: value for part in present for name, value in part.items()}
     base = project_of(original.model_copy(update={"values": added}))
@@ -83,32 +83,6 @@ def _in_unit(content: dict[str, Any], name: str, text: str, before: float, unit:
         return value
     known = before or SMALL
     return known * float(row.kind.read(text, Place((), [])) / row.kind.read(f"{known!r} {unit}".strip(), Place((), [])))
-
-
-def _parts(project: Project) -> dict[str, dict[str, str]]:
-    """Parts that the page can add to a project without them, with first values."""
-    content = read(project.text).content
-    torque = 0.25 * project.rated_torque if project.rated_torque else 10.0
-    parts = {
-        "motor loop": {f"motor.loop.{key}": text for key, text in read(EXAMPLE_LOOP).content.items()},
-        "gravity": {
-            "load.drag.type": "angle_torque",
-            "load.drag.amplitude": f"{torque:.2g} N*m",
-            "load.drag.order": "1",
-        },
-        "limit": {"limit.oscillation": "120 arcsec"},
-        "move": {
-            "move.profile.0.type": "s_curve",
-            "move.profile.0.angle": "90 deg",
-            "move.profile.0.time": "0.6 s",
-        },
-    }
-    if project.speeds.shaft == "forcing":
-        del parts["motor loop"], parts["gravity"], parts["move"]
-    elif inside(content.get("motor"), "mode") == "free":
-        del parts["motor loop"]
-    places = {name: next(iter(part)).split(".")[:2] for name, part in parts.items()}
-    return {name: part for name, part in parts.items() if inside(content.get(places[name][0]), places[name][1]) is None}
 
 
 def parameters(project: Project) -> list[dict[str, Any]]:

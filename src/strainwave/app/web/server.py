@@ -38,6 +38,7 @@ KINDS = {
     ".txt": "text/plain",
 }
 FIRST = "CSG-40-50"
+SOON = 0.25  # seconds between two looks at whether what comes after a pause is still wanted
 
 PATIENCE = 15.0  # seconds for the head of a request
 MOST = 512  # connections
@@ -124,12 +125,14 @@ def application(warm: bool = True) -> Starlette:
     @asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
         app.state.jobs, app.state.workers = Jobs(), Workers(COUNT, LONGEST)
+        app.state.later = Workers(1, LONGEST, background=True, patience=SOON)
         warming = asyncio.create_task(warm_up(app.state.workers)) if warm else None
         yield
         if warming is not None:
             warming.cancel()
         await app.state.jobs.close()
         await app.state.workers.close()
+        await app.state.later.close()
 
     own = [Route("/", asset), Route("/static/{name:str}", asset)]
     return Starlette(

@@ -23,6 +23,7 @@ from ...files.reading import ProjectError, from_text
 from ...files.variants.replaced import PLACE, replaced
 from ...files.yaml_text import LARGEST, read
 from ...model.gears import catalogue
+from .parts import first_sources
 
 NOWHERE = Path("/nonexistent-strainwave-app/project.yaml")  # a project of the page has no files beside it
 FROM_FILES = ("python", "file")  # fields that name a file
@@ -184,6 +185,7 @@ def project_of(state: State) -> Project:
     values = {name: value for name, value in state.values.items() if name != "title"}
     try:
         base = _read(text)
+        values |= first_sources(base, values) if values else {}
         return replaced(base, values, retune=True) if values else base  # the page is an editor of its file
     except ProjectError as error:
         raise Refused("; ".join(PLACE.sub("", str(error)).splitlines())) from None
