@@ -113,5 +113,9 @@ class View(NamedTuple):
             unit, factor, digits = *self.angle, 4
         elif self.speeds.by_motor:
             unit += " at the motor"
-        digits = self.project.digits(min(digits, quantity.digits))
-        return quantity.written(lambda value: number(value * factor, digits), unit)
+        digits, given = min(digits, quantity.digits), (self.project.limit, *self.speeds.given, *self.speeds.limits)
+
+        def written(value: float) -> str:
+            return number(value * factor, digits if value in given else self.project.digits(digits))
+
+        return quantity.written(written, unit)

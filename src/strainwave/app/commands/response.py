@@ -61,11 +61,16 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
         progress.show("response curve", 0.0)
         with light_as_python():
             found = drive.response()
+        sure = None
+        if output is None or as_json or output.suffix in FIGURES:  # a CSV file has no range for assumed numbers
+            progress.show("range for assumed numbers", 0.2)
+            with light_as_python():
+                sure = drive.sureness
         if output is not None:
             progress.show("writing", 0.8)
             _write(drive, found, output)
     written = [] if output is None else [f"written: {output}"]
-    click.echo(reported(drive.title, facts(drive, found), as_json, *written))
+    click.echo(reported(drive.title, facts(drive, found, sure), as_json, *written))
 
 
 def _write(project: Project, found: DriveResponse, output: Path) -> None:
@@ -85,8 +90,8 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
             write_csv(part, drive_columns(project.speeds, found))
 
 
-def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
-    """Everything that is said of a response, once, with speeds on the project's own shaft."""
+def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fact, ...]:
+    """Everything that is said of a response, once, with speeds on the project's own shaft; `sure` as of `how_sure`."""
     speeds, curve, sweep, judged = project.speeds, found.curve, found.sweep, project.judged(found)
     unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
     name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
@@ -118,7 +123,7 @@ def facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         Fact("", tuple(_hysteresis(speeds, band) for band in bands) or (NOT_BISTABLE if judged.whole else ()), "{}"),
         *(Fact(key, value) for key, value in known.items()),
         Fact("", f"{known['harmonics']} harmonics; {left_out}", "{}"),
-        *project.sureness.facts(project.limit),
+        *(() if sure is None else sure.facts(project.limit)),
         Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"), Fact("", WHAT_X_IS, "{}"),
         *(() if resting is None else resting.facts()),
         Fact("beyond_limits", tuple(judged.remarks), "note: {}"),

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from ... import __version__
+from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...plot.drive import comparison_panels
@@ -100,6 +101,9 @@ def write(
     project = project if isinstance(project, Project) else read_project(project)
     with nullcontext() if folder is None else staged(Path(folder)) as part:
         view = View.of(project, project.analyze(progress))
+        progress("range for assumed numbers", 0.95)
+        with light_as_python():
+            _ = project.sureness  # which several sections tell
         progress("writing the report", 0.99)
         return write_view(view, part, sections)
 

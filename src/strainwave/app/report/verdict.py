@@ -10,6 +10,7 @@ from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import RPM
 from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits
 from ...drive.margins import margins
+from ...files.fields.groups import MEASURED
 from ...model.gears.limits import RATED, Finding, gravest
 from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
@@ -305,12 +306,14 @@ def _has(asked: float, bound: float, unit: str) -> str:
 
 
 def how_sure(view: View) -> Sentence:
-    """What assumed numbers together leave open, or the damping, which catalogues do not print; "" where none does."""
+    """What assumed numbers together leave open, or the damping, which no catalogue prints; "" where it is measured."""
     sure = view.project.sureness
     if sure.doubts:
         together = sure.sentences(view.project.limit)[len(sure.doubts)]
         return Sentence(f"{together[:1].upper()}{together[1:]}.")
     ends, avoid = view.analysis.other_damping, view.analysis.avoid
+    if any(one.word == MEASURED and one.name.startswith("damping.") for one in view.project.sources):
+        return Sentence("")
     ratio, B = view.project.damping_ratio, view.project.drive.B
     if len(ends) < 2 or avoid is None:
         return Sentence("")
@@ -320,7 +323,7 @@ def how_sure(view: View) -> Sentence:
     side = {(True, True): "all above", (False, False): "all within", (True, False): "the second within"}
     limit = side.get((bool(ends[0].exceeds), bool(ends[1].exceeds)))
     judged = f", {limit} the limit" if limit and avoid.limit is not None else ""
-    text = "The damping of {} {} is assumed, unless it was measured: {} to {} {} gives {} to {}{}."
+    text = "The damping of {} {} is assumed, unless it was measured. From {} to {} {} the oscillation is {} to {}{}."
     return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, judged)
 
 

@@ -78,14 +78,14 @@ class Sureness(NamedTuple):
     def sentences(self, limit: float | None) -> tuple[str, ...]:
         """A row for every assumed number, and all of them together against the limit [rad]."""
         if not self.doubts:
-            return ()
+            return self.lost
         ends = " to ".join(number(size / ARCSEC, 3) for size in self.largest)
         whats = f"assumed {listed(doubt.what for doubt in self.doubts)}"
         said = f"{whats}{' together' if len(self.doubts) > 1 else ''}: {ends} arcsec"
         if limit is not None:
             most, least = self.largest[1] <= limit, self.largest[0] > limit
             where = "within" if most else "above" if least else "on both sides of"
-            said += f", {where} the limit of {number(limit / ARCSEC, 3)} arcsec"
+            said += f", {where} the limit of {number(limit / ARCSEC)} arcsec"
         return *(doubt.sentence for doubt in self.doubts), said, *self.lost
 
     def facts(self, limit: float | None = None) -> tuple[Fact, ...]:
@@ -108,16 +108,21 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
 
     A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
     from half of its value to all of it, as a class is an upper bound; a bandwidth from two thirds to one and a half.
-    Damping and gains are computed anew for each drive. A project that is changed in Python is written as a file first
-    (ValueError if no file holds it).
+    Damping and gains are computed anew for each drive. A project that is changed in Python is written as a file first;
+    where no file holds it, nothing is computed.
     """
-    project = _as_a_file(project)
+    omega, lost = np.linspace(*project.speeds.limits, SPEEDS), dict[str, None]()
+    if any(_assumed(project)):
+        try:
+            project = _as_a_file(project)
+        except ValueError as error:
+            why = f"The range for assumed numbers is not computed: {error}"
+            return Sureness((), omega, omega * nan, omega * nan, (nan, nan), 0, (why,))
     groups = list(_assumed(project))
     plain = (None,) * len(groups)
     alone = [(*plain[:i], end, *plain[i + 1 :]) for i in range(len(groups)) for end in (0, 1)]
     cases = dict.fromkeys([plain, *alone, *product((0, 1), repeat=len(groups))]) if groups else {}
-    omega = np.linspace(*project.speeds.limits, SPEEDS)
-    low, high, sizes, lost = np.full(SPEEDS, np.inf), np.full(SPEEDS, -np.inf), dict[Case, float](), dict[str, None]()
+    low, high, sizes = np.full(SPEEDS, np.inf), np.full(SPEEDS, -np.inf), dict[Case, float]()
     known = dict[frozenset[tuple[str, str]], float | None]()  # by the changes; a number may be an end of its range
     for case in cases:
         ends = [(names, end) for (_, _, names), end in zip(groups, case, strict=True) if end is not None]

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from .... import __version__
+from ....base.facts import data as told_once
 from ....base.law import spring_stiffness
 from ....base.sentences import Sentence, Speed
 from ....base.units import RPM
@@ -54,7 +55,8 @@ class Opening:
             "largest_torque": _largest_torque(view),
             "required_motor": _required_motor(view),
             "loop_margins": loop_margins(view),
-            "how_sure": {
+            "how_sure": told_once(project.sureness.facts(project.limit))["how_sure"]
+            | {
                 "sentence": how_sure(view),
                 "ends": [
                     {"damping_Nms_per_rad": end.after, **after_change(view, end), "above_limit": end.exceeds}
