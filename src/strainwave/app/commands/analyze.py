@@ -22,7 +22,7 @@ DRIVES = ("article", "CSG-40-50")
 @click.argument("projects", metavar="PROJECT...", nargs=-1, required=True, type=file_type)
 @output_option(
     "Folder for report.html, results.json and CSV files; several projects have a folder in it each. Default: "
-    "PROJECT-report, for several reports; with --json nothing is written."
+    "PROJECT-report, for several reports; with --json and without --compare nothing is written."
 )
 @click.option("--compare", is_flag=True, help="Write verdicts.html too: pass or fail of every project side by side.")
 @click.option("--check", is_flag=True, help="Read the files only, and say whether they are valid.")

@@ -51,7 +51,7 @@ def move(
 ) -> None:  # fmt: skip
     """Move the load along PROFILE: error, settling, torques.
 
-    Life and energy are told too.
+    Computes bearing life and energy too.
     PROFILE is one part or several, one after the other: a CSV file with the columns time [s] and angle [deg], or fields
     as in the group `move` of a project file: "trapezoid, angle: 90 deg, time: 0.6 s", "s_curve, angle: -90 deg, time:
     0.6 s", "dwell, time: 0.4 s". Without it the profile of the project file is taken.

@@ -215,6 +215,7 @@ def _gear(text: str) -> str:
 def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
     """The sources of the groups that have a default."""
     groups = {"loop": "motor.loop", "damping": "damping", "budget": "limit"}
+    groups |= {"speed_from": "speed.from", "speed_to": "speed.to"}
     asked = [q for q in QUESTIONS if q.name in groups and options.get(q.name) is None]
     usual = [q.name for q in asked if answers[q.name] and answers[q.name] == _read(q, q.default, answers)]
     return f"{{{', '.join(f'{groups[name]}: {ASSUMED}' for name in usual)}}}" if usual else ""
