@@ -1,6 +1,32 @@
 """What tests ask of the page."""
 
+import base64
 import re
+import zlib
+
+PATIENCE = 300_000  # ms; the first picture may have to be compiled
+
+
+def address_of(base, project):
+    """The page with the text of a project."""
+    packer = zlib.compressobj(wbits=-15)
+    packed = packer.compress(project.encode()) + packer.flush()
+    return f"{base}#project={base64.urlsafe_b64encode(packed).decode().rstrip('=')}"
+
+
+def shown(page):
+    """Wait for the first picture of the response, and for the pause after it."""
+    page.wait_for_selector("#plot-torque[data-drawn]", timeout=PATIENCE)
+    paused(page, 0)
+
+
+def pauses(page):
+    return page.evaluate("() => window.pauses")
+
+
+def paused(page, before):
+    """Wait for a pause: the next change is one of its own for Back and Undo."""
+    page.wait_for_function("was => window.pauses > was", arg=before)
 
 
 def drawn(page, name="torque"):

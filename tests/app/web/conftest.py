@@ -8,11 +8,14 @@ from collections import defaultdict
 from contextlib import ExitStack
 
 import pytest
+from app_page import PATIENCE, address_of, shown
+from one_joint import HELD
 
 from strainwave.app.web.server import application
 
 BASE = "http://127.0.0.1:8765"
-PATIENCE = 300_000  # ms; the first picture may have to be compiled
+USUAL = 120_000  # ms, once the first picture is there
+PAUSES = "window.pauses = 0; document.addEventListener('pause', () => { window.pauses += 1; });"
 
 
 @pytest.fixture(scope="session")
@@ -51,9 +54,20 @@ def page(browser, address):
     page.on("console", lambda message: message.type in ("error", "warning", "trace") and wrong.append(message.text))
     page.on("pageerror", lambda error: wrong.append(str(error)))
     page.on("request", lambda request: asked.append(request.url))
+    page.add_init_script(PAUSES)
     page.goto(address)
-    page.wait_for_selector("#plot-torque[data-drawn]")
+    shown(page)
+    page.set_default_timeout(USUAL)
     yield page
     context.close()
     assert [text for text in wrong if "status of 422" not in text] == []  # the browser's own note of a refusal
     assert [url for url in asked if not url.startswith((address, "data:", "blob:"))] == []
+
+
+@pytest.fixture
+def held_page(page):
+    """A drive whose motor is held: its maps take seconds, it jumps, and its limit is far below its oscillation."""
+    page.goto("about:blank")
+    page.goto(address_of(page.base, HELD))
+    shown(page)
+    return page

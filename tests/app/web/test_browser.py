@@ -1,7 +1,9 @@
 """The page in a real browser: nothing leaves this machine, nothing is complained about."""
 
 import numpy as np
-from app_page import drawn, largest, until_drawn_again
+from app_page import drawn, largest, paused, pauses, until_drawn_again
+
+SURE = "() => document.getElementById('answer').textContent.includes('How sure')"
 
 
 def drag(page, name, share):
@@ -13,12 +15,11 @@ def drag(page, name, share):
 
 
 def test_dragged_slider_changes_the_curve_and_the_address_holds_it(page):
-    before, times = largest(page), drawn(page)
+    before, rests = largest(page), pauses(page)
     drag(page, (name := "excitation.kinematic_error.0.amplitude"), 0.3)
-    until_drawn_again(page, times)
-    page.wait_for_timeout(500)
+    paused(page, rests)
+    page.wait_for_function(SURE)  # which is said of the last drive
     assert f"v.{name}=" in page.url
-    page.wait_for_timeout(300)
     after, value = largest(page), page.locator(f'[id="value-{name}"]').input_value()
     assert after < 0.9 * before
     page.reload()
@@ -94,16 +95,15 @@ def test_keyboard_moves_a_slider_and_wrong_number_is_marked(page):
 
 
 def test_the_band_of_assumed_numbers_comes_after_a_pause_and_a_change_ends_it(page):
-    sure = "() => document.getElementById('answer').textContent.includes('How sure')"
-    page.wait_for_function(sure)
+    page.wait_for_function(SURE)
     names = page.evaluate("() => document.getElementById('plot-response').data.map((one) => one.name)")
     assert {"motor held", "what assumed numbers leave open"} <= set(names)
     badge = page.locator('[id="value-load.inertia-source"]')
     assert badge.inner_text() == "assumed"
     page.locator('[id="value-load.inertia"]').fill("2")
-    page.wait_for_function(f"() => !({sure})()")
+    page.wait_for_function(f"() => !({SURE})()")
     assert badge.inner_text() == "yours"
     assert "motor held" not in page.evaluate(
         "() => document.getElementById('plot-response').data.map((one) => one.name)"
     )
-    page.wait_for_function(sure)
+    page.wait_for_function(SURE)

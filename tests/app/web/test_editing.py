@@ -1,8 +1,9 @@
 """Editing a drive on the page: texts with units, refusals at the field, undo, Back, another gear, damaged links."""
 
 import pytest
-from app_page import drawn, largest, until_drawn_again
+from app_page import drawn, largest, paused, pauses, until_drawn_again
 
+AMPLITUDE = "excitation.kinematic_error.0.amplitude"
 ANSWER = "() => document.getElementById('answer').textContent"
 
 
@@ -12,13 +13,13 @@ def field(page, name):
 
 def typed(page, name, text, said=None):
     """Write a text into a field, and wait for what the answer then says, or for another picture."""
-    before = drawn(page)
+    before, rests = drawn(page), pauses(page)
     field(page, name).fill(text)
     if said is None:
         until_drawn_again(page, before)
     else:
         page.wait_for_function(f"text => ({ANSWER})().includes(text)", arg=said)
-    page.wait_for_timeout(900)  # a pause
+    paused(page, rests)
 
 
 @pytest.mark.parametrize(
@@ -80,49 +81,53 @@ def test_arrows_change_a_field_by_one_and_ten_percent(page):
 
 def test_undo_and_redo_take_a_change_back_and_forth(page):
     first = largest(page)
-    typed(page, "damping.ratio", "5")
+    typed(page, AMPLITUDE, "10")
     second = largest(page)
+    assert second < 0.7 * first
     typed(page, "load.inertia", "2")
     page.keyboard.press("Control+z")
     page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{second:g}")
     assert field(page, "load.inertia").input_value() == "1"
     page.locator("#undo").click()
     page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{first:g}")
-    assert field(page, "damping.ratio").input_value() == "3"
+    assert field(page, AMPLITUDE).input_value() == "19.9"
     assert page.locator("#undo").is_disabled()
     page.keyboard.press("Control+Shift+z")
     page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{second:g}")
-    assert field(page, "damping.ratio").input_value() == "5"
+    assert field(page, AMPLITUDE).input_value() == "10"
     assert page.locator("#redo").is_enabled()
 
 
 def test_back_goes_to_the_drive_before_the_last_pause(page):
     first = largest(page)
-    typed(page, "damping.ratio", "5")
+    typed(page, AMPLITUDE, "10")
+    rests = pauses(page)
     page.get_by_role("tab", name="Motion at a speed").click()
     page.wait_for_selector("#plot-phase[data-drawn]")
-    page.wait_for_timeout(900)
+    paused(page, rests)
     page.go_back()
     page.wait_for_selector("#plot-torque[data-drawn]")
-    assert field(page, "damping.ratio").input_value() == "5"
+    assert field(page, AMPLITUDE).input_value() == "10"
     page.go_back()
     page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{first:g}")
-    assert field(page, "damping.ratio").input_value() == "3"
+    assert field(page, AMPLITUDE).input_value() == "19.9"
 
 
 def test_another_gear_keeps_the_axis_until_its_defaults_are_taken(page):
     typed(page, "load.inertia", "3.7")
     typed(page, "damping.ratio", "4")
-    page.locator("#part-motor-loop").click()
-    page.wait_for_selector('[id="value-motor.loop.bandwidth"]')
+    page.locator("#part-gravity").click()
+    page.wait_for_selector('[id="value-load.drag.amplitude"]')
     typed(page, "motor.loop.bandwidth", "25")
+    typed(page, "load.drag.amplitude", "20")
     page.select_option("#gear", "CSG-25-100")
     page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")
-    kept = {"load.inertia": "3.7", "damping.ratio": "4", "motor.loop.bandwidth": "25", "limit.oscillation": "120"}
+    kept = {"load.inertia": "3.7", "damping.ratio": "4", "motor.loop.bandwidth": "25", "limit.oscillation": "29.9"}
+    kept["load.drag.amplitude"] = "20"
     assert {name: field(page, name).input_value() for name in kept} == kept
     page.locator("#reset").click()
     page.wait_for_function("() => document.getElementById('value-load.inertia').value !== '3.7'")
-    assert not page.locator('[id="value-motor.loop.bandwidth"]').count()
+    assert not page.locator('[id="value-load.drag.amplitude"]').count()
 
 
 @pytest.mark.parametrize(

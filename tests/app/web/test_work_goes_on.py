@@ -17,7 +17,8 @@ def begun(page, view, count="10"):
     page.locator("#begin").click()
 
 
-def test_a_map_goes_on_while_another_view_is_shown_and_its_picture_stays(page):
+def test_a_map_goes_on_while_another_view_is_shown_and_its_picture_stays(held_page):
+    page = held_page
     begun(page, "Two-parameter map", "20")
     page.wait_for_function("() => document.getElementById('progress').value > 0")
     page.get_by_role("tab", name="Response").click()
@@ -30,7 +31,8 @@ def test_a_map_goes_on_while_another_view_is_shown_and_its_picture_stays(page):
     assert "Largest oscillation over" in page.locator("#answer").inner_text()
 
 
-def test_a_report_waits_for_a_map_and_says_so(page):
+def test_a_report_waits_for_a_map_and_says_so(held_page):
+    page = held_page
     begun(page, "Two-parameter map", "40")
     page.wait_for_function("() => document.getElementById('progress').value > 0")
     page.locator("#save-report").click()
@@ -47,7 +49,8 @@ def test_a_report_waits_for_a_map_and_says_so(page):
     page.wait_for_function("() => document.getElementById('stage').textContent === 'cancelled'")
 
 
-def test_a_map_is_drawn_while_it_is_computed(page):
+def test_a_map_is_drawn_while_it_is_computed(held_page):
+    page = held_page
     begun(page, "Two-parameter map", "40")
     page.wait_for_selector("#plot-map[data-drawn]")
     assert page.evaluate("() => document.getElementById('progress').value") < 0.9
