@@ -1,13 +1,14 @@
 """What is wrong in a project whose fields are right by themselves: contradictions."""
 
 from collections.abc import Iterator
+from functools import reduce
 from typing import Any
 
 from ..base.law import depends, spring_stiffness
 from ..base.quantities import checked
 from ..model.gears.gear import Gear
 from .fields.groups import CATALOGUE, OrderPair, Radians
-from .fields.rows import row_at
+from .fields.rows import inside, row_at
 from .fields.schema import CURVE_COLUMNS, ExplicitGear, ProjectSpec
 from .variants.names import keys_of, nominal_of
 from .yaml_text import Keys
@@ -33,7 +34,8 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
     yield from _correlation(spec)
     for name in spec.sources or ():
         try:
-            known = row_at(ProjectSpec, content, keys_of(content, name)) or keys_of(content, name)[0] == "gear"
+            keys = keys_of(content, name)
+            known = row_at(ProjectSpec, content, keys) or keys[0] == "gear" or reduce(inside, keys, content) is not None
         except ValueError as error:
             yield ("sources", name), str(error)
         else:

@@ -389,6 +389,15 @@ def test_parts_that_a_gear_has_not_are_added_and_have_numbers(client, written):
     np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
 
 
+def test_every_part_can_be_added_to_a_first_project():
+    parts = about(State(gear="CSG-40-50"))["parts"]
+    assert {"gravity", "move"} <= {part["name"] for part in parts}
+    for part in parts:
+        found = about(State(gear="CSG-40-50", values=part["values"]))
+        assert not found["unknown"], part["name"]
+        assert {one["name"]: one["present"] for one in found["parts"]}[part["name"]]
+
+
 LOOP = {"motor.loop.bandwidth": "30 Hz", "motor.loop.damping": "0.7", "limit.oscillation": "35 arcsec"}
 GRAVITY = {"load.drag.type": "angle_torque", "load.drag.amplitude": "400 N*m", "load.drag.order": "1"}
 
