@@ -5,6 +5,11 @@ import re
 import zlib
 
 PATIENCE = 300_000  # ms; the first picture may have to be compiled
+DROP = """([name, text]) => {
+    const data = new DataTransfer();
+    data.items.add(new File([text], name));
+    document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+}"""
 
 
 def address_of(base, project):

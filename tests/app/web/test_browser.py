@@ -1,7 +1,7 @@
 """The page in a real browser: nothing leaves this machine, nothing is complained about."""
 
 import numpy as np
-from app_page import drawn, largest, paused, pauses, until_drawn_again
+from app_page import DROP, drawn, largest, paused, pauses, until_drawn_again
 
 SURE = "() => document.getElementById('answer').textContent.includes('How sure')"
 
@@ -55,30 +55,31 @@ def test_map_is_computed_and_cancelled(page):
 
 
 def test_project_script_and_data_are_downloaded(page, tmp_path):
+    times = drawn(page)
+    page.emulate_media(color_scheme="dark")
+    until_drawn_again(page, times)
     for button, ending, holds in (
         ("#save-project", ".yaml", "gear: CSG-40-50"),
         ("#save-script", ".py", "import strainwave as sw"),
-        ('[aria-label="Save response as CSV"]', ".csv", "oscillation [arcsec]"),
-        ('[aria-label="Save response as SVG"]', ".svg", "<svg"),
+        ('[aria-label="Save response as CSV"]', "-response.csv", "oscillation [arcsec]"),
+        ('[aria-label="Save response as SVG"]', "-response.svg", "<svg"),
     ):
         with page.expect_download() as found:
             page.locator(button).click()
         path = tmp_path / found.value.suggested_filename
         found.value.save_as(path)
-        assert path.suffix == ending
-        assert holds in path.read_text(encoding="utf-8")
+        assert path.name == f"CSG-40-50{ending}"
+        assert holds in (text := path.read_text(encoding="utf-8"))
+    assert ">CSG-40-50</text>" in text
+    assert "rgb(255, 255, 255)" in text  # a light page, as it is printed
+    assert "rgb(20, 23, 27)" not in text
 
 
 def test_dropped_log_is_shown_and_a_wrong_one_said(page):
     t = np.linspace(0.0, 4.0, 4001)
     rows = "\n".join(f"{a:.6g},{31.4 * a:.8g},{1 + 0.2 * np.cos(62.8 * a):.8g}" for a in t)
     text = "time [s],motor_angle [rad],motor_torque [N*m]\n" + rows
-    drop = """([name, text]) => {
-        const data = new DataTransfer();
-        data.items.add(new File([text], name));
-        document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
-    }"""
-    page.evaluate(drop, ["run.csv", text])
+    page.evaluate(DROP, ["run.csv", text])
     page.wait_for_selector("#plot-log-motor_torque[data-drawn]")
     assert "4001 samples" in page.locator("#answer").inner_text()
     assert page.locator("#orders td").first.inner_text().startswith("2")
@@ -97,7 +98,7 @@ def test_keyboard_moves_a_slider_and_wrong_number_is_marked(page):
 def test_the_band_of_assumed_numbers_comes_after_a_pause_and_a_change_ends_it(page):
     page.wait_for_function(SURE)
     names = page.evaluate("() => document.getElementById('plot-response').data.map((one) => one.name)")
-    assert {"motor held", "what assumed numbers leave open"} <= set(names)
+    assert {"motor held", "range for assumed numbers"} <= set(names)
     badge = page.locator('[id="value-load.inertia-source"]')
     assert badge.inner_text() == "assumed"
     page.locator('[id="value-load.inertia"]').fill("2")
@@ -107,3 +108,43 @@ def test_the_band_of_assumed_numbers_comes_after_a_pause_and_a_change_ends_it(pa
         "() => document.getElementById('plot-response').data.map((one) => one.name)"
     )
     page.wait_for_function(SURE)
+
+
+def test_a_slow_picture_does_not_erase_what_is_said_of_assumed_numbers(page):
+    page.wait_for_function(SURE)
+    content = {"how_sure": ["one", "all", "lost"], "together": "all", "held": None}
+    content |= {key: [500.0, 3000.0] for key in ("speed", "low_arcsec", "high_arcsec")}
+    page.route("**/api/sureness", lambda route: route.fulfill(json=content))
+    page.evaluate(
+        """() => {
+            const react = window.Plotly.react;
+            window.Plotly.react = async (box, ...more) => {
+                if (box.id === "plot-torque") await new Promise((resolve) => setTimeout(resolve, 1000));
+                return react(box, ...more);
+            };
+        }"""
+    )
+    page.locator('[id="value-limit.oscillation"]').fill("50")
+    ends = "text.includes('limit of 50 arcsec') && text.endsWith('How sure: all.')"
+    page.wait_for_function(f"() => {{ const text = document.getElementById('answer').textContent; return {ends}; }}")
+    assert page.locator("#remarks li").all_inner_texts()[-3:] == content["how_sure"]
+
+
+def test_a_view_that_is_left_while_it_is_drawn_adds_nothing_to_the_next(page):
+    page.evaluate(
+        """() => {
+            const react = window.Plotly.react;
+            window.Plotly.react = (box, ...more) => {
+                if (box.id === "plot-move-error") document.getElementById("tab-response").click();
+                return react(box, ...more);
+            };
+        }"""
+    )
+    rests = pauses(page)
+    page.get_by_role("tab", name="Move").click()
+    page.wait_for_function("() => document.body.dataset.view === 'move'")
+    page.wait_for_selector("#plot-torque[data-drawn]")
+    paused(page, rests)
+    page.wait_for_function(SURE)
+    names = page.evaluate("() => [...document.querySelectorAll('.plot')].map((box) => box.id)")
+    assert names == ["plot-response", "plot-torque"]

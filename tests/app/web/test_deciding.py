@@ -4,6 +4,7 @@ import pytest
 from app_page import drawn, largest, until_drawn_again
 
 THREE_DIGITS = 5e-3  # relative, of an answer
+FOCUS = "() => document.activeElement.id"
 STAGE = "() => document.getElementById('stage').textContent"
 
 
@@ -35,6 +36,7 @@ def test_a_mark_on_a_slider_is_the_value_that_meets_the_limit(held_page):
     times = drawn(page)
     mark.click()
     until_drawn_again(page, times)
+    assert page.evaluate(FOCUS) == "value-damping.ratio-slider"
     assert page.locator('[id="value-damping.ratio"]').input_value() != "3"
     assert largest(page) == pytest.approx(120, rel=2e-3)
 
@@ -100,10 +102,12 @@ def test_a_move_is_edited_and_its_motor_torque_is_shown(page):
     page.locator('[id="value-move.profile.0.time"]').fill("900 ms")
     said(page, "The move takes 0.9 s")
     before = page.locator("#answer").inner_text()
+    page.locator("#move-type").focus()
     page.select_option("#move-type", "trapezoid")
     page.wait_for_function("was => document.getElementById('answer').textContent !== was", arg=before)
     names = page.evaluate("() => document.getElementById('plot-move-error').data.map((one) => one.name)")
     assert {"pointing error", "window at rest", "limit"} <= set(names)
+    assert page.evaluate(FOCUS) == "move-type"
 
 
 def test_gains_are_tuned_shown_before_and_after_and_taken(page, address):

@@ -1,9 +1,11 @@
 """Editing a drive on the page: texts with units, refusals at the field, undo, Back, another gear, damaged links."""
 
 import pytest
-from app_page import drawn, largest, paused, pauses, until_drawn_again
+from app_page import DROP, address_of, drawn, largest, paused, pauses, shown, until_drawn_again
+from one_joint import HELD
 
 AMPLITUDE = "excitation.kinematic_error.0.amplitude"
+INERTIA = "() => document.getElementById('value-load.inertia').value"
 ANSWER = "() => document.getElementById('answer').textContent"
 
 
@@ -96,6 +98,8 @@ def test_undo_and_redo_take_a_change_back_and_forth(page):
     page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{second:g}")
     assert field(page, AMPLITUDE).input_value() == "10"
     assert page.locator("#redo").is_enabled()
+    page.keyboard.press("Control+Y")  # as with Caps Lock
+    page.wait_for_function(f"() => ({INERTIA})() === '2'")
 
 
 def test_back_goes_to_the_drive_before_the_last_pause(page):
@@ -105,6 +109,8 @@ def test_back_goes_to_the_drive_before_the_last_pause(page):
     page.get_by_role("tab", name="Motion at a speed").click()
     page.wait_for_selector("#plot-phase[data-drawn]")
     paused(page, rests)
+    page.locator("#speed").press("Control+z")  # undoes what is typed there
+    assert field(page, AMPLITUDE).input_value() == "10"
     page.go_back()
     page.wait_for_selector("#plot-torque[data-drawn]")
     assert field(page, AMPLITUDE).input_value() == "10"
@@ -158,3 +164,27 @@ def test_a_wrong_value_in_the_address_is_told_at_its_field(page):
     assert field(page, "damping.ratio").input_value() == "4"
     field(page, "load.inertia").fill("0.3")
     page.wait_for_selector("#plot-torque[data-drawn]")
+
+
+def test_a_project_dropped_before_the_first_answer_is_shown(page):
+    page.goto("about:blank")
+    waiting = []
+    page.route("**/api/project", lambda route: route.continue_() if waiting else waiting.append(route))
+    with page.expect_request("**/api/project"):
+        page.goto(page.base)
+    page.evaluate(DROP, ["mine.yaml", HELD.replace("title: CSG-40-50", "title: mine")])
+    shown(page)
+    assert page.locator("#title").inner_text() == "mine"
+    assert page.locator("#status").inner_text() == ""
+    assert "#project=" in page.url
+
+
+def test_another_project_of_the_same_numbers_shows_its_own_sources(page):
+    page.goto("about:blank")
+    page.goto(address_of(page.base, HELD + "sources: {load: assumed}\n"))
+    shown(page)
+    badge = page.locator('[id="value-load.inertia-source"]')
+    assert badge.inner_text() == "assumed"
+    page.evaluate(DROP, ["mine.yaml", HELD.replace("title: CSG-40-50", "title: mine") + "sources: {load: measured}\n"])
+    page.wait_for_function("() => document.getElementById('title').textContent === 'mine'")
+    assert badge.inner_text() == "measured"

@@ -1,12 +1,7 @@
 """Jobs go on while another view is shown, the report waits beside a map; a log whose names are not known."""
 
 import numpy as np
-
-DROP = """([name, text]) => {
-    const data = new DataTransfer();
-    data.items.add(new File([text], name));
-    document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
-}"""
+from app_page import DROP
 
 
 def begun(page, view, count="10"):

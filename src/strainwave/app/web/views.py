@@ -180,8 +180,10 @@ def sureness(project: Project) -> dict[str, Any]:
     if project.train is not None and project.motor == "held":
         curve = project.equation_response(coexisting=False, points=POINTS)
         held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
+    sentences = sure.sentences(project.limit)
     return {
-        "how_sure": list(sure.sentences(project.limit)), "held": held, "speed": scale * sure.omega,
+        "how_sure": list(sentences), "together": sentences[len(sure.doubts)] if sure.doubts else "",
+        "held": held, "speed": scale * sure.omega,
         "low_arcsec": sure.low / ARCSEC, "high_arcsec": sure.high / ARCSEC,
     }  # fmt: skip
 

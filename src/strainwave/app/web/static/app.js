@@ -34,6 +34,8 @@ async function trying(work, refused = (sentence) => say(sentence, true)) {
 async function show() {
   seeking += 1;
   hideGoals();
+  leave("goal");
+  leave("beside");
   await remember();
   undo();
   say("");
@@ -59,7 +61,7 @@ async function seek() {
   const mine = (seeking += 1), names = about.parameters.map((p) => p.name);
   if (state.view !== "response" || !names.includes("limit.oscillation") || byId("plots").classList.contains("stale")) return;
   for (const p of about.parameters.filter((one) => one.log && one.now !== null && !/^(speed|limit|gear)[.]/.test(one.name))) {
-    const found = await call("/api/goal", { body: { state: asked(), name: p.name } }).catch(() => ({ value: null }));
+    const found = await call("/api/goal", { body: { state: asked(), name: p.name }, kind: "goal" }).catch(() => ({ value: null }));
     if (mine !== seeking) return;
     showGoal(p.name, found.value);
   }
@@ -105,9 +107,14 @@ async function choose(view) {
   await show();
 }
 
+// Whether the server takes the drive; null where a later change has overtaken the question.
 async function load() {
-  const found = await trying(() => call("/api/project", { body: { state: asked() }, kind: "project" }));
-  if (!found) return false;
+  let taken = null;
+  const found = await trying(() => call("/api/project", { body: { state: asked() }, kind: "project" }), (sentence) => {
+    taken = false;
+    say(sentence, true);
+  });
+  if (!found) return taken;
   byId("gear").value = state.project === null ? state.gear : state.values.gear ?? "";
   setAbout(found);
   byId("title").textContent = found.title;
@@ -122,7 +129,9 @@ async function load() {
 // The drive and the view of the address, or the first one and a sentence where the address has none.
 async function opened() {
   let wrong = await recall();
-  if (!(await load())) {
+  const whole = await load();
+  if (whole === null) return;
+  if (!whole) {
     wrong = `${byId("status").textContent}. The page shows ${FIRST} instead.`;
     Object.assign(state, { gear: FIRST, project: null, values: {} });
     await load();
@@ -147,8 +156,14 @@ async function changeGear(gear) {
 async function taken(text) {
   const before = { project: state.project, values: state.values };
   Object.assign(state, { project: text, values: {}, options: {} });
-  if (await load()) await choose(state.view === "log" ? "response" : state.view);
-  else Object.assign(state, before);
+  const whole = await load();
+  if (whole) await choose(state.view === "log" ? "response" : state.view);
+  else if (whole === false) {
+    const wrong = byId("status").textContent;
+    Object.assign(state, before);
+    if (about === null) await opened();
+    say(wrong, true);
+  }
 }
 
 function tabs() {
@@ -204,9 +219,10 @@ async function begin() {
   byId("undo").addEventListener("click", () => turned(BACK));
   byId("redo").addEventListener("click", () => turned(FORTH));
   addEventListener("keydown", (event) => {
-    if (!(event.ctrlKey || event.metaKey) || !["z", "y"].includes(event.key.toLowerCase())) return;
+    const key = event.key.toLowerCase(), other = event.target.matches?.("input:is([type=text], [type=number])") && !event.target.closest("#sliders");
+    if (!(event.ctrlKey || event.metaKey) || !["z", "y"].includes(key) || other) return; // another field undoes its text itself
     event.preventDefault();
-    turned(event.shiftKey || event.key === "y" ? FORTH : BACK);
+    turned(event.shiftKey || key === "y" ? FORTH : BACK);
   });
   byId("open").addEventListener("click", () => byId("project-file").click());
   byId("project-file").addEventListener("change", (event) => event.target.files[0]?.text().then(taken));
@@ -228,8 +244,9 @@ async function begin() {
       if (present) delete state.values[name];
       else state.values[name] = value;
     }
-    if (await load()) await show();
-    else state.values = before;
+    const whole = await load();
+    if (whole) await show();
+    else if (whole === false) state.values = before;
     byId(id)?.focus();
   });
   document.addEventListener("pause", seek);
@@ -246,7 +263,7 @@ async function begin() {
     resizing = setTimeout(() => { showTab(); legends(); }, 150);
   });
   addEventListener("pagehide", stopAll);
-  await opened();
+  if (state.project === null) await opened(); // else one was dropped already
 }
 
 begin();

@@ -1,7 +1,7 @@
 // The view of a log: what is in it, which column is what, and the drive that it identifies.
 import { call } from "/static/api.js";
 import { forget, jobView } from "/static/jobs.js";
-import { answer, between, BLUE, cells, clear, COLOURS, draw, element, epoch, ORANGE, RED, round, signed } from "/static/plots.js";
+import { answer, between, BLUE, cells, clear, COLOURS, element, epoch, ORANGE, pictures, RED, round, signed } from "/static/plots.js";
 import { asked } from "/static/state.js";
 
 let file = null, found = null, chosen = {}, painted = 0, remarks = []; // what was dropped, what is in it, and what was said of its columns
@@ -26,7 +26,7 @@ function columnTable() {
     return { list, unit, row: cells("td", [c.name || `column ${i + 1}`, list, unit]) };
   });
   const rate = element("input", { type: "text", size: 8, value: chosen.rate ?? "", inputMode: "decimal" });
-  const read = element("button", { type: "button", id: "read-so", textContent: "Read the log so" });
+  const read = element("button", { type: "button", id: "read-so", textContent: "Read with these columns" });
   read.addEventListener("click", () => {
     const named = boxes.map((box, i) => [box.list.value, i, box.unit.value.trim()]).filter(([channel]) => channel);
     const units = Object.fromEntries(named.filter(([, , unit]) => unit).map(([channel, , unit]) => [channel, unit]));
@@ -60,6 +60,7 @@ export async function log() {
 async function paintLog(r) {
   clear();
   painted = epoch;
+  const draw = pictures();
   for (const id of ["begin", "cancel", "progress", "stage"]) document.getElementById(id)?.remove();
   const plots = document.getElementById("plots");
   plots.append(columnTable());
@@ -80,6 +81,7 @@ async function paintLog(r) {
 }
 
 async function paintIdentified(r) {
+  const draw = pictures();
   const numbers = r.numbers.map((n) => cells("td", [n.name, `${round(n.value, 5)} ${n.unit}`, `${round(n.low, 5)} to ${round(n.high, 5)}`]));
   const table = element("table", { id: "identified" }, cells("th", ["number", "found", "95 % interval"]), ...numbers);
   const use = element("button", { type: "button", id: "use", textContent: "Take these numbers into the drive", disabled: !r.usable });

@@ -1,7 +1,7 @@
 // The views that a job fills: maps over two numbers and over speed and load, and the compensation.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, between, BLUE, cells, COLOURS, draw, element, GREEN, RED, round, signed } from "/static/plots.js";
+import { answer, between, BLUE, cells, COLOURS, element, GREEN, pictures, RED, round, signed } from "/static/plots.js";
 import { numberNow } from "/static/sliders.js";
 import { about, asked, state } from "/static/state.js";
 
@@ -49,6 +49,7 @@ function beginMap() {
 }
 
 async function paintMap(r, { axes: [a, b] }) {
+  const draw = pictures();
   const table = { [`${a.p.label} [${a.p.unit}]`]: b.values.flatMap(() => a.values), [`${b.p.label} [${b.p.unit}]`]: b.values.flatMap((v) => a.values.map(() => v)), "largest oscillation [arcsec]": r.largest_oscillation_arcsec.flat() };
   const limit = numberNow("limit.oscillation"), logs = r.largest_oscillation_arcsec.map((row) => row.map((value) => (value === null ? null : Math.log10(value))));
   const ticks = [-1, 0, 1, 2, 3, 4].flatMap((power) => [1, 2, 5].map((digit) => Number(`${digit}e${power}`)));
@@ -87,6 +88,7 @@ export function mapOptions() {
 }
 
 async function paintSpeedMap(r, { asks }) {
+  const draw = pictures();
   const own = asks.loads.length ? "" : " of the project";
   const [first, end] = [r.load[0], r.load[r.load.length - 1]].map((load) => round(load)), unit = signed(r.load_unit);
   const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
@@ -113,6 +115,7 @@ export async function compensation() {
 }
 
 async function paintCompensation(r) {
+  const draw = pictures();
   const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak with mean"]];
   const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), text: kinds.map(([key]) => round(one[key], 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   await draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` });
@@ -136,6 +139,7 @@ export async function tuning() {
 }
 
 async function paintTuning(r) {
+  const draw = pictures();
   const curve = (one, name, color, dash) => (one ? [{ x: one.speed, y: one.oscillation_arcsec, name, mode: "lines", line: { color, dash }, hovertemplate: `%{x:.5g} ${r.speed_unit}<br>%{y:.4g} arcsec<extra>${name}</extra>` }] : []);
   const limit = r.limit_arcsec !== null && r.after ? curve({ speed: [r.after.speed[0], r.after.speed.at(-1)], oscillation_arcsec: [r.limit_arcsec, r.limit_arcsec] }, "limit", GREEN, "dot") : [];
   const table = Object.fromEntries(["before", "after"].flatMap((key) => (r[key] ? [[`speed ${key} [${r.speed_unit}]`, r[key].speed], [`oscillation ${key} [arcsec]`, r[key].oscillation_arcsec]] : [])));

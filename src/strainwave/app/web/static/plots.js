@@ -1,5 +1,6 @@
 // Pictures with plotly.js: colours of Okabe and Ito, which colour-blind people tell apart, and line styles with them.
 import { download } from "/static/api.js";
+import { about, stem } from "/static/state.js";
 
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 const ON_LIGHT = ["#0072b2", "#d55e00", "#00815e", "#b0508a", "#b87800", "#2f8fc4", "#707070"];
@@ -100,12 +101,32 @@ export async function draw(name, { data, layout, table, label, size = "" }) {
   box.dataset.drawn = box.drawn;
 }
 
+// What draws the pictures of a view until another view or other colours begin, which end it.
+export function pictures() {
+  const mine = epoch;
+  return async (...picture) => {
+    await draw(...picture);
+    if (epoch !== mine) throw new DOMException("the view has changed", "AbortError");
+  };
+}
+
+// A picture in the colours of a light page, under the title of the drive.
+function onLight(box) {
+  const here = getComputedStyle(document.documentElement), root = [...document.styleSheets[0].cssRules].find((rule) => rule.selectorText === ":root").style;
+  const pairs = ["--ink", "--line", "--paper"].map((name) => [here.getPropertyValue(name).trim(), root.getPropertyValue(name).trim()]);
+  const text = JSON.stringify({ data: box.data, layout: box.layout });
+  const { data, layout } = JSON.parse([...pairs, ...COLOURS.map((colour, i) => [colour, ON_LIGHT[i]])].reduce((all, [from, to]) => all.replaceAll(from, to), text));
+  const size = layout.font.size;
+  return { data, layout: { ...layout, title: { text: about.title, x: 0.5, y: 0.98, yanchor: "top" }, margin: { ...layout.margin, t: 5 * size } } };
+}
+
 async function save(box, name, format) {
-  if (format === "csv") return download(`strainwave-${name}.csv`, csvOf(box.table), "text/csv");
-  const url = await window.Plotly.toImage(box, { format, width: 1200, height: 700, scale: format === "png" ? 2 : 1 });
-  if (format === "svg") return download(`strainwave-${name}.svg`, decodeURIComponent(url.slice(url.indexOf(",") + 1)), "image/svg+xml");
+  const file = `${stem()}-${name}.${format}`;
+  if (format === "csv") return download(file, csvOf(box.table), "text/csv");
+  const url = await window.Plotly.toImage(onLight(box), { format, width: 1200, height: 700, scale: format === "png" ? 2 : 1 });
+  if (format === "svg") return download(file, decodeURIComponent(url.slice(url.indexOf(",") + 1)), "image/svg+xml");
   const bytes = Uint8Array.from(atob(url.slice(url.indexOf(",") + 1)), (c) => c.charCodeAt(0));
-  return download(`strainwave-${name}.png`, new Blob([bytes], { type: "image/png" }));
+  return download(file, new Blob([bytes], { type: "image/png" }));
 }
 
 // Pictures over the same speeds: their zoom and their crosshair are one.

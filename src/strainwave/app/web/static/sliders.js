@@ -32,9 +32,10 @@ export const numberNow = (name) => rows.get(name).now();
 // Show the numbers; where they are those that are shown, what is typed stays as it is.
 export function build({ parameters, parts, sources }, slid, typed) {
   const names = parameters.map((p) => p.name + p.unit + p.added).join() + parts.map((p) => p.name + p.present);
+  const sourceOf = (p) => sources[p.name] ?? (p.group === "gear" ? sources.gear : undefined) ?? "";
   const form = document.getElementById("sliders");
   if (form.dataset.names === names) {
-    for (const p of parameters) rows.get(p.name).show(p);
+    for (const p of parameters) rows.get(p.name).show(p, sourceOf(p));
     return;
   }
   form.dataset.names = names;
@@ -51,9 +52,9 @@ export function build({ parameters, parts, sources }, slid, typed) {
       groups.set(p.group, set);
       form.append(set);
     }
-    rows.set(p.name, row(p, slid, typed, sources[p.name] ?? (p.group === "gear" ? sources.gear : undefined) ?? ""));
+    rows.set(p.name, row(p, slid, typed));
     groups.get(p.group).append(rows.get(p.name).box);
-    rows.get(p.name).show(p);
+    rows.get(p.name).show(p, sourceOf(p));
   }
   const add = parts.map((part) => {
     const id = "part-" + part.name.replaceAll(" ", "-");
@@ -64,7 +65,7 @@ export function build({ parameters, parts, sources }, slid, typed) {
   if (add.length) form.append(element("fieldset", {}, element("legend", { textContent: "parts" }), element("div", { className: "parts" }, ...add)));
 }
 
-function row(p, slid, typed, source) {
+function row(p, slid, typed) {
   const id = "value-" + p.name;
   const named = p.shown_unit ? `${p.label} [${p.shown_unit}]` : p.label;
   const field = element("input", { type: "text", id, inputMode: "text", spellcheck: false });
@@ -83,7 +84,7 @@ function row(p, slid, typed, source) {
   const range = element("div", { className: "range" }, low, element("div", { className: "track" }, slider, meets), high);
   const box = element("div", { className: "value" }, label, field, unit, range, wrong, help);
   field.setAttribute("aria-describedby", `${badge.id} ${help.id} ${wrong.id}`);
-  let now = p.value;
+  let now = p.value, source = "";
   const tell = (value) => {
     now = value;
     badge.textContent = value !== p.value || p.added ? "yours" : source;
@@ -121,6 +122,7 @@ function row(p, slid, typed, source) {
   meets.addEventListener("click", () => {
     slider.value = place(p, Number(meets.dataset.value));
     put(Number(meets.dataset.value), meets.dataset.value);
+    slider.focus(); // the mark goes
   });
   field.addEventListener("input", () => {
     state.values[p.name] = written(p, field.value);
@@ -134,8 +136,9 @@ function row(p, slid, typed, source) {
     slider.value = place(p, Number(next));
     put(Number(next), next);
   });
-  const show = (found) => {
+  const show = (found, word) => {
     Object.assign(p, found);
+    source = word;
     const text = state.values[p.name] ?? `${short(p.value, 6)} ${p.unit}`.trim(), own = ownUnit(p, text);
     if (written(p, field.value) !== text) field.value = own;
     mark(p.wrong);

@@ -6,6 +6,7 @@ export const state = { gear: FIRST, project: null, values: {}, view: "response",
 
 export let about = null; // what the server says of the drive: its numbers and its speeds
 export const setAbout = (found) => { about = found; };
+export const stem = () => (about?.title ?? "drive").replace(/[^\w.-]+/g, "-").slice(0, 60); // of the names of files
 
 const bytesOf = async (stream) => new Uint8Array(await new Response(stream).arrayBuffer());
 

@@ -1,10 +1,10 @@
 // The views: what each asks of the server, and the pictures of what it answers.
-import { call, download, leave } from "/static/api.js";
+import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
-import { answer, between, BLUE, cells, COLOURS, crosshair, draw, element, GREEN, link, ORANGE, parts, PINK, RED, round, signed } from "/static/plots.js";
-import { about, asked, remember, state } from "/static/state.js";
+import { answer, between, BLUE, cells, COLOURS, crosshair, draw, element, epoch, GREEN, link, ORANGE, parts, pictures, PINK, RED, round, signed } from "/static/plots.js";
+import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
 
@@ -55,32 +55,34 @@ function small(r) {
   document.getElementById("small-limit").setAttribute("points", r.limit_arcsec === null ? "" : [low, high].map((x) => at(x, r.limit_arcsec)).join(" "));
 }
 
-// After a pause: the band that assumed numbers leave open, and the held motor, thin. A change of the drive ends it.
+// After a pause: the range for assumed numbers, and the held motor, thin. Another drive or view ends it.
 let pause = 0;
-async function afterwards(picture, top) {
-  const drive = JSON.stringify(asked());
+async function afterwards(picture, top, drive, mine) {
+  const gone = () => epoch !== mine || drive !== JSON.stringify(asked());
+  if (gone()) return;
   const s = await call("/api/sureness", { body: { state: asked() }, kind: "beside" }).catch(() => null);
-  if (!s || state.view !== "response" || drive !== JSON.stringify(asked())) return;
+  if (!s || gone()) return;
   const line = { mode: "lines", hoverinfo: "skip" }, known = s.how_sure.length > 0;
   const band = known ? [
     { ...line, x: s.speed, y: s.low_arcsec, line: { width: 0 }, showlegend: false },
-    { ...line, x: s.speed, y: s.high_arcsec, line: { width: 0 }, fill: "tonexty", fillcolor: BLUE + "33", name: "what assumed numbers leave open" },
+    { ...line, x: s.speed, y: s.high_arcsec, line: { width: 0 }, fill: "tonexty", fillcolor: BLUE + "33", name: "range for assumed numbers" },
   ] : [];
   const held = s.held ? [{ ...line, x: s.held.speed, y: s.held.oscillation_arcsec, line: { color: COLOURS[6], width: 1, dash: "dashdot" }, name: "motor held" }] : [];
   picture.data.unshift(...band, ...held);
   picture.layout.yaxis = { ...picture.layout.yaxis, range: [0, Math.max(top, ...(known ? s.high_arcsec.filter(Number.isFinite) : [])) * 1.08] };
   await draw("response", picture);
-  if (known) document.getElementById("answer").append(` How sure: ${s.how_sure.at(-1)}.`);
+  if (gone()) return;
+  if (known) document.getElementById("answer").append(` How sure: ${s.together}.`);
   const list = document.querySelector("#remarks ul") ?? document.getElementById("remarks").appendChild(element("ul"));
   list.append(...s.how_sure.map((textContent) => element("li", { textContent })));
 }
 
 async function response(again) {
+  const draw = pictures(), mine = epoch, drive = JSON.stringify(asked());
   clearTimeout(pause);
-  leave("beside");
   const r = await call("/api/response", { body: { state: asked(), whole: false }, kind: "view" });
   if (before) [ghost, before] = [{ ...before, name: "before" }, null];
-  current = { r, drive: JSON.stringify(asked()), values: Object.entries(state.values).map((pair) => pair.join(" ")).join(", ") };
+  current = { r, drive, values: Object.entries(state.values).map((pair) => pair.join(" ")).join(", ") };
   small(r);
   const x = { title: `${r.speed_name} [${r.speed_unit}]`, ...crosshair };
   const shapes = r.avoid.map(([low, high]) => band(low, high, RED));
@@ -92,7 +94,7 @@ async function response(again) {
   if (r.avoid.length) data.push({ x: [null], y: [null], name: "speeds to avoid", mode: "markers", marker: { symbol: "square", size: 12, color: RED, opacity: 0.25 } });
   const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak with mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
   const picture = { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` };
-  pause = setTimeout(afterwards, 500, structuredClone(picture), Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite))));
+  const later = structuredClone(picture), top = Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite)));
   await draw("response", picture);
   const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, "largest torque in the gear", "N·m")];
   const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
@@ -110,6 +112,8 @@ async function response(again) {
   const [low, mean, high] = r.load_torques;
   const loads = low < high ? ` This is for ${round(mean)} N·m on the load; the report follows it from ${round(low)} to ${round(high)} N·m and gives the verdict.` : "";
   answer(failures + said + against + leaves + keep + loads, r.passes);
+  clearTimeout(pause);
+  pause = setTimeout(afterwards, 500, later, top, drive, mine);
   const motor = r.required_motor ? `The motor must give ${low < high ? "at least" : "up to"} ${round(r.required_motor.torque)} N·m, ${round(r.required_motor.holding_torque)} N·m of it at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
   return [r.message === "reached both ends" ? "" : r.message, motor, ...r.remarks];
 }
@@ -128,6 +132,7 @@ function speedControl(again) {
 }
 
 async function motion(again) {
+  const draw = pictures();
   const speed = speedControl(again);
   if (!(speed > 0)) throw new Error("the speed is not a positive number");
   const r = await call("/api/motion", { body: { state: asked(), speed }, kind: "view" });
@@ -146,6 +151,11 @@ async function motion(again) {
 function moveControls() {
   const controls = document.getElementById("controls"), name = "move.profile.0.type", kind = state.values[name];
   const part = about.parts.find((one) => one.name === "move");
+  const shown = document.getElementById("move-type");
+  if (shown && kind) {
+    shown.value = kind;
+    return;
+  }
   controls.replaceChildren();
   if (part && !part.present) {
     const edit = element("button", { type: "button", id: "edit-move", textContent: "Edit the move" });
@@ -160,6 +170,7 @@ function moveControls() {
 }
 
 async function move() {
+  const draw = pictures();
   moveControls();
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
   const settled = r.settling_time === null ? "does not settle within the run" : r.settling_time === 0 ? `is within ${round(r.window_arcsec)} arcsec from the end of the move on` : `settles within ${round(r.window_arcsec)} arcsec in ${round(1e3 * r.settling_time)} ms`;
@@ -195,10 +206,9 @@ function scriptView() {
 }
 
 export async function take(what) {
-  const stem = (about?.title ?? "drive").replace(/[^\w.-]+/g, "-").slice(0, 60);
-  if (what === "project") return download(stem + ".yaml", await call("/api/export/project", { body: { state: asked() } }), "application/yaml");
-  if (what === "script") return download(stem + ".py", await call("/api/export/script", { body: { state: asked(), ...scriptView() } }), "text/x-python");
+  if (what === "project") return download(stem() + ".yaml", await call("/api/export/project", { body: { state: asked() } }), "application/yaml");
+  if (what === "script") return download(stem() + ".py", await call("/api/export/script", { body: { state: asked(), ...scriptView() } }), "text/x-python");
   const one = await run("report", () => call("/api/jobs", { body: { state: asked(), kind: "report" } }));
   if (one.state === "failed") throw new Error(one.error);
-  return one.state === "done" && download(stem + ".html", one.result, "text/html");
+  return one.state === "done" && download(stem() + ".html", one.result, "text/html");
 }
