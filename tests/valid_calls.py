@@ -559,6 +559,8 @@ CALLS = {
         {"sources": [source._replace(amplitude=1e-4) for source in sw.gears.static_sources(50.0).values()][:2], "N": 50.0, "quantiles": (0.5,), "draws": 10, "seed": 0},
     ),
     "error_parts": call(sw.study.error_parts, "system", system=lambda: DUFFING._replace(error=ERRORS["KinematicError"]), orbit=None),
+    "two_turn_motion": call(sw.study.two_turn_motion, "system", system=lambda: DUFFING._replace(error=ERRORS["KinematicError"]), omega=1.3, ratio=50.0, start=None),
+    "two_turn_response": call(sw.study.two_turn_response, "system", system=lambda: DUFFING._replace(error=ERRORS["KinematicError"]), speeds=(1.3, 1.4), ratio=50.0),
     "Project.response": lambda: (project().response, {"points": 10, "harmonics": 3, "coexisting": False}),
     "Project.under": lambda: (axis().under, {"torque": 5.0}),
     "Project.system": lambda: (axis().system, {"omega": 120.0}),

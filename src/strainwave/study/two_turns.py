@@ -133,10 +133,14 @@ def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, st
     ------
     ValueError
         If a part is none that the balance holds: the sentence says which.
+    TypeError
+        If `system` or `start` is of another kind.
     SolveError
         If no motion is found.
     """
     omega = number("omega [rad/s]", omega, positive=True)
+    if not (start is None or isinstance(start, TwoTurnCurve)):
+        raise TypeError(f"start is {shown(start)}; give a motion that two_turn_motion returned")
     driven, flow = _driven(system, ratio)
     guess = None if start is None else (start.problem, start.points[0])
     problem, point = at_speed(driven, omega, MOTION, guess)
