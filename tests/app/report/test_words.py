@@ -29,7 +29,11 @@ SPEEDS = Speeds((60.0, 200.0))
 
 
 def view(analysis, **project):
-    return View(SimpleNamespace(**{"speeds": SPEEDS} | project), analysis, ARCSECONDS)
+    return View(
+        SimpleNamespace(**{"speeds": SPEEDS, "limit": None, "digits": lambda most=4: most} | project),
+        analysis,
+        ARCSECONDS,
+    )
 
 
 def told(data):
