@@ -70,3 +70,11 @@ def test_a_wrong_command_ends_with_one_sentence(path, given, code, said):
     run = invoke(path, *given)
     assert run.exit_code == code
     assert said in run.output
+
+
+def test_a_profile_that_a_file_of_the_results_would_replace_is_refused(moving, tmp_path):
+    moving.write_text(moving.read_text().replace("turn.csv", "tune.csv"))
+    (moving.parent / "turn.csv").rename(moving.parent / "tune.csv")
+    run = invoke(moving, "-o", tmp_path / "out")
+    assert (run.exit_code, (tmp_path / "out").exists()) == (1, False)
+    assert "the profile 'tune.csv' of the move has the name of a file of this command" in run.output

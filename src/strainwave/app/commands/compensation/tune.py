@@ -51,6 +51,8 @@ def tune(
     drive = read_project(project)
     margin = None if phase_margin is None else quantity("--phase-margin", phase_margin, "rad")
     torques = [quantity("--load", text, "N*m") for text in loads] or None
+    if output is not None:
+        _refuse_equal_names(drive)
     with Progress(drive.title) as progress:
         more = tuple(scattered(drive, units, seed)) if units else ()
         result = tuned(
@@ -61,6 +63,14 @@ def tune(
         if output is not None:
             _write(drive, result, output)
     click.echo(reported(drive.title, result.facts(), as_json, *([] if output is None else [f"written: {output}"])))
+
+
+def _refuse_equal_names(project: Project) -> None:
+    """Refuse a profile beside the project that a file of the results would replace (ValueError)."""
+    files = () if project.move is None else project.move.files
+    name = next((name for name in files if name in (CSV, SVG, JSON, YAML, NOTCHED)), None)
+    if name is not None:
+        raise ValueError(f"the profile {name!r} of the move has the name of a file of this command; rename the profile")
 
 
 def _write(project: Project, result: TunedLoop, output: Path) -> None:

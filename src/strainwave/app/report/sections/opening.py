@@ -16,7 +16,7 @@ from ...console import WHAT_X_IS, number, percent
 from ...view import View, sizes, under_load
 from ..remedies import after_change, can_be_ordered, words
 from ..verdict import answers, how_sure, loop_margins, ranges, verdict_data
-from .speed_range import drive_figure
+from .speed_range import drive_figure, figure_said
 from .whole_train import modes, parts
 
 CONVENTIONS = (
@@ -75,6 +75,10 @@ class Opening:
     def figures(self, view: View) -> list[str]:
         """Oscillation of the error against speed, with its limit and the speeds to avoid."""
         return [stacked(drive_figure(view)[:1], 250.0, "oscillation of the error against speed", PAGE)]
+
+    def sentences(self, view: View) -> list[str]:
+        """Content of the figure."""
+        return [said for said in figure_said(view) if said]
 
     def orders(self, view: View) -> list[tuple[str, str, bool | None]]:
         """What can be ordered or set, the oscillation that it leaves, and whether that is above the limit."""

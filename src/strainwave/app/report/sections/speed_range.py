@@ -29,13 +29,18 @@ class SpeedRange:
         return [stacked([panel], drive.HEIGHT, f"{panel.y.name} against speed") for panel in more]
 
     def sentences(self, view: View) -> list[str]:
-        """Content of the figure, and jumps of a slow run-up and run-down."""
+        """What assumed numbers leave open, and jumps of a slow run-up and run-down."""
         sure = [f"How sure: {said}." for said in view.project.sureness.sentences(view.project.limit)]
-        return [_lines(view), *sure, *sweep_sentences(view.analysis.response), _marks(view), _others(view)]
+        return [*sure, *sweep_sentences(view.analysis.response), _others(view)]
 
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
         """Jumps of a slow run-up and run-down."""
         return sweep_sentences(view.analysis.response)
+
+
+def figure_said(view: View) -> list[str]:
+    """What the figure of the oscillation shows."""
+    return [_lines(view), _marks(view)]
 
 
 def drive_figure(view: View) -> list[Panel]:
@@ -146,4 +151,4 @@ def _marks(view: View) -> str:
     if view.analysis.train_curve is not None:
         return ""
     place = "where the curve is largest" if view.project.has_memory else "of small oscillations"
-    return f"Dashed grey lines: resonances, numbered as below, {place}; base angle: {view.speeds.base_angle}."
+    return f"Dashed grey lines: resonances, numbered as in the appendix, {place}; base angle: {view.speeds.base_angle}."
