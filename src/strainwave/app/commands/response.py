@@ -60,7 +60,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
     with Progress(drive.title) as progress:
         progress.show("response curve", 0.0)
         with light_as_python():
-            found = drive.response()
+            curve = drive.response()
         sure = None
         if output is None or as_json or output.suffix in FIGURES:  # a CSV file has no range for assumed numbers
             progress.show("range for assumed numbers", 0.2)
@@ -68,9 +68,9 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
                 sure = drive.sureness
         if output is not None:
             progress.show("writing", 0.8)
-            _write(drive, found, output)
+            _write(drive, curve, output)
     written = [] if output is None else [f"written: {output}"]
-    click.echo(reported(drive.title, facts(drive, found, sure), as_json, *written))
+    click.echo(reported(drive.title, facts(drive, curve, sure), as_json, *written))
 
 
 def _write(project: Project, found: DriveResponse, output: Path) -> None:

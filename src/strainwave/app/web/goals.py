@@ -60,20 +60,20 @@ def _crossing(excess: Callable[[float], float], begin: float, end: float) -> flo
     return None
 
 
-def _met(excess: Callable[[float], float], x: float, at: float) -> float | None:
+def _met(excess: Callable[[float], float], begin: float, end: float) -> float | None:
     """The last number within the limit on the way to the crossing, rounded away from that; None if this is above."""
-    within, above = (x, at) if excess(x) <= 0.0 else (at, x)
-    met = [within]
+    good, bad = (begin, end) if excess(begin) <= 0.0 else (end, begin)
+    met = [good]
 
     def told(y: float) -> float:
         if excess(y) <= 0.0:
             met.append(y)
         return excess(y)
 
-    brentq(told, x, at, xtol=SHARP, rtol=SHARP)
-    exact = math.exp(min(met, key=lambda y: abs(y - above)))
+    brentq(told, begin, end, xtol=SHARP, rtol=SHARP)
+    exact = math.exp(min(met, key=lambda y: abs(y - bad)))
     digit = 10.0 ** (math.floor(math.log10(exact)) - 3)
-    value = float(f"{digit * (math.floor if within < above else math.ceil)(exact / digit):.4g}")
+    value = float(f"{digit * (math.floor if good < bad else math.ceil)(exact / digit):.4g}")
     return value if excess(math.log(value)) <= 0.0 else None
 
 

@@ -123,22 +123,22 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     alone = [(*plain[:i], end, *plain[i + 1 :]) for i in range(len(groups)) for end in (0, 1)]
     cases = dict.fromkeys([plain, *alone, *product((0, 1), repeat=len(groups))]) if groups else {}
     low, high, sizes = np.full(SPEEDS, np.inf), np.full(SPEEDS, -np.inf), dict[Case, float]()
-    known = dict[frozenset[tuple[str, str]], float | None]()  # by the changes; a number may be an end of its range
+    computed = dict[frozenset[tuple[str, str]], float | None]()  # by the changes; a number may be an end of its range
     for case in cases:
         ends = [(names, end) for (_, _, names), end in zip(groups, case, strict=True) if end is not None]
         changes = {n: texts[end] for names, end in ends for n, (own, *texts) in names.items() if texts[end] != own}
         key = frozenset(changes.items())
-        if key not in known:
-            known[key] = None
+        if key not in computed:
+            computed[key] = None
             try:
                 found, turns = solve(replaced(project, changes, retune=True) if changes else project)
             except (ValueError, SolveError) as error:
                 lost[f"One variant cannot be computed: {error}"] = None
                 continue
-            known[key] = float(found.oscillation[found.top])
+            computed[key] = float(found.oscillation[found.top])
             for speeds, values in _stretches(found, omega * turns):
                 low[speeds], high[speeds] = np.minimum(low[speeds], values), np.maximum(high[speeds], values)
-        if (size := known[key]) is not None:
+        if (size := computed[key]) is not None:
             sizes[case] = size
     doubts = tuple(
         Doubt(what, tuple(names), value, _range(names), _ends(sizes, (plain, *alone[2 * i : 2 * i + 2])))
@@ -147,7 +147,7 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     some = np.isfinite(low)
     low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
     doubts = tuple(doubt for doubt in doubts if isfinite(doubt.sizes[0]))
-    drives = sum(size is not None for size in known.values())
+    drives = sum(size is not None for size in computed.values())
     return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost))
 
 
