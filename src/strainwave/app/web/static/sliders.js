@@ -87,7 +87,7 @@ function row(p, slid, typed) {
   let now = p.value, source = "";
   const tell = (value) => {
     now = value;
-    badge.textContent = value !== p.value || p.added ? "yours" : source;
+    badge.textContent = value !== p.value ? "yours" : source || (p.added ? "yours" : ""); // first numbers of a part are assumed
     box.classList.toggle("changed", value !== p.value || Boolean(p.added));
     if (value === null) return;
     [low.textContent, high.textContent] = ends(p, value).map((end) => short(end, 3));
