@@ -100,6 +100,13 @@ def test_undo_and_redo_take_a_change_back_and_forth(page):
     assert page.locator("#redo").is_enabled()
     page.keyboard.press("Control+Y")  # as with Caps Lock
     page.wait_for_function(f"() => ({INERTIA})() === '2'")
+    page.get_by_role("tab", name="Motion at a speed").click()
+    speed = page.locator("#speed")
+    before = speed.input_value()
+    speed.fill("1200")
+    speed.press("Control+z")  # undoes what is typed there
+    assert speed.input_value() == before
+    assert field(page, "load.inertia").input_value() == "2"
 
 
 def test_back_goes_to_the_drive_before_the_last_pause(page):
@@ -109,8 +116,6 @@ def test_back_goes_to_the_drive_before_the_last_pause(page):
     page.get_by_role("tab", name="Motion at a speed").click()
     page.wait_for_selector("#plot-phase[data-drawn]")
     paused(page, rests)
-    page.locator("#speed").press("Control+z")  # undoes what is typed there
-    assert field(page, AMPLITUDE).input_value() == "10"
     page.go_back()
     page.wait_for_selector("#plot-torque[data-drawn]")
     assert field(page, AMPLITUDE).input_value() == "10"
