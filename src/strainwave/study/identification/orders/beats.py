@@ -306,14 +306,14 @@ def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[F
     apart = float(np.ptp(settled))
     if apart * turns < HALF or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
         return [line._replace(second=1.0) for line in members]
-    known = np.array([_whole(k, min(e, 0.2 * apart)) for k, e in zip(settled.tolist(), errors.tolist(), strict=True)])
-    loose = known != np.round(known)
+    orders = np.array([_whole(k, min(e, 0.2 * apart)) for k, e in zip(settled.tolist(), errors.tolist(), strict=True)])
+    loose = orders != np.round(orders)
     if loose.any() and not loose.all():
-        known, closer = around.settled(known, loose)
+        orders, closer = around.settled(orders, loose)
         errors[loose] = closer[loose]
     return [
         members[0]._replace(place=k, error=2.0 * e, joint=True)
-        for k, e in zip(known.tolist(), errors.tolist(), strict=True)
+        for k, e in zip(orders.tolist(), errors.tolist(), strict=True)
     ]
 
 
