@@ -33,6 +33,7 @@ LOW_CONTRAST = """() => {
     }
     return { seen, low };
 }"""
+DONE = "() => document.getElementById('stage').textContent === 'done'"  # a map is shown while it is computed
 SHOWN = """() => [...document.querySelectorAll(".plot")].map((box) => [
     box.id,
     box.getAttribute("aria-label"),
@@ -60,10 +61,13 @@ def test_address_of_a_view_gives_its_picture_again_and_its_data(page, address, v
     page.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
     if page.locator("#begin").count():
         page.wait_for_function("() => location.hash.includes('o.run=')")
+        page.wait_for_function(DONE)
     shown, said, where = page.evaluate(SHOWN), page.locator("#answer").inner_text(), page.url
     page.goto("about:blank")
     page.goto(where)
     page.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
+    if page.locator("#begin").count():
+        page.wait_for_function(DONE)
     page.wait_for_timeout(300)
     assert page.evaluate(SHOWN) == shown
     assert page.locator("#answer").inner_text() == said
