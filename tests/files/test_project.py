@@ -283,7 +283,13 @@ WRONG = [
     ("damping:", "gear: CSG-40-80\ndamping:", "4:1", "gear", "appears twice, first in line 1; remove one"),
     ("damping:", "limit: {oscillation: 0 arcsec}\ndamping:", "4:22", "limit.oscillation", "'0 arcsec' is not positive"),
     ("damping:", "limit: 60 arcsec\ndamping:", "4:8", "limit", "'60 arcsec' is not a group of fields; write for"),
-    ("damping:", "colour: red\ndamping:", "4:1", "colour", "unknown field; known here: title, revision, gear, hysteresis"),
+    (
+        "damping:",
+        "colour: red\ndamping:",
+        "4:1",
+        "colour",
+        "unknown field; known here: title, revision, gear, hysteresis",
+    ),
     (
         "gear: CSG-40-50",
         "gear: CSG-40-5",

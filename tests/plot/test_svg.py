@@ -118,7 +118,8 @@ def test_a_line_breaks_where_it_has_no_number():
 def test_neighbouring_cells_of_one_colour_are_one_rectangle():
     shown = Panel("", Axis("x"), Axis("y"))
     shown.cells = Cells(np.arange(5.0), np.arange(2.0), np.array([[0, 0, -1, 1]]), ("#fafafa", "#505050"))
-    boxes = [e for e in drawn(shown).iter() if e.tag.endswith("rect")]
+    ground, *boxes = [e for e in drawn(shown).iter() if e.tag.endswith("rect")]
+    assert ground.get("fill") == "#ffffff"
     assert [box.get("fill") for box in boxes] == ["#fafafa", "#505050"]
     widths = [float(box.get("width")) for box in boxes]
     assert widths[0] == pytest.approx(2.0 * widths[1], rel=0.01)
