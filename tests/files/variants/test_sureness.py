@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from assumed_axis import AXIS, axis
 from click.testing import CliRunner
 
 import strainwave as sw
@@ -15,22 +16,6 @@ from strainwave.base.units import ARCSEC
 from strainwave.files.reading import from_text
 from strainwave.files.variants.sureness import POINTS, how_sure
 from strainwave.plot.drive import SURE, Drawn, drive_panels
-
-AXIS = """\
-title: axis
-gear: CSG-40-50
-motor: {loop: {type: cascade, bandwidth: BAND}}
-load: {inertia: 1.3 kg*m^2}
-damping: {ratio: RATIO}
-speed: {from: 250 rpm, to: 3000 rpm, shaft: motor}
-limit: {oscillation: 60 arcsec}
-excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
-"""
-ASSUMED = "sources: {motor.loop: assumed, damping: assumed, load.inertia: measured}\n"
-
-
-def axis(ratio="3 %", band="30 Hz", more=ASSUMED):
-    return from_text(AXIS.replace("RATIO", ratio).replace("BAND", band) + more, Path("axis.yaml"))
 
 
 def largest(project):
