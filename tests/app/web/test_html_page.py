@@ -8,12 +8,16 @@ import subprocess
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from test_extension import Dogleg
 
+from strainwave.app.commands.cli import cli
+from strainwave.app.page import catalogue
 from strainwave.app.page import page as html
+from strainwave.app.report.report import write
 from strainwave.app.web.views import solved
 from strainwave.compile.wasm import stamp
-from strainwave.files.reading import from_text
+from strainwave.files.reading import from_text, read_project
 from strainwave.files.variants.replaced import replaced
 from strainwave.numerics.labels import FOLD
 
@@ -21,8 +25,9 @@ NODE = pytest.mark.skipif(shutil.which("node") is None, reason="node is not inst
 ANSWERS = """
 const { readFileSync } = require("fs"), [data, kernels, own, positions] = JSON.parse(readFileSync(0));
 const machine = start(bytes(kernels), data.kinds, bytes(own));
-const answer = (values) => [answered(machine, data, values, data.points), machine.main.memory.buffer.byteLength];
-console.log(JSON.stringify(positions.map(answer)));
+const answer = ([values, ...chosen]) => answered(machine, data, values, data.points, chosen);
+const size = () => machine.main.memory.buffer.byteLength;
+console.log(JSON.stringify(positions.map((position) => [answer(position), size()])));
 """
 HELD = """\
 title: page
@@ -57,9 +62,12 @@ def project_of(folder, law):
 
 
 def in_node(project, positions):
-    data, own = html.data_of(project)
+    return of_page(*html.data_of(project), [[values] for values in positions])
+
+
+def of_page(data, own, positions, *scripts):
     given = [data, html._packed(html.kernels()), html._packed(own), positions]
-    script = html._text("machine.js") + html._text("page.js") + ANSWERS
+    script = "".join(map(html._text, ("machine.js", *scripts, "page.js"))) + ANSWERS
     done = subprocess.run(["node", "-e", script], input=json.dumps(given), capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr[-2000:]
     return json.loads(done.stdout)
@@ -86,16 +94,47 @@ def test_a_page_has_the_numbers_of_python_at_random_positions(law, tmp_path):
     for values, (found, _) in zip(positions, in_node(project, positions), strict=True):
         changes = {one.name: html._quantity(value, one.unit) for one, value in zip(moved, values, strict=True)}
         own = html.folded(replaced(base, changes))[0]
-        curve = own.response(coexisting=False, points=html.POINTS)
-        rows = np.array(found["rows"])
+        same(found, own, 1e-9 if law == "hardening" else 1e-6)  # with corners, where a step ends depends on rounding
+
+
+def same(found, project, close):
+    """The answer of a page is the response of a project."""
+    curve = project.response(coexisting=False, points=html.POINTS)
+    rows = np.array(found["rows"])
+    if close:
         assert found["count"] == len(curve.omega)
-        close = 1e-9 if law == "hardening" else 1e-6  # with corners, where a step ends depends on rounding
-        for column, expected in ((0, curve.omega), (1, curve.oscillation), (2, curve.peak), (4, curve.torque)):
-            np.testing.assert_allclose(rows[:, column], expected, rtol=close)
-        assert max(rows[:, 1]) == pytest.approx(max(curve.oscillation), rel=1e-9, abs=0.0)
-        assert max(rows[:, 2]) == pytest.approx(max(curve.peak), rel=1e-9, abs=0.0)
         assert np.array_equal(rows[:, 3] < 1.0 - 1e-10, curve.stable)
-        np.testing.assert_allclose(rows[rows[:, 5] == FOLD, 0], [fold.omega for fold in curve.folds], rtol=1e-9)
+    for column, expected in ((0, curve.omega), (1, curve.oscillation), (2, curve.peak), (4, curve.torque)):
+        if close:
+            np.testing.assert_allclose(rows[:, column], expected, rtol=close)
+        assert max(rows[:, column]) == pytest.approx(max(expected), rel=1e-9, abs=0.0)
+    np.testing.assert_allclose(rows[rows[:, 5] == FOLD, 0], [fold.omega for fold in curve.folds], rtol=1e-9)
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_catalogue_has_the_numbers_of_the_project_file_that_it_gives(tmp_path):
+    rng, path = np.random.default_rng(6), tmp_path / "project.yaml"
+    data, own = catalogue.data_of_catalogue()
+    positions, compared = [], 0
+    for motor in (0, 1) * 4:
+        values = [one.value * float(f) for one, f in zip(catalogue.SLIDERS, rng.uniform(0.7, 1.3, 7), strict=True)]
+        positions.append([values, int(rng.integers(len(data["gears"]))), motor])
+    for (values, gear, motor), (found, _) in zip(positions, of_page(data, own, positions, "catalogue.js"), strict=True):
+        numbers = {one.name: value for one, value in zip(catalogue.SLIDERS, values, strict=True)}
+        record = data["gears"][gear]
+        numbers["motor.inertia"] += 1e4 * (record["inertia"] or 0.0)
+        numbers["speed.to"] = min(numbers["speed.to"], record["fastest"] or np.inf)
+        text = catalogue.axis_of(record["name"], catalogue.MODES[motor], numbers)
+        equation = from_text(text, path).system(reduced=True)
+        numbers["load.inertia"] = equation.J
+        text = catalogue.axis_of(record["name"], "held", numbers)
+        text = re.sub("ratio: .* %", f"B: {equation.B!r} N*m*s/rad", text)  # a free motor in folded speeds
+        if not found["others"]:  # the page leaves a curve that turns outside the range to the command, and says so
+            same(found, html.folded(from_text(text, path))[0], None)  # points at a corner may change places
+            compared += 1
+    assert compared >= 5
 
 
 @pytest.mark.slow
@@ -131,11 +170,85 @@ def test_a_page_opens_from_a_file_with_no_request_and_answers_to_the_keyboard(br
     page.reload()
     assert page.inner_text("#said") == first, "an address that holds no numbers"
     page.emulate_media(media="print")
-    assert page.locator("svg").is_visible()
+    assert page.locator("svg").first.is_visible()
     assert not page.locator("#again").is_visible()
     assert not errors
     assert all(url.startswith(("file://", "blob:")) for url in asked)
     context.close()
+
+
+@pytest.fixture
+def offline(browser):
+    """A page without a network, whose console stays empty and which asks for nothing but files."""
+    context = browser.new_context(offline=True, accept_downloads=True)
+    page, asked, errors = context.new_page(), [], []
+    page.on("request", lambda request: asked.append(request.url))
+    page.on("console", lambda message: errors.append(message.text))
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield page
+    context.close()
+    assert not errors
+    assert all(url.startswith(("file://", "blob:", "about:")) for url in asked)
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_page_of_the_catalogue_sorts_chooses_and_gives_a_project_file(offline, tmp_path):
+    path = tmp_path / "gears.html"
+    done = CliRunner().invoke(cli, ["export", "catalogue", "--to", "html", "-o", str(path)])
+    assert done.output == f"Gears of the catalogue: html in {path}\n"
+    assert path.stat().st_size <= 1_000_000
+    offline.goto(path.as_uri())
+    offline.wait_for_selector("#all:not(.stale)", timeout=300_000)
+    rows = offline.locator("#rows tr")
+    column = lambda i: rows.evaluate_all("(rows, i) => rows.map((row) => row.cells[i].textContent)", i)  # noqa: E731
+    assert rows.count() == len(catalogue.data_of_catalogue()[0]["gears"])
+    largest = [float(text) for text in column(6) if text != "–"]
+    assert largest == sorted(largest)
+    offline.get_by_role("button", name="rated torque").click()
+    offline.get_by_role("button", name="rated torque").click()
+    rated = [float(text) for text in column(2) if text != "–"]
+    assert rated == sorted(rated, reverse=True)
+    assert offline.locator("[aria-sort=descending]").inner_text().startswith("rated torque")
+    before = offline.inner_text("#said")
+    offline.get_by_role("button", name="CSG-40-50", exact=True).click()
+    assert offline.inner_text("#said") != before
+    assert offline.locator("[aria-current] button").inner_text() == "CSG-40-50"
+    assert offline.input_value("#input0") == offline.evaluate(
+        "String(DATA.gears.findIndex((g) => g.name === 'CSG-40-50'))"
+    )
+    with offline.expect_download() as given:
+        offline.click("#file")
+    given.value.save_as(tmp_path / "given.yaml")
+    project = read_project(tmp_path / "given.yaml")
+    found = project.response(coexisting=False)
+    assert f"{np.degrees(max(found.oscillation)) * 3600:.4g} arcsec" in offline.inner_text("#said")
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_live_report_has_the_page_folded_away_or_says_why_not(offline, tmp_path):
+    project = from_text(HELD.replace("LAW", LAWS["three slopes"]), tmp_path / "project.yaml")
+    report = write(project, tmp_path / "held", sections=(), live=True)
+    assert "no curve" not in report.summary
+    offline.goto((tmp_path / "held" / "report.html").as_uri())
+    assert not offline.locator("iframe").is_visible()
+    offline.click("summary")
+    inside = offline.frame_locator("iframe")
+    first = inside.locator("#said").inner_text()
+    inside.get_by_label("load inertia").press("PageUp")
+    assert inside.locator("#said").inner_text() != first
+    with offline.expect_download() as given:
+        inside.get_by_text("This page as a file").click()
+    given.value.save_as(tmp_path / "page.html")
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == html.page_of(project)
+    loop = HELD.replace("LAW", LAWS["hardening"]).replace("mode: held", "loop: {bandwidth: 30 Hz, damping: 0.7}")
+    loop = from_text(loop.replace("}, {order: 4, amplitude: 6 arcsec, phase: 40 deg}", "}"), tmp_path / "loop.yaml")
+    report = write(loop, tmp_path / "loop", sections=(), live=True)
+    assert "no curve that follows sliders: a page holds a gear" in report.summary
+    page = (tmp_path / "loop" / "report.html").read_text(encoding="utf-8")
+    assert "No curve that follows sliders" in page
+    assert "script" not in page
 
 
 @pytest.mark.slow

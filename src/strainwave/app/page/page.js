@@ -3,20 +3,23 @@
 const bytes = (text) => Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
 const COLUMNS = 6, BANDS = 64, DECAYS = 1 - 1e-10, STEPS = 500;
 
-/** Step of a slider that has the number of the file, and the number at a step. */
-const home = (slider) => Math.round((STEPS * (slider.value - slider.low)) / (slider.high - slider.low));
-const valueAt = (slider, step) => (step === home(slider) ? slider.value : slider.low + ((slider.high - slider.low) * step) / STEPS);
+/** Step of a slider that has the number of the file, and the number at a step; one above zero goes by ratios. */
+const home = ({ low, high, value }) => Math.round(STEPS * (low > 0 ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low)));
+function valueAt(slider, step) {
+  const { low, high, value } = slider;
+  return step === home(slider) ? value : low > 0 ? low * (high / low) ** (step / STEPS) : low + ((high - low) * step) / STEPS;
+}
 
-/** The numbers of the page at the values of its sliders. */
-function numbersAt(data, values) {
+/** The numbers of the page at the values of its sliders, and of the gear that is chosen where it has all of them. */
+function numbersAt(data, values, chosen) {
   const numbers = [...data.numbers];
   data.sliders.forEach((slider, i) => slider.moves.forEach(([place, slope]) => (numbers[place] += slope * (values[i] - slider.value))));
-  return numbers;
+  return chosen.length ? ofGear(data, numbers, values, chosen) : numbers;
 }
 
 /** The answer of the kernel: points, bands, and what is known of them. */
-function answered(machine, data, values, points) {
-  const numbers = numbersAt(data, values), [J, B] = numbers, [low, high, limit] = numbers.slice(-3);
+function answered(machine, data, values, points, chosen = []) {
+  const numbers = numbersAt(data, values, chosen), [J, B] = numbers, [low, high, limit] = numbers.slice(-3);
   if (!(low > 0 && low < high)) return { count: -4, rows: [], bands: [], harmonics: 0 };
   let next = 2;
   const place = {};
@@ -44,6 +47,13 @@ function answered(machine, data, values, points) {
 }
 
 const short = (value) => Number(value.toPrecision(4)).toString();
+const ranges = (data, bands) => bands.map(([a, b]) => `${short(data.scale * a)} to ${short(data.scale * b)}`).join(", ");
+
+/** Speeds between the bands above the limit. */
+function allowed({ low, high, bands }) {
+  const ends = [low, ...bands.flat(), high], gaps = ends.flatMap((end, i) => (i % 2 ? [] : [[end, ends[i + 1]]]));
+  return gaps.filter(([a, b]) => b > a * (1 + 1e-6));
+}
 
 /** Sentences of an answer, in the words and units of the project. */
 function told(data, found) {
@@ -52,37 +62,42 @@ function told(data, found) {
   const texts = [], top = found.rows[found.top], speed = (omega) => `${short(scale * omega)} ${speedUnit}`;
   if (top) texts.push(`${fill("largest.oscillation_arcsec", `${short(top[1] / arcsec)} arcsec`)} ${fill("largest.speed", speed(top[0]))}`);
   if (top) texts.push(fill("largest.torque_N_m", `${short(Math.max(...found.rows.filter((row) => row[3] < DECAYS).map((row) => row[4])))} ${data.units._N_m}`));
-  if (data.limited) texts.push(found.bands.length ? fill("above", found.bands.map(([a, b]) => `${short(scale * a)} to ${speed(b)}`).join(", ")) : facts.none_above);
+  if (data.limited && !found.bands.length) texts.push(facts.none_above);
+  else if (data.limited) for (const [key, bands] of [["above", found.bands], ["allowed", allowed(found)]]) if (bands.length) texts.push(fill(key, `${ranges(data, bands)} ${speedUnit}`));
   if (found.rows.some((row) => row[3] >= DECAYS)) texts.push(facts.unstable);
   if (found.others) texts.push(facts.others);
   if (found.tail > 1e-3) texts.push(facts.tail);
   return texts;
 }
 
-/** The picture of an answer: oscillation over the speed, with the limit and the speeds above it. */
-function drawn(data, found, width) {
-  const W = Math.max(320, width), H = 0.53 * W, L = 64, R = 16, T = 14, D = 44, { scale, arcsec } = data;
-  const most = 1.08 * Math.max(...found.rows.map((row) => row[1]), Number.isFinite(found.limit) ? found.limit : 0);
-  const x = (omega) => L + ((omega - found.low) / (found.high - found.low)) * (W - L - R), y = (size) => H - D - (size / most) * (H - T - D);
+/** The picture of an answer: a quantity {column, size, name, limit} over the speed, with pinned curves and bands. */
+function drawn(data, found, width, pins, { column, size, name, limit }) {
+  const W = Math.max(320, width), H = Math.min(Math.max(0.53 * W, 240), 480), L = 64, R = 16, T = 14, D = 44, { scale } = data;
+  const sizes = [found, ...pins].flatMap((one) => one.rows.map((row) => row[column] / size)), curve = Math.max(...sizes);
+  const most = 1.08 * Math.max(curve, limit < 4 * curve ? limit : 0);
+  const x = (omega) => (L + ((omega - found.low) / (found.high - found.low)) * (W - L - R)).toFixed(1), y = (v) => (H - D - (v / most) * (H - T - D)).toFixed(1);
   const steps = (top) => { const raw = top / 6, ten = 10 ** Math.floor(Math.log10(raw)); return [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= raw); };
   const parts = [];
   for (const [a, b] of found.bands) parts.push(`<rect class="band" x="${x(a)}" y="${T}" width="${Math.max(1, x(b) - x(a))}" height="${H - T - D}"/>`);
-  const across = steps(scale * (found.high - found.low)) * (W < 500 ? 2 : 1), up = steps(most / arcsec);
+  const across = steps(scale * (found.high - found.low)) * (W < 500 ? 2 : 1), up = steps(most);
   for (let v = Math.ceil((scale * found.low) / across) * across; v <= scale * found.high; v += across)
     parts.push(`<line class="axis" x1="${x(v / scale)}" x2="${x(v / scale)}" y1="${T}" y2="${H - D}"/><text x="${x(v / scale)}" y="${H - D + 16}" text-anchor="middle">${short(v)}</text>`);
-  for (let v = 0; v <= most / arcsec; v += up)
-    parts.push(`<line class="axis" x1="${L}" x2="${W - R}" y1="${y(v * arcsec)}" y2="${y(v * arcsec)}"/><text x="${L - 6}" y="${y(v * arcsec) + 4}" text-anchor="end">${short(v)}</text>`);
-  let at = 0;
-  while (at < found.rows.length - 1) {
-    const stable = (i) => found.rows[i][3] < DECAYS && found.rows[i + 1][3] < DECAYS, first = at, kind = stable(at);
-    while (at < found.rows.length - 1 && stable(at) === kind) at++;
-    const points = found.rows.slice(first, at + 1).map((row) => `${x(row[0]).toFixed(1)},${y(row[1]).toFixed(1)}`);
-    parts.push(`<polyline class="${kind ? "stable" : "unstable"}" points="${points.join(" ")}"/>`);
-  }
-  if (Number.isFinite(found.limit)) parts.push(`<line class="limit" x1="${L}" x2="${W - R}" y1="${y(found.limit)}" y2="${y(found.limit)}"/>`);
+  for (let v = 0; v <= most; v += up)
+    parts.push(`<line class="axis" x1="${L}" x2="${W - R}" y1="${y(v)}" y2="${y(v)}"/><text x="${L - 6}" y="${Number(y(v)) + 4}" text-anchor="end">${short(v)}</text>`);
+  const lines = (rows, kindOf) => {
+    for (let at = 0; at < rows.length - 1; ) {
+      const first = at, kind = kindOf(rows[at], rows[at + 1]);
+      while (at < rows.length - 1 && kindOf(rows[at], rows[at + 1]) === kind) at++;
+      parts.push(`<polyline class="${kind}" points="${rows.slice(first, at + 1).map((row) => `${x(row[0])},${y(row[column] / size)}`).join(" ")}"/>`);
+    }
+  };
+  for (const one of pins) lines(one.rows.filter(([omega]) => omega >= found.low && omega <= found.high), () => "pin");
+  lines(found.rows, (...two) => (two.every((row) => row[3] < DECAYS) ? "stable" : "unstable"));
+  if (limit <= most) parts.push(`<line class="limit" x1="${L}" x2="${W - R}" y1="${y(limit)}" y2="${y(limit)}"/>`);
   parts.push(`<text x="${(L + W - R) / 2}" y="${H - 6}" text-anchor="middle">${data.speedName} [${data.speedUnit}]</text>`);
-  parts.push(`<text transform="translate(14 ${(T + H - D) / 2}) rotate(-90)" text-anchor="middle">oscillation [arcsec]</text>`);
-  return `<svg viewBox="0 0 ${W} ${H}" role="img" aria-label="oscillation over the speed">${parts.join("")}</svg>`;
+  parts.push(`<text transform="translate(14 ${(T + H - D) / 2}) rotate(-90)" text-anchor="middle">${name}</text>`);
+  const told = `${name} over the ${data.speedName}, at most ${short(Math.max(...found.rows.map((row) => row[column] / size)))}`;
+  return `<svg viewBox="0 0 ${W} ${H}" role="img" aria-label="${told}" data-left="${L}" data-right="${W - R}">${parts.join("")}</svg>`;
 }
 
 /** Whether this browser has the vectors that the kernels take. */
@@ -90,33 +105,62 @@ function hasVectors() {
   return typeof WebAssembly === "object" && WebAssembly.validate(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]));
 }
 
-/** Build the sliders and answer whenever one moves; the address of the page holds their values. */
+/** The motion of an answer next to the place of a pointer in a picture, in words. */
+function pointed(data, found, svg, { clientX }) {
+  const box = svg.getBoundingClientRect(), { left, right } = svg.dataset, share = ((clientX - box.left) * svg.viewBox.baseVal.width) / box.width;
+  const omega = found.low + ((share - left) / (right - left)) * (found.high - found.low), away = ([at]) => Math.abs(at - omega);
+  const [at, size, , , torque] = found.rows.reduce((best, row) => (away(row) < away(best) ? row : best));
+  return `${short(data.scale * at)} ${data.speedUnit}: ${short(size / data.arcsec)} arcsec, ${short(torque)} ${data.units._N_m}`;
+}
+
+const element = (tag, fields, ...children) => { const made = Object.assign(document.createElement(tag), fields); made.append(...children); return made; };
+
+/** Build the choices and sliders and answer whenever one moves; the address of the page holds them. */
 function show() {
-  const by = (id) => document.getElementById(id), data = DATA;
+  const by = (id) => document.getElementById(id), data = DATA, alone = location.protocol !== "about:"; // else in a report
   if (!hasVectors()) return void (by("said").textContent = data.facts.no_simd);
-  const machine = start(bytes(KERNELS), data.kinds, bytes(OWN));
+  const machine = start(bytes(KERNELS), data.kinds, bytes(OWN)), choices = data.choices ?? [], first = choices.length;
   by("file").href = URL.createObjectURL(new Blob([data.project]));
-  const held = location.hash.slice(1).split("&").map(Number), inputs = [], outputs = [];
-  data.sliders.forEach((slider, i) => {
-    const label = document.createElement("label"), input = document.createElement("input"), output = document.createElement("output");
-    Object.assign(input, { id: `slider${i}`, type: "range", min: 0, max: STEPS, value: home(slider) });
-    if (held.length === data.sliders.length && Number.isFinite(held[i])) input.value = held[i];
-    label.htmlFor = input.id;
-    label.append(`${slider.label}: `, output, input);
-    by("values").append(label);
-    inputs.push(input), outputs.push(output);
+  if (!alone) by("file").after(" ", element("a", { textContent: "This page as a file", download: `${data.title}.html`, href: URL.createObjectURL(new Blob([frameElement.srcdoc], { type: "text/html" })) }));
+  const outputs = data.sliders.map(() => element("output", {}));
+  const inputs = [
+    ...choices.map(({ options }) => element("select", {}, ...options.map((text, value) => element("option", { value }, text)))),
+    ...data.sliders.map(() => element("input", { type: "range", min: 0, max: STEPS })),
+  ];
+  const homes = [...choices.map(({ value }) => value), ...data.sliders.map(home)], held = location.hash.slice(1).split("&").map(Number);
+  const whole = held.length === inputs.length && held.every(Number.isInteger);
+  inputs.forEach((input, i) => {
+    const { label } = [...choices, ...data.sliders][i];
+    input.id = `input${i}`;
+    input.value = whole ? held[i] : homes[i];
+    if (input.selectedIndex === -1) input.value = homes[i];
+    by("values").append(element("label", { htmlFor: input.id }, ...(i < first ? [label] : [`${label}: `, outputs[i - first]]), input));
   });
+  let found, pins = [];
+  const quantities = [{ column: 1, size: data.arcsec, name: "oscillation [arcsec]" }, { column: 4, size: 1, name: `torque in the gear [${data.units._N_m}]` }];
+  const draw = () => {
+    const whole = by("pictures").clientWidth, width = whole > 60 * parseFloat(getComputedStyle(document.documentElement).fontSize) ? whole / 2 : whole, limits = [found.limit / data.arcsec, NaN];
+    by("pictures").innerHTML = found.count > 0 ? quantities.map((one, i) => drawn(data, found, width, pins, { ...one, limit: limits[i] })).join("") : "";
+    if (!alone) frameElement.style.height = `${document.documentElement.offsetHeight + 8}px`;
+  };
   const update = () => {
-    const values = inputs.map((input, i) => valueAt(data.sliders[i], Number(input.value))), begun = performance.now();
-    outputs.forEach((output, i) => inputs[i].setAttribute("aria-valuetext", (output.textContent = `${short(values[i])} ${data.sliders[i].unit}`)));
-    const found = answered(machine, data, values, data.points), taken = performance.now() - begun;
+    const chosen = inputs.slice(0, first).map((input) => input.selectedIndex);
+    const values = data.sliders.map((slider, i) => valueAt(slider, Number(inputs[first + i].value))), begun = performance.now();
+    outputs.forEach((output, i) => inputs[first + i].setAttribute("aria-valuetext", (output.textContent = `${short(values[i])} ${data.sliders[i].shown}`)));
+    found = answered(machine, data, values, data.points, chosen);
+    const taken = performance.now() - begun;
     by("said").textContent = `${told(data, found).join("; ")}.`;
-    by("picture").innerHTML = found.count > 0 ? drawn(data, found, by("picture").clientWidth) : "";
-    by("how").textContent = `${found.count > 0 ? found.count : 0} steady motions by harmonic balance with ${found.harmonics} harmonics, in ${taken.toFixed(0)} ms.`;
-    history.replaceState(null, "", `#${inputs.map((input) => input.value).join("&")}`);
+    by("how").textContent = `${Math.max(0, found.count)} steady motions by harmonic balance with ${found.harmonics} harmonics, in ${taken.toFixed(0)} ms.`;
+    draw();
+    if (alone) history.replaceState(null, "", `#${inputs.map((input) => input.value).join("&")}`);
+    if (data.gears) gearsAt(machine, data, values, chosen, inputs);
   };
   inputs.forEach((input) => input.addEventListener("input", update));
-  by("again").addEventListener("click", () => { inputs.forEach((input, i) => (input.value = home(data.sliders[i]))); update(); });
+  by("again").addEventListener("click", () => { inputs.forEach((input, i) => (input.value = homes[i])); update(); });
+  by("pin").addEventListener("click", () => { pins = [...pins.slice(-3), found]; draw(); });
+  by("unpin").addEventListener("click", () => { pins = []; draw(); });
+  by("pictures").addEventListener("pointermove", (event) => event.target.closest("svg") && (by("how").textContent = pointed(data, found, event.target.closest("svg"), event)));
+  addEventListener("resize", draw);
   update();
 }
 if (typeof document === "object") show();

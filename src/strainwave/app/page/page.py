@@ -18,7 +18,7 @@ from ...base.archive import atomic
 from ...base.facts import UNITS, Fact
 from ...base.law import breakpoints_of, is_spring
 from ...base.quantities import shown
-from ...base.sentences import listed
+from ...base.sentences import listed, sign
 from ...base.units import ARCSEC
 from ...compile.address import VECTOR, words_of
 from ...compile.tree import leaves
@@ -33,7 +33,7 @@ from ...numerics.balance.piecewise import is_piecewise_linear
 from ...numerics.curves.answer import MOST_POINTS
 from ...numerics.curves.inner_balance import MOST_KINKS
 from ...numerics.curves.over_a_turn import MOST_OF_SPRING, SPRING, SPRING_WITH_KINKS
-from ..web.views import POINTS, folded
+from .folded import POINTS, folded
 
 HERE = Path(__file__).parent
 STRAIGHT = 1e-12  # relative distance from a line at which a number still follows a slider along it
@@ -47,6 +47,7 @@ FACTS = (
     Fact("largest.speed", None, "at {}"),
     Fact("largest.torque_N_m", None, "largest torque in the gear {}"),
     Fact("above", None, "speeds at which the oscillation exceeds the limit: {}"),
+    Fact("allowed", None, "speeds within it: {}"),
     Fact("none_above", None, "the oscillation stays within the limit"),
     Fact("unstable", None, "dashed motions are unstable: the drive leaves them"),
     Fact("others", None, "there is another motion at an end of the range: `strainwave analyze` follows it"),
@@ -70,6 +71,10 @@ class Slider(NamedTuple):
     high: float
     moves: tuple[tuple[int, float], ...]
 
+    def data(self) -> dict[str, Any]:
+        """The slider as the page has it, with the unit as it is printed."""
+        return self._asdict() | {"shown": sign(self.unit.replace("^", "**"))}
+
 
 def write_page(project: Project, path: Path) -> None:
     """Write the page of a project.
@@ -79,21 +84,29 @@ def write_page(project: Project, path: Path) -> None:
     ValueError
         If the page cannot hold the drive; the sentence names the part, and what to use.
     """
-    text = page_of(project)
+    written(page_of(project), path)
+
+
+def written(text: str, path: Path) -> None:
+    """Write a page, whole or not at all."""
     with atomic(path) as part:
         Path(part).write_text(text, encoding="utf-8", newline="\n")
 
 
 def page_of(project: Project) -> str:
     """Text of the page of a project."""
-    data, own = data_of(project)
-    text = (HERE / "page.html").read_text(encoding="utf-8")
+    return page_with(*data_of(project))
+
+
+def page_with(data: dict[str, Any], own: bytes, *scripts: str) -> str:
+    """Text of a page of data and of the code of its own functions; `scripts` are files that it has besides."""
     put = {
-        "TITLE": _escaped(project.title), "STYLE": _text("page.css"), "CODE": _text("machine.js") + _text("page.js"),
+        "TITLE": _escaped(data["title"]), "STYLE": _text("page.css"),
+        "CODE": "".join(map(_text, ("machine.js", *scripts, "page.js"))),
         "DATA": json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"), "OWN": _packed(own),
-        "KERNELS": _packed(kernels()),
+        "KERNELS": _packed(kernels()), "GEARS": _text("catalogue.html") if scripts else "",
     }  # fmt: skip
-    return re.sub(r"@([A-Z]+)@", lambda found: put[found[1]], text)
+    return re.sub(r"@([A-Z]+)@", lambda found: put[found[1]], _text("page.html"))
 
 
 def refused_parts(project: Project) -> list[str]:
@@ -144,7 +157,7 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
         "arcsec": ARCSEC, "numbers": leaves((*_own(system), *ends)), 
         "words": {name: _words(getattr(system, name)) for name in PARTS}, "limited": project.limit is not None,
         "exact": int(is_piecewise_linear(system.law)), "kinks": corners, "points": POINTS, "most": most,
-        "harmonics": min(begin, most), "mostPoints": MOST_POINTS, "sliders": [one._asdict() for one in moved],
+        "harmonics": min(begin, most), "mostPoints": MOST_POINTS, "sliders": [one.data() for one in moved],
         "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},
         "kinds": described["arguments"], "project": project.text,
     }  # fmt: skip

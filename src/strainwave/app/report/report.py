@@ -19,6 +19,7 @@ from ...plot.svg import stacked
 from ...study.analysis.runup import silent
 from ..console import WHAT_X_IS, number, percent, to_json
 from ..output import staged
+from ..page.page import page_of
 from ..view import View
 from . import curve_files
 from .section import Part, Section, asked, sections_of
@@ -70,6 +71,7 @@ def write(
     *,
     sections: Sequence[Section] = SECTIONS,
     progress: Callable[[str, float], None] = silent,
+    live: bool = False,
 ) -> Report:
     """Analyse a drive and write report.html, appendix.html, results.json and CSV files of its curves into a folder.
 
@@ -83,6 +85,8 @@ def write(
         Parts of the report in order. Default: `SECTIONS`.
     progress : callable
         Told before every step what is done now, and the share of the work that is done; default: nobody.
+    live : bool
+        Whether the report has the page that computes, folded away; of a drive that no page holds it has the reason.
 
     Raises
     ------
@@ -105,20 +109,31 @@ def write(
         with light_as_python():
             _ = project.sureness  # which several sections tell
         progress("writing the report", 0.99)
-        return write_view(view, part, sections)
+        return write_view(view, part, sections, live=live)
 
 
-def write_view(view: View, folder: Path | None, sections: Sequence[Section] = SECTIONS) -> Report:
+def write_view(
+    view: View, folder: Path | None, sections: Sequence[Section] = SECTIONS, *, live: bool = False
+) -> Report:
     """Write the report of an analysis, if there is a folder; errors as `write`."""
     parts = [asked(section, view) for section in sections]
     files = [] if folder is None else [*curve_files.write(view, folder), "results.json", *PAGES]
     results = together([*(part.data for part in parts), {"files": files}])
+    computing, refusal = _computing(view.project) if live and folder is not None else ("", "")
     if folder is not None:
         (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
         for name, appendix in PAGES.items():
-            (folder / name).write_text(page(view, parts, appendix), encoding="utf-8")
-    lines = [f"  {line}" for part in parts for line in part.lines]
+            (folder / name).write_text(page(view, parts, appendix, computing, refusal), encoding="utf-8")
+    lines = [f"  {line}" for line in [*(line for part in parts for line in part.lines), *filter(None, [refusal])]]
     return Report(results, "\n".join([view.project.title, *lines, f"  {WHAT_X_IS}"]), view)
+
+
+def _computing(project: Project) -> tuple[str, str]:
+    """Page of the drive that computes, and why there is none."""
+    try:
+        return page_of(project), ""
+    except ValueError as error:
+        return "", f"no curve that follows sliders: {error}"
 
 
 def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
@@ -131,8 +146,11 @@ def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
-    """Render the page of the report or of its appendix, each section by its template."""
+def page(view: View, parts: Iterable[Part], appendix: bool = False, computing: str = "", refusal: str = "") -> str:
+    """Render the page of the report or of its appendix, each section by its template.
+
+    The report may have the page that computes, or the reason why it has none.
+    """
     import jinja2
 
     environment = jinja2.Environment(
@@ -159,6 +177,7 @@ def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
     ]
     about = about_appendix(view) if appendix else ""
     names = {"bodies": bodies, "appendix": appendix, "style": style, "about_appendix": about}
+    names |= {"computing": "" if appendix else computing, "refusal": "" if appendix else refusal}
     return rendered(HERE / "page.html.j2", names)
 
 

@@ -23,11 +23,18 @@ from ..options import json_option, output_option, project_argument, written_type
 @json_option
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:
     """Take motor, gear and load to another program."""
+    if form in ("mat", "html") and output.suffix != f".{form}":
+        raise ValueError(f"the file is {output.name!r}; give it a name that ends in .{form}")
+    if form == "html" and str(project) == "catalogue":
+        from ...page.catalogue import TITLE, write_catalogue
+
+        write_catalogue(output)
+        summary = {"title": TITLE, "format": form, "file": str(output), "notes": []}
+        click.echo(to_json(summary) if as_json else f"{TITLE}: {form} in {output}")
+        return
     drive = read_project(project)
     length = None if step is None else parse(step, "s")
     notes: tuple[str, ...] = ()
-    if form in ("mat", "html") and output.suffix != f".{form}":
-        raise ValueError(f"the file is {output.name!r}; give it a name that ends in .{form}")
     if form == "html":
         from ...page.page import write_page
 

@@ -1,0 +1,72 @@
+"""The page of the catalogue: one axis, in which every gear answers; `strainwave export catalogue --to html`."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+from ...files.reading import from_text
+from ...model.gears import catalogue
+from .page import Slider, data_of, page_with, written
+
+TITLE = "Gears of the catalogue"
+AXIS = """\
+title: @gear@
+gear: @gear@
+motor: {inertia: @motor.inertia@, mode: @mode@}
+load: {inertia: @load.inertia@}
+damping: {ratio: @damping.ratio@}
+speed: {from: @speed.from@, to: @speed.to@, shaft: motor}
+excitation:
+  kinematic_error: [{order: 2, amplitude: @excitation.kinematic_error.0.amplitude@}]
+  load_torque: {mean: 0 N*m}
+limit: {oscillation: @limit.oscillation@}
+"""
+FIRST = "CSG-25-100"
+MODES = "held", "free"
+SLIDERS = (  # the axis first, as `ofGear` takes it
+    Slider("load.inertia", "load inertia", 1.0, "kg*m^2", 1e-3, 1e3, ()),
+    Slider("damping.ratio", "damping ratio of the gear", 3.0, "%", 0.5, 10.0, ()),
+    Slider("motor.inertia", "inertia of the free motor without the wave generator", 0.5, "kg*cm^2", 0.01, 100.0, ()),
+    Slider("excitation.kinematic_error.0.amplitude", "kinematic error, order 2", 20.0, "arcsec", 2.0, 120.0, ()),
+    Slider("limit.oscillation", "limit of the oscillation", 60.0, "arcsec", 5.0, 500.0, ()),
+    Slider("speed.from", "motor speed from", 100.0, "rpm", 20.0, 1000.0, ()),
+    Slider("speed.to", "motor speed to, at most the gear's", 3000.0, "rpm", 1200.0, 8000.0, ()),
+)
+COLUMNS = (
+    "gear", "ratio", "rated torque [N·m]", "largest speed [rpm]", "stiffness K1 [kN·m/rad]",
+    "resonance of order 2 [rpm]", "largest oscillation [arcsec]", "speeds within the limit [rpm]",
+)  # fmt: skip
+
+
+def axis_of(gear: str, mode: str, values: dict[str, float]) -> str:
+    """Project file of a gear in the axis, with numbers in the units of the sliders."""
+    texts = {one.name: f"{values.get(one.name, one.value)!r} {one.unit}" for one in SLIDERS}
+    return re.sub("@([a-z_.0]+)@", lambda place: ({"gear": gear, "mode": mode} | texts)[place[1]], AXIS)
+
+
+def data_of_catalogue() -> tuple[dict[str, Any], bytes]:
+    """What the page knows of the gears that have a torsion law, and the machine code of the functions of all."""
+    data, own = data_of(from_text(axis_of(FIRST, MODES[0], {}), Path(f"{FIRST}.yaml")))
+    moves = {one["name"]: one["moves"] for one in data["sliders"] if one["name"] != SLIDERS[0].name}
+    gears = [gear for gear in map(catalogue.gear, catalogue.names()) if gear.K2 is not None and gear.T1 is not None]
+    rows = [
+        {
+            "name": gear.name, "ratio": gear.ratio, "torque": gear.rated_torque, "fastest": gear.max_rpm,
+            "inertia": gear.input_inertia, "law": tuple(gear.law),
+        }
+        for gear in gears
+    ]  # fmt: skip
+    names = [gear.name for gear in gears]
+    return data | {
+        "title": TITLE, "gears": rows, "columns": COLUMNS, "project": AXIS,
+        "sliders": [one._replace(moves=moves.get(one.name, ())).data() for one in SLIDERS],
+        "choices": [
+            {"label": "gear", "options": names, "value": names.index(FIRST)},
+            {"label": "motor", "options": ["held at its speed", "free"], "value": 0},
+        ],
+    }, own  # fmt: skip
+
+
+def write_catalogue(path: Path) -> None:
+    """Write the page of the catalogue."""
+    written(page_with(*data_of_catalogue(), "catalogue.js"), path)
