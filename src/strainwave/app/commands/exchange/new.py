@@ -78,7 +78,7 @@ QUESTIONS = (
     Question("damping", "Damping ratio", "%", "3 %", "Share of the critical damping; 1 to 5 % are usual."),
     Question(
         "budget", "Budget of the oscillation", "arcsec", "catalogue",
-        "Largest distance of the pointing error from its mean; catalogue takes half of the accuracy, none no limit.",
+        "Largest distance of the pointing error from its mean; catalogue takes the accuracy, none no limit.",
     ),
     Question("speed_from", "Lowest speed", "rpm", "500 rpm", "Of the motor."),
     Question("speed_to", "Highest speed", "rpm", "catalogue",
@@ -233,7 +233,7 @@ def _of_catalogue(name: str, gear: str) -> str:
     if record.accuracy is None:
         other = "or none" if name == "budget" else "the amplitude of order 2"
         raise ValueError(f"the catalogue has no accuracy of {gear}; write {other} in arcsec")
-    return "catalogue" if name == "kinematic_error" else f"{0.5 * record.accuracy / ARCSEC:.3g} arcsec"
+    return "catalogue" if name == "kinematic_error" else f"{record.accuracy / ARCSEC:.3g} arcsec"
 
 
 def _fields(answers: dict[str, str]) -> dict[str, str]:
