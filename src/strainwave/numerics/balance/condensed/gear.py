@@ -19,36 +19,6 @@ from ..piecewise import add_product
 from .pencil import add_on_the_left, add_stiffness, add_times
 
 
-class Prescribed(NamedTuple):
-    """Error (2H+1,) of the base angle alone, for a motor that is held or a gear that has none."""
-
-    error: Floats
-
-    def positions(self, tables: Any, factor: float, z: Floats, x: Floats) -> None:
-        """Write the coefficients of x = u + e."""
-        copy(z[: len(x)], x)
-        add(factor, self.error, x)
-        x[0] += (1.0 - factor) * self.error[0]
-
-    def react(self, tables: Any, s: Any, blocks: Floats, r: Floats) -> None:
-        """The motor feels no torque through the error."""
-
-    def linearise(self, tables: Any, s: Any, blocks: Floats, jacobian: Floats) -> None:
-        """Nothing follows the motor."""
-
-    def of_mean(self, share: float, row: Floats) -> None:
-        """Nothing follows the motor."""
-
-    def by_speed(self, change: Any, blocks: Floats, slope: Floats) -> None:
-        """Nothing follows the motor."""
-
-    def by_strength(self, tables: Any, s: Any, factor: float, blocks: Floats, slope: Floats) -> None:
-        """Add the derivative by the logarithm of the factor of all that alternates."""
-        fill(0.0, blocks[0])
-        add(factor, self.error, blocks[0])
-        alternating(s, blocks, slope)
-
-
 def _sample_error_loops(
     lines: Any, factor: float, angles: Floats, delta: Floats, value: Floats, slope: Floats, bend: Floats
 ) -> None:
@@ -101,12 +71,14 @@ def multiply(v: Any, out: Any) -> Any:
 VALUE, SLOPE, BEND, TORQUE, MIXED = range(5)  # rows of the samples: e, e', e'' and T
 
 
-class Following(NamedTuple):
-    """Error of the motor's own angle, as lines (order, cosine, sine; the mean first), with buffers.
+class Gear(NamedTuple):
+    """Error as lines (order, cosine, sine; the mean first), with buffers.
 
-    `error` is that of the base angle alone, `double` the analysis of twice the harmonics.
+    `follows` is 1 where it follows the motor's own angle, and 0 where the motor is held or there is none: then the gear
+    acts on the motor by nothing. `error` is that of the base angle alone, `double` the analysis of twice the harmonics.
     """
 
+    follows: int
     error: Floats
     lines: Floats
     double: Floats
@@ -119,6 +91,11 @@ class Following(NamedTuple):
     def positions(self, tables: Any, factor: float, z: Floats, x: Floats) -> None:
         """Write the coefficients of x = u + e(phase + delta); the last block of z is delta."""
         size, samples = len(x), self.samples
+        if self.follows == 0:
+            copy(z[:size], x)
+            add(factor, self.error, x)
+            x[0] += (1.0 - factor) * self.error[0]
+            return
         at = len(z) - 1 - size
         row_times(z[at : at + size], tables[0], samples[TORQUE])
         sample_error(self.lines, factor, tables[2], samples[TORQUE], samples[VALUE], samples[SLOPE], samples[BEND])
@@ -135,6 +112,8 @@ class Following(NamedTuple):
 
     def react(self, tables: Any, s: Any, blocks: Floats, r: Floats) -> None:
         """Subtract e' T from the motor's block of r."""
+        if self.follows == 0:
+            return
         self.gear_torque(tables[0], s, blocks)
         copy(self.samples[TORQUE], self.samples[MIXED])
         multiply(self.samples[SLOPE], self.samples[MIXED])
@@ -154,6 +133,8 @@ class Following(NamedTuple):
 
     def linearise(self, tables: Any, s: Any, blocks: Floats, jacobian: Floats) -> None:
         """Add what follows the motor to the derivatives by the coefficients."""
+        if self.follows == 0:
+            return
         size, last = len(self.series), blocks.shape[0] - 1
         start = last * size
         first, second = self.products[0], self.products[1]
@@ -174,10 +155,13 @@ class Following(NamedTuple):
 
     def of_mean(self, share: float, row: Floats) -> None:
         """Add a share of the derivatives of the mean of e by the motor's block; follows `linearise`."""
-        add(share, self.products[0][0], row)
+        if self.follows > 0:
+            add(share, self.products[0][0], row)
 
     def by_speed(self, change: Any, blocks: Floats, slope: Floats) -> None:
         """Add what the motor feels of T to the derivative by omega; follows `linearise`."""
+        if self.follows == 0:
+            return
         fill(0.0, self.change)
         add_stiffness(change, 0.0, blocks, blocks[0], self.change)
         size = len(self.series)
@@ -186,6 +170,11 @@ class Following(NamedTuple):
 
     def by_strength(self, tables: Any, s: Any, factor: float, blocks: Floats, slope: Floats) -> None:
         """Add the derivative by the logarithm of the factor of all that alternates; follows `linearise`."""
+        if self.follows == 0:
+            fill(0.0, blocks[0])
+            add(factor, self.error, blocks[0])
+            alternating(s, blocks, slope)
+            return
         size = len(self.series)
         start = (blocks.shape[0] - 1) * size
         copy(self.samples[TORQUE], self.samples[MIXED])
@@ -211,13 +200,10 @@ def alternating(s: Any, blocks: Floats, slope: Floats) -> None:
         slope[i * size] += s[0, i, n].real
 
 
-def following(lines: Floats, angles: Floats, back: Floats, double: Floats, count: int) -> Following:
-    """Buffers of an error that follows the motor, for `count` blocks of unknowns."""
-    samples, size = len(angles), back.shape[1]
-    rows = np.zeros((5, samples))
-    sample_error(lines, 1.0, angles, rows[TORQUE], *rows[:3])
-    error = rows[VALUE] @ back
-    return Following(
-        error, lines, padded(double), rows, np.empty((3, 2 * size - 1)), np.empty((2, size, size)), np.empty(size),
-        np.empty(count * size),
+def gear_of(follows: bool, lines: Floats, error: Floats, angles: Floats, double: Floats, count: int) -> Gear:
+    """Buffers of an error with such coefficients, for `count` blocks of unknowns."""
+    samples, size = len(angles), len(error)
+    return Gear(
+        int(follows), error, lines, padded(double), np.zeros((5, samples)), np.empty((3, 2 * size - 1)),
+        np.empty((2, size, size)), np.empty(size), np.empty(count * size),
     )  # fmt: skip

@@ -27,7 +27,7 @@ from ..piecewise import is_piecewise_linear
 from ..rates import base_speed
 from ..springs import springs_for
 from . import motions
-from .gear import Prescribed, following
+from .gear import gear_of
 from .motions import Disturbances, disturbances
 from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
 
@@ -270,8 +270,8 @@ class Condensed(NamedTuple):
         """The problem at a base frequency, with as many harmonics as the search for other orbits takes."""
         system = with_leaf(self.system, self.omega_leaf, value)
         wanted = max(ENOUGH, 3 * highest_order(system)) * self.turns // self.every
-        h, lines = min(self.harmonics(), wanted), self.gear.lines if self.part.follows else None
-        return assembled(system, self.part, lines, self.omega_leaf, self.omega_leaf, h, self.turns, self.every)
+        h = min(self.harmonics(), wanted)
+        return assembled(system, self.part, self.gear.lines, self.omega_leaf, self.omega_leaf, h, self.turns, self.every)
 
     def strongest(self) -> float:
         return strongest(self)
@@ -289,7 +289,7 @@ class Condensed(NamedTuple):
 def assembled(
     system: Any, part: Any, lines: Any, leaf: int, omega_leaf: int, h: int, turns: int, step: int
 ) -> Condensed:  # fmt: skip
-    """The problem with h of the harmonics `step`, 2 `step`, ...; `lines` are those of an error that is followed."""
+    """The problem with h of the harmonics `step`, 2 `step`, ...; `lines` are those of the error."""
     samples = 8 * h + 8 if any(map(is_piecewise_linear, part.laws)) else 4 * h + 4
     angles = 2.0 * np.pi * turns / step * np.arange(samples) / samples
     table, back, double = synthesis(h, samples), analysis(h, samples), analysis(2 * h, samples)
@@ -303,9 +303,8 @@ def assembled(
         size * (step / turns * omega) ** 2 * part.zero_mean,
         int(np.sum(~np.any(part.inertia, axis=1))) if part.loose >= 0 else 0, step / turns,
     )  # fmt: skip
-    gear: Any = Prescribed((part.error.value(angles) + 0.0 * angles) @ back)
-    if part.follows:
-        gear = following(lines, angles, back, double, count)
+    error = (part.error.value(angles) + 0.0 * angles) @ back
+    gear = gear_of(part.follows, lines, error, angles, double, count)
     buffers = np.empty((2, h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
     springs = springs_for(part.laws, h, samples, padded(back), padded(double))
     return Condensed(
