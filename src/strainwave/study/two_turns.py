@@ -77,7 +77,7 @@ class TwoTurnCurve:
     @cached_property
     def growth(self) -> Floats:
         """Rate (n,) [1/s] at which the disturbances that last longest grow; negative of a stable motion."""
-        return np.array([growth(self.problem, self.flow, z) for z in self.points])
+        return growth(self.problem, self.flow, self.points)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -92,7 +92,7 @@ class TwoTurnCurve:
     @cached_property
     def oscillations(self) -> Floats:
         """Largest |error - mean| (n, turns) [rad] in each turn of the motor, until motor and output stand as before."""
-        return np.array([oscillations(waves, self.pairs, self.ratio) for waves in self.waves])
+        return oscillations(self.waves, self.pairs, self.ratio)
 
     @property
     def largest(self) -> Floats:

@@ -13,12 +13,13 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ..balance.linear_algebra import factor, substitute
 from ..continuation.trace import Trace, trace
-from .problem import Torus, condensed, torus
+from .problem import Torus, linear_waves, torus
 
 ROUNDS, MOST = 40, 600  # of taking waves in, and waves at most
 HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the end, and steps
+MARGIN = 0.5  # of the share that may be left out: waves that are taken in leave less out than those looked for
 SMALL = 1e-3  # of the share of what is left out: torques below it are not looked at
-LOOKED_AT = 10  # points of a curve where waves that are missing are looked for
+LOOKED_AT, BESIDE = 8, np.array([0, 3, -3, 8, -8])  # points where missing waves are looked for: all along, at a crest
 STEP = 0.1
 FEW = 4  # driven pairs up to which the balance begins with sums of three
 
@@ -70,25 +71,30 @@ def missing(problem: Torus, z: Floats, aim: float) -> set[tuple[int, int]]:
     motion, blocks = problem.latest(z)[0], problem.blocks(z)
     rows, columns = problem.shape
     spectrum = np.fft.fft2(motion.torque.reshape(-1, rows, columns)) * (2.0 / (rows * columns))
-    spectrum[:, problem.pairs[:, 0], problem.pairs[:, 1]] = 0.0
+    spectrum.reshape(len(spectrum), -1)[:, np.concatenate([problem.plus[0], problem.minus[0]])] = 0.0
     top = np.max(np.abs(motion.torque), axis=1)[:, None, None] + 1e-300
-    j, k = np.nonzero(np.any(np.abs(spectrum) > SMALL * aim * top, axis=0)[: rows // 2])
-    k = np.where(k > columns // 2, k - columns, k)
-    own = {(a, b) for a, b in problem.pairs.tolist()} | {(-a, -b) for a, b in problem.pairs.tolist()}
-    pairs = np.array([p for p in zip(j.tolist(), k.tolist(), strict=True) if p not in own and (p[0] or p[1] > 0)])
-    if not len(pairs):
+    fast, slow = np.nonzero(np.any(np.abs(spectrum) > SMALL * aim * top, axis=0)[: rows // 2 + 1])
+    cells = np.column_stack([fast, np.where(slow > columns // 2, slow - columns, slow)])
+    cells = cells[(cells[:, 0] > 0) | (cells[:, 1] > 0)]
+    if not len(cells):
         return set()
+    pairs = cells @ problem.basis
     orders = pairs @ np.array([1.0, 1.0 / problem.ratio])
-    n = len(problem.part.inertia)
-    stiff = condensed(problem.part, problem.retained, orders, np.zeros((len(pairs), n)), z[-1])[0][..., :-1]
+    driven = np.zeros((len(pairs), len(problem.part.inertia)))
+    stiff = linear_waves(problem.part, problem.linear.retained, orders, driven).stiffness(float(z[-1]))[0][..., :-1]
     for (a, b), samples in motion.by_place.items():
         stiff[:, a, b] += np.mean(samples)
     for (a, b), samples in motion.by_rate.items():
         stiff[:, a, b] += 1j * orders * np.mean(samples)
-    moved = np.abs(np.linalg.solve(stiff, spectrum[:, pairs[:, 0], pairs[:, 1]].T[..., None])[..., 0])
+    moved = np.abs(np.linalg.solve(stiff, spectrum[:, cells[:, 0], cells[:, 1]].T[..., None])[..., 0])
     sizes = np.linalg.norm(blocks[:, 1:], axis=1)
     share = np.max(moved / np.maximum(sizes, 1e-6 * np.max(sizes) + 1e-300), axis=1)
-    return {tuple(pair) for pair in pairs[share > aim].tolist()}
+    return {upper(*pair) for pair in pairs[share > aim].tolist()}
+
+
+def upper(j: int, k: int) -> tuple[int, int]:
+    """The same wave with j > 0, or j = 0 and k > 0."""
+    return (j, k) if j > 0 or (j == 0 and k > 0) else (-j, -k)
 
 
 def carried_over(old: Torus, new: Torus, points: Floats) -> Floats:
@@ -96,8 +102,8 @@ def carried_over(old: Torus, new: Torus, points: Floats) -> Floats:
     h, size = len(old.pairs) - 1, 2 * len(new.pairs) - 1
     place = {pair: i for i, pair in enumerate(map(tuple, new.pairs.tolist()))}
     at = np.array([place[pair] for pair in map(tuple, old.pairs.tolist())])
-    out = np.zeros((len(points), len(new.retained), size))
-    blocks = points[:, :-1].reshape(len(points), len(old.retained), -1)
+    out = np.zeros((len(points), len(new.linear.retained), size))
+    blocks = points[:, :-1].reshape(len(points), len(old.linear.retained), -1)
     out[..., at] = blocks[..., : h + 1]
     out[..., len(new.pairs) - 1 + at[1:]] = blocks[..., h + 1 :]
     return np.column_stack([out.reshape(len(points), -1), points[:, -1]])
@@ -155,12 +161,25 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
         if not len(points):
             raise SolveError(Sentence("the curve of motions of two turns is lost at {}", Speed(hi)))
         top = int(np.argmax(np.linalg.norm(points[:, :-1], axis=1)))
-        few = {top, *np.linspace(0, len(points) - 1, LOOKED_AT).astype(int).tolist()}
-        more = {pair for i in few for pair in missing(problem, points[i], aim)}
-        if not more:
+        places = np.concatenate([top + BESIDE, np.linspace(0, len(points) - 1, LOOKED_AT).astype(int)])
+        few = np.clip(places, 0, len(points) - 1)
+        if not any(missing(problem, point, aim) for point in points[few]):
             return problem, solution, True
-        if len(problem.pairs) + len(more) > MOST:
-            return problem, solution, False
-        old, problem = problem, driven.problem({*map(tuple, problem.pairs[1:].tolist()), *more})
-        z = carried_over(old, problem, z[None])[0]
-    return old, solution, False
+        wider = with_missing(driven, problem, points[few], MARGIN * aim)
+        if len(wider.pairs) > MOST:
+            break
+        z, problem = carried_over(problem, wider, z[None])[0], wider
+    return problem, solution, False
+
+
+def with_missing(driven: TwoTurns, problem: Torus, points: Floats, aim: float) -> Torus:
+    """A problem with the waves that motions near some points (n, ...) take besides."""
+    old, grown = problem, False
+    for point in points:
+        guess = carried_over(old, problem, point[None])[0]
+        z = newton(problem, guess) if grown else guess  # a crest of too few waves may be where there is no motion
+        while z is not None and len(problem.pairs) <= MOST and (more := missing(problem, z, aim)):
+            wider, grown = driven.problem({*map(tuple, problem.pairs[1:].tolist()), *more}), True
+            z, problem = newton(wider, carried_over(problem, wider, z[None])[0]), wider
+        grown = grown and z is None
+    return problem

@@ -9,13 +9,16 @@ import numpy as np
 from ...base.results import Floats
 from ..balance.condensed.motions import first_order_of
 from ..balance.condensed.pencil import to_complex
-from .problem import Torus
+from .problem import Torus, at_angles
 
-PER_WAVE, LEAST, REFINED = 16, 64, 4  # samples in a period of the highest wave, at least; steps of Newton's method
+PER_WAVE, LEAST, BESIDE = 24, 96, 3  # samples in a period of the highest wave, at least; beside one for a polynomial
+REFINED = 4  # steps of Newton's method
 NEARLY = 0.9  # of the largest sample of a turn: a crest beside it may be higher between samples
-STARTS, RESOLVED = 16, 1e-6  # output angles at first, and the share of the highest waves of a map in the end
-LEAST_STEPS, PER_ORDER, PHASE, FINEST = 24, 12, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
+STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
+LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
+STEPS = np.unique([2**a * b for a in range(1, 12) for b in (4, 5, 6, 7)])  # of a turn: curves take few of these
 HARDLY = 1e-2  # of the largest wave: those below it do not count for the steps
+ENTRIES = 4_000_000  # of all matrices at a time
 LARGEST = 1000  # output turns after which motor and output stand as before, at most
 
 
@@ -26,38 +29,56 @@ def turns_of(ratio: float) -> int:
 
 
 def oscillations(waves: Any, pairs: Any, ratio: float) -> Floats:
-    """Largest distance (turns,) of a motion from its mean over each turn of the motor, from angle 0 on.
+    """Largest distance (n, turns) of motions from their mean over each turn of the motor, from angle 0 on.
 
-    The motion has the complex amplitudes `waves` (P + 1,) of `pairs` (P + 1, 2), the first of them (0, 0).
+    The motions have the complex amplitudes `waves` (n, P + 1) of `pairs` (P + 1, 2), the first of them (0, 0). A crest
+    is that of the polynomial through seven samples around it, right to 1e-6 of the highest wave.
     """
-    waves, order, slow = waves[1:], (pairs @ np.array([1.0, 1.0 / ratio]))[1:], pairs[1:, 1]
-    count = turns_of(ratio)
-    starts = 2.0 * np.pi * np.arange(count)
+    order, count = (pairs @ np.array([1.0, 1.0 / ratio]))[1:], turns_of(ratio)
     places = max(LEAST, PER_WAVE * math.ceil(float(np.max(np.abs(order)))))
-    theta = np.linspace(0.0, 2.0 * np.pi, places + 1)
-    ks, group = np.unique(slow, return_inverse=True)
-    along = np.zeros((len(ks), places + 1), complex)
-    np.add.at(along, group, waves[:, None] * np.exp(1j * np.outer(order, theta)))
-    turned = np.exp(1j * np.outer(starts / ratio, ks))
-    mean = np.ones(len(order), complex)
-    np.divide(np.exp(2j * np.pi * order) - 1.0, 2j * np.pi * order, out=mean, where=order != 0.0)
-    means = (
-        turned @ np.bincount(group, (waves * mean).real) + 1j * turned @ np.bincount(group, (waves * mean).imag)
-    ).real
-    values = (turned @ along).real - means[:, None]
-    sizes = np.abs(np.pad(values, ((0, 0), (1, 1)), constant_values=0.0))
-    tops = (sizes[:, 1:-1] >= sizes[:, :-2]) & (sizes[:, 1:-1] >= sizes[:, 2:])
-    turn, place = np.nonzero(tops & (sizes[:, 1:-1] >= NEARLY * sizes.max(axis=1, keepdims=True)))
-    angle, offset = theta[place], waves * turned[:, group][turn]
-    low, high = np.maximum(angle - theta[1], 0.0), np.minimum(angle + theta[1], 2.0 * np.pi)
+    theta = 2.0 * np.pi / places * np.arange(-BESIDE, places + BESIDE + 1)
+    means = np.ones(len(order), complex)
+    np.divide(np.exp(2j * np.pi * order) - 1.0, 2j * np.pi * order, out=means, where=order != 0.0)
+    table = np.exp(1j * np.outer(order, theta)) - means[:, None]
+    ks, group = np.unique(pairs[1:, 1], return_inverse=True)
+    turned = np.exp(2j * np.pi / ratio * np.outer(np.arange(count), ks))
+    turned = np.concatenate([turned.real, -turned.imag], axis=1)
+    most = max(1, ENTRIES // (count * len(theta)))
+    parts = np.array_split(waves[:, 1:], math.ceil(len(waves) / most))
+    return np.concatenate([_crests(_in_turns(part, table, group, turned)) for part in parts])
+
+
+def _in_turns(waves: Any, table: Any, group: Any, turned: Floats) -> Floats:
+    """Samples (n, turns, samples) of motions, from a table of the waves in the first turn."""
+    along = np.stack([waves[:, group == i] @ table[group == i] for i in range(group.max() + 1)], axis=1)
+    return np.asarray(turned @ np.concatenate([along.real, along.imag], axis=1))
+
+
+def _crests(values: Floats) -> Floats:
+    """Largest size (n, turns) of samples (n, turns, samples), `BESIDE` of which lie before and after a turn."""
+    sizes = np.abs(values[..., BESIDE:-BESIDE])
+    largest, last = sizes.max(axis=2), sizes.shape[2] - 1
+    tops = sizes >= NEARLY * largest[..., None]
+    tops[..., 1:] &= sizes[..., 1:] >= sizes[..., :-1]
+    tops[..., :-1] &= sizes[..., :-1] >= sizes[..., 1:]
+    motion, turn, place = np.nonzero(tops)
+    s = np.arange(-BESIDE, BESIDE + 1)
+    c = np.linalg.inv(np.vander(s, increasing=True)) @ values[motion, turn, place + BESIDE + s[:, None]]
+    slope, x = np.arange(1, len(c))[:, None] * c[1:], np.zeros(len(place))
+    bend = np.arange(1, len(slope))[:, None] * slope[1:]
     for _ in range(REFINED):
-        terms = offset * np.exp(1j * np.outer(angle, order))
-        slope, bend = -(order * terms.imag).sum(axis=1), -(order * order * terms.real).sum(axis=1)
-        angle = np.clip(angle - np.divide(slope, bend, out=np.zeros(len(turn)), where=bend != 0.0), low, high)
-    between = np.abs((offset * np.exp(1j * np.outer(angle, order))).real.sum(axis=1) - means[turn])
-    largest = sizes.max(axis=1)
-    np.maximum.at(largest, turn, between)
+        step = np.divide(polyval(x, slope), polyval(x, bend), out=np.zeros_like(x), where=c[2] != 0.0)
+        x = np.clip(x - step, np.where(place > 0, -1.0, 0.0), np.where(place < last, 1.0, 0.0))
+    np.maximum.at(largest, (motion, turn), np.abs(polyval(x, c)))
     return np.asarray(largest)
+
+
+def polyval(x: Floats, c: Floats) -> Floats:
+    """Values (n,) of polynomials with coefficients c (degree + 1, n), the constant ones first."""
+    value = np.zeros_like(x)
+    for row in c[::-1]:
+        value = value * x + row
+    return value
 
 
 def states_at(problem: Torus, z: Floats, phase: Floats) -> Floats:
@@ -68,88 +89,106 @@ def states_at(problem: Torus, z: Floats, phase: Floats) -> Floats:
     return np.asarray((part.values @ waves.T @ turned + part.rates @ rates.T @ turned).real)
 
 
-def growth(problem: Torus, flow: Any, z: Floats) -> float:
-    """Rate [1/s] at which the disturbances that grow fastest, or decay slowest, do so over all turns of a motion.
+def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
+    """Rates (n,) [1/s] at which the disturbances of motions that last longest grow; negative of stable ones.
 
     `flow` is the part whose disturbances are meant: that of the problem, but for a mean that nothing holds. A turn of
-    the motor maps them by a matrix that is periodic in the output's angle at its begin: it is found at some of these
-    angles and interpolated at those that the motion has, whose product tells the rate.
+    the first angle of the basis maps them by a matrix that is periodic in the second angle: it is found at some of
+    these angles and interpolated at those that the motion has, whose product over all turns tells the rate.
     """
-    count, places = turns_of(problem.ratio), STARTS
+    (j, k), (_, q) = problem.basis.tolist()
+    first, starts = j + k / problem.ratio, STARTS if problem.shape[1] > 1 else 1
+    exact = Fraction(problem.ratio).limit_denominator(LARGEST)
+    count = Fraction(q * exact.denominator, j * exact.numerator + k * exact.denominator).denominator
+    if abs(float(exact) - problem.ratio) > 1e-12 * problem.ratio:
+        count = math.ceil(problem.ratio * first / q)
+    flows, steps = _first_order(problem, flow, points)
+    out = np.empty(len(points))
+    for number in np.unique(steps).tolist():
+        most = max(1, ENTRIES // (2 * starts * number * flows[0].shape[0] ** 2))
+        at = np.flatnonzero(steps == number)
+        for part in np.array_split(at, math.ceil(len(at) / most)):
+            out[part] = _rates(problem, flows, points[part], number, starts if 2 * starts < count else count, count)
+    return np.asarray(out * first * points[:, -1] / (2.0 * np.pi * count))
+
+
+def _rates(problem: Torus, flows: Any, points: Floats, steps: int, starts: int, count: int) -> Floats:
+    """Logarithms (n,) of the largest multipliers over `count` turns of the first angle."""
     while True:
-        starts = 2.0 * np.pi * np.arange(min(places, count)) / min(places, count)
-        maps = turn_maps(problem, flow, z, starts)
-        waves = np.fft.fft(maps, axis=0) / len(maps)
-        size, k = np.abs(waves).max(axis=(1, 2)), np.abs(np.fft.fftfreq(len(maps), 1.0 / len(maps)))
-        if len(maps) == count or size[k >= len(maps) // 3].max() <= RESOLVED * size.max():
+        maps = turn_maps(problem, flows, points, steps, 2.0 * np.pi * np.arange(starts) / starts)
+        waves = np.fft.fft(maps, axis=1) / starts
+        order = np.fft.fftfreq(starts, 1.0 / starts)
+        size = np.abs(waves).max(axis=(0, 2, 3))
+        if starts == count or size[np.abs(order) >= max(1, starts // 3)].max(initial=0.0) <= RESOLVED * size.max():
             break
-        places *= 2
-    order, size = np.fft.fftfreq(len(maps), 1.0 / len(maps)), 0.0
-    whole = np.eye(maps.shape[1])
-    here = 2.0 * np.pi * np.arange(count) / problem.ratio
-    for turn in np.einsum("tk,kij->tij", np.exp(1j * np.outer(here, order)), waves).real:
-        whole = turn @ whole
-        largest = float(np.max(np.abs(whole)))
-        whole, size = whole / largest, size + math.log(largest)
-    top = float(np.max(np.abs(np.linalg.eigvals(whole))))
-    return (size + math.log(max(top, 1e-300))) * float(z[-1]) / (2.0 * np.pi * count)
+        starts = min(2 * starts, count)
+    (j, k), (_, q) = problem.basis.tolist()
+    advance = 2.0 * np.pi * q / (problem.ratio * j + k)
+    logarithm, whole = np.zeros(len(points)), np.eye(maps.shape[2])
+    for turn in range(count):
+        phases = np.exp(1j * order * (turn * advance))
+        whole = np.tensordot(waves, phases, (1, 0)).real @ whole
+        largest = np.abs(whole).max(axis=(1, 2))
+        whole, logarithm = whole / largest[:, None, None], logarithm + np.log(largest)
+    return np.asarray(logarithm + np.log(np.maximum(np.abs(np.linalg.eigvals(whole)).max(axis=1), 1e-300)))
 
 
-def turn_maps(problem: Torus, flow: Any, z: Floats, starts: Floats) -> Floats:
-    """Maps (n, states, states) of disturbances over a turn of the motor from output angles (n,) [rad] on.
-
-    Magnus's method of order 4 with a Pade form of the exponential function: Blanes et al. 2009, The Magnus expansion
-    and some of its applications, Physics Reports 470, sec. 5.
-    """
-    w, heavy = float(z[-1]), np.flatnonzero(np.any(flow.inertia != 0.0, axis=1))
-    massless, loaded = np.setdiff1d(np.arange(len(flow.inertia)), heavy), problem.retained
+def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:
+    """Matrix of the disturbances, that of the torques, and the place of each of these; steps of a turn of motions."""
+    heavy = np.flatnonzero(np.any(flow.inertia != 0.0, axis=1))
+    massless, loaded = np.setdiff1d(np.arange(len(flow.inertia)), heavy), problem.linear.retained
     damping = flow.damping.copy()
     damping[0, 0] += flow.gear_damping
     a, b = first_order_of(flow.inertia, damping, flow.stiffness, heavy, massless, loaded)
-    place = np.searchsorted(heavy, loaded)
-    fastest = float(np.max(np.abs(np.linalg.eigvals(_with_springs(problem, z, a, b, place, len(heavy))))))
-    steps = int(min(FINEST, max(LEAST_STEPS, PER_ORDER * _highest(problem, z), 2.0 * np.pi * fastest / w / PHASE)))
-    h = 2.0 * np.pi / steps
-    theta = (np.arange(steps)[:, None] + 0.5 + np.array([-1.0, 1.0]) * math.sqrt(3.0) / 6.0).ravel() * h
-    fast, slow = np.tile(theta, len(starts)), (starts[:, None] + theta / problem.ratio).ravel()
-    motion = at_angles(problem, fast, slow).moved(z)
-    matrices = np.tile(a, (len(fast), 1, 1))
-    for (i, j), samples in motion.by_place.items():
-        matrices[:, :, place[j]] -= samples[:, None] * b[:, i]
-    for (i, j), samples in motion.by_rate.items():
-        matrices[:, :, len(heavy) + place[j]] -= samples[:, None] / w * b[:, i]
-    first, second = (h / w) * matrices[::2], (h / w) * matrices[1::2]
-    omega = 0.5 * (first + second) + math.sqrt(3.0) / 12.0 * (second @ first - first @ second)
-    mean = np.trace(omega, axis1=1, axis2=2) / len(a)  # what it makes of volumes is exact
-    omega -= mean[:, None, None] * np.eye(len(a))
-    even, odd = np.eye(len(a)) + omega @ omega / 12.0, 0.5 * omega
-    maps = np.linalg.solve(even - odd, even + odd).reshape(len(starts), steps, len(a), len(a))
-    while maps.shape[1] > 1:
-        left = maps[:, 1::2] @ maps[:, : maps.shape[1] - 1 : 2]
-        maps = left if maps.shape[1] % 2 == 0 else np.concatenate([left, maps[:, -1:]], axis=1)
-    return np.asarray(maps[:, 0] * np.exp(mean.reshape(len(starts), steps).sum(axis=1))[:, None, None])
+    flows = a, b, np.searchsorted(heavy, loaded), len(heavy)
+    mean = disturbed(flows, problem.moved(points), points[:, -1:], lambda samples: samples.mean(axis=-1, keepdims=True))
+    fastest = np.abs(np.linalg.eigvals(mean[:, 0])).max(axis=1)
+    sizes = np.abs(to_complex(problem.blocks(points))).max(axis=0)[:, 1:]
+    counted = sizes > HARDLY * sizes.max(axis=1, keepdims=True)
+    highest = np.max(np.abs(problem.orders[1:]) * counted, axis=1)
+    first = float(problem.basis[0] @ np.array([1.0, 1.0 / problem.ratio]))
+    steps = np.maximum(PER_ORDER * highest, 2.0 * np.pi * fastest / points[:, -1] / PHASE) / first
+    return flows, STEPS[np.searchsorted(STEPS, np.clip(steps, LEAST_STEPS, FINEST))]
 
 
-def _highest(problem: Torus, z: Floats) -> float:
-    """Highest order of the waves that count."""
-    sizes = np.max(np.abs(to_complex(problem.blocks(z))), axis=0)[1:]
-    return float(np.max(np.abs(problem.orders[1:][sizes > HARDLY * np.max(sizes)]), initial=1.0))
+def disturbed(flows: Any, motion: Any, w: Floats, measure: Any) -> Floats:
+    """Matrices (points, samples, states, states) of disturbances along motions, of a measure of their samples."""
+    a, b, place, count = flows
+    matrices = np.zeros(())
+    for some, first, factor in ((motion.by_place, 0, 1.0), (motion.by_rate, count, 1.0 / w)):
+        for (i, j), samples in some.items():
+            change = np.zeros_like(a)
+            change[:, first + place[j]] = b[:, i]
+            matrices = matrices - measure(factor * samples)[..., None, None] * change
+    return np.asarray(a + matrices)
 
 
-def _with_springs(problem: Torus, z: Floats, a: Floats, b: Floats, place: Any, count: int) -> Floats:
-    """Matrix of the disturbances with the mean stiffness and damping of all torques."""
-    motion, mean = problem.moved(z), a.copy()
-    for (i, j), samples in motion.by_place.items():
-        mean[:, place[j]] -= np.mean(samples) * b[:, i]
-    for (i, j), samples in motion.by_rate.items():
-        mean[:, count + place[j]] -= np.mean(samples) / z[-1] * b[:, i]
-    return mean
+def turn_maps(problem: Torus, flows: Any, points: Floats, steps: int, starts: Floats) -> Floats:
+    """Maps (points, starts, states, states) of disturbances over a turn of the first angle from second ones on.
 
-
-def at_angles(problem: Torus, fast: Floats, slow: Floats) -> Torus:
-    """The problem with samples at other angles (n,) of motor and output [rad]."""
-    angles = np.array([fast, slow])
-    there = problem._replace(
-        table=np.exp(1j * (problem.pairs @ angles)), turned=problem.line_pairs @ angles, slow=slow, memory={}
-    )
-    return there._replace(still_error=there.error(0.0))
+    Magnus's method of order 4: Blanes et al. 2009, The Magnus expansion and some of its applications, Physics Reports
+    470, sec. 5; the exponential function to order 8, and what it makes of volumes exactly.
+    """
+    (j, k), (_, q) = problem.basis.tolist()
+    nodes = np.arange(steps)[:, None] + 0.5 + np.array([-1.0, 1.0]) * math.sqrt(3.0) / 6.0
+    first = nodes.ravel() * 2.0 * np.pi / steps
+    slow = (starts[:, None] / q + first / (problem.ratio * j + k)).ravel()
+    angles = np.array([(np.tile(first, len(starts)) - k * slow) / j, slow])
+    w = points[:, -1:]
+    matrices = disturbed(flows, at_angles(problem, angles).moved(points), w, lambda samples: samples)
+    h = 2.0 * np.pi / steps / (w[..., None, None] * (j + k / problem.ratio))
+    one, two = h * matrices[:, ::2], h * matrices[:, 1::2]
+    x = 0.5 * (one + two) + math.sqrt(3.0) / 12.0 * (two @ one - one @ two)
+    n = x.shape[-1]
+    unit, mean = np.eye(n), np.trace(x, axis1=2, axis2=3) / n
+    x -= mean[..., None, None] * unit
+    square = x @ x
+    cube = square @ x
+    high = cube @ (unit / 720.0 + x / 5040.0 + square / 40320.0)
+    maps = unit + x + 0.5 * square + cube @ (unit / 6.0 + x / 24.0 + square / 120.0 + high)
+    maps = maps.reshape(len(points), len(starts), steps, n, n)
+    while maps.shape[2] > 1:
+        left = maps[:, :, 1::2] @ maps[:, :, : maps.shape[2] - 1 : 2]
+        maps = left if maps.shape[2] % 2 == 0 else np.concatenate([left, maps[:, :, -1:]], axis=2)
+    volumes = np.exp(mean.reshape(len(points), len(starts), steps).sum(axis=2))
+    return np.asarray(maps[:, :, 0] * volumes[..., None, None])

@@ -2,22 +2,78 @@
 
 The motor turns by psi_1 = omega t, the output by psi_2 = psi_1/N. A motion is a sum of waves of pairs (j, k), with the
 angle j psi_1 + k psi_2 and the frequency (j + k/N) omega: D(j omega + k omega/N) P_jk + T_jk = F_jk, with the dynamic
-stiffness D of all that is linear. The torques T are sampled on a grid of both angles: of the gear, of the couplings,
+stiffness D of all that is linear. The torques T are sampled on a grid of two angles: of the gear, of the couplings,
 what a kinematic error gives back to the motor, and what follows the load's own angle psi_2 + a P, as gravity does.
+All pairs are whole combinations of two, the `basis`; the grid is one of the angles of these, so that motions that
+repeat twice in both turns take a quarter of the samples.
 
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.4 (AFT), 4.1 (condensation) and 5.3
 (several base frequencies).
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.results import Floats
-from ..balance.condensed.pencil import add_entries, add_stiffness, to_complex, to_real
+from ..balance.condensed.pencil import add_entries, to_complex, to_real
 
 SMOOTH = np.unique([2**a * 3**b * 5**c for a in range(14) for b in range(9) for c in range(6)])  # fast transforms
 OVERSAMPLED = 4  # samples of an angle in a period of its highest wave: a cube of these waves is exact
+
+
+class LinearWaves(NamedTuple):
+    """Dynamic stiffness and forces of waves on retained coordinates.
+
+    `matrices` (3, P, n, n + 1) are those of the powers of the speed, the forces in the last column; `groups` tell for
+    which waves which other coordinates are eliminated.
+    """
+
+    matrices: Any
+    retained: Any
+    groups: tuple[tuple[Any, Any], ...]
+
+    def stiffness(self, omega: float) -> tuple[Any, Any, list[Any]]:
+        """Both (P, c, c + 1) at a speed [rad/s], their derivatives by it, and the eliminated coordinates."""
+        still, damped, heavy = self.matrices
+        a, da = still + omega * (damped - omega * heavy), damped - (2.0 * omega) * heavy
+        n, c = a.shape[1], len(self.retained)
+        if c == n:
+            return a, da, []
+        kept, columns = self.retained, np.append(self.retained, n)
+        stiff, by_speed, solutions = a[:, kept][..., columns], da[:, kept][..., columns], []
+        for rows, gone in self.groups:
+            inside, across = np.ix_(rows, gone, gone), np.ix_(rows, gone, columns)
+            answer = np.linalg.solve(a[inside], a[across])
+            back, change = a[np.ix_(rows, kept, gone)], da[np.ix_(rows, kept, gone)]
+            left = np.swapaxes(np.linalg.solve(np.swapaxes(a[inside], 1, 2), np.swapaxes(back, 1, 2)), 1, 2)
+            stiff[rows] -= back @ answer
+            by_speed[rows] -= change @ answer + left @ (da[across] - da[inside] @ answer)
+            solutions.append((rows, gone, answer[..., :c], answer[..., c]))
+        return stiff, by_speed, solutions
+
+
+def linear_waves(part: Any, retained: Any, orders: Floats, forces: Any) -> LinearWaves:
+    """The waves of some orders (P,) of a part, driven by forces (P, n), the mean first where it is among them.
+
+    A coordinate `loose` has no mean, nor have the states of its control behind it.
+    """
+    n, each = len(part.inertia), orders[:, None, None]
+    matrices, damping = np.zeros((3, len(orders), n, n + 1), complex), part.damping.copy()
+    damping[0, 0] += part.gear_damping
+    matrices[..., :n] = part.stiffness + 0.0 * each, 1j * each * damping, each * each * part.inertia
+    matrices[0, ..., n] = forces
+    at_rest = orders == 0.0
+    if at_rest[0]:
+        matrices[1, 0, :, n] = part.per_speed
+    eliminated = np.setdiff1d(np.arange(n), retained)
+    massless = int(np.sum(~np.any(part.inertia, axis=1)))
+    moving = (
+        np.setdiff1d(eliminated, np.arange(part.loose, part.loose + massless + 1)) if part.loose >= 0 else eliminated
+    )
+    groups = (np.flatnonzero(~at_rest), eliminated), (np.flatnonzero(at_rest), moving)
+    return LinearWaves(matrices, retained, tuple((rows, gone) for rows, gone in groups if len(rows) and len(gone)))
 
 
 class Motion(NamedTuple):
@@ -30,12 +86,14 @@ class Motion(NamedTuple):
 
 
 class Torus(NamedTuple):
-    """Balance in the waves `pairs` (P + 1, 2), (0, 0) first, of the coordinates `retained`, block by block.
+    """Balance in the waves `pairs` (P + 1, 2), (0, 0) first, of the coordinates `linear.retained`, block by block.
 
     A block has the mean, the cosines and the sines of x or another coordinate; a point ends with the speed omega.
-    `lines` (order, cosine, sine) are those of the kinematic error, of the pairs `line_pairs`, `turned` (lines, samples)
-    their angles, `pulls` laws of the load's angle; `plus` and `minus` (P + 1, P + 1) are places of sums and differences
-    of pairs in a spectrum. The samples are those of a grid of `shape`, or those of a `table` of waves. `memory` has the
+    `basis` are the two pairs ((j, k), (0, q)) whose angles make a grid of `shape`; `lines` (order, cosine, sine) are
+    those of the kinematic error, of the pairs `line_pairs`, `turned` (lines, samples) their angles, `slow` that of the
+    output and `pulls` laws of the load's angle; `plus` and `minus` (P + 1, P + 1) are places of sums and differences
+    of pairs in a spectrum. `synthesis` (2 P + 1, samples) and `analysis` go from coefficients to samples and back.
+    `loose` is the place of a mean that nothing holds among the unknowns, -1 where there is none, and `memory` has the
     latest point with what it does.
     """
 
@@ -44,22 +102,24 @@ class Torus(NamedTuple):
     pulls: tuple[Any, ...]
     pairs: Any
     orders: Floats
-    retained: Any
-    forces: Any
+    basis: Any
+    linear: LinearWaves
     lines: Floats
     line_pairs: Floats
     turned: Floats
     slow: Floats
     shape: tuple[int, ...]
-    table: Any
+    synthesis: Floats
+    analysis: Floats
     plus: Any
     minus: Any
     still_error: Any
+    loose: int
     memory: dict[str, Any]
 
     def size(self) -> int:
         """Number of coefficients."""
-        return len(self.retained) * (2 * len(self.pairs) - 1)
+        return len(self.linear.retained) * (2 * len(self.pairs) - 1)
 
     def harmonics(self) -> int:
         """Number of waves beside the mean."""
@@ -70,47 +130,41 @@ class Torus(NamedTuple):
         return z[k], z[len(self.pairs) - 1 + k]
 
     def blocks(self, z: Floats) -> Floats:
-        """Coefficients (coordinates, 2 P + 1) of a point."""
-        return z[:-1].reshape(len(self.retained), -1)
+        """Coefficients (coordinates, ..., 2 P + 1) of points (..., coefficients and speed)."""
+        blocks = z[..., :-1].reshape(*z.shape[:-1], len(self.linear.retained), -1)
+        return blocks if z.ndim == 1 else np.moveaxis(blocks, -2, 0)
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
         """Execute a kernel with the problem: as Python, where each step is a few calls of LAPACK."""
         return kernel(self, *arguments)
 
-    def samples(self, waves: Any) -> Floats:
-        """Samples (rows, samples) of complex amplitudes (rows, P + 1)."""
-        if self.table is not None:
-            return np.asarray((waves @ self.table).real)
-        spectrum = np.zeros((len(waves), *self.shape), complex)
-        spectrum[:, self.pairs[:, 0], self.pairs[:, 1]] = waves
-        return np.fft.ifft2(spectrum, norm="forward").real.reshape(len(waves), -1)
-
-    def series(self, samples: Floats) -> Floats:
-        """Coefficients (rows, 2 P + 1) of samples on the grid."""
-        spectrum = np.fft.fft2(samples.reshape(-1, *self.shape), norm="forward")
-        waves = 2.0 * spectrum[:, self.pairs[:, 0], self.pairs[:, 1]]
-        waves[:, 0] *= 0.5
-        return to_real(waves)
+    def turning(self, blocks: Floats) -> Floats:
+        """Derivatives of coefficients (..., 2 P + 1) by the motor's angle."""
+        h, orders = len(self.pairs), self.orders[1:]
+        return np.concatenate(
+            [0.0 * blocks[..., :1], orders * blocks[..., h:], -orders * blocks[..., 1:h]], axis=-1
+        )  # fmt: skip
 
     def error(self, deviation: Any) -> tuple[Any, Any, Any]:
-        """Kinematic error, its first and second derivative, at the samples and a deviation of the motor."""
-        order, even, odd = self.lines.T[:, :, None]
-        a = self.turned + order * deviation
+        """Kinematic error, its first and second derivative, at the samples and a deviation (..., samples)."""
+        order, even, odd = self.lines.T.reshape(3, -1, *(1,) * max(1, np.ndim(deviation)))
+        turned = self.turned.reshape(len(self.lines), *(1,) * (np.ndim(deviation) - 1), self.turned.shape[1])
+        a = turned + order * deviation
         c, s = np.cos(a), np.sin(a)
         wave, turned = even * c + odd * s, odd * c - even * s
         return wave.sum(axis=0), (order * turned).sum(axis=0), -(order * order * wave).sum(axis=0)
 
     def moved(self, z: Floats) -> Motion:
-        """Torques at a point, without what the gear's damping makes of the rate of x alone."""
-        waves, w, part, m = to_complex(self.blocks(z)), z[-1], self.part, len(self.part.laws)
-        q, B = self.samples(waves), part.gear_damping
+        """Torques at points (..., coefficients and speed), without what damping makes of the rate of x alone."""
+        blocks, w, part, m = self.blocks(z), z[..., -1:], self.part, len(self.part.laws)
+        q, B = blocks @ self.synthesis, part.gear_damping
         torque, by_speed, by_rate = np.zeros_like(q), np.zeros_like(q), {}
         e, slope, bend = self.error(q[m]) if part.follows else self.still_error
         u = q[0] - e
         stiff = part.laws[0].stiffness(u) + 0.0 * u
         torque[0], by_place = part.laws[0].torque(u), {(0, 0): stiff}
         if part.follows:
-            rate, turning = self.samples(1j * self.orders * waves[[0, m]])
+            rate, turning = self.turning(blocks[[0, m]]) @ self.synthesis
             turning += 1.0
             gear, pull = torque[0] + B * w * (rate - slope * turning), stiff * slope + B * w * bend * turning
             by_speed[0], by_speed[m] = -B * slope * turning, -B * slope * (rate - slope * turning)
@@ -123,29 +177,30 @@ class Torus(NamedTuple):
         for i, law in enumerate(part.laws[1:], 1):
             torque[i], by_place[i, i] = law.torque(q[i]), law.stiffness(q[i]) + 0.0 * u
         if self.pulls:
-            a = part.load[self.retained]
-            angle = self.slow + a @ q
-            torque += np.outer(a, sum(law.torque(angle) for law in self.pulls))
+            a = part.load[self.linear.retained]
+            angle = self.slow + np.tensordot(a, q, 1)
+            pull = sum(law.torque(angle) for law in self.pulls)
             stiff = sum(law.stiffness(angle) for law in self.pulls)
-            for i, j in np.argwhere(np.outer(a, a)).tolist():
-                by_place[i, j] = by_place.get((i, j), 0.0) + a[i] * a[j] * stiff
+            for i in np.flatnonzero(a).tolist():
+                torque[i] += a[i] * pull
+                for j in np.flatnonzero(a).tolist():
+                    by_place[i, j] = by_place.get((i, j), 0.0) + a[i] * a[j] * stiff
         return Motion(torque, by_place, by_rate, by_speed)
 
     def latest(self, z: Floats) -> tuple[Motion, Any, Any]:
         """What a point does, the dynamic stiffness and its derivative: once for each point."""
         if self.memory.get("point") is None or not np.array_equal(self.memory["point"], z):
-            stiff = condensed(self.part, self.retained, self.orders, self.forces, z[-1])[:2]
+            stiff = self.linear.stiffness(float(z[-1]))[:2]
             self.memory.update(point=z.copy(), found=(self.moved(z), *stiff))
         found: tuple[Motion, Any, Any] = self.memory["found"]
         return found
 
     def residual(self, z: Floats, r: Floats) -> None:
         """Write what the equations lack [N*m] at z."""
-        (motion, stiff, _), blocks = self.latest(z), self.blocks(z)
-        r[:] = self.series(motion.torque).ravel()
-        add_stiffness(stiff, 0.0, blocks, blocks[0], r)
-        if (loose := self.loose()) >= 0:
-            r[loose] = self.inertia(z) * z[loose]
+        motion, stiff, _ = self.latest(z)
+        r[:] = (motion.torque @ self.analysis + unbalanced(stiff, self.blocks(z))).ravel()
+        if self.loose >= 0:
+            r[self.loose] = self.inertia(z) * z[self.loose]
 
     def linearise(self, z: Floats, jacobian: Floats, slope: Floats) -> None:
         """Write the derivatives by the coefficients and by the speed."""
@@ -159,17 +214,11 @@ class Torus(NamedTuple):
             out = a[i * size : (i + 1) * size, j * size : (j + 1) * size]
             out[:, 1 : h + 1] -= w * block[:, h + 1 :]
             out[:, h + 1 :] += w * block[:, 1 : h + 1]
-        add_entries(stiff, 0.0, size, len(self.retained), a)
-        slope[:] = self.series(motion.by_speed).ravel()
-        add_stiffness(by_speed, 0.0, blocks, blocks[0], slope)
-        if (loose := self.loose()) >= 0:
-            a[loose], slope[loose] = 0.0, 0.0
-            a[loose, loose] = self.inertia(z)
-
-    def loose(self) -> int:
-        """Place of the mean that nothing holds among the unknowns; -1 where it is none of them."""
-        at = np.flatnonzero(self.retained == self.part.loose)
-        return int(at[0]) * (2 * len(self.pairs) - 1) if len(at) else -1
+        add_entries(stiff, 0.0, size, len(blocks), a)
+        slope[:] = (motion.by_speed @ self.analysis + unbalanced(by_speed, blocks)).ravel()
+        if self.loose >= 0:
+            a[self.loose], slope[self.loose] = 0.0, 0.0
+            a[self.loose, self.loose] = self.inertia(z)
 
     def inertia(self, z: Floats) -> float:
         """Inertia of that coordinate times the square of the speed [N*m/rad]."""
@@ -190,54 +239,38 @@ class Torus(NamedTuple):
         """Complex amplitudes (P + 1, n) of all coordinates at a point, with the means of a control that integrates."""
         q = to_complex(self.blocks(z)).T
         p = np.zeros((len(q), len(self.part.inertia)), complex)
-        p[:, self.retained] = q
-        for rows, columns, answer, force in condensed(self.part, self.retained, self.orders, self.forces, z[-1])[2]:
+        p[:, self.linear.retained] = q
+        for rows, columns, answer, force in self.linear.stiffness(float(z[-1]))[2]:
             p[np.ix_(rows, columns)] = force - np.einsum("pij,pj->pi", answer, q[rows])
         part, i = self.part, self.part.loose
         if np.any(part.integral):
-            held = self.forces[0, i].real + part.per_speed[i] * z[-1] - part.stiffness[i] @ p[0].real
-            if self.loose() >= 0:
-                held -= np.mean(self.latest(z)[0].torque[np.flatnonzero(self.retained == i)[0]])
+            held = self.linear.matrices[0, 0, i, -1].real + part.per_speed[i] * z[-1] - part.stiffness[i] @ p[0].real
+            if self.loose >= 0:
+                held -= np.mean(self.latest(z)[0].torque[np.flatnonzero(self.linear.retained == i)[0]])
             p[0] += held * part.integral
         return p
 
 
-def condensed(part: Any, retained: Any, orders: Floats, forces: Any, omega: float) -> tuple[Any, Any, list[Any]]:
-    """Dynamic stiffness and forces (P + 1, n) of a part on retained coordinates, both by the speed, and the solutions.
+def unbalanced(stiff: Any, blocks: Floats) -> Floats:
+    """Blocks of D P - F, from D and F side by side."""
+    waves, c = to_complex(blocks), len(blocks)
+    return to_real((stiff[..., :c] @ waves.T[..., None])[..., 0].T - stiff[..., c].T)
 
-    A coordinate `loose` has no mean, nor have the states of its control behind it.
+
+def basis_of(pairs: Any) -> Any:
+    """Pairs ((j, k), (0, q)), of which all of some pairs are whole combinations, with the largest j and q.
+
+    Cohen 1993, A Course in Computational Algebraic Number Theory, sec. 2.4 (Hermite normal form).
     """
-    n, c = len(part.inertia), len(retained)
-    w, damping = (orders * omega)[:, None, None], part.damping.copy()
-    damping[0, 0] += part.gear_damping
-    a = np.empty((len(orders), n, n + 1), complex)
-    da = np.zeros_like(a)
-    a[..., :n] = part.stiffness - w * w * part.inertia + 1j * w * damping
-    da[..., :n] = orders[:, None, None] * (1j * damping - 2.0 * w * part.inertia)
-    a[..., n] = forces
-    at_rest = orders == 0.0
-    steady = at_rest & (np.arange(len(orders)) == 0)
-    a[steady, :, n] += part.per_speed * omega
-    da[steady, :, n] = part.per_speed
-    columns = np.append(retained, n)
-    if c == n:
-        return a, da, []
-    stiff, by_speed, solutions = a[:, retained][..., columns], da[:, retained][..., columns], []
-    eliminated = np.setdiff1d(np.arange(n), retained)
-    massless = int(np.sum(~np.any(part.inertia, axis=1)))
-    moving = (
-        np.setdiff1d(eliminated, np.arange(part.loose, part.loose + massless + 1)) if part.loose >= 0 else eliminated
-    )
-    for rows, gone in ((np.flatnonzero(~at_rest), eliminated), (np.flatnonzero(at_rest), moving)):
-        if len(gone) and len(rows):
-            inside, across = np.ix_(rows, gone, gone), np.ix_(rows, gone, columns)
-            answer = np.linalg.solve(a[inside], a[across])
-            back, change = a[np.ix_(rows, retained, gone)], da[np.ix_(rows, retained, gone)]
-            left = np.swapaxes(np.linalg.solve(np.swapaxes(a[inside], 1, 2), np.swapaxes(back, 1, 2)), 1, 2)
-            stiff[rows] -= back @ answer
-            by_speed[rows] -= change @ answer + left @ (da[across] - da[inside] @ answer)
-            solutions.append((rows, gone, answer[..., :c], answer[..., c]))
-    return stiff, by_speed, solutions
+    first, slow = (0, 0), 0
+    for pair in pairs:
+        second = tuple(pair)
+        while second[0]:
+            times = first[0] // second[0]
+            first, second = second, (first[0] - times * second[0], first[1] - times * second[1])
+        slow = math.gcd(slow, second[1])
+    j, k = first if first[0] > 0 else (-first[0] or 1, -first[1])
+    return np.array([[j, k - slow * round(k / slow) if slow else k], [0, slow or 1]])
 
 
 def torus(part: Any, ratio: float, lines: Floats, pairs: Any, pulls: tuple[Any, ...] = ()) -> Torus:
@@ -257,20 +290,43 @@ def torus(part: Any, ratio: float, lines: Floats, pairs: Any, pulls: tuple[Any, 
         Torques against the load of its own angle.
     """
     pairs = np.vstack([np.zeros((1, 2), int), np.asarray(pairs, int).reshape(-1, 2)])
-    highest = np.maximum(np.max(np.abs(pairs), axis=0), 1)
-    shape = tuple(SMOOTH[np.searchsorted(SMOOTH, OVERSAMPLED * highest + OVERSAMPLED)].tolist())
-    angles = np.indices(shape).reshape(2, -1) * (2.0 * np.pi / np.array(shape)[:, None])
+    (j, k), (_, q) = basis = basis_of(pairs)
+    cells = np.column_stack([pairs[:, 0] // j, (pairs[:, 1] - k * (pairs[:, 0] // j)) // q])
+    highest = np.max(np.abs(cells), axis=0)
+    least = np.where(highest > 0, OVERSAMPLED * highest + OVERSAMPLED, 1)
+    shape = tuple(SMOOTH[np.searchsorted(SMOOTH, least)].tolist())
+    grid = np.indices(shape).reshape(2, -1) * (2.0 * np.pi / np.array(shape)[:, None])
+    slow = grid[1] / q
+    angles = np.array([(grid[0] - k * slow) / j, slow])
     coordinates = np.arange(len(part.laws) + part.follows)
     if pulls:
         coordinates = np.union1d(coordinates, np.flatnonzero(part.load))
     lines = np.asarray(lines, float).reshape(-1, 4)
     turns, of_lines, strides = np.array([1.0, 1.0 / ratio]), lines[:, :2], np.array([shape[1], 1])
-    plus = ((pairs[:, None] + pairs[None]) % shape) @ strides
-    minus = ((pairs[:, None] - pairs[None]) % shape) @ strides
+    plus = ((cells[:, None] + cells[None]) % shape) @ strides
+    minus = ((cells[:, None] - cells[None]) % shape) @ strides
+    table = synthesis_at(pairs, angles)
+    back = 2.0 / len(slow) * table.T
+    back[:, 0] *= 0.5
+    loose = np.flatnonzero(coordinates == part.loose)
+    orders, forces = pairs @ turns, to_complex(part.forces(angles[0]) @ back).T
     problem = Torus(
-        part, ratio, pulls, pairs, pairs @ turns, coordinates, np.zeros((len(pairs), len(part.inertia))),
-        np.column_stack([of_lines @ turns, lines[:, 2:]]), of_lines, of_lines @ angles, angles[1], shape, None, plus,
-        minus, (), {},
+        part, ratio, pulls, pairs, orders, basis, linear_waves(part, coordinates, orders, forces),
+        np.column_stack([of_lines @ turns, lines[:, 2:]]), of_lines, of_lines @ angles, slow, shape, table, back, plus,
+        minus, (), int(loose[0]) * (2 * len(pairs) - 1) if len(loose) else -1, {},
     )  # fmt: skip
-    forces = to_complex(problem.series(part.forces(angles[0]))).T
-    return problem._replace(forces=forces, still_error=problem.error(0.0))
+    return problem._replace(still_error=problem.error(0.0))
+
+
+def synthesis_at(pairs: Any, angles: Floats) -> Floats:
+    """Samples (2 P + 1, n) of the mean, the cosines and the sines of waves at angles (2, n) of motor and output."""
+    a = pairs[1:] @ angles
+    return np.concatenate([np.ones((1, angles.shape[1])), np.cos(a), np.sin(a)])
+
+
+def at_angles(problem: Torus, angles: Floats) -> Torus:
+    """The problem with samples at other angles (2, n) of motor and output [rad]."""
+    there = problem._replace(
+        synthesis=synthesis_at(problem.pairs, angles), turned=problem.line_pairs @ angles, slow=angles[1], memory={}
+    )  # fmt: skip
+    return there._replace(still_error=there.error(0.0))
