@@ -17,7 +17,7 @@ from scipy.integrate import simpson
 
 import strainwave as sw
 from strainwave.model.train.train_forms import AtLoad, own_state
-from strainwave.study.two_turns import two_turn_motion
+from strainwave.study import two_turn_motion
 
 PLACES, NEAR = 512, 3  # samples of a turn, and those to both sides of a crest
 

@@ -304,6 +304,11 @@ class Branch(Result):
         Other motions found at the ends of the range of a response curve, stable or not, which do not join it.
     span : (float, float)
         Range of the parameter; the points of a response curve may leave it and come back.
+    envelope : (n, 2) array or None
+        Of motions that beat: largest and smallest |first state - mean| of a turn of the base angle. The coefficients
+        are then those of the part that repeats with every turn.
+    beat : float or None
+        Turns of the base angle in a beat.
     """
 
     parameter: str
@@ -325,6 +330,8 @@ class Branch(Result):
     tori: list[Orbit] = field(default_factory=list)
     elsewhere: list[Orbit] = field(default_factory=list)
     span: tuple[float, float] = (math.nan, math.nan)
+    envelope: Floats | None = None
+    beat: float | None = None
 
     @typed
     def amplitude(self, k: int) -> Floats:
@@ -336,7 +343,9 @@ class Branch(Result):
 
     @cached_property
     def oscillation(self) -> Floats:
-        """Largest |first state - mean| over the period (n,) [rad for an Oscillator]."""
+        """Largest |first state - mean| over the period (n,) [rad for an Oscillator]; where it beats, of any turn."""
+        if self.envelope is not None:
+            return self.envelope[:, 0]
         without_mean = bool(np.all(np.abs(self.coefficients[:, 0]) <= NO_MEAN * self.peak))
         return self.peak if without_mean else oscillation(self.coefficients)
 
@@ -363,6 +372,7 @@ class Branch(Result):
         return {
             "peak": ("point", self.peak, "rad"),
             "oscillation": ("point", self.oscillation, "rad"),
+            **({} if self.envelope is None else {"smallest": ("point", self.envelope[:, 1], "rad")}),
             "mean": ("point", self.amplitude(0), "rad"),
             "stable": ("point", self.stable, ""),
             "amplitude": (("point", "harmonic"), amplitudes, "rad"),

@@ -31,6 +31,7 @@ from .reductions import left_out
 from .response import POINTS, exact_response
 from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
 from .train_curve import POINTS as OF_TRAIN
+from .two_turns import VARIES, beating_response, beats
 
 MOST_POINTS = 10_000  # of a response curve
 OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode")
@@ -250,6 +251,12 @@ class Project:
         least, most = torques_of_angle(self.train.load.end().drag)
         return low + least, high + most
 
+    @property
+    def other_loads(self) -> tuple[float, float]:
+        """The same of a curve that is about the mean load: without torques of its angle where motions beat."""
+        mean = self.mean_load_torque
+        return (self.mean_range or (mean, mean)) if self.beats else self.load_torques
+
     @typed
     def under(self, torque: float) -> "Project":
         """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
@@ -300,6 +307,8 @@ class Project:
             If no periodic motion is found.
         """
         points = None if points is None else positive_count("points", points, MOST_POINTS)
+        if self.beats:
+            return self.beating
         harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
         if self.train is not None:
             refuse_free(self.train)
@@ -312,6 +321,18 @@ class Project:
         if not len(result.curve):
             raise SolveError(result.message)
         return result
+
+    @property
+    def beats(self) -> bool:
+        """Whether lines of the kinematic error belong to the output's turn, or to both, so that motions beat."""
+        return self.kinematic_error is not None and beats(self.kinematic_error)
+
+    @cached_property
+    def beating(self) -> DriveResponse:
+        """The response of a drive whose motions beat; see `beating_response`."""
+        if self.whole is None:
+            raise ValueError(VARIES)
+        return beating_response(self.whole, self.speeds.limits)
 
     def train_response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int = OF_TRAIN

@@ -63,7 +63,7 @@ def posture_note(project: Project) -> Iterator[str]:
 
 def load_remark(project: Project) -> tuple[str, ...]:
     """Which torque of the load one curve is for, where the load has a range of them."""
-    low, high = project.load_torques
+    low, high = project.other_loads
     if low == high:
         return ()
     return (

@@ -5,6 +5,8 @@ from ..drive.postures import Link as Link
 from ..drive.postures import two_link as two_link
 from ..drive.reductions import compare_reductions as compare_reductions
 from ..drive.standstill import standstill as standstill
+from ..drive.two_turns import two_turn_motion as two_turn_motion
+from ..drive.two_turns import two_turn_response as two_turn_response
 from .analysis.hardening import hardening as hardening
 from .analysis.validity import validity_in_general as validity_in_general
 from .analysis.validity import validity_map as validity_map
@@ -20,7 +22,5 @@ from .gear.parametric import parametric_resonances as parametric_resonances
 from .kinematic_error.budget import error_budget as error_budget
 from .kinematic_error.parts import error_parts as error_parts
 from .move.profiles import Dwell as Dwell
-from .two_turns import two_turn_motion as two_turn_motion
-from .two_turns import two_turn_response as two_turn_response
 
 __all__: list[str]

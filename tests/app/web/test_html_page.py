@@ -299,12 +299,11 @@ def test_a_drive_that_no_page_holds_is_refused_by_its_part(old, new, named, tmp_
         html.page_of(from_text(text, tmp_path / "project.yaml"))
 
 
-def test_a_line_of_the_outputs_turn_leaves_the_turn_whole_and_the_response_refuses_it(tmp_path):
+def test_a_line_of_the_outputs_turn_leaves_the_turn_whole_and_its_response_beats(tmp_path):
     text = HELD.replace("LAW", LAWS["hardening"]).replace("{order: 4,", "{order: {wave_generator: 2, output: 2},")
     project = from_text(text, tmp_path / "project.yaml")
     assert html.folded(project) == (project, 1)
-    with pytest.raises(ValueError, match=r"the order 2\.04 is not an integer"):
-        solved(project)
+    assert solved(project).found.curve.beat == 25.0
 
 
 def test_sliders_do_not_depend_on_the_number_that_comes_first(tmp_path):

@@ -112,6 +112,7 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
         Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", _ranged(project)),
         Fact("oscillation.speed", fast), Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
         Fact("", _sizes(project, found, judged.covered, size, fast, peak) if peak else known["sweep"], "{}"),
+        *_beat(project, found),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
         Fact("limits", tuple(one.data() for one in judged.findings)),
         Fact("", _torques(project, judged), "torque {}"),
@@ -132,12 +133,28 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
     )  # fmt: skip
 
 
+def _beat(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
+    """How long a beat takes, and the oscillation in its smallest turn, at the speed of the largest."""
+    curve, top = found.curve, found.top
+    if curve.envelope is None or curve.beat is None:
+        return ()
+    smallest, period = float(curve.envelope[top, 1]), 2.0 * math.pi * curve.beat / float(curve.omega[top])
+    said = (
+        f"the error beats every {number(curve.beat)} turns of the motor, there {number(period, 3)} s: "
+        f"{angle_unit(smallest).text(smallest, project.digits())} in the turn where it is smallest"
+    )
+    return (
+        Fact("beat.turns", curve.beat), Fact("beat.period_s", period), Fact("beat.smallest_arcsec", smallest),
+        Fact("", (said,), "{}"),
+    )  # fmt: skip
+
+
 def _speeds(own: Sequence[float], between: str = ", ") -> str:
     return between.join(number(speed, 5) for speed in own)
 
 
 def _ranged(project: Project) -> bool:
-    return project.load_torques[0] < project.load_torques[1]
+    return project.other_loads[0] < project.other_loads[1]
 
 
 def _remarks(project: Project) -> list[str]:

@@ -122,7 +122,7 @@ def refused_parts(project: Project) -> list[str]:
         parts.append("a range of load torques")
     if project.postures:
         parts.append("loads in postures")
-    if project.kinematic_error is not None and any(order % 1 for order in project.kinematic_error.orders()):
+    if project.beats:
         parts.append("a line of the output's turn")
     return parts
 

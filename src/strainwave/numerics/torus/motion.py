@@ -28,23 +28,23 @@ def turns_of(ratio: float) -> int:
     return exact.numerator if abs(float(exact) - ratio) <= 1e-12 * ratio else math.ceil(ratio)
 
 
-def oscillations(waves: Any, pairs: Any, ratio: float) -> Floats:
-    """Largest distance (n, turns) of motions from their mean over each turn of the motor, from angle 0 on.
+def oscillations(waves: Any, pairs: Any, ratio: float, about_mean: bool = True) -> Floats:
+    """Largest distance (n, turns) of motions from their mean, or from 0, over each turn of the motor, from angle 0 on.
 
     The motions have the complex amplitudes `waves` (n, P + 1) of `pairs` (P + 1, 2), the first of them (0, 0). A crest
     is that of the polynomial through seven samples around it, right to 1e-6 of the highest wave.
     """
-    order, count = (pairs @ np.array([1.0, 1.0 / ratio]))[1:], turns_of(ratio)
+    order, count = pairs @ np.array([1.0, 1.0 / ratio]), turns_of(ratio)
     places = max(LEAST, PER_WAVE * math.ceil(float(np.max(np.abs(order)))))
     theta = 2.0 * np.pi / places * np.arange(-BESIDE, places + BESIDE + 1)
     means = np.ones(len(order), complex)
     np.divide(np.exp(2j * np.pi * order) - 1.0, 2j * np.pi * order, out=means, where=order != 0.0)
-    table = np.exp(1j * np.outer(order, theta)) - means[:, None]
-    ks, group = np.unique(pairs[1:, 1], return_inverse=True)
+    table = np.exp(1j * np.outer(order, theta)) - (means[:, None] if about_mean else 0.0)
+    ks, group = np.unique(pairs[:, 1], return_inverse=True)
     turned = np.exp(2j * np.pi / ratio * np.outer(np.arange(count), ks))
     turned = np.concatenate([turned.real, -turned.imag], axis=1)
     most = max(1, ENTRIES // (count * len(theta)))
-    parts = np.array_split(waves[:, 1:], math.ceil(len(waves) / most))
+    parts = np.array_split(waves, math.ceil(len(waves) / most))
     return np.concatenate([_crests(_in_turns(part, table, group, turned)) for part in parts])
 
 
@@ -81,12 +81,30 @@ def polyval(x: Floats, c: Floats) -> Floats:
     return value
 
 
-def states_at(problem: Torus, z: Floats, phase: Floats) -> Floats:
-    """States (states, n) of the system at base angles (n,) [rad]."""
-    waves, part = problem.coordinates(z), problem.part
-    turned = np.exp(1j * np.outer(problem.orders, phase))
-    rates = waves * (1j * problem.orders * z[-1])[:, None]
-    return np.asarray((part.values @ waves.T @ turned + part.rates @ rates.T @ turned).real)
+def states_at(problem: Torus, points: Floats, phase: Floats) -> list[Floats]:
+    """States (states, n) of the system in each of some motions at base angles (n,) [rad]."""
+    part, turned, out = problem.part, np.exp(1j * np.outer(problem.orders, phase)), []
+    for z in points:
+        waves = problem.coordinates(z)
+        rates = waves * (1j * problem.orders * z[-1])[:, None]
+        state = part.values @ waves.T + part.rates @ rates.T
+        out.append(state.real @ turned.real - state.imag @ turned.imag)
+    return out
+
+
+def along_turns(problem: Torus, points: Floats, beats: int) -> tuple[Floats, list[Floats]]:
+    """Angles (n,) [rad] of the motor until motions repeat, and the states (states, n) of each at them."""
+    count = math.ceil(turns_of(problem.ratio) / beats)
+    places = max(LEAST, PER_WAVE * math.ceil(float(np.max(_highest(problem, points)))))
+    angles = 2.0 * np.pi / places * np.arange(count * places)
+    return angles, states_at(problem, points, angles)
+
+
+def _highest(problem: Torus, points: Floats) -> Floats:
+    """Highest orders (n,) of the waves that count in motions."""
+    sizes = np.abs(to_complex(problem.blocks(points))).max(axis=0)[:, 1:]
+    counted = sizes > HARDLY * sizes.max(axis=1, keepdims=True)
+    return np.asarray(np.max(np.abs(problem.orders[1:]) * counted, axis=1))
 
 
 def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
@@ -143,11 +161,8 @@ def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:
     flows = a, b, np.searchsorted(heavy, loaded), len(heavy)
     mean = disturbed(flows, problem.moved(points), points[:, -1:], lambda samples: samples.mean(axis=-1, keepdims=True))
     fastest = np.abs(np.linalg.eigvals(mean[:, 0])).max(axis=1)
-    sizes = np.abs(to_complex(problem.blocks(points))).max(axis=0)[:, 1:]
-    counted = sizes > HARDLY * sizes.max(axis=1, keepdims=True)
-    highest = np.max(np.abs(problem.orders[1:]) * counted, axis=1)
     first = float(problem.basis[0] @ np.array([1.0, 1.0 / problem.ratio]))
-    steps = np.maximum(PER_ORDER * highest, 2.0 * np.pi * fastest / points[:, -1] / PHASE) / first
+    steps = np.maximum(PER_ORDER * _highest(problem, points), 2.0 * np.pi * fastest / points[:, -1] / PHASE) / first
     return flows, STEPS[np.searchsorted(STEPS, np.clip(steps, LEAST_STEPS, FINEST))]
 
 

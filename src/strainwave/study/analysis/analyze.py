@@ -155,6 +155,11 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         If the law cannot carry the mean torque, or no simulation finishes.
     """
     progress, train, speeds, limit = progress or silent, project.train, project.speeds, project.limit
+    if project.beats:
+        raise ValueError(
+            "a line of the output's turn is in this drive, so its motions beat, and analyze follows those that repeat "
+            "with every turn of the motor; take `strainwave response` and `strainwave speed-map`, which have the beat"
+        )
     if train is not None:
         refuse_free(train)
     limits = speeds.limits

@@ -18,10 +18,12 @@ from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
 from ...drive.run import DriveRun
+from ...drive.two_turns import beats
 from .resonances import OperatingPoint
 
 HALF_POWER = sqrt(0.5)
 NARROW = 1e-3  # relative width of speeds without a stable motion, below which they are a step of the curve
+PLACES, MANY = 64, 1000  # of a turn, and turns among which the lines of two turns are together in one
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
 Speeds = tuple[float, float]
@@ -212,6 +214,8 @@ def _met(motions: Motions, least: float, limit: float | None) -> list[Speeds]:
 def quasi_static(system: Any, point: OperatingPoint) -> float:
     """Oscillation [rad] of a drive that follows its excitation without inertia."""
     angles = 2.0 * np.pi * np.arange(2048) / 2048
+    if beats(system.error):  # its lines meet in some turn
+        angles = 2.0 * np.pi * np.arange(PLACES * MANY) / PLACES
     torque = np.broadcast_to(system.excitation.torque(angles), angles.shape) - point.mean_torque
     twist = torque / point.stiffness if point.stiffness > 0.0 else 0.0 * torque
     error = system.error.value(angles) + twist

@@ -193,7 +193,7 @@ def regimes(system: Any, point: OperatingPoint, speeds: tuple[float, float]) -> 
     return tuple(sorted(by_resonance.values(), key=lambda regime: regime.omega))
 
 
-def active_orders(system: Any) -> tuple[int, ...]:
+def active_orders(system: Any) -> tuple[float, ...]:
     """Orders of the lines whose amplitude is not zero."""
     angle = 2.0 * math.pi * np.arange(POINTS) / POINTS
     lines = [
@@ -202,7 +202,8 @@ def active_orders(system: Any) -> tuple[int, ...]:
     ]
     strength = [np.abs(np.fft.rfft(line)) for line in lines]
     alive = [s > 1e-12 * max(float(np.max(s)), 1e-300) for s in strength]
-    return tuple(k for k in system.orders() if k > 0 and (k >= POINTS // 2 or any(a[k] for a in alive)))
+    orders = [k if k % 1 else int(k) for k in system.orders()]
+    return tuple(k for k in orders if k > 0 and (k % 1 or k >= POINTS // 2 or any(a[k] for a in alive)))
 
 
 def _regime(

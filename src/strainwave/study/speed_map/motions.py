@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from ...base.results import Branch, Floats
-from ...base.series import oscillation
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
 from ...numerics.balance.fourier import synthesis, to_blocks
@@ -71,9 +70,11 @@ class Motions:
     def table(self) -> Floats:
         """Speed, oscillation, torque, least and largest error, peak and rms of the motor's torque (n, 7) of points."""
         low, high = extremes(self.branch.coefficients)
+        if self.branch.envelope is not None:
+            low, high = low - self.branch.oscillation, high + self.branch.oscillation
         torque, of_motor = self.found.torque, (self.found.motor_torque, self.found.motor_rms)
         motor = [0.0 * torque if size is None else size for size in of_motor]
-        own = self.branch.omega, oscillation(self.branch.coefficients), torque, low, high, *motor
+        own = self.branch.omega, self.branch.oscillation, torque, low, high, *motor
         return np.column_stack(own)
 
     @cached_property

@@ -18,6 +18,7 @@ from ...drive.reductions import left_out
 from ...drive.response import exact_response
 from ...drive.state_space import state_space
 from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
+from ...drive.two_turns import VARIES, beating_response, beats
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
@@ -38,6 +39,7 @@ LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift 
 
 APART = 0.025  # relative distance of the speeds of the search
 HIGHEST = 100  # harmonic of an order that may still meet a resonance
+BEATS = "the oscillation is that of the turn of the motor in which a beat is largest"
 TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
 
 
@@ -62,8 +64,8 @@ class Case(NamedTuple):
 
     @property
     def searched(self) -> bool:
-        """Whether other motions are looked for: at constant damping and stiffness."""
-        return isinstance(self.equation, Oscillator)
+        """Whether other motions are looked for: at constant damping and stiffness, where motions do not beat."""
+        return isinstance(self.equation, Oscillator) and not beats(self.equation.error)
 
 
 def slowest(case: Case) -> float:
@@ -88,6 +90,8 @@ def case_of(project: Project, load: float, span: Span) -> Case:
     if train is not None:
         refuse_free(train)
         train = without_gravity(train)._replace(omega=equation.omega) if has_curve(train) else None
+    elif beats(equation.error) and project.whole is None:
+        raise ValueError(VARIES)
     return Case(load, equation, point, train, project.whole if project.train is None else None)
 
 
@@ -99,7 +103,9 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
     SolveError
         If no stable periodic motion is found.
     """
-    if case.train is not None:
+    if beats(case.equation.error):
+        found: Any = beating_response(case.train or case.whole, span)
+    elif case.train is not None:
         found = train_curve(case.train, span, coexisting=False)
     else:
         found = exact_response(case.equation, span, coexisting=searched(case.equation.law), train=case.whole)
@@ -121,7 +127,7 @@ def under_load(
         response = main_curve(case, span)
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
-    every = gcd(*active_orders(case.equation)) or 1
+    every = 1 if beats(case.equation.error) else gcd(*map(int, active_orders(case.equation))) or 1
     curves = (Motions(response, every),)
     sweep = response.sweep
     jumps = () if sweep is None else tuple(
@@ -129,6 +135,8 @@ def under_load(
         for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
     said = () if response.status else (f"{response.message}; a speed without a known motion is forbidden",)
+    if beats(case.equation.error):
+        said = (*said, BEATS)
     jumping = () if sweep is None else tuple((band.low, band.high) for band in sweep.jumping)
     loaded = UnderLoad(case.load, curves, slow, jumps, jumping, doubled_spans(response.curve), (), said)
     if apart is None or not case.searched:
@@ -212,7 +220,7 @@ def campbell(case: Case, largest: float, orders: tuple[float, ...]) -> list[Camp
     ]
 
 
-def orders_of_drive(case: Case) -> tuple[int, ...]:
+def orders_of_drive(case: Case) -> tuple[float, ...]:
     """Orders on the motor's turn that something excites."""
     orders = set(active_orders(case.equation))
     if case.train is not None and not case.train.motor.held:

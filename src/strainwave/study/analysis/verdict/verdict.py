@@ -210,11 +210,11 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     turns : int
         Turns of the project's base angle in one of the motor.
     """
-    mean, loads, speeds = project.mean_load_torque, project.load_torques, project.speeds
-    usage, motor = response.asked(mean, loads, project.drive.N)
+    mean, loads, speeds = project.mean_load_torque, project.other_loads, project.speeds
+    usage, motor = response.asked(mean, project.load_torques, project.drive.N)
     fastest = speeds.given[-1] / turns if speeds.by_motor else None
     shifts = tuple((mean - load) / project.drive.N for load in (mean, *loads))
-    need, resting = response.need(turns, shifts), max(map(abs, loads)) / project.drive.N
+    need, resting = response.need(turns, shifts), max(map(abs, project.load_torques)) / project.drive.N
     findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)
     avoid = _avoid(project, response)
     verdict = verdict_of(

@@ -1,10 +1,16 @@
-"""Motions in two turns: equal to an integration of the drive's own equations, and to the balance of one turn."""
+"""Motions in two turns: equal to an integration of the drive's own equations, and to the balance of one turn.
+
+The response of a project, and its map of speeds, with lines of the output's turn; a line too small to matter changes
+neither from those of one turn.
+"""
 
 import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
 
 import strainwave as sw
+from strainwave.app.commands.response import facts
+from strainwave.files.reading import from_text
 from strainwave.study import two_turn_motion, two_turn_response
 
 N, K, J, ALPHA = 8.0, 2e4, 1.3, 2e5
@@ -159,3 +165,86 @@ def test_what_is_not_balanced_in_two_turns_is_refused_in_one_sentence(system, op
     with pytest.raises((ValueError, TypeError), match=sentence) as refusal:
         verb(system, options.get("omega", 70.0), **rest)
     assert "\n" not in str(refusal.value)
+
+
+PROJECT = """\
+title: joint
+gear: {ratio: 50, law: {type: cubic, K: 2e4 N*m/rad, alpha: 4e5 1/rad^2}}
+motor: {inertia: 1 kg*cm^2, MOTOR}
+load: {inertia: 1 kg*m^2}
+damping: {B: 15 N*m*s/rad}
+speed: {from: 300 rpm, to: 1200 rpm, shaft: motor}
+excitation:
+  kinematic_error:
+    - {order: 2, amplitude: 20 arcsec}
+    - {order: ORDER, amplitude: SIZE, phase: 40 deg}
+  load_torque: {mean: -4 N*m}
+limit: {oscillation: 120 arcsec}
+"""
+
+
+def joint(path, order="{wave_generator: 2, output: 2}", size="6 arcsec", motor="mode: held"):
+    text = PROJECT.replace("ORDER", order).replace("SIZE", size).replace("MOTOR", motor)
+    return from_text(text, path / "joint.yaml")
+
+
+@pytest.mark.parametrize("motor", ["mode: held", "loop: {bandwidth: 30 Hz, damping: 0.7}"])
+def test_a_line_too_small_to_matter_changes_no_response(motor, tmp_path):
+    alone = joint(tmp_path, "4", "0 arcsec", motor).response(coexisting=False)
+    found = joint(tmp_path, size="1e-7 arcsec", motor=motor).response()
+    assert alone.curve.envelope is None
+    np.testing.assert_allclose(
+        sorted(fold.omega for fold in found.folds), sorted(fold.omega for fold in alone.folds), rtol=1e-6
+    )
+    sizes = {"torque": 1e-5, "across": 1e-5, "motor_torque": 1e-5}
+    for name in ("oscillation", "peak", *sizes, "mean_torque", "motor_mean", "motor_rms"):
+        one, two = getattr(alone, name), getattr(found, name)
+        np.testing.assert_allclose(two[[-1, 0]], one[[0, -1]], rtol=sizes.get(name, 1e-6), err_msg=name)
+        assert np.max(two) == pytest.approx(np.max(one), rel=5e-3), name  # their points on a crest are others
+    np.testing.assert_allclose(*found.curve.envelope.T, rtol=1e-6)
+
+
+def test_a_pair_of_one_turn_alone_is_its_whole_order(tmp_path):
+    one, pair = (joint(tmp_path, order) for order in ("4", "{wave_generator: 4, output: 0}"))
+    assert not pair.beats
+    assert np.array_equal(one.response(coexisting=False).oscillation, pair.response(coexisting=False).oscillation)
+
+
+def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_path):
+    project = joint(tmp_path)
+    found = project.response()
+    told = {fact.key: fact.value for fact in facts(project, found)}
+    assert told["beat.turns"] == found.curve.beat == 25.0
+    assert not told["passes"]
+    most = float(found.omega[found.top])
+    slow = two_turn_motion(project.whole, found.omega[-1])
+    np.testing.assert_allclose(found.curve.envelope[-1], [slow.largest[0], slow.smallest[0]], rtol=1e-4)
+    ((low, high),) = sw.speed_map(project, search=False).forbidden[0]
+    edge = two_turn_motion(project.whole, low)
+    assert edge.largest[0] == pytest.approx(project.limit, rel=1e-3)
+    assert low < most < high
+
+
+def test_gravity_beats_with_the_lines_of_a_response(tmp_path):
+    drag = "load: {inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: 30 N*m, order: 1}}"
+    text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
+    text = text.replace("load: {inertia: 1 kg*m^2}", drag).replace("MOTOR", "mode: held").replace("1200", "600")
+    project = from_text(text, tmp_path / "joint.yaml")
+    found = project.response()
+    assert found.curve.beat == 50.0
+    assert not found.without_angle
+    assert project.other_loads == (-4.0, -4.0) != project.load_torques
+    # the torque of gravity is in the gear's, beside that of the load
+    assert found.torque[-1] > 30.0
+
+
+def test_what_follows_no_beat_says_so(tmp_path):
+    project = joint(tmp_path)
+    with pytest.raises(ValueError, match="so its motions beat, and analyze follows those that repeat"):
+        project.analyze()
+    ripples = "stiffness: {ripples: [{order: 2, depth: 5 %}]}"
+    text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
+    varying = from_text(f"{text.replace('MOTOR', 'mode: held')}{ripples}\n", tmp_path / "joint.yaml")
+    for ask in (varying.response, lambda: sw.speed_map(varying)):
+        with pytest.raises(ValueError, match="a line of the output's turn is in this drive, and its damping or stiff"):
+            ask()

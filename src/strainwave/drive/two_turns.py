@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from ..base.law import breakpoints_of, depends
 from ..base.protocols import lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number, shown
-from ..base.results import Floats, Status
+from ..base.results import Branch, Floats, Orbit, Status
+from ..base.series import largest_of_samples
 from ..compile.blas import one_thread
-from ..drive.train_curve import without_gravity
 from ..model.excitation import Harmonics, NoError
+from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
 from ..model.orders import order_pair
 from ..model.oscillator import Oscillator
@@ -26,16 +27,31 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.linear_part import linear_part
 from ..model.train.motion import AngleTorque, Steady
 from ..model.train.shafts import Load, Motor
+from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import ending
 from ..numerics.labels import FOLD
 from ..numerics.torus.follow import TwoTurns, along, at_speed
-from ..numerics.torus.motion import growth, oscillations, states_at
+from ..numerics.torus.motion import along_turns, growth, oscillations, states_at
 from ..numerics.torus.problem import Torus
+from .drive_response import DriveResponse
+from .response import sizes_of, sweep_on
+from .train_curve import without_gravity
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 
 WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
+
+
+VARIES = (
+    "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
+    "forcing; leave the variation out and give the speeds of the motor or the load, or integrate with simulate"
+)
+
+
+def beats(error: Any) -> bool:
+    """Whether lines of a kinematic error belong to the output's turn, or to both, so that motions beat."""
+    return not lacking(error, "lines") and any(line.order % 1 for line in error.lines)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +125,33 @@ class TwoTurnCurve:
         at = np.flatnonzero(np.all(self.pairs == (j, k), axis=1) | np.all(self.pairs == (-j, -k), axis=1))
         return np.asarray(np.abs(self.waves[:, at]).sum(axis=1))
 
+    def branch(self, span: tuple[float, float]) -> Branch:
+        """The curve as others are, over a span of speeds [rad/s]: what repeats with every turn, and the envelope."""
+        highest = max(1, int(np.max(self.pairs[self.pairs[:, 1] == 0, 0])))
+        coefficients = np.zeros((len(self.omega), 2 * highest + 1))
+        for i in np.flatnonzero(self.pairs[:, 1] == 0).tolist():
+            j, wave = int(self.pairs[i, 0]), self.waves[:, i]
+            coefficients[:, max(0, 2 * j - 1)] = wave.real
+            if j:
+                coefficients[:, 2 * j] = -wave.imag
+        peak = oscillations(self.waves, self.pairs, self.ratio, about_mean=False).max(axis=1)
+        multipliers = np.exp(self.growth * 2.0 * np.pi / self.omega)[:, None].astype(complex)
+        folds = [
+            Orbit(
+                float(self.omega[i]), 1, coefficients[i][:, None], float(peak[i]), multipliers[i], bool(self.stable[i]),
+                CURVE, self.status, self.message, "fold", float(self.omega[i]),
+            )
+            for i in np.flatnonzero(np.isin(self.omega, self.folds)).tolist()
+        ]  # fmt: skip
+        return Branch(
+            "omega", self.omega, self.omega, coefficients, peak, multipliers, self.stable, folds, [], 1, False, CURVE,
+            "harmonic balance in two turns", self.status, self.message, span=span,
+            envelope=np.column_stack([self.largest, self.smallest]), beat=self.ratio / self.beats,
+        )  # fmt: skip
+
     def states(self, number: int, angles: Floats) -> Floats:
         """States (states, m) of a motion, the pointing error and its rate first, at motor angles (m,) [rad]."""
-        return states_at(self.problem, self.points[number], angles)
+        return states_at(self.problem, self.points[[number]], angles)[0]
 
 
 @one_thread
@@ -156,6 +196,27 @@ def two_turn_response(system: Any, speeds: tuple[float, float], *, ratio: float 
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
     lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
     return _described(driven, flow, problem, found.points, folds, how if whole or not how[0] else lacking_waves)
+
+
+def beating_response(train: DriveTrain, speeds: tuple[float, float]) -> DriveResponse:
+    """The motions of a train in two turns through a range of speeds [rad/s], with a sweep and their torques.
+
+    The oscillation of a motion is that of the turn of the motor in which it is largest; its coefficients are the part
+    that repeats with every turn of the motor. Gravity is in it exactly, its stiffness too.
+    """
+    found = two_turn_response(train, speeds)
+    curve = found.branch(speeds)
+    angles, states = along_turns(found.problem, found.points, found.beats)
+    system, sizes = AtLoad(without_gravity(train), train.omega), []
+    for omega, y in zip(found.omega, states, strict=True):
+        there, steady = own_state(system, tuple(y)), turning(system._replace(omega=float(omega)))
+        torque = steady.torque(angles, there)
+        sizes.append((there[0], torque, steady.motor_torque(angles, there) + 0.0 * torque))
+    across, torque, motor = map(np.array, zip(*sizes, strict=True))
+    return DriveResponse(
+        curve, sweep_on(curve), largest_of_samples(across), largest_of_samples(torque), cubic_means(torque),
+        not train.motor.free, False, **sizes_of(motor),
+    )  # fmt: skip
 
 
 def _described(
