@@ -56,10 +56,6 @@ def main(rounds: int = 7) -> dict[str, float]:
         "map of a cubic law": (map_of(DUFFING._replace(B=0.05), sw.PRIMARY, (0.7, 1.6)), 1.0, min(rounds, 3)),
         "map of a biased cubic law": (map_of(BIASED, sw.PRIMARY, (0.7, 1.6)), 1.0, min(rounds, 3)),
         "map of a gear's three slopes": (map_of(GEAR, sw.Resonance(2, 1), (150.0, 280.0)), 1.0, 1),
-        "general map of 60 x 40": (
-            lambda: sw.study.validity_in_general(np.geomspace(0.005, 5.0, 60), np.geomspace(0.003, 0.2, 40)),
-            1.0, min(rounds, 3),
-        ),
     }  # fmt: skip
     both_orders(), one_by_one(), sw.slow_flow(GEAR, sw.Resonance(2, 1)).steady_states()  # warm
     times: dict[str, list[float]] = {name: [] for name in tasks}

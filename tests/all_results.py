@@ -172,7 +172,6 @@ RESULTS = {
         "StatesAtSpeeds": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).states_at(NUMBERS),
         "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
         "ValidityMap": lambda: sw.study.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0]),
-        "GeneralValidity": lambda: sw.study.validity_in_general([0.05, 0.1], [0.02, 0.05, 0.1]),
         "Hardening": lambda: sw.study.hardening(DUFFING, [0.0, 0.1], (0.2, 1.6), speeds=[1.1]),
         "Passage": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), 0.01),
         "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), [0.01, 0.02]),

@@ -83,7 +83,7 @@ def test_no_module_of_a_namespace_has_the_name_of_one_of_its_functions(space):
 @pytest.mark.parametrize(
     ("former", "place"),
     [
-        ("Coulomb", "laws.Coulomb"), ("fit_response", "fit.fit_response"), ("BudgetRow", "results.BudgetRow"),
+        ("Coulomb", "laws.Coulomb"), ("fit_response", "fit.fit_response"), ("ErrorParts", "results.ErrorParts"),
         ("compare_projects", "compare"), ("derivation", "theory.derive"), ("sampling", "sample"),
         ("measures", "numerics"),
     ],

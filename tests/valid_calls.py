@@ -538,7 +538,6 @@ CALLS = {
         motor_torque=None, load_torque=None, harmonics=4,
     ),
     "hardening": call(sw.study.hardening, system=DUFFING, alpha=[0.1], span=(0.2, 1.3), speeds=[0.65], harmonics=3),
-    "validity_in_general": call(sw.study.validity_in_general, bends=[0.1], damping_ratios=[0.03]),
     "validity_map": call(
         sw.study.validity_map, system=DUFFING, resonance=sw.PRIMARY, speeds=[0.9, 1.1], amplitudes=[0.5]
     ),
@@ -553,10 +552,6 @@ CALLS = {
             1.0, sw.gears.GearDamping(0.05), sw.Cubic(1.0, 0.1), sw.Harmonic(0.1), 1.2, variation=VARIATIONS["Variation"]
         ),
         span=(0.9, 1.0),
-    ),
-    "error_budget": lambda: (
-        sw.study.error_budget,
-        {"sources": [source._replace(amplitude=1e-4) for source in sw.gears.static_sources(50.0).values()][:2], "N": 50.0, "quantiles": (0.5,), "draws": 10, "seed": 0},
     ),
     "error_parts": call(sw.study.error_parts, "system", system=lambda: DUFFING._replace(error=ERRORS["KinematicError"]), orbit=None),
     "two_turn_motion": call(sw.study.two_turn_motion, "system", system=lambda: DUFFING._replace(error=ERRORS["KinematicError"]), omega=1.3, ratio=50.0, start=None),
@@ -583,7 +578,6 @@ def method_calls():
         "OrderScan": {"delay_interval": {"level": 0.9}, "line": {"order": 4.0},
                       "predict": {"time": TIMES, "angle": 10.0 * TIMES}},
         "ValidityMap": {"holds": {"percent": 10.0}},
-        "GeneralValidity": {"holds": {"percent": 10.0}},
         "Hardening": {"best": {"weights": (1.0,)}},
         "Bode": {"decibels": {"shaft": "motor"}, "degrees": {"shaft": "motor"}},
         "StateSpace": {"response": {"omega": [1.0, 2.0]}},

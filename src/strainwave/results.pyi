@@ -35,7 +35,6 @@ from .numerics.sampled.loops import LoopRun as LoopRun
 from .sample.result import Variability as Variability
 from .study.analysis.hardening import Hardening as Hardening
 from .study.analysis.in_time.drive_motion import DriveMotion as DriveMotion
-from .study.analysis.validity import GeneralValidity as GeneralValidity
 from .study.analysis.validity import ValidityMap as ValidityMap
 from .study.article.validate import Comparison as Comparison
 from .study.compensation.monitoring import Monitored as Monitored
@@ -54,6 +53,7 @@ from .study.design.result import Design as Design
 from .study.design.result import Sensitivity as Sensitivity
 from .study.gear.efficiency import Efficiency as Efficiency
 from .study.gear.energy import EnergyBalance as EnergyBalance
+from .study.gear.error_parts import ErrorParts as ErrorParts
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
 from .study.gear.hysteresis_fit import HysteresisFit as HysteresisFit
 from .study.gear.parametric import ParametricResonance as ParametricResonance
@@ -78,10 +78,6 @@ from .study.identification.orders.order_result import OrderScan as OrderScan
 from .study.identification.response_curve.bode_fit import BodeFit as BodeFit
 from .study.identification.response_curve.measured_bode import MeasuredBode as MeasuredBode
 from .study.identification.response_curve.response_fit import ResponseFit as ResponseFit
-from .study.kinematic_error.budget import BudgetRow as BudgetRow
-from .study.kinematic_error.budget import BudgetTotal as BudgetTotal
-from .study.kinematic_error.budget import ErrorBudget as ErrorBudget
-from .study.kinematic_error.parts import ErrorParts as ErrorParts
 from .study.move.result import Move as Move
 from .study.move.result import Pass as Pass
 from .study.speed_map.result import SpeedMap as SpeedMap

@@ -126,3 +126,10 @@ def test_wrong_requests_are_refused():
         on_output_turn(sw.NoError(), 50)
     with pytest.raises(ValueError, match="at most 10000"):
         on_output_turn(sw.KinematicError((sw.Line(200, 1e-4),)), 100)
+
+
+def test_sources_of_a_gear_have_the_orders_of_its_map():
+    known, orders = sw.gears.static_sources(80), sw.gears.order_map(80)
+    assert known["flexspline ovality"].order == orders.order("flexspline tooth engagement").per_output_turn
+    assert {source.kind for source in known.values()} == {"design", "manufacture", "assembly", "deformation"}
+    assert all(source.amplitude == 0.0 for source in known.values())

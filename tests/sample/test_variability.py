@@ -8,7 +8,7 @@ import strainwave as sw
 from strainwave.sample import reductions
 from strainwave.sample.quantiles import drawn, natural_frequencies
 from strainwave.sample.reductions import ranking, running_quantile
-from strainwave.sample.result import Band, JumpSpread, SpeedSpread, Variability, two_groups
+from strainwave.sample.result import Band, JumpSpread, Variability
 from strainwave.sample.sampling import by_path
 
 LINEAR = sw.Oscillator(1.0, 0.4, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)
@@ -156,45 +156,6 @@ def test_running_quantiles_settle_as_their_errors_say():
     assert found.counts[-1] == 4000
     assert found.errors[-1, 0] == pytest.approx(np.sqrt(np.pi / 2.0 / 4000), rel=0.25)
     assert np.all(np.abs(found.values[:, 0]) < 4.0 * found.errors[:, 0])
-
-
-def test_a_quiet_and_a_loud_group_of_peaks_are_told_with_their_share():
-    rng = np.random.default_rng(0)
-    loud = rng.random(400) < 0.3
-    peak = np.exp(rng.normal(0.0, 0.15, 400)) * np.where(loud, 5.0, 1.0)
-    found = two_groups(peak)
-    assert found.share == pytest.approx(np.mean(loud), abs=1e-12)
-    assert found.error == pytest.approx(np.sqrt(np.mean(loud) * np.mean(~loud) / 400))
-    assert (found.quiet, found.loud) == pytest.approx((peak[~loud].max(), peak[loud].min()))
-    shares = np.array([0.05, 0.5])
-    drives = {"J": rng.uniform(1.0, 2.0, 400)}
-    spread = SpeedSpread(5.0, shares, peak, running_quantile(peak, shares, rng), ranking(drives, peak, rng), 0, 0)
-    result = Variability(drives, (spread,), None, None, 0)
-    assert f"two groups: {np.mean(loud):.4f} +- {found.error:.4f} of the drives are in the high-amplitude group" in str(
-        result
-    )
-    assert result.dataset()["loud_share"] == found.share
-
-
-@pytest.mark.parametrize("count", [64, 300, 2000])
-def test_one_group_of_peaks_is_rarely_taken_for_two(count):
-    rng = np.random.default_rng(0)
-    samples = [
-        sample
-        for _ in range(100)
-        for sample in (
-            rng.normal(1.0, 0.1, count), rng.uniform(0.5, 1.5, count), rng.lognormal(0.0, 0.5, count),
-            1.0 / np.hypot(1.0 - 0.9 * rng.normal(1.0, 0.05, count), 0.03),
-        )
-    ]  # fmt: skip
-    assert [two_groups(sample) for sample in samples] == [None] * 400
-    assert two_groups(np.ones(count)) is None
-    assert two_groups(np.zeros(count)) is None
-
-
-def test_few_loud_drives_are_no_group():
-    assert two_groups(np.array([1.0] * 40 + [9.0] * 4)) is None
-    assert two_groups(np.array([1.0] * 40 + [9.0] * 5)).share == pytest.approx(5 / 45)
 
 
 def test_jump_speeds_have_a_standard_error():

@@ -216,8 +216,5 @@ def gear():
     )
     parts = sw.study.error_parts(loaded)
     yield "error_parts", [parts.ate, parts.wind_up], 1e-8
-    known = sw.gears.static_sources(50)
-    sources = [source._replace(amplitude=1e-5 * (i + 1)) for i, source in enumerate(known.values())]
-    yield "error_budget", sw.study.error_budget(sources, N=50).as_dict(), CLOSED
     free = sw.study.compare_reductions(DRIVE, ERROR, [100.0, 180.0], motor_torque=sw.Harmonic(0.2, 2))
     yield "compare_reductions", free, SEARCHED

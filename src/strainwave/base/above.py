@@ -40,7 +40,7 @@ FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {
 }  # fmt: skip
 
 DRAWN = (
-    "basins bode branch decay design drive general_validity identified log orbit orbit_diagram order_scan response "
+    "basins bode branch decay design drive identified log orbit orbit_diagram order_scan response "
     "response_fit run slow_response speed_map trajectory validity variability"
 )
 DRAWERS = {f"draw_{what}" for what in DRAWN.split()}  # public functions of version 0.2, in the place of `draw`

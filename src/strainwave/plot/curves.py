@@ -15,7 +15,7 @@ from ..numerics.attractors.poincare import OrbitDiagram
 from ..numerics.sampled.linear import LoopResponse
 from ..numerics.sampled.loops import LoopEnsemble, LoopRun
 from ..sample.result import Variability
-from ..study.analysis.validity import LEVELS, ORDERS, GeneralValidity, ValidityMap
+from ..study.analysis.validity import LEVELS, ORDERS, ValidityMap
 from ..theory.slow_flow.results import SlowResponse
 from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PALE, PINK
 from .panels import TIME, Axis, Cells, Note, Panel, angle, angle_unit, panels_of
@@ -230,13 +230,6 @@ def validity_panels(validity: ValidityMap) -> list[Panel]:
     panel = Panel("", _parameter("omega"), Axis("excitation over that of the system"))
     panel.log = bool(validity.amplitudes[-1] > 5.0 * validity.amplitudes[0])
     return _contours(panel, validity.speeds, validity.amplitudes, validity.error)
-
-
-@panels_of.register
-def general_validity_panels(validity: GeneralValidity) -> list[Panel]:
-    """The contours of 1, 5 and 20 % error of both orders over alpha a^2 and the damping ratio."""
-    panel = Panel("", Axis("alpha a² at the peak"), Axis("damping ratio zeta"), log=True, xlog=True)
-    return _contours(panel, validity.bend, validity.damping_ratio, validity.error)
 
 
 def _contours(panel: Panel, x: Floats, y: Floats, error: Floats) -> list[Panel]:

@@ -49,9 +49,7 @@ def variability(
     """Draw drives at random and tell how their peak error, jump speeds and resonances scatter, and why.
 
     The peak error is that of the motion that starts from rest, after it has settled. Where several motions coexist
-    that is one of them; `basins` tells about the others. Where the peaks of the drives fall into a low- and a
-    high-amplitude group, with a gap between them twice as wide (in logarithms) as the scatter of either, the share of
-    the latter is reported (`SpeedSpread.groups`).
+    that is one of them, and drives may end on different ones; `basins` tells about the others.
 
     Parameters
     ----------

@@ -21,9 +21,6 @@ RESAMPLED = 200
 COSINES = 1.3  # times the cube root of the number of drives: functions of an input's rank in its regression
 SINGLE = 0.99  # leverage from which a drive alone decides its own fit
 DEPENDENT = 1e-8  # of the largest singular value: functions that others hold already
-FEWEST, PART = 5, 100  # numbers of a group, and which part of all: fewer may be the tail of the other
-LOUDER = 1.1  # least ratio across the gap: closer groups are two sides of nothing that matters
-WIDER = 2.0  # times the standard deviation of the wider group, of which the gap must be
 PIECES = 8  # sizes of the sample at which a running quantile is computed
 
 
@@ -150,46 +147,6 @@ def quantile_errors(sample: Floats, shares: Floats, rng: np.random.Generator) ->
     n = len(sample)
     again = np.array([np.quantile(sample[rng.integers(n, size=n)], shares) for _ in range(RESAMPLED)])
     return np.asarray(np.std(again, axis=0, ddof=1))
-
-
-@dataclass(frozen=True)
-class TwoGroups:
-    """A low- and a high-amplitude group of peaks.
-
-    Attributes
-    ----------
-    quiet, loud : float
-        The largest peak of the low-amplitude group and the smallest of the high-amplitude one [rad].
-    share, error : float
-        Share of the drives that are in the high-amplitude group, and its binomial standard error.
-    """
-
-    quiet: float
-    loud: float
-    share: float
-    error: float
-
-
-def two_groups(sample: Floats) -> TwoGroups | None:
-    """Cut a sample of positive numbers at its widest gap, where that parts two groups; None where it is one.
-
-    In the logarithms of the sorted sample the widest gap that leaves at least 5 numbers, and a hundredth of them, on
-    each side must be twice as wide as the standard deviation of the wider of the groups beside it, and the numbers
-    across it must have at least the ratio 1.1. In random samples of one group (normal, uniform, lognormal,
-    exponential) it is so at most once in 1000 for 64 numbers and more, and once in 500 for 32.
-    """
-    logs = np.sort(np.log(sample[sample > 0.0]))
-    n, least = len(logs), max(FEWEST, -(-len(logs) // PART))
-    if n < max(2 * least, len(sample)):
-        return None
-    cut = least + int(np.argmax(np.diff(logs)[least - 1 : n - least]))
-    gap, width = logs[cut] - logs[cut - 1], max(np.std(logs[:cut], ddof=1), np.std(logs[cut:], ddof=1))
-    if gap < np.log(LOUDER) or gap < WIDER * width:
-        return None
-    share = 1.0 - cut / n
-    return TwoGroups(
-        float(np.exp(logs[cut - 1])), float(np.exp(logs[cut])), share, float(np.sqrt(share * (1 - share) / n))
-    )
 
 
 def clopper_pearson(hits: int, count: int) -> tuple[float, float]:

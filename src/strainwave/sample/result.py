@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..base.results import Floats
 from ..base.sentences import on_screen
-from .reductions import Ranking, RunningQuantile, TwoGroups, quantile_errors, two_groups
+from .reductions import Ranking, RunningQuantile, quantile_errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +49,6 @@ class SpeedSpread:
     def errors(self) -> Floats:
         """Their standard errors [rad] (bootstrap)."""
         return np.asarray(self.running.errors[-1])
-
-    @property
-    def groups(self) -> TwoGroups | None:
-        """A low- and a high-amplitude group of peaks, as where two motions coexist; None where there is one group."""
-        return two_groups(self.peak[np.isfinite(self.peak)])
 
     def __str__(self) -> str:
         return "\n".join(line[2:] for line in _speed_lines(self))
@@ -193,9 +188,6 @@ class Variability:
             data[name] = (("speed", "path"), np.array([[row[path] for path in self.drives] for row in rows]))
         data["diverged"] = ("speed", [s.diverged for s in self.speeds])
         data["unsettled"] = ("speed", [s.unsettled for s in self.speeds])
-        groups = [s.groups for s in self.speeds]
-        data["loud_share"] = ("speed", [np.nan if g is None else g.share for g in groups])
-        data["loud_share_error"] = ("speed", [np.nan if g is None else g.error for g in groups])
         if self.jumps is not None:
             data["jump_up"] = ("followed", self.jumps.up, {"units": "rad/s"})
             data["jump_down"] = ("followed", self.jumps.down, {"units": "rad/s"})
@@ -229,11 +221,6 @@ def _speed_lines(spread: SpeedSpread) -> list[str]:
     lines = [f"  at {spread.omega:g} rad/s, peak |x| [rad] {values}"]
     if spread.diverged or spread.unsettled:
         lines.append(f"    {spread.diverged} drives left every bound, {spread.unsettled} did not settle")
-    if groups := spread.groups:
-        lines.append(
-            f"    two groups: {groups.share:.4f} +- {groups.error:.4f} of the drives are in the high-amplitude group, "
-            f"from {groups.loud:.5g} rad on; the others stay below {groups.quiet:.5g} rad"
-        )
     for row in spread.ranking.rows:
         lines.append(
             f"    {row.path}: {row.index:.3f} +- {row.index_error:.3f} of the variance, regression "

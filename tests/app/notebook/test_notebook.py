@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import strainwave as sw
 from strainwave.plot.curves import contours
 
-NO_CONTOUR = ("GeneralValidity", "SlowResponse without states")  # the map, or the response, is empty
+NO_CONTOUR = ("SlowResponse without states",)  # the map, or the response, is empty
 SVG = "{http://www.w3.org/2000/svg}"
 
 

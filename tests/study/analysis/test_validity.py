@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from peak_errors import errors_at_peak
 
 import strainwave as sw
 
@@ -147,15 +148,15 @@ def test_general_map_gives_the_errors_of_the_peak_against_converged_balance(A, e
     curve = sw.frequency_response(
         CUBIC._replace(B=0.01, excitation=sw.Harmonic(A)), (0.9, 1.9), harmonics=9, points=2000
     )
-    found = sw.study.validity_in_general([0.2 * float(np.max(curve.amplitude(1))) ** 2], [0.005])
-    assert found.amplitude_error[0, 0, 0] == pytest.approx(error, rel=0.01)
-    assert found.speed_error[1, 0, 0] < 1e-3
+    amplitude, speed = errors_at_peak([0.2 * float(np.max(curve.amplitude(1))) ** 2], 0.005)
+    assert amplitude[0, 0] == pytest.approx(error, rel=0.01)
+    assert speed[1, 0] < 1e-3
 
 
 def test_general_map_is_the_peak_of_each_drive():
     """Both orders' own peaks, by their response curves, under the torque of the true peak."""
     zeta, bend = 0.02, 0.4
-    found = sw.study.validity_in_general([bend], [zeta])
+    amplitude, speed = errors_at_peak([bend], zeta)
     # the torque of a lag of 90 degrees at this amplitude, by integration of what damping takes: A = 2 zeta omega a, and
     # harmonics that take below 1 % of it
     omega = 1.0 + 0.375 * bend - 15.0 / 256.0 * bend**2
@@ -166,8 +167,8 @@ def test_general_map_is_the_peak_of_each_drive():
     assert true.amplitude(1)[top] == pytest.approx(np.sqrt(bend), rel=5e-3)
     for k in (0, 1):
         peak = sw.slow_flow(drive, sw.PRIMARY, order=k + 1).response((0.8, 1.5)).peak
-        assert found.amplitude_error[k, 0, 0] == pytest.approx(abs(peak[1] / true.amplitude(1)[top] - 1.0), abs=2e-3)
-        assert found.speed_error[k, 0, 0] == pytest.approx(abs(peak[0] / true.omega[top] - 1.0), abs=2e-3)
+        assert amplitude[k, 0] == pytest.approx(abs(peak[1] / true.amplitude(1)[top] - 1.0), abs=2e-3)
+        assert speed[k, 0] == pytest.approx(abs(peak[0] / true.omega[top] - 1.0), abs=2e-3)
 
 
 def test_holds_counts_what_is_within_so_many_percent():
@@ -207,3 +208,29 @@ def test_first_order_has_no_peak_under_a_large_kinematic_error():
         drive = sw.Oscillator(1.0, 0.06, sw.Cubic(1.0, 1.0), sw.Harmonic(0.0), 1.0, error)
         peak = sw.slow_flow(drive, sw.PRIMARY).response((0.9, 1.5)).peak[0]
         assert (peak < 1.4) == inside
+
+
+@pytest.mark.parametrize("zeta", [0.005, 0.03, 0.1])
+def test_bounds_of_the_orders_are_those_of_the_documentation(zeta):
+    """docs/limits.md: from which alpha a^2 on first order is off by 1, 5 and 20 %, and the most of second order."""
+    bends = np.geomspace(1e-3, 10.0, 401)
+    first, second = np.max(errors_at_peak(bends, zeta), axis=0)
+    assert [f"{bends[first > limit][0]:.3f}" for limit in (0.01, 0.05, 0.2)] == ["0.027", "0.138", "0.575"]
+    assert np.max(second) <= 0.00505
+
+
+@pytest.mark.parametrize(
+    ("name", "zeta", "bend", "first", "second"),
+    [
+        ("CSF-20-30", 0.02, 0.168, 6.18, 0.002), ("CSF-20-30", 0.05, 0.027, 1.01, 0.0),
+        ("CSG-40-50", 0.02, 0.905, 30.41, 0.069), ("CSG-40-50", 0.05, 0.145, 5.33, 0.001),
+        ("CSG-40-50", 0.10, 0.036, 1.35, 0.0), ("CSG-25-100", 0.02, 1.965, 81.39, 0.189),
+        ("CSG-25-100", 0.10, 0.079, 2.92, 0.0),
+    ],
+)  # fmt: skip
+def test_errors_of_gears_are_those_of_the_documentation(name, zeta, bend, first, second):
+    """docs/limits.md: errors at the peak that a kinematic error of 1 arcmin peak-to-peak makes."""
+    size = sw.catalogue.gear(name).cubic.alpha * (0.5 * np.pi / 180 / 60 / (2 * zeta)) ** 2
+    errors = 100.0 * np.max(errors_at_peak([size], zeta), axis=0)[:, 0]
+    assert size == pytest.approx(bend, abs=5e-4)
+    assert errors == pytest.approx([first, second], abs=5.01e-3)

@@ -1,1 +1,0 @@
-"""Budgets and parts of the kinematic error."""
