@@ -58,7 +58,7 @@ from .numerics.integration.methods import Dopri5 as Dopri5
 from .numerics.integration.methods import Rk4 as Rk4
 from .numerics.integration.methods import Dop8 as Dop8
 from .drive.run import drive_run as drive_run
-from .study.analysis.in_time.drive_motion import drive_motion as drive_motion
+from .study.analysis.drive_motion import drive_motion as drive_motion
 from .numerics.ensemble.ensemble import ensemble as ensemble
 from .numerics.ensemble.measures import Peak as Peak
 from .numerics.ensemble.measures import Rms as Rms
@@ -121,8 +121,8 @@ from .files.scan_file import read_scan as read_scan
 from .study.identification.orders.order_scan import order_scan as order_scan
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
-from .study.identification.free_decay.decay import fit_decay as fit_decay
-from .study.identification.friction.friction_fit import fit_friction as fit_friction
+from .study.identification.decay import fit_decay as fit_decay
+from .study.identification.friction_fit import fit_friction as fit_friction
 from .study.identification.identify import identify as identify
 from .files.identified.identify_drive import identify_drive as identify_drive
 from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop

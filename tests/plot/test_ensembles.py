@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 import strainwave as sw
 from strainwave.numerics.attractors.basins import CHAOTIC, DIVERGED
 from strainwave.plot import curves, panels_of
-from strainwave.sample.reductions import Ranking, RunningQuantile
-from strainwave.sample.result import SpeedSpread, Variability
+from strainwave.sample.result import Ranking, RunningQuantile, SpeedSpread, Variability
 
 QUIET = sw.results.Attractor(1, -1.0, 1.0, np.array([[0.2, -0.3]]), 0.5, True)
 THIRD = sw.results.Attractor(3, -2.0, 2.0, np.array([[1.0, 0.0], [-0.5, 0.9], [-0.5, -0.9]]), 0.7, True)

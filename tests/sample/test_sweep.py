@@ -23,8 +23,8 @@ from hypothesis import strategies as st
 import strainwave as sw
 from strainwave.sample import store as sweep_store
 from strainwave.sample.identity import digest
-from strainwave.sample.layout import chunk_size, layout_of
 from strainwave.sample.lock import StoreLock
+from strainwave.sample.points import chunk_size, layout_of
 from strainwave.sample.sampling import GridPoints
 
 SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0)

@@ -7,8 +7,7 @@ from scipy import stats
 import strainwave as sw
 from strainwave.sample import reductions
 from strainwave.sample.quantiles import drawn, natural_frequencies
-from strainwave.sample.reductions import ranking, running_quantile
-from strainwave.sample.result import Band, JumpSpread, Variability
+from strainwave.sample.result import Band, JumpSpread, Variability, ranking, running_quantile
 from strainwave.sample.sampling import by_path
 
 LINEAR = sw.Oscillator(1.0, 0.4, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)

@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 
 import strainwave as sw
-from strainwave.sample.reductions import ranking
-from strainwave.study.article.article import reproduce
+from strainwave.sample.result import ranking
+from strainwave.study.article import reproduce
 
 from .row import Row
 

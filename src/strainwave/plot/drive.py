@@ -20,8 +20,7 @@ from ..drive.drive_response import DriveResponse
 from ..drive.project import Project
 from ..numerics.balance.fourier import synthesis, to_blocks
 from ..study.analysis.analysis import Analysis
-from ..study.analysis.avoid import Avoid
-from ..study.analysis.load_cases import LoadCase
+from ..study.analysis.avoid import Avoid, LoadCase
 from ..study.analysis.resonances import Regime
 from ..study.analysis.runup import RunUp
 from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE

@@ -8,11 +8,11 @@ import numpy as np
 from ..base.results import Floats
 from ..base.sentences import number
 from ..base.units import ARCSEC
-from ..study.identification.free_decay.decay import DecayFit
-from ..study.identification.friction.friction_model import FrictionFit
+from ..study.identification.decay import DecayFit
+from ..study.identification.friction_model import FrictionFit
 from ..study.identification.identified import Identified
 from ..study.identification.log import Log, LogSegment
-from ..study.identification.loops.loop_result import LoopFit
+from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
 from ..study.identification.response_curve.bode_fit import BodeFit
 from ..study.identification.response_curve.measured_bode import Complexes, MeasuredBode

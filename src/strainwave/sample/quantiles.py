@@ -20,9 +20,8 @@ from ..numerics.curves.response import response_family
 from ..numerics.ensemble.request import LaneError, check_lanes
 from ..numerics.integration.corners import repeating
 from ..numerics.operating_point import operating_points
-from .layout import described
-from .reductions import ranking, running_quantile
-from .result import Band, JumpSpread, SpeedSpread, Variability
+from .points import described
+from .result import Band, JumpSpread, SpeedSpread, Variability, ranking, running_quantile
 from .sampling import TOGETHER, Distribution, by_path, check_names, named
 
 ANGLES = 2.0 * np.pi * np.arange(64)[:, None] / 64

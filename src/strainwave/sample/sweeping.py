@@ -29,11 +29,10 @@ from ..numerics.ensemble.measures import Peak, Rms
 from ..numerics.ensemble.request import LaneError, lanes_of, method_of, spans, what_and_how
 from ..numerics.ensemble.stepping import stepping_of
 from .identity import digest, installed, readable
-from .layout import LARGEST, Layout, check_size, chunk_size, layout_of
-from .local import ProcessPool, ThreadPool
-from .points import OWN_NAMES, Job, Part, Variable, lost
+from .points import LARGEST, OWN_NAMES, Job, Layout, Part, Variable, check_size, chunk_size, layout_of, lost
 from .sampling import Grid, GridPoints, Points, check_names, points_of
 from .store import SweepStore
+from .workers import ClusterPool, ProcessPool, ThreadPool
 
 log = logging.getLogger(__name__)
 
@@ -340,9 +339,6 @@ def _kept_as_finished(
 
 def _pool(client: Any, spec: str, workers: int, processes: bool, job: Job) -> Any:
     if client is not None:
-        # Here and not above, because only those who have a client have dask.
-        from .cluster import ClusterPool
-
         return ClusterPool(client, spec)
     return ProcessPool(workers, job) if processes else ThreadPool(workers)
 

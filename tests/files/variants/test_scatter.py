@@ -14,7 +14,7 @@ from strainwave.files import yaml_text
 from strainwave.files.reading import ProjectError, from_text
 from strainwave.files.variants.names import nominal_of
 from strainwave.files.variants.scatter import drawn
-from strainwave.sample.reductions import clopper_pearson
+from strainwave.sample.result import clopper_pearson
 
 OMEGA = np.linspace(100.0, 200.0, 4001)
 

@@ -13,8 +13,7 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import read_project
-from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.load_cases import LoadCase, load_cases, over_all, searched
+from strainwave.study.analysis.avoid import LoadCase, load_cases, over_all, searched, speeds_to_avoid
 from strainwave.study.analysis.resonances import operating_point
 
 RPM = 30.0 / math.pi

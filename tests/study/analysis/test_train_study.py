@@ -13,7 +13,7 @@ from strainwave.drive.loop_margin import motor_name
 from strainwave.drive.response import exact_response
 from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import from_text
-from strainwave.study.analysis.load_cases import LoadCase, load_cases
+from strainwave.study.analysis.avoid import LoadCase, load_cases
 from strainwave.study.analysis.resonances import operating_point
 from strainwave.study.analysis.train_study import train_study
 

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
 import strainwave as sw
-from strainwave.study.identification.free_decay.decay import vibrations
-from strainwave.study.identification.free_decay.waves import decaying_waves
+from strainwave.study.identification.decay import vibrations
+from strainwave.study.identification.waves import decaying_waves
 
 
 def system(law, J=1.0, B=0.03):

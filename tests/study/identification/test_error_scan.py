@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter, lombscargle
 
 import strainwave as sw
-from strainwave.study.identification.orders.line_noise import power
+from strainwave.study.identification.orders.order_fit import power
 
 TURN = 2.0 * math.pi
 TRUE = ((1, 2.0e-5, -1.0), (2, 1.0e-4, 0.3), (4, 1.0e-5, 2.0))

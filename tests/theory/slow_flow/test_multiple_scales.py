@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.theory.slow_flow.averaging import averaged_flow
-from strainwave.theory.slow_flow.cubic import CubicFlow, kind_of
+from strainwave.theory.slow_flow.closed_forms import CubicFlow, kind_of
 from strainwave.theory.slow_flow.setting import setting
 from strainwave.theory.slow_flow.states import fixed_points
 

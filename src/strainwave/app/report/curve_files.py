@@ -7,7 +7,7 @@ import numpy as np
 from ...base.results import Branch, Floats
 from ...base.speeds import Speeds
 from ...drive.drive_response import DriveResponse
-from ...study.analysis.in_time import TimeCase
+from ...study.analysis.time_case import TimeCase
 from ..console import number
 from ..output import slug, write_csv
 from ..view import View

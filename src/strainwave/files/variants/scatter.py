@@ -19,9 +19,8 @@ from ...base.speeds import Speeds
 from ...compile.jit import load
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
-from ...sample.reductions import CONFIDENCE, Ranking, clopper_pearson, ranking
-from ...study.analysis.avoid import band_above
-from ...study.analysis.load_cases import WITH_MEMORY
+from ...sample.result import CONFIDENCE, Ranking, clopper_pearson, ranking
+from ...study.analysis.avoid import WITH_MEMORY, band_above
 from ...study.analysis.runup import silent
 from ...study.identification.intervals import Interval
 from ..fields.groups import Radians

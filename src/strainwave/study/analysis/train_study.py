@@ -27,7 +27,7 @@ from ...model.train.motion import SpeedProfile
 from ...numerics.integration.methods import Dopri5
 from ...theory.lyapunov import mean_torque
 from .avoid import Speeds
-from .in_time.drive_motion import DriveMotion, train_motion
+from .drive_motion import DriveMotion, train_motion
 from .resonances import OperatingPoint
 from .runup import silent
 

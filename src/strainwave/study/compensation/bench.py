@@ -22,7 +22,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import Filtered, PositionIntegral, apart
 from ...model.train.motion import AngleTorque, Steady
 from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
-from ..analysis.remedies.knobs import stiffer
+from ..analysis.knobs import stiffer
 
 USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known
 COMMANDED = Commanded()

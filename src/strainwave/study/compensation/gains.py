@@ -17,7 +17,7 @@ from ...model.train.controls import motor_states
 from ...model.train.drive_train import DriveTrain
 from ...numerics.sampled.linear import LoopResponse
 from ...numerics.sampled.loops import LoopEnsemble, loop_ensemble, run_loop
-from ..analysis.remedies.knobs import stiffer
+from ..analysis.knobs import stiffer
 from .bench import Bench
 from .result import Units
 

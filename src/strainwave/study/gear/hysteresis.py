@@ -3,17 +3,24 @@
 The input is locked and the torque at the output goes slowly 0 -> +T -> -T -> +T. `hysteresis loss` is the width of that
 loop at zero torque after full load; `lost motion` is the difference of torsion between the ends of a small loop, at
 +-4 % of the rated torque (Harmonic Drive catalogues, "hysteresis loss" and "lost motion").
+
+Hysteresis fitted to a datasheet: a law whose stiffness, hysteresis loss and lost motion are the datasheet's.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from ...base.law import check_law, states_of
 from ...base.protocols import lacking
-from ...base.quantities import checked, number
-from ...base.results import Floats
+from ...base.quantities import checked, number, shown
+from ...base.results import Floats, SolveError
+from ...compile.tree import mapped
+from ...model.laws.hysteresis import BoucWen, Parallel
+from ...model.laws.springs import PiecewiseLinear, Play
 from ...numerics.loading import RTOL, SPEED, slow_path
 
 SMALL_LOOP = 0.04  # of the rated torque
@@ -122,3 +129,199 @@ def lost_motion(law: Any, rated_torque: float, *, share: float = SMALL_LOOP, spe
     """Lost motion [rad]: torsion between the ends of a loop at +-share (4 %) of the rated torque [N*m]."""
     rated = number("rated_torque [N*m]", rated_torque, positive=True)
     return hysteresis_loop(law, number("share", share, positive=True) * rated, speed=speed).span
+
+
+RTOL_OF_FIT = 1e-7
+YIELD = 0.25  # of the hysteresis loss: the yield twist where no lost motion is given
+INSIDE = 0.8  # of full load: up to there the two branches of a loop are apart
+
+
+@dataclass(frozen=True)
+class HysteresisFit:
+    """A law with hysteresis that meets a datasheet.
+
+    Attributes
+    ----------
+    law : Parallel or BoucWen
+        The law.
+    loss, lost_motion : float
+        Its hysteresis loss and lost motion [rad], measured as the datasheet does.
+    misfit : dict of str to float
+        Relative differences from the datasheet: "hysteresis loss", "lost motion" where it was given, and the torsion
+        midway between unloading and loading at T1, T2 and half load (as far as they are below 80 % of full load).
+    """
+
+    law: Any
+    loss: float
+    lost_motion: float
+    misfit: dict[str, float]
+
+    def __str__(self) -> str:
+        parts = ", ".join(f"{name} {100.0 * value:+.2g} %" for name, value in self.misfit.items())
+        law = mapped(lambda value: float(f"{value:.6g}"), self.law)
+        return f"{law}\n  off the datasheet by: {parts}"
+
+
+def fit_hysteresis(
+    spring: PiecewiseLinear, hysteresis_loss: float, lost_motion: float | None = None, *, rated_torque: float,
+    load: float | None = None, replace_spring: bool = False, n: int = 1, tolerance: float = 0.05,
+) -> HysteresisFit:  # fmt: skip
+    """Fit Bouc-Wen hysteresis to a datasheet: stiffness, hysteresis loss and lost motion.
+
+    In parallel with the gear's spring (whose slopes stay) an element with ratio = 0, A = 1, beta = gamma = 1/2 carries
+    at most the torque T_h; its two unknowns, T_h and the yield twist, are set by hysteresis loss and lost motion. The
+    torsions between are those of the spring but near its corners T1 and T2, which the element rounds: `misfit` tells by
+    how much. An element beside the spring only lowers the lost motion: a larger one is met with a gap in series with
+    the spring (`Play`), then the unknowns are T_h and the gap, and the torsions grow by half of it. Replacing the
+    spring, a `BoucWen` of unknown K, ratio and yield twist meets the torsions too; it can only soften, so that gears
+    whose K3 is well above K1 are refused.
+
+    Parameters
+    ----------
+    spring : PiecewiseLinear
+        K1, K2, K3, T1, T2 of the datasheet.
+    hysteresis_loss : float
+        Of the datasheet [rad].
+    lost_motion : float, optional
+        Of the gear [rad], as a value. A catalogue's "less than" is none: the spring alone may stay well below it.
+        Default: unknown, and the element yields over a quarter of the hysteresis loss.
+    rated_torque : float
+        Of the datasheet [N*m]; lost motion is taken at +-4 % of it.
+    load : float, optional
+        Full load [N*m] of the hysteresis loop. Default: the rated torque.
+    replace_spring : bool
+        Whether the law replaces the spring.
+    n : int
+        Exponent of Bouc-Wen: the larger, the sharper the yield.
+    tolerance : float
+        Largest relative misfit that is accepted: of hysteresis loss and lost motion, and where the law replaces the
+        spring of the torsions too.
+
+    Returns
+    -------
+    HysteresisFit
+        `law` with its `loss` and `lost_motion` [rad], and the `misfit` from the datasheet (relative).
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive.
+    TypeError
+        If the spring is no `PiecewiseLinear`.
+    SolveError
+        If the values cannot be met; the sentence says by how much and why.
+    """
+    if not isinstance(spring, PiecewiseLinear):
+        raise TypeError(
+            f"the spring is {shown(spring)}; it must be the datasheet's PiecewiseLinear(K1, K2, K3, T1, T2), for "
+            "example catalogue.gear('CSG-40-50').law"
+        )
+    spring = checked(spring)
+    datasheet = {"hysteresis loss": number("hysteresis_loss [rad]", hysteresis_loss, positive=True)}
+    if lost_motion is not None:
+        datasheet["lost motion"] = number("lost_motion [rad]", lost_motion, positive=True)
+    rated = number("rated_torque [N*m]", rated_torque, positive=True)
+    tolerance = number("tolerance", tolerance, positive=True)
+    full = rated if load is None else number("load [N*m]", load, positive=True)
+    loss, target = datasheet["hysteresis loss"], _Target(spring, datasheet, full, SMALL_LOOP * rated)
+
+    def fitted(gap: bool) -> tuple[Any, dict[str, float], str]:
+        """Best law with or without a gap, its misfit, and the name of the worst number."""
+        p0, counted, law_of = target.unknowns(replace_spring, gap, n)
+
+        def misfit(p: Floats) -> Floats:
+            return np.array([*target.misfit(law_of(p), RTOL_OF_FIT).values()][:counted])
+
+        found = law_of(least_squares(misfit, p0, bounds=(p0 - 12.0, p0 + 12.0), xtol=1e-6, diff_step=1e-3).x)
+        misfits = target.misfit(found, RTOL)
+        return found, misfits, max([*misfits][:counted], key=lambda name: abs(misfits[name]))
+
+    gap = not replace_spring and target.beyond_spring()
+    law, misfits, worst = fitted(gap)
+    if abs(misfits[worst]) > tolerance and not gap and not replace_spring and misfits.get("lost motion", 0.0) < 0.0:
+        law, misfits, worst = fitted(True)
+    if abs(misfits[worst]) > tolerance:
+        why = target.why(replace_spring)
+        raise SolveError(f"no such law meets the datasheet: {worst} is off by {100.0 * misfits[worst]:+.3g} %; {why}")
+    motion = hysteresis_loop(law, target.small).span
+    return HysteresisFit(law, loss * (1.0 + misfits["hysteresis loss"]), motion, misfits)
+
+
+class _Target(NamedTuple):
+    """What a law is to meet: values [rad] by their name, at full load and in the small loop [N*m]."""
+
+    spring: PiecewiseLinear
+    wanted: dict[str, float]
+    full: float
+    small: float
+
+    def misfit(self, law: Any, rtol: float) -> dict[str, float]:
+        """Relative differences: first those of the values wanted, then those of the torsions."""
+        loop = hysteresis_loop(law, self.full, rtol=rtol)
+        differences = {"hysteresis loss": loop.loss / self.wanted["hysteresis loss"] - 1.0}
+        if "lost motion" in self.wanted:
+            motion = hysteresis_loop(law, self.small, rtol=rtol).span
+            differences["lost motion"] = motion / self.wanted["lost motion"] - 1.0
+        for T in sorted({self.spring.T1, self.spring.T2, 0.5 * self.full}):
+            if self.full * INSIDE >= T:
+                differences[f"torsion at {T:g} N*m"] = loop.middle(T) / _torsion(self.spring, T) - 1.0
+        return differences
+
+    def unknowns(self, replace_spring: bool, gap: bool, n: int) -> tuple[Floats, int | None, Callable[[Floats], Any]]:
+        """Start values (logarithms), the count of numbers to meet (None: all), and the law of the unknowns."""
+        spring, loss = self.spring, self.wanted["hysteresis loss"]
+
+        def one(p: Floats) -> Any:
+            K, twist = np.exp(p[:2]).tolist()
+            return BoucWen(K, float(1.0 / (1.0 + np.exp(-p[2]))), twist, 1.0, 0.5, 0.5, n)
+
+        def beside(p: Floats) -> Any:
+            limit, twist = float(np.exp(p[0])), float(np.exp(p[1])) if len(p) > 1 else YIELD * loss
+            return Parallel(spring, BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
+
+        def behind_gap(p: Floats) -> Any:  # the element yields over a quarter of the loss, as without a lost motion
+            limit, half_gap = np.exp(p).tolist()
+            twist = YIELD * loss
+            return Parallel(Play(half_gap, spring), BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
+
+        if replace_spring:
+            return np.array([np.log(spring.K1), np.log(loss), 1.0]), None, one
+        if gap:
+            missing = max(self.wanted["lost motion"] - self.elastic(), 0.0)
+            return np.log([0.5 * self.small, 0.5 * missing + YIELD * loss]), 2, behind_gap
+        count = len(self.wanted)
+        return np.log([float(spring.torque(0.5 * loss)), YIELD * loss][:count]), count, beside
+
+    def elastic(self) -> float:
+        """Lost motion [rad] of the spring alone."""
+        return 2.0 * _torsion(self.spring, self.small)
+
+    def beyond_spring(self) -> bool:
+        """Whether the lost motion is more than that of the spring, which hysteresis beside it can only lower."""
+        return self.wanted.get("lost motion", 0.0) >= self.elastic()
+
+    def why(self, replace_spring: bool) -> str:
+        """Why a law may not exist, and what to do."""
+        if replace_spring:
+            return (
+                "one Bouc-Wen law can only soften with the torque; put it beside the spring, replace_spring=False, or "
+                "raise the tolerance"
+            )
+        largest = 2.0 * _torsion(self.spring, self.full)
+        if self.wanted["hysteresis loss"] > largest:
+            return (
+                f"a loop to {self.full:g} N*m and back is {largest:.3g} rad wide with the spring alone, and the "
+                "hysteresis loss is wider; give more load or less loss"
+            )
+        return (
+            f"the spring alone has a lost motion of {self.elastic():.3g} rad, hysteresis beside it lowers that, and a "
+            "gap raises the hysteresis loss as well: a datasheet's 'less than' is a limit and not a value, leave "
+            "lost_motion out or give one that is nearer to the hysteresis loss"
+        )
+
+
+def _torsion(spring: PiecewiseLinear, torque: float) -> float:
+    """Torsion [rad] of the datasheet's curve at a torque [N*m] >= 0."""
+    first = min(torque, spring.T1) / spring.K1
+    second = max(0.0, min(torque, spring.T2) - spring.T1) / spring.K2
+    return first + second + max(0.0, torque - spring.T2) / spring.K3

@@ -25,9 +25,8 @@ from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits, Need, sheet_findings
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
-from ..analysis.avoid import AMPLIFIED, between, merged
+from ..analysis.avoid import AMPLIFIED, between, hulls_between, merged
 from ..analysis.avoid import Motions as Sizes
-from ..analysis.load_cases import hulls_between
 from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad
 from .motions import RMS as OF_RMS
 

@@ -22,7 +22,7 @@ from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ..slow_flow.averaging import AveragedFlow, Exact
-from ..slow_flow.cubic import CubicFlow
+from ..slow_flow.closed_forms import CubicFlow
 from ..slow_flow.fixed_points import Flow
 from ..slow_flow.second_order import STEP, Samples, SecondOrderFlow, Small
 from ..slow_flow.setting import Complexes, Setting, real_matrix

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.results import Floats
 from .averaging import AveragedFlow
-from .cubic import CubicFlow
+from .closed_forms import CubicFlow
 from .second_order import SecondOrderFlow
 from .setting import Complexes
 

@@ -25,7 +25,7 @@ from ...numerics.integration.corners import repeating
 from . import response as response_curve
 from .averaging import averaged_flow
 from .certificate import ORDINAL, certify
-from .cubic import CubicFlow, free_decay, kind_of
+from .closed_forms import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, is_stable, is_trivial
 from .memory import remembers
 from .predictor.making import predictor

@@ -26,8 +26,8 @@ from ...model.laws.springs import Cubic, Linear, Polynomial
 from ...numerics.addressed import torques
 from .averages import Matrices, along, harmonics, onto
 from .averaging import probes_of, turns_with_phase
+from .closed_forms import FORMS
 from .memory import LoopAverages, loop_averages, remembers
-from .second_order_forms import FORMS
 from .setting import Complexes, Setting, real_matrix
 
 REACH = 7  # small harmonics up to this multiple of the fastest component

@@ -17,7 +17,7 @@ import numpy as np
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ...numerics.operating_point import positive_roots
-from .cubic import CubicFlow
+from .closed_forms import CubicFlow
 from .fixed_points import (
     RING,
     ROWS_PER_DECADE,

@@ -13,7 +13,7 @@ from ...numerics.integration.marches import first_step
 from ...numerics.integration.schemes import DormandPrince
 from ...numerics.integration.steps import dense_weights, weighted
 from .averaging import AveragedFlow, Sampled
-from .cubic import CubicFlow
+from .closed_forms import CubicFlow
 from .fixed_points import Flow
 from .memory import remembers
 from .results import Evolution

@@ -13,9 +13,8 @@ from strainwave.model.train.controls import PositionLoop, SpeedLoop, from_bandwi
 from strainwave.model.train.filters import around
 from strainwave.model.train.shafts import Elastic, Load
 from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.remedies import Subject, remedies
-from strainwave.study.analysis.remedies.knobs import knobs, stiffer
-from strainwave.study.analysis.remedies.remedies import neighbours, with_gear
+from strainwave.study.analysis.knobs import Subject, knobs, stiffer
+from strainwave.study.analysis.remedies import neighbours, remedies, with_gear
 from strainwave.study.analysis.resonances import operating_point
 
 # the torsion stays far below the first kink of the gear, so that its law is the line K1

@@ -13,7 +13,7 @@ from ....plot.svg import stacked
 from ....study.identification.law_fit import LackOfFit
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop as fitted
-from ....study.identification.loops.loop_result import LoopFit
+from ....study.identification.loops.loop_model import LoopFit
 from ...console import number, print_table, to_json
 from ...output import staged, write_csv
 from ...view import quantity, sign

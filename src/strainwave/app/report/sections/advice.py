@@ -4,8 +4,7 @@ import math
 from typing import Any
 
 from ....base.sentences import Angle, Sentence, Speed, listed
-from ....study.analysis.avoid import AMPLIFIED, Avoid
-from ....study.analysis.load_cases import LoadCase
+from ....study.analysis.avoid import AMPLIFIED, Avoid, LoadCase
 from ...console import number
 from ...view import View, sizes
 from ..remedies import remedies_data, remedies_figure

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from ....study.analysis.in_time import TimeCase
-from ....study.analysis.in_time.drive_motion import DriveMotion
+from ....study.analysis.drive_motion import DriveMotion
+from ....study.analysis.time_case import TimeCase
 from ...figures.curves import time_figure
 from ...view import View, sizes
 

@@ -19,10 +19,9 @@ from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ..intervals import Spread, derived_freedom, restricted
 from ..law_fit import Candidate, LackOfFit, compared
-from .loop_model import FULL, Shape, way_of_one
+from .loop_model import FULL, LoopFit, Shape, way_of_one
 from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
-from .loop_result import LoopFit
 from .loop_solve import RANK, Solution, left_out, scatter, shifts_of_begins, solve, started
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted

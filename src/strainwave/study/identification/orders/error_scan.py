@@ -19,7 +19,7 @@ from ....model.excitation import HIGHEST
 from ....model.gears.error_spectrum import extremes
 from ..run import column
 from .error_result import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, polar, squared_amplitude, together
-from .line_noise import FEWEST, Floor, correlation, noise_floor, power, probability
+from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability
 
 HIGHEST_SOUGHT = 100
 NEARLY = 1e-6  # of a turn: rounding of the angles

@@ -17,8 +17,7 @@ from scipy.special import gammaincc
 
 from ....base.results import Floats
 from ..run import Run
-from .line_noise import Floor
-from .order_fit import rounding, slow_columns
+from .order_fit import Floor, rounding, slow_columns
 
 Kind = Literal["order", "frequency", "undecided"]
 Pair = tuple[int, int]

@@ -15,10 +15,9 @@ from ....compile.jit import kernel
 from .. import response as response_curve
 from ..averaging import AveragedFlow
 from ..certificate import certify
-from ..cubic import CubicFlow
+from ..closed_forms import FORMS, CubicFlow
 from ..fixed_points import Flow, is_trivial
 from ..second_order import Forms, SecondOrderFlow
-from ..second_order_forms import FORMS
 from ..setting import Setting
 from .predictor import Predictor
 from .samples import (

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from ....compile.jit import kernel
 from ....maths import cos, sin
-from ..second_order_forms import answer
+from ..closed_forms import answer
 from ..setting import NEAR
 
 SLOTS = 6  # small harmonics

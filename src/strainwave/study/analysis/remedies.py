@@ -13,21 +13,20 @@ from itertools import chain
 from math import sqrt
 from typing import Any
 
-from ....base.protocols import lines_of
-from ....base.results import SolveError
-from ....base.sentences import listed
-from ....compile.tree import made
-from ....drive.drive_response import DriveResponse, Usage
-from ....drive.project import Project
-from ....model.drive import Drive
-from ....model.gears import catalogue
-from ....model.gears.error_spectrum import accuracy_spectrum
-from ....model.gears.gear import Gear
-from ....model.train.drive_train import DriveTrain
-from ..avoid import Avoid
-from ..load_cases import LoadCase, worst_of
-from ..runup import silent
+from ...base.protocols import lines_of
+from ...base.results import SolveError
+from ...base.sentences import listed
+from ...compile.tree import made
+from ...drive.drive_response import DriveResponse, Usage
+from ...drive.project import Project
+from ...model.drive import Drive
+from ...model.gears import catalogue
+from ...model.gears.error_spectrum import accuracy_spectrum
+from ...model.gears.gear import Gear
+from ...model.train.drive_train import DriveTrain
+from .avoid import Avoid, LoadCase, worst_of
 from .knobs import DAMPING, Knob, Subject, knobs
+from .runup import silent
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it

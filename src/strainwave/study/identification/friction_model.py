@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import fdtrc, gammaincc
 
-from ....base.records import Labelled
-from ....base.results import Floats
-from ..law_fit import Candidate, LackOfFit, LawFit
+from ...base.records import Labelled
+from ...base.results import Floats
+from .law_fit import Candidate, LackOfFit, LawFit
 
 FEWEST = 3  # degrees of freedom of the pure error
 APART = 1e-3  # of the largest: speeds or loads that differ by less are one

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ....base.results import Floats, SolveError, Trajectory, largest_between
-from ....base.series import largest_of_samples
-from ....drive.drive_response import DriveResponse, Usage, most_used
-from ....drive.response import (
+from ...base.results import Floats, SolveError, Trajectory, largest_between
+from ...base.series import largest_of_samples
+from ...drive.drive_response import DriveResponse, Usage, most_used
+from ...drive.response import (
     UNDAMPED_PERIODS,
     damping_of,
     gear_torque,
@@ -20,14 +20,14 @@ from ....drive.response import (
     no_multiple_scales,
     settling_time,
 )
-from ....drive.steady import SteadyMotion, finished_or_interrupted, settle, settled
-from ....model.gears.limits import cubic_mean
-from ....numerics.integration.simulate import simulate
-from ....theory.slow_flow.flow import slow_flow
-from ....theory.slow_flow.setting import Resonance
-from ...article.validate import Comparison, compare_with_integration
-from ..resonances import OperatingPoint, Regime
-from ..runup import RunUp
+from ...drive.steady import SteadyMotion, finished_or_interrupted, settle, settled
+from ...model.gears.limits import cubic_mean
+from ...numerics.integration.simulate import simulate
+from ...theory.slow_flow.flow import slow_flow
+from ...theory.slow_flow.setting import Resonance
+from .resonances import OperatingPoint, Regime
+from .runup import RunUp
+from .validity import Comparison, compare_with_integration
 
 WINDOW = 5.0  # in units of 1/mu
 PER_CYCLE = 24  # samples per fastest cycle of a transient

@@ -1,8 +1,12 @@
-"""Workers of a sweep on this machine: threads, which serve compiled measures, or processes, which serve all.
+"""Workers of a sweep: threads or processes of this machine, or the tasks of a `dask.distributed` client.
 
 A pool has `submit(...)`, a future as those of `concurrent.futures`; `room`, how many chunks it takes at a time;
 `lost(error)`, whether a worker died rather than the measure failed; `check()`, which raises once the pool is gone
-for good; and `close(...)`.
+for good; and `close(...)`. Threads serve compiled measures, processes all.
+
+On a cluster the workers compute and this process alone writes the store: it needs no file system that they share. A
+worker that dies costs the chunks it had; the scheduler gives them to others. When the scheduler dies, the store has
+what was finished.
 """
 
 import contextlib
@@ -15,11 +19,85 @@ import signal
 import threading
 import time
 from collections.abc import Mapping
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from typing import Any
 
+from ..base.quantities import shown
 from ..base.results import Floats
 from .points import Job, Part, compute
+
+log = logging.getLogger(__name__)
+
+PATIENCE = 60.0  # seconds without any worker before the sweep gives up: as long as a cluster may take to start one
+GONE = "the cluster's scheduler cannot be reached any more"
+
+
+class ClusterPool:
+    """The same interface as `ThreadPool`, over a client.
+
+    Parameters
+    ----------
+    client : distributed.Client
+        A client of a running cluster; it stays open.
+    spec : str
+        Hash of the sweep: with the number of the chunk, the key of a task.
+    """
+
+    def __init__(self, client: Any, spec: str) -> None:
+        from distributed import Client  # only those who have a client have dask
+
+        if not isinstance(client, Client):
+            raise TypeError(f"client is {shown(client)}; it must be a dask.distributed.Client")
+        if client.asynchronous:
+            raise TypeError("the client is asynchronous; make it with Client(address), outside of a coroutine")
+        self.client: Any = client  # distributed has annotations in some places only
+        self.spec = spec
+        self.futures: set[Any] = set()
+        self.tried: dict[int, int] = {}
+        self.since: float | None = None
+        self.check()
+
+    @property
+    def room(self) -> int:
+        """How many chunks the workers take at a time, one for every thread and one in reserve."""
+        threads: int = sum(self.client.nthreads().values())
+        return max(2, 2 * threads)
+
+    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> Any:
+        """Begin to compute a chunk."""
+        tries = self.tried[chunk] = self.tried.get(chunk, -1) + 1
+        key = f"sweep-{self.spec}-{chunk}" + (f"-again-{tries}" if tries else "")
+        future: Any = self.client.submit(compute, job, first, values, key=key, pure=True)
+        self.futures.add(future)
+        future.add_done_callback(self.futures.discard)
+        return future
+
+    def lost(self, error: BaseException) -> bool:
+        """Whether workers died of this chunk, or of another one that they had at the same time."""
+        from distributed import KilledWorker
+
+        if isinstance(error, CancelledError | OSError):  # what a client says of its tasks when it loses the scheduler
+            raise ConnectionError(GONE) from error
+        return isinstance(error, KilledWorker)
+
+    def check(self) -> None:
+        """Raise a ConnectionError if the scheduler is gone, or no worker has been there for a minute."""
+        if self.client.status != "running":
+            raise ConnectionError(GONE)
+        if self.client.nthreads():
+            self.since = None
+        elif self.since is None:
+            self.since = time.monotonic()
+            log.warning("no worker is connected to the cluster; waiting for one")
+        elif time.monotonic() - self.since > PATIENCE:
+            raise ConnectionError(f"the cluster has had no worker for {PATIENCE:.0f} s")
+
+    def close(self) -> None:
+        """Give up the chunks under way; the client stays open."""
+        if self.client.status == "running":
+            self.client.cancel(list(self.futures), force=True)
+
 
 log = logging.getLogger(__name__)
 
@@ -61,10 +139,10 @@ class ThreadPool:
         """Stop the threads; chunks under way are given up as soon as compiled code returns: after a block of lanes."""
         self.stop.set()
         self.pool.shutdown(wait=False, cancel_futures=True)
-        since, said = time.monotonic(), False
+        since, said = time.time.monotonic(), False
         while self._interrupted():
             time.sleep(0.05)
-            if not said and time.monotonic() - since > 1.0:
+            if not said and time.time.monotonic() - since > 1.0:
                 said = True
                 log.info("stopping as soon as the blocks of trajectories under way have come to their end")
         self.pool.shutdown(wait=True)

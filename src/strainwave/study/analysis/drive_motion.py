@@ -5,23 +5,23 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ....base.arguments import typed
-from ....base.protocols import lacking
-from ....base.quantities import number, shown
-from ....base.records import Labelled, Result
-from ....base.results import Floats, SolveError, Trajectory, largest_between
-from ....base.sentences import Sentence, Speed, on_screen
-from ....base.series import largest_of_samples
-from ....base.units import RPM
-from ....drive.project import Project
-from ....drive.run import waiting
-from ....drive.steady import finished_or_interrupted
-from ....drive.train_curve import at_load, refuse_free, torque_in
-from ....model.train.drive_train import DriveTrain
-from ....model.train.train_forms import behind_gear
-from ....numerics.integration.methods import Dopri5
-from ....numerics.integration.simulate import simulate
-from ..resonances import operating_point
+from ...base.arguments import typed
+from ...base.protocols import lacking
+from ...base.quantities import number, shown
+from ...base.records import Labelled, Result
+from ...base.results import Floats, SolveError, Trajectory, largest_between
+from ...base.sentences import Sentence, Speed, on_screen
+from ...base.series import largest_of_samples
+from ...base.units import RPM
+from ...drive.project import Project
+from ...drive.run import waiting
+from ...drive.steady import finished_or_interrupted
+from ...drive.train_curve import at_load, refuse_free, torque_in
+from ...model.train.drive_train import DriveTrain
+from ...model.train.train_forms import behind_gear
+from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.simulate import simulate
+from .resonances import operating_point
 
 SHOWN, BLOCK, LONGEST = 12, 60, 8  # turns of the settled motion; turns that are waited for, and at most so many times
 SAMPLES, PER_CYCLE = 96, 48  # of a turn at least, and of a cycle of the highest order

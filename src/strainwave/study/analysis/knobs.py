@@ -8,19 +8,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....base.law import depends, is_spring, spring_stiffness
-from ....base.protocols import lacking, lines_of, terms_of
-from ....base.quantities import parameters, replace
-from ....base.results import Floats, SolveError
-from ....base.units import ARCSEC
-from ....drive.loop_margin import fastest_growth
-from ....drive.project import Project
-from ....drive.train_curve import largest_oscillation
-from ....model.drive import Drive
-from ....model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
-from ....model.train.drive_train import DriveTrain
-from ....model.train.filters import apart
-from ..resonances import operating_point
+from ...base.law import depends, is_spring, spring_stiffness
+from ...base.protocols import lacking, lines_of, terms_of
+from ...base.quantities import parameters, replace
+from ...base.results import Floats, SolveError
+from ...base.units import ARCSEC
+from ...drive.loop_margin import fastest_growth
+from ...drive.project import Project
+from ...drive.train_curve import largest_oscillation
+from ...model.drive import Drive
+from ...model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
+from ...model.train.drive_train import DriveTrain
+from ...model.train.filters import apart
+from .resonances import operating_point
 
 CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing
 MORE, BOTH = (1.0,), (1.0, -1.0)

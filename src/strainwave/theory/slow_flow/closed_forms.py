@@ -1,4 +1,14 @@
-"""The second order written out, for a law with a square and a cube about the operating point, resonance by resonance.
+"""Closed forms of the slow flow for the cubic law under one forcing line, without mean torque.
+
+The article's four cases with its errata corrected (E2-E6): alpha stands in every cubic term, C is taken at the actual
+omega, and mu, the detuning and the forcing are the physical ones. In complex form, with kappa = alpha omega_0,
+
+    z' = -(mu/2 + i (Omega - omega_0)) z + i kappa (3/8 |z|^2 + 3/4 C^2) z + i (kappa D - f/(2 omega_0))
+
+with D = C^3/8 in the superharmonic, D = 3/8 C conj(z)^2 in the subharmonic case, f the soft line of the primary case
+(Nayfeh & Mook 1979, eqs. 4.1.10, 4.1.55 and 4.1.71 after 2 mu -> mu, alpha -> alpha omega_0^2, 2 Lambda -> C).
+
+The second order written out, for a law with a square and a cube about the operating point, resonance by resonance.
 
 The law is T(u0 + w)/J = T(u0)/J + omega_0^2 w + c2 w^2 + c3 w^3, the first-order motion w = Re(z E) + Re(c L), E the
 rotation of the fast angle and L that of the forcing line. A test derives what
@@ -16,10 +26,172 @@ amplitude [rad/s^2] of c2 w^2 + c3 w^3 on E, the first order; and what the small
 They serve numbers and arrays.
 """
 
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
+from ...base.results import Floats
 from ...compile.jit import kernel
+from ...model.laws.springs import Cubic
+from ...numerics.operating_point import positive_roots
+from .setting import Setting, real_matrix
+
+UNDAMPED = 1e-30  # mu/omega_0 that is next to no damping
+Kind = Literal["none", "primary", "superharmonic", "subharmonic"]
+
+
+def kind_of(s: Setting) -> Kind | None:
+    """Which closed form serves; None where only the integrals do."""
+    if not isinstance(s.system.law, Cubic) or s.u0 != 0.0 or len(s.orders) != 1:
+        return None
+    if s.resonance.ratio is None:
+        return "none"
+    multiples: dict[Any, Kind] = {1: "primary", 3: "superharmonic"}
+    relative = s.resonance.ratio / s.orders[0]
+    return "subharmonic" if 3 * relative == 1 else multiples.get(relative)
+
+
+@dataclass(frozen=True, eq=False)
+class CubicFlow:
+    """The slow flow of a cubic law in closed form (ERRATA E3-E6)."""
+
+    setting: Setting
+    kind: Kind
+    error: float = 0.0
+
+    def at(self, omega: Any) -> "CubicFlow":
+        """Return the flow at another speed [rad/s] of the base angle, or at many."""
+        return CubicFlow(self.setting.at(omega), self.kind)
+
+    @cached_property
+    def kappa(self) -> float:
+        """Return alpha omega_0 [1/(rad^2 s)]."""
+        return float(self.setting.system.law.alpha) * self.setting.omega_0
+
+    @cached_property
+    def forced(self) -> Any:
+        """Amplitude C exp(i phi) [rad] of the hard line; 0 in the primary case."""
+        return self.setting.hard[..., 0]
+
+    @cached_property
+    def detuning(self) -> Any:
+        """Omega - omega_0 less the shift 3/4 alpha omega_0 C^2 that the forced motion causes [rad/s]."""
+        return self.setting.fast - self.setting.omega_0 - 0.75 * self.kappa * abs(self.forced) ** 2
+
+    def _drive(self, z: Any) -> Any:
+        if self.kind == "primary":
+            return -0.5 * self.setting.soft / self.setting.omega_0
+        if self.kind == "superharmonic":
+            return self.kappa * self.forced**3 / 8.0
+        return 0.375 * self.kappa * self.forced * np.conj(z) ** 2 if self.kind == "subharmonic" else 0.0
+
+    def rates(self, z: Any) -> Any:
+        """Rate z' [rad/s] for an array of z [rad]."""
+        shift = 0.375 * self.kappa * np.abs(z) ** 2
+        return -(0.5 * self.setting.mu + 1j * (self.detuning - shift)) * z + 1j * self._drive(z)
+
+    def jacobian(self, z: Any) -> Floats:
+        """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
+        z = np.asarray(z, complex)
+        by_z = -(0.5 * self.setting.mu + 1j * (self.detuning - 0.75 * self.kappa * np.abs(z) ** 2))
+        by_conj = 0.375j * self.kappa * z**2
+        if self.kind == "subharmonic":
+            by_conj = by_conj + 0.75j * self.kappa * self.forced * np.conj(z)
+        by_re, by_im = by_z + by_conj, 1j * (by_z - by_conj)
+        return real_matrix(by_re, by_im)
+
+    def stability(self, z: Any) -> Floats:
+        """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
+        return self.jacobian(z)
+
+    def sound(self, z: Any) -> Any:
+        """Whether states can be ones of this order: at first order all."""
+        return np.isfinite(z)
+
+    def small(self, _: Any) -> list[tuple[Any, Any]]:
+        """Return nothing: first order has no small harmonics."""
+        return []
+
+    def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
+        """The rate at one z, and its derivatives to (Re z, Im z) and to omega."""
+        return complex(self.rates(z)), self.jacobian(z), self._speed_slope(z)
+
+    def _speed_slope(self, z: complex) -> complex:
+        """Derivative of the rate at one z to omega, by a central difference."""
+        d = 1e-5 * self.setting.omega
+        up, down = self.at(self.setting.omega + d), self.at(self.setting.omega - d)
+        return complex(up.rates(z) - down.rates(z)) / (2.0 * d)
+
+    def phase_matters(self) -> bool:
+        """Whether the resonance appears at first order: not for alpha = 0 or without forced motion."""
+        return self.kind in ("none", "primary") or self.kappa * abs(self.forced) != 0.0
+
+    def fixed_points(self) -> Any:
+        """Nontrivial fixed points z [rad] from E4, E5, E6: shape (3 or 2, ...), not finite where there are fewer."""
+        mu, slope, detuning = self.setting.mu, 0.375 * self.kappa, self.detuning
+        linear = 0.25 * mu**2 + detuning**2
+        if self.kind == "none":
+            return np.zeros((0, *np.shape(detuning)), complex)
+        if self.kind == "subharmonic":
+            # E6 over 9: mu^2/4 + (detuning - slope s)^2 = (slope C)^2 s
+            forced = (slope * abs(self.forced)) ** 2
+            return self._points(positive_roots(slope**2, -2.0 * detuning * slope - forced, linear))
+        square = abs(self._drive(0.0)) ** 2
+        return self._points(positive_roots(slope**2, -2.0 * detuning * slope, linear, -square))
+
+    def _points(self, squares: Floats) -> Any:
+        """Fixed points with |z|^2 = squares."""
+        linear = -(0.5 * self.setting.mu + 1j * (self.detuning - 0.375 * self.kappa * squares))
+        with np.errstate(all="ignore"):
+            if self.kind != "subharmonic":
+                direction = -1j * self._drive(0.0) / linear
+                return np.sqrt(squares) * direction / np.abs(direction)  # their size is ill-conditioned in a peak
+            # linear z = -i (3/8) kappa C conj(z)^2 fixes three times the phase; the three solutions are one state
+            triple = np.angle(linear / (-0.375j * self.kappa * self.forced))
+            return np.sqrt(squares) * np.exp(-1j * triple / 3.0)
+
+    def existence(self) -> str:
+        """Existence condition of nontrivial steady states, in one sentence with numbers."""
+        s, c = self.setting, abs(self.forced)
+        if self.kind == "primary":
+            f = abs(s.soft)
+            if s.mu <= UNDAMPED * s.omega_0:
+                return "the primary response exists at every speed; without damping (mu = 0) its peak is unbounded"
+            peak = f / (s.mu * s.omega_0)
+            return (
+                f"the primary response exists at every speed; its peak is f/(mu omega_0) = {peak:.6g} rad at "
+                f"Omega - omega_0 = 3/8 alpha omega_0 a^2 = {0.375 * self.kappa * peak**2:.6g} rad/s"
+            )
+        if self.kind == "superharmonic":
+            largest = (
+                f"at most |alpha| omega_0 |C|^3/(4 mu) = {abs(self.kappa) * c**3 / (4.0 * s.mu):.6g} rad"
+                if s.mu > UNDAMPED * s.omega_0
+                else "unbounded"
+            )
+            fact = (
+                f"the superharmonic component exists at every speed; with C = {c:.6g} rad at this one its amplitude is"
+            )
+            return f"{fact} {largest}"
+        if self.kind == "subharmonic":
+            # k = 9/8 alpha omega_0, Lambda = sigma - 2 k C^2: the discriminant of E6 asks k C^2 (4 Lambda + k C^2) >= 9
+            # mu^2
+            k, shifted = 1.125 * self.kappa, 3.0 * self.detuning
+            left, right = k * c * c * (4.0 * shifted + k * c * c), 9.0 * s.mu**2
+            verdict = "exists" if left >= right and 2.0 * k * shifted + (k * c) ** 2 > 0.0 else "does not exist"
+            return (
+                f"the subharmonic motion {verdict}: with k = 9/8 alpha omega_0 and sigma = {s.orders[0]} omega - "
+                f"3 omega_0 it needs k C^2 (4 sigma - 7 k C^2) >= 9 mu^2, here {left:.6g} against {right:.6g} 1/s^2"
+            )
+        return free_decay(s)
+
+
+def free_decay(s: Setting) -> str:
+    """Say what happens to the free part where nothing resonates."""
+    return f"without resonance the free part decays as exp(-mu t/2), mu = {s.mu:.6g} 1/s; no steady part of it exists"
+
 
 Numbers = tuple[tuple[int, int], ...]
 

@@ -12,16 +12,11 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.special import fdtri
 
-from ....base.quantities import checked, number, shown
-from ....base.results import Floats
-from ....model.laws.friction import Coulomb, LuGre, QuadraticDamping, Stribeck, Viscous
-from ....model.laws.hysteresis import Parallel
-from ....model.laws.meshing import LoadFriction
-from ..intervals import Spread, derived_freedom, restricted, spread
-from ..law_fit import Candidate, LackOfFit, compared
-from ..loops.loop_model import states
-from ..loops.loop_path import read_loop
-from ..run import column
+from ...base.quantities import checked, number, shown
+from ...base.results import Floats
+from ...model.laws.friction import Coulomb, LuGre, QuadraticDamping, Stribeck, Viscous
+from ...model.laws.hysteresis import Parallel
+from ...model.laws.meshing import LoadFriction
 from .friction_model import (
     FrictionFit,
     FrictionSolution,
@@ -31,6 +26,11 @@ from .friction_model import (
     predicted,
     solve_terms,
 )
+from .intervals import Spread, derived_freedom, restricted, spread
+from .law_fit import Candidate, LackOfFit, compared
+from .loops.loop_model import states
+from .loops.loop_path import read_loop
+from .run import column
 
 FEWEST = 6
 FOLDS = 12

@@ -11,15 +11,15 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.optimize import least_squares
 
-from ....base.law import depends, energy_of, has, states_of, torque_of
-from ....base.protocols import with_parts
-from ....base.records import Labelled
-from ....base.results import Floats, SolveError
-from ....base.sentences import on_screen
-from ....compile.tree import leaves as numbers_in
-from ..discrepancy import discrepancy
-from ..fitted import Fitted, free_leaves, refuse_unidentifiable, scales, with_values
-from ..intervals import spread
+from ...base.law import depends, energy_of, has, states_of, torque_of
+from ...base.protocols import with_parts
+from ...base.records import Labelled
+from ...base.results import Floats, SolveError
+from ...base.sentences import on_screen
+from ...compile.tree import leaves as numbers_in
+from .discrepancy import discrepancy
+from .fitted import Fitted, free_leaves, refuse_unidentifiable, scales, with_values
+from .intervals import spread
 from .waves import ASIDE, Waves, checked_record, decaying_waves
 
 STEP = 1e-6  # of a parameter, for derivatives

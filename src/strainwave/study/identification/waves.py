@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....base.quantities import numbers
-from ....base.results import Floats
-from ..intervals import spread
+from ...base.quantities import numbers
+from ...base.results import Floats
+from .intervals import spread
 
 CYCLES = 3.0  # of a window, and fewer in a short record
 FEWEST = 3  # windows

@@ -1,1 +1,0 @@
-"""The article's tables and their check."""

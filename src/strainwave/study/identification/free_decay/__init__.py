@@ -1,1 +1,0 @@
-"""A free decay: its windows, its computation by averaging, and the fit."""

@@ -1,1 +1,0 @@
-"""Friction from constant-speed runs, break-away and presliding."""
