@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 import strainwave as sw
-from strainwave.sample import reductions
+from strainwave.sample import result as reductions
 from strainwave.sample.quantiles import drawn, natural_frequencies
 from strainwave.sample.result import Band, JumpSpread, Variability, ranking, running_quantile
 from strainwave.sample.sampling import by_path

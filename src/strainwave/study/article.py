@@ -10,6 +10,7 @@ digit); within 10 % it is called close, with the difference; anything else is no
 
 import math
 from dataclasses import asdict, dataclass
+from decimal import Decimal
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -31,14 +32,24 @@ CLOSE = 0.065  # of the computed value; N4 of the errata stands at 6.0 %
 
 PER_CYCLE = 64  # samples per fastest cycle: the peak between samples is then right to 1e-6
 
+FOLLOWS = "follows omega_0: the printed pair 37.2 rad/s, 5.92 Hz agrees with itself only (N2)"
+MULTIPLE = "the case is at a multiple of omega_0, which is 385.545 rad/s (N2)"
+
 Verdict = Literal["reproduced", "close", "not reproducible", "not printed"]
 
 
-class Printed(NamedTuple):
-    """A number of the article with half the value of its last printed digit."""
+class Printed(str):
+    """A number as the article prints it."""
 
-    value: float
-    half_digit: float
+    @property
+    def value(self) -> float:
+        """The number."""
+        return float(self)
+
+    @property
+    def half_digit(self) -> float:
+        """Half the value of its last digit."""
+        return 0.5 * 10.0 ** int(Decimal(self).as_tuple().exponent)
 
 
 class Case(NamedTuple):
@@ -53,35 +64,14 @@ class Case(NamedTuple):
     rms: Printed
 
 
-CASES = (
-    Case(
-        "non-resonant",
-        NONRESONANT,
-        0.0,
-        Printed(10.47, 5e-3),
-        Printed(4.8e-3, 5e-5),
-        Printed(4.7e-3, 5e-5),
-        Printed(2.1, 0.05),
-    ),
-    Case("primary", PRIMARY, 1.0, Printed(37.2, 0.05), Printed(0.15, 5e-3), Printed(0.14, 5e-3), Printed(4.8, 0.05)),
-    Case(
-        "superharmonic",
-        SUPERHARMONIC,
-        1 / 3,
-        Printed(12.4, 0.05),
-        Printed(0.08, 5e-3),
-        Printed(0.077, 5e-4),
-        Printed(3.5, 0.05),
-    ),
-    Case(
-        "subharmonic",
-        SUBHARMONIC,
-        3.0,
-        Printed(111.6, 0.05),
-        Printed(0.06, 5e-3),
-        Printed(0.058, 5e-4),
-        Printed(4.2, 0.05),
-    ),
+CASES = tuple(
+    Case(name, resonance, multiple, *map(Printed, printed))
+    for name, resonance, multiple, *printed in (
+        ("non-resonant", NONRESONANT, 0.0, "10.47", "4.8e-3", "4.7e-3", "2.1"),
+        ("primary", PRIMARY, 1.0, "37.2", "0.15", "0.14", "4.8"),
+        ("superharmonic", SUPERHARMONIC, 1 / 3, "12.4", "0.08", "0.077", "3.5"),
+        ("subharmonic", SUBHARMONIC, 3.0, "111.6", "0.06", "0.058", "4.2"),
+    )
 )
 
 
@@ -173,31 +163,19 @@ def _table_3() -> list[Cell]:
     amplitude = MOTOR_TORQUE / (drive.N * drive.J_m)
     hertz = drive.omega_0 / (2.0 * math.pi)
     rows = (
-        ("mu", "1/s", drive.mu, Printed(PRINTED_MU, 5e-4), "B/J of Table 3 is 2.7 times the printed value (N1)"),
-        (
-            "omega_0",
-            "rad/s",
-            drive.omega_0,
-            Printed(PRINTED_OMEGA_0, 0.05),
-            "sqrt(K/J) of Table 3 is 10.4 times the printed value (N2)",
-        ),
-        (
-            "omega_0 as a frequency",
-            "Hz",
-            hertz,
-            Printed(5.92, 5e-3),
-            "follows omega_0: the printed pair 37.2 rad/s, 5.92 Hz agrees with itself only (N2)",
-        ),
+        ("mu", "1/s", drive.mu, "0.129", "B/J of Table 3 is 2.7 times the printed value (N1)"),
+        ("omega_0", "rad/s", drive.omega_0, "37.2", "sqrt(K/J) of Table 3 is 10.4 times the printed value (N2)"),
+        ("omega_0 as a frequency", "Hz", hertz, "5.92", FOLLOWS),
     )
-    cells = [_compared("Table 3", "", "derived", *row[:4], reason=row[4]) for row in rows]
+    cells = [_compared("Table 3", "", "derived", *row, Printed(text), reason) for *row, text, reason in rows]
     why = "A = T_m/(N J_m) of Table 3 does not depend on the frequency (N3)"
-    varies = "varies with omega"
-    cells.append(Cell("Table 3", "", "derived", "A", "rad/s^2", amplitude, varies, "not reproducible", why))
-    static = "static error A/omega_0^2; the article gives none (N3)"
-    cells.append(
-        Cell("Table 3", "", "derived", "static error", "rad", amplitude / drive.omega_0**2, None, "not printed", static)
-    )
-    return cells
+    none = "static error A/omega_0^2; the article gives none (N3)"
+    static, place = amplitude / drive.omega_0**2, ("Table 3", "", "derived")
+    return [
+        *cells,
+        Cell(*place, "A", "rad/s^2", amplitude, "varies with omega", "not reproducible", why),
+        Cell(*place, "static error", "rad", static, None, "not printed", none),
+    ]
 
 
 def _compared(
@@ -222,35 +200,24 @@ def _row(parameters: str, system: Oscillator, case: Case) -> list[Cell]:
     system = system._replace(omega=case.multiple * omega_0 if case.multiple else case.omega.value)
     numerical, (analytical, second), (rms, second_rms) = _from_rest(system, case.resonance, mu)
     place = ("Table 4", case.name, parameters)
+    why = _why(parameters, case)
     cells = [
-        _compared(
-            *place,
-            "omega",
-            "rad/s",
-            system.omega,
-            case.omega,
-            "the case is at a multiple of omega_0, which is 385.545 rad/s (N2)",
+        _compared(*place, *row)
+        for row in (
+            ("omega", "rad/s", system.omega, case.omega, MULTIPLE),
+            ("largest |x|, integration", "rad", numerical, case.numerical, why),
+            ("largest |x|, multiple scales", "rad", analytical, case.analytical, why),
+            ("normalised RMS difference", "%", 100.0 * rms, case.rms, _why_rms(parameters, case, 100.0 * rms)),
         )
     ]
-    cells.append(
-        _compared(*place, "largest |x|, integration", "rad", numerical, case.numerical, _why(parameters, case))
-    )
-    cells.append(
-        _compared(*place, "largest |x|, multiple scales", "rad", analytical, case.analytical, _why(parameters, case))
-    )
-    cells.append(
-        _compared(
-            *place, "normalised RMS difference", "%", 100.0 * rms, case.rms, _why_rms(parameters, case, 100.0 * rms)
-        )
-    )
     certificate = slow_flow(system, case.resonance, order=2).certificate()
     beyond = "the article has first order only"
     worth = f"second order is certified {'valid' if certificate.valid else 'not valid'} for the steady motion here"
-    for quantity, unit, value, why in (
+    for quantity, unit, value, reason in (
         ("largest |x|, multiple scales of second order", "rad", second, beyond),
         ("normalised RMS difference, second order", "%", 100.0 * second_rms, f"{beyond}; {worth}"),
     ):
-        cells.append(Cell(*place, quantity, unit, value, None, "not printed", why))
+        cells.append(Cell(*place, quantity, unit, value, None, "not printed", reason))
     return cells + _harmonics(place, system, case, mu)
 
 
