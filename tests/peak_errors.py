@@ -4,7 +4,7 @@ import numpy as np
 
 import strainwave as sw
 from strainwave.theory.slow_flow.certificate import balance_of
-from strainwave.theory.slow_flow.fixed_points import newton_step, rates_of
+from strainwave.theory.slow_flow.fixed_points import newton_step
 from strainwave.theory.slow_flow.setting import real_matrix
 from strainwave.theory.slow_flow.states import at
 
@@ -57,9 +57,9 @@ def _peak(flow, torque, a, omega):
     with np.errstate(all="ignore"):
         for _ in range(ROUNDS):
             z = -1j * a
-            rate, by_z = rates_of(at(flow, omega, torque), z)
-            up = rates_of(at(flow, omega + STEP, torque), z)[0]
-            down = rates_of(at(flow, omega - STEP, torque), z)[0]
+            rate, by_z = at(flow, omega, torque).balance(z)
+            up = at(flow, omega + STEP, torque).balance(z)[0]
+            down = at(flow, omega - STEP, torque).balance(z)[0]
             by_a = -(by_z[:, 0, 1] + 1j * by_z[:, 1, 1])
             step = newton_step(real_matrix(by_a, (up - down) / (2.0 * STEP)), rate)
             share = np.minimum(1.0, 0.3 / np.maximum(np.abs(step.real) / a, np.abs(step.imag) / omega))

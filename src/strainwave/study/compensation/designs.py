@@ -127,6 +127,9 @@ def _table(bench: Bench, speed: float, *, model: bool) -> Any:
     return TorqueTable(bench.loop, table_against(bench, speed, amplitudes_of(bench, speed, model=model)))
 
 
+_predicted, _measured = partial(_table, model=True), partial(_table, model=False)
+
+
 def _adaptive(bench: Bench, speed: float) -> Any:
     return adaptive(bench, speed, bench.loop)
 
@@ -187,107 +190,44 @@ def _load_integral(bench: Bench, speed: float) -> Any:
     return LoadIntegral(bench.loop, bench.model.N, SLOW / bench.response(speed).slowest, bench.sampling.period)
 
 
+POLES = "All poles of the sampled loop lie inside the unit circle."
 POSITIVE = "It is stable where the plain loop is: a torque that does not depend on what is measured moves no pole."
-COMPENSATORS = {
-    design.name: design
-    for design in (
-        Compensator(
-            "loop", "the plain loop", _plain, False, "All poles of the sampled loop lie inside the unit circle.", False
-        ),
-        Compensator("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE, False),
-        Compensator(
-            "inverse", "linear inverse: angle feedforward with the motor's inertia", _inverse, False, POSITIVE, False
-        ),
-        Compensator("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear, False, POSITIVE, False),
-        Compensator(
-            "predicted-table",
-            "torque table of the error that the model predicts",
-            partial(_table, model=True),
-            False,
-            POSITIVE,
-            False,
-        ),
-        Compensator(
-            "measured-table",
-            "torque table of the measured error, by the inverse of the model",
-            partial(_table, model=False),
-            True,
-            POSITIVE + " It lowers the error where the model's response is right within 60 degrees.",
-            False,
-        ),
-        Compensator(
-            "adaptive",
-            "adaptive cancellation of the load's error",
-            _adaptive,
-            True,
-            "It converges for a small gain where the model's phase is right within 90 degrees at every order.",
-        ),
-        Compensator(
-            "adaptive-inverse",
-            "linear inverse, its rest adapted to the load's error",
-            _adaptive_inverse,
-            True,
-            "It converges for a small gain where the model's phase is right within 90 degrees at every order.",
-        ),
-        Compensator(
-            "adaptive-motor",
-            "adaptive cancellation of the motor's deviation",
-            _adaptive_motor,
-            False,
-            "It converges for a small gain where the model's phase is right within 90 degrees at every order. The load "
-            "keeps the error of a held motor.",
-        ),
-        Compensator(
-            "repetitive",
-            "repetitive control over the motor's turn",
-            _repetitive,
-            True,
-            "It converges for a small gain where the plant's phase and the lead are within 90 degrees at every order "
-            "that the smoothing leaves.",
-        ),
-        Compensator(
-            "observer",
-            "disturbance observer on the motor",
-            _observer,
-            False,
-            "Its bandwidth is below a fifth of the inverse of delay and period.",
-        ),
-        Compensator(
-            "notch",
-            "notch at the resonance of the free train",
-            _notch,
-            False,
-            "Its phase lag is within the loop's margin.",
-        ),
-        Compensator(
-            "gandhi-ghorbel",
-            "law of Gandhi and Ghorbel",
-            _gandhi_ghorbel,
-            False,
-            "On a rigid gear its energy decays for positive gains.",
-        ),
-        Compensator(
-            "load-integral",
-            "slow integral of the load's error",
-            _load_integral,
-            True,
-            "Its gain is a tenth of the rate of the loop's slowest motion.",
-        ),
-    )
-}
+MEASURED = POSITIVE + " It lowers the error where the model's response is right within 60 degrees."
+ADAPTED = "It converges for a small gain where the model's phase is right within 90 degrees at every order."
+HELD = ADAPTED + " The load keeps the error of a held motor."
+REPEATED = (
+    "It converges for a small gain where the plant's phase and the lead are within 90 degrees at every order that the "
+    "smoothing leaves."
+)
+OBSERVED = "Its bandwidth is below a fifth of the inverse of delay and period."
+NOTCHED = "Its phase lag is within the loop's margin."
+RIGID = "On a rigid gear its energy decays for positive gains."
+SLOWLY = "Its gain is a tenth of the rate of the loop's slowest motion."
+BY_INVERSE = "torque table of the measured error, by the inverse of the model"
+DESIGNS: tuple[tuple[Any, ...], ...] = (  # as the fields of a `Compensator`
+    ("loop", "the plain loop", _plain, False, POLES, False),
+    ("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE, False),
+    ("inverse", "linear inverse: angle feedforward with the motor's inertia", _inverse, False, POSITIVE, False),
+    ("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear, False, POSITIVE, False),
+    ("predicted-table", "torque table of the error that the model predicts", _predicted, False, POSITIVE, False),
+    ("measured-table", BY_INVERSE, _measured, True, MEASURED, False),
+    ("adaptive", "adaptive cancellation of the load's error", _adaptive, True, ADAPTED),
+    ("adaptive-inverse", "linear inverse, its rest adapted to the load's error", _adaptive_inverse, True, ADAPTED),
+    ("adaptive-motor", "adaptive cancellation of the motor's deviation", _adaptive_motor, False, HELD),
+    ("repetitive", "repetitive control over the motor's turn", _repetitive, True, REPEATED),
+    ("observer", "disturbance observer on the motor", _observer, False, OBSERVED),
+    ("notch", "notch at the resonance of the free train", _notch, False, NOTCHED),
+    ("gandhi-ghorbel", "law of Gandhi and Ghorbel", _gandhi_ghorbel, False, RIGID),
+    ("load-integral", "slow integral of the load's error", _load_integral, True, SLOWLY),
+)
+COMPENSATORS = {design[0]: Compensator(*design) for design in DESIGNS}
 
 
 def given(controller: Any) -> Compensator:
     """A design that gives a controller as it is."""
     name = type(controller).__name__
-    return Compensator(
-        name,
-        name,
-        lambda _bench, _speed: controller,
-        sees_load(controller),
-        "Its small motions are those of the sampled loop, which are computed.",
-        False,
-    )
+    condition = "Its small motions are those of the sampled loop, which are computed."
+    return Compensator(name, name, lambda _bench, _speed: controller, sees_load(controller), condition, False)
 
 
 def sees_load(controller: Any) -> bool:

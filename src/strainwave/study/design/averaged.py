@@ -288,13 +288,7 @@ STEP = 0.01
 UNKNOWN = math.inf
 
 
-class Worth(NamedTuple):
-    """Relative error of a closed form."""
-
-    size: float
-
-
-def worth(drives: Drives, peaks: Largest, row: int) -> Worth:
+def worth(drives: Drives, peaks: Largest, row: int) -> float:
     """Relative error of averaging by the certificate of the first-order slow flow, at one drive's largest oscillation.
 
     Near k omega the drive is one oscillator with its own mass and damping. The certificate is about the component at
@@ -305,7 +299,7 @@ def worth(drives: Drives, peaks: Largest, row: int) -> Worth:
     slope = sum(line.order * line.amplitude for line in drives.error.lines)
     ripple = 0.0 if drives.loop is None else drives.N * slope
     if not mass > 0.0:
-        return Worth(UNKNOWN)
+        return UNKNOWN
     near = Oscillator(
         mass, float(peaks.damping[row]), drives.law, Harmonic(0.0, mean=drives.torque), float(peaks.omega[row]),
         drives.error,
@@ -313,10 +307,10 @@ def worth(drives: Drives, peaks: Largest, row: int) -> Worth:
     try:
         seen = slow_flow(near, Resonance(order, 1)).certificate()
     except (SolveError, ValueError):
-        return Worth(UNKNOWN)
+        return UNKNOWN
     share = min(1.0, float(peaks.amplitude[row] / peaks.oscillation[row]))
     size = max(seen.amplitude, seen.waveform) * share
-    return Worth(size + ripple if math.isfinite(size) else UNKNOWN)
+    return size + ripple if math.isfinite(size) else UNKNOWN
 
 
 class Balanced(NamedTuple):

@@ -24,7 +24,7 @@ from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ..analysis.runup import silent
-from .averaged import Balanced, Drives, Largest, Worth, balanced, largest, sensitivities, worth
+from .averaged import Balanced, Drives, Largest, balanced, largest, sensitivities, worth
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, life, needed
 
@@ -353,9 +353,9 @@ def _error(gear: Gear, spec: Specification) -> KinematicError:
     return accuracy_spectrum(spec.accuracy or gear.accuracy or 0.0)
 
 
-def _bounded(option: Option, found: Worth) -> Option:
+def _bounded(option: Option, error: float) -> Option:
     """An option with what its certificate adds to the bounds of averaging."""
-    low, high = option.low / (1.0 + found.size), option.high * (1.0 + found.size)
+    low, high = option.low / (1.0 + error), option.high * (1.0 + error)
     return option._replace(low=low, high=high, error=max(high / option.size - 1.0, 1.0 - low / option.size))
 
 

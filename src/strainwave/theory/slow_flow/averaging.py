@@ -13,7 +13,6 @@ The means of a law that is linear between breakpoints are exact (`numerics.avera
 the trapezoid rule, spectrally accurate where the law is smooth.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -27,6 +26,7 @@ from .memory import LoopAverages, loop_averages, remembers
 from .setting import Complexes, Setting, real_matrix
 
 TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points
+SPEED_STEP = 1e-5  # of omega: of central differences
 ALONG, FEWEST = 512, 16  # points of the second angle for exact means, and points per turn of the coarsest grid
 
 
@@ -134,8 +134,43 @@ class Exact:
         return force.reshape(-1, m).mean(1), stiffness.reshape(-1, m).mean(1), twice.reshape(-1, m).mean(1)
 
 
+class FirstOrder:
+    """What flows of first order have in common: no small harmonics, and stability by the rates alone."""
+
+    setting: Setting
+    at: Callable[[Any], Any]
+    balance: Callable[[Any], tuple[Any, Floats]]
+
+    def jacobian(self, z: Any) -> Floats:
+        """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
+        return self.balance(z)[1]
+
+    def stability(self, z: Any) -> Floats:
+        """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
+        return self.jacobian(z)
+
+    def sound(self, z: Any) -> Any:
+        """Whether states can be ones of this order: at first order all."""
+        return np.isfinite(z)
+
+    def small(self, _: Any) -> list[tuple[Any, Any]]:
+        """Return nothing: first order has no small harmonics."""
+        return []
+
+    def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
+        """The rate at one z, and its derivatives to (Re z, Im z) and to omega."""
+        rate, slope = self.balance(z)
+        return complex(rate), slope, self._speed_slope(z)
+
+    def _speed_slope(self, z: complex) -> complex:
+        """Derivative of the rate at one z to omega, by a central difference."""
+        d = SPEED_STEP * self.setting.omega
+        up, down = self.at(self.setting.omega + d), self.at(self.setting.omega - d)
+        return complex(up.rates(z) - down.rates(z)) / (2.0 * d)
+
+
 @dataclass(frozen=True, eq=False)
-class AveragedFlow:
+class AveragedFlow(FirstOrder):
     """The slow flow by averaging integrals.
 
     Attributes
@@ -185,10 +220,6 @@ class AveragedFlow:
         """Rate z' [rad/s] for an array of z [rad]."""
         return self.unforced(z) - self.push
 
-    def jacobian(self, z: Any) -> Floats:
-        """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
-        return self.balance(z)[1]
-
     def balance(self, z: Any) -> tuple[Any, Floats]:
         """The rate z' [rad/s] for an array of z [rad], and its derivative [1/s] (..., 2, 2) to (Re z, Im z)."""
         s = self.setting
@@ -197,29 +228,14 @@ class AveragedFlow:
         force, to_re, to_im = [scale * part.reshape(np.shape(z)) for part in parts]
         return self.linear * z + force - self.push, real_matrix(self.linear + to_re, 1j * self.linear + to_im)
 
-    def stability(self, z: Any) -> Floats:
-        """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
-        return self.jacobian(z)
-
-    def sound(self, z: Any) -> Any:
-        """Whether states can be ones of this order: at first order all."""
-        return np.isfinite(z)
-
     def small(self, z: Any) -> list[tuple[Any, Any]]:
         """Return nothing: first order has no small harmonics, but the mean torsion of friction and memory."""
         return self.means.small(self.setting, z) if isinstance(self.means, LoopAverages) else []
 
-    def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
-        """The rate at one z, and its derivatives to (Re z, Im z) and to omega."""
-        rate, slope = self.balance(z)
-        return complex(rate), slope, self._speed_slope(z)
-
     def _speed_slope(self, z: complex) -> complex:
-        """Derivative of the rate at one z to omega, by a central difference."""
-        s = self.setting
-        d = 1e-5 * s.omega
+        s, d = self.setting, SPEED_STEP * self.setting.omega
         if np.any(s.hard) or isinstance(self.means, LoopAverages):
-            return complex(self.at(s.omega + d).rates(z) - self.at(s.omega - d).rates(z)) / (2.0 * d)
+            return super()._speed_slope(z)
         up, down = s.at(s.omega + d), s.at(s.omega - d)  # the forced motion, and so the averages, stay
         return complex(-1j * (up.fast - down.fast) * z - (0.5j / s.omega_0) * (up.soft - down.soft)) / (2.0 * d)
 
@@ -288,13 +304,10 @@ def _exact_flow(s: Setting, pieces: Pieces) -> AveragedFlow:
     """The flow by exact means; without resonance exact in the fast angle, by the trapezoid rule in the other one."""
     excess = Pieces(pieces.breaks, pieces.slopes - float(s.system.law.stiffness(s.u0)))
     none = np.empty((0, 3))
-    ratio = s.resonance.ratio
-    if ratio is not None:
-        base = math.gcd(ratio.numerator, *(ratio.denominator * k for k in s.orders))
-        harmonics = tuple(ratio.denominator * k // base for k in s.orders)
-        blank = Exact(excess, ratio.numerator // base, harmonics, none, none, np.array([s.u0]))
+    if s.resonance.ratio is not None:
+        blank = Exact(excess, s.fast_place, s.places, none, none, np.array([s.u0]))
         return AveragedFlow(s, blank.at(s))
-    m = 1 if not s.orders else ALONG * max(s.orders) // math.gcd(*s.orders)
+    m = ALONG * s.top if s.orders else 1
     table = grid_table(1, (), none)
     fine, coarse = [AveragedFlow(s, Exact(excess, 1, (), none, table, _along(s, k))) for k in (m, -(-m // 2))]
     probes = probes_of(s)
@@ -304,24 +317,19 @@ def _exact_flow(s: Setting, pieces: Pieces) -> AveragedFlow:
 
 def _along(s: Setting, points: int) -> Floats:
     """U0 + F [rad] at equal steps of the base angle over the common period of the lines."""
-    base = math.gcd(*s.orders) if s.orders else 1
-    return np.asarray(s.u0 + s.forced(2.0 * np.pi / base * np.arange(points) / points))
+    return np.asarray(s.u0 + s.forced(2.0 * np.pi / s.base * np.arange(points) / points))
 
 
 def sampled(s: Setting, level: int) -> AveragedFlow:
     """The flow on a grid of 16 points per turn of the fastest angle, times 2^level."""
     ratio, points = s.resonance.ratio, FEWEST << level
     if ratio is None:
-        base = math.gcd(*s.orders) if s.orders else 1
-        n = (points, 1 if not s.orders else points * max(s.orders) // base)
+        n = (points, points * s.top if s.orders else 1)
         eta, theta = np.meshgrid(*(2.0 * np.pi * np.arange(m) / m for m in n), indexing="ij")
-        fast, theta = eta.ravel(), theta.ravel() / base
+        fast, theta = eta.ravel(), theta.ravel() / s.base
     else:
-        p, q = ratio.numerator, ratio.denominator
-        base = math.gcd(p, *(q * k for k in s.orders))
-        n_points = s.points(points * max(p, *(q * k for k in s.orders), 1) // base)
-        # theta runs over 2 pi q/base: the common period of the fast angle and all lines
-        theta = (2.0 * np.pi * q / base) * np.arange(n_points) / n_points
+        n_points = s.points(points * s.top)
+        theta = (2.0 * np.pi * ratio.denominator / s.base) * np.arange(n_points) / n_points
         fast = float(ratio) * theta
     lines = np.exp(1j * np.array(s.orders, float)[:, None] * theta)
     return AveragedFlow(s, Sampled(np.exp(1j * fast), lines, s.u0 + (s.hard @ lines).real))

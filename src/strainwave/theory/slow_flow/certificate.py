@@ -8,7 +8,6 @@ monotonically along a resonance curve, so the correction exists at peaks and jum
 not. Otherwise the speed is kept.
 """
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -57,11 +56,6 @@ class Balance:
         return self if self.setting.torque_lines.ndim == 1 else replace(self, setting=self.setting.of(which))
 
     @property
-    def places(self) -> list[int]:
-        """Harmonics of the forcing lines."""
-        return [round(k / self.base) for k in self.setting.orders]
-
-    @property
     def waves(self) -> Complexes:
         """exp(i n chi) for n = 0..H at the sample points: shape (H+1, points)."""
         return self.twice[: self.harmonics + 1]
@@ -76,7 +70,7 @@ class Balance:
         """Coefficients of u0 + Re(z E) + F and, at second order, of the small harmonics: (..., H+1) of many speeds."""
         c = np.zeros((*np.shape(z), self.harmonics + 1), complex)
         c[..., 0] = self.setting.u0
-        for i, place in enumerate(self.places):
+        for i, place in enumerate(self.setting.places):
             c[..., place] += self.setting.hard[..., i]
         c[..., self.fast] += z
         for speed, small in flow.small(z):
@@ -120,7 +114,7 @@ class Balance:
         speed = np.multiply.outer(omega, np.arange(self.harmonics + 1) * self.base)
         r = (-s.system.J * speed**2 + 1j * s.system.B * speed) * c + torque
         r[..., 0] -= s.mean
-        for i, (place, k) in enumerate(zip(self.places, s.orders, strict=True)):
+        for i, (place, k) in enumerate(zip(s.places, s.orders, strict=True)):
             r[..., place] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
         return np.asarray(r)
 
@@ -175,7 +169,7 @@ class Balance:
             step = np.concatenate([step, np.zeros((len(c), 1))], axis=1)
         else:
             slope = (-2.0 * s.system.J * speed + 1j * s.system.B) * multiples * c + by_omega
-            for i_line, (place, k) in enumerate(zip(self.places, s.orders, strict=True)):
+            for i_line, (place, k) in enumerate(zip(s.places, s.orders, strict=True)):
                 slope[:, place] -= 2.0 * s.system.J * k * k * omega * s.error_lines[..., i_line]
             bordered = np.zeros((len(c), 2 * h + 2, 2 * h + 2))
             bordered[:, :-1, :-1] = matrix
@@ -250,17 +244,14 @@ def followed(balance: Balance, true: Corrected, omega: float) -> Corrected:
 
 def balance_of(s: Setting) -> Balance:
     """The harmonic balance of a setting, over the common period of the fast angle and all lines."""
-    ratio = s.resonance.ratio
-    p, q = (0, 1) if ratio is None else (ratio.numerator, ratio.denominator)
-    divisor = math.gcd(p, *(q * k for k in s.orders)) or 1
-    top = max(p, *(q * k for k in s.orders), divisor) // divisor
-    law, harmonics = s.system.law, MULTIPLES * top
+    law, harmonics = s.system.law, MULTIPLES * s.top
     kinked = len(breakpoints_of(law)) > 0 or remembers(law)
     points = s.points((KINKED if kinked else SMOOTH) * (harmonics + 1))
-    return Balance(s, divisor / q, p // divisor, harmonics, waves(2 * harmonics, points))
+    return Balance(s, s.base / max(s.resonance.q, 1), s.fast_place, harmonics, waves(2 * harmonics, points))
 
 
 ACCEPTED = 0.10
+PUMPED = "; the speed lies beside a resonance, which decides on stability: give its Resonance(p, q)"
 ORDINAL = {1: "first", 2: "second"}
 
 
@@ -287,17 +278,23 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
     amplitude = float(at_phase.amplitude[0]) if converged else max(float(at_phase.amplitude[0]), 1.0)
     shift = float(s.omega / along.omega[0] - 1.0)
     largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if solved else 0.0)
-    small = Smallness(_nonlinearity(balance, c0[0]), s.mu / s.omega_0, abs(s.fast - s.omega_0) / s.omega_0)
-    numbers = Estimate(
-        amplitude, float(at_speed.phase[0]) if solved else None, shift, float(at_phase.waveform[0]),
-        float(at_speed.amplitude[0]) if solved else None,
-    )  # fmt: skip
     pumped = z == 0.0 and _pumped(s)
-    valid = converged and (solved or curve) and largest <= ACCEPTED and not pumped
-    sentence = _sentence(flow, z, (order, valid, converged, turn is not None), numbers, small)
-    if pumped:
-        sentence += "; the speed lies beside a resonance, which decides on stability: give its Resonance(p, q)"
-    return Certificate(str(s.resonance), order, valid, *numbers, *small, flow.error, sentence)
+    found = Certificate(
+        regime=str(s.resonance),
+        order=order,
+        valid=converged and (solved or curve) and largest <= ACCEPTED and not pumped,
+        amplitude=amplitude,
+        phase=float(at_speed.phase[0]) if solved else None,
+        speed=shift,
+        waveform=float(at_phase.waveform[0]),
+        amplitude_at_speed=float(at_speed.amplitude[0]) if solved else None,
+        nonlinearity=_nonlinearity(balance, c0[0]),
+        damping=s.mu / s.omega_0,
+        detuning=abs(s.fast - s.omega_0) / s.omega_0,
+        quadrature_error=flow.error,
+        sentence=PUMPED if pumped else "",
+    )
+    return replace(found, sentence=_sentence(flow, z, found, converged, turn is not None) + found.sentence)
 
 
 def _pumped(s: Setting) -> bool:
@@ -311,24 +308,6 @@ def _pumped(s: Setting) -> bool:
     force, tiny = second_order(s).force, 1e-6 * max(s.scales())
     with_it, without = force.values(s, tiny + 0j)[0], force.values(s, 0j)[0]
     return any(abs(a - b) > 0.5 * tiny for (_, a), (_, b) in zip(with_it, without, strict=True))
-
-
-class Smallness(NamedTuple):
-    """What multiple scales take for small."""
-
-    nonlinearity: float
-    damping: float
-    detuning: float
-
-
-class Estimate(NamedTuple):
-    """Estimated errors; see `Certificate`."""
-
-    amplitude: float
-    phase: float | None
-    speed: float
-    waveform: float
-    amplitude_at_speed: float | None
 
 
 def _nonlinearity(balance: Balance, c: Complexes) -> float:
@@ -364,9 +343,8 @@ def errors(balance: Balance, motion: Complexes, true: Complexes, has_fast: bool)
     return Errors(np.abs(np.abs(mine) - least) / least, phase, waveform)
 
 
-def _sentence(flow: Flow, z: complex, facts: tuple[int, bool, bool, bool], error: Estimate, small: Smallness) -> str:
-    s, (order, valid, converged, followed) = flow.setting, facts
-    verdict = "valid" if valid else "not valid"
+def _sentence(flow: Flow, z: complex, error: Certificate, converged: bool, followed: bool) -> str:
+    s, verdict = flow.setting, "valid" if error.valid else "not valid"
     motion = f"steady amplitude {abs(z):.6g} rad" if z != 0.0 else "forced motion"
     motion += "" if is_stable(flow, z) else " (not asymptotically stable)"
     if not converged:
@@ -383,12 +361,12 @@ def _sentence(flow: Flow, z: complex, facts: tuple[int, bool, bool, bool], error
         )
     else:
         estimate = f"its estimated error is {_percent(error.amplitude)} at equal speed"
-    remedy = "" if valid else "; use second order, harmonic balance or integration instead"
-    remedy = remedy if order == 1 else remedy.replace("second order, ", "")
+    remedy = "" if error.valid else "; use second order, harmonic balance or integration instead"
+    remedy = remedy if error.order == 1 else remedy.replace("second order, ", "")
+    name = f"{ORDINAL[error.order]}-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s)"
     return (
-        f"{ORDINAL[order]}-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s) is {verdict} for the "
-        f"{motion}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear torque "
-        f"{small.nonlinearity:.2g}, mu/omega_0 {small.damping:.2g}, detuning {small.detuning:.2g}{remedy}"
+        f"{name} is {verdict} for the {motion}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear "
+        f"torque {error.nonlinearity:.2g}, mu/omega_0 {error.damping:.2g}, detuning {error.detuning:.2g}{remedy}"
     )
 
 

@@ -37,6 +37,7 @@ from ...base.results import Floats
 from ...compile.jit import kernel
 from ...model.laws.springs import Cubic
 from ...numerics.operating_point import positive_roots
+from .averaging import FirstOrder
 from .setting import Setting, real_matrix
 
 UNDAMPED = 1e-30  # mu/omega_0 that is next to no damping
@@ -55,7 +56,7 @@ def kind_of(s: Setting) -> Kind | None:
 
 
 @dataclass(frozen=True, eq=False)
-class CubicFlow:
+class CubicFlow(FirstOrder):
     """The slow flow of a cubic law in closed form (ERRATA E3-E6)."""
 
     setting: Setting
@@ -93,37 +94,15 @@ class CubicFlow:
         shift = 0.375 * self.kappa * np.abs(z) ** 2
         return -(0.5 * self.setting.mu + 1j * (self.detuning - shift)) * z + 1j * self._drive(z)
 
-    def jacobian(self, z: Any) -> Floats:
-        """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
+    def balance(self, z: Any) -> tuple[Any, Floats]:
+        """The rate z' [rad/s] for an array of z [rad], and its derivative [1/s] (..., 2, 2) to (Re z, Im z)."""
         z = np.asarray(z, complex)
         by_z = -(0.5 * self.setting.mu + 1j * (self.detuning - 0.75 * self.kappa * np.abs(z) ** 2))
         by_conj = 0.375j * self.kappa * z**2
         if self.kind == "subharmonic":
             by_conj = by_conj + 0.75j * self.kappa * self.forced * np.conj(z)
         by_re, by_im = by_z + by_conj, 1j * (by_z - by_conj)
-        return real_matrix(by_re, by_im)
-
-    def stability(self, z: Any) -> Floats:
-        """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
-        return self.jacobian(z)
-
-    def sound(self, z: Any) -> Any:
-        """Whether states can be ones of this order: at first order all."""
-        return np.isfinite(z)
-
-    def small(self, _: Any) -> list[tuple[Any, Any]]:
-        """Return nothing: first order has no small harmonics."""
-        return []
-
-    def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
-        """The rate at one z, and its derivatives to (Re z, Im z) and to omega."""
-        return complex(self.rates(z)), self.jacobian(z), self._speed_slope(z)
-
-    def _speed_slope(self, z: complex) -> complex:
-        """Derivative of the rate at one z to omega, by a central difference."""
-        d = 1e-5 * self.setting.omega
-        up, down = self.at(self.setting.omega + d), self.at(self.setting.omega - d)
-        return complex(up.rates(z) - down.rates(z)) / (2.0 * d)
+        return self.rates(z), real_matrix(by_re, by_im)
 
     def phase_matters(self) -> bool:
         """Whether the resonance appears at first order: not for alpha = 0 or without forced motion."""

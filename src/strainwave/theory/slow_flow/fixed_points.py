@@ -20,11 +20,6 @@ POINTS = 10_000  # of the polar grid, all speeds counted, at once
 BESIDE = np.array([[0.9], [1.0], [1.1]])  # times the middle of a cell: its amplitudes and a little more
 
 
-def rates_of(flow: Flow, z: Any) -> tuple[Any, Floats]:
-    """What vanishes in a steady state [rad/s], and its derivative (..., 2, 2) to (Re z, Im z)."""
-    return (flow.rates(z), flow.jacobian(z)) if isinstance(flow, CubicFlow) else flow.balance(z)
-
-
 def is_trivial(flow: Flow) -> bool:
     """Whether z = 0 is a fixed point."""
     s = flow.setting

@@ -305,19 +305,15 @@ def loop_averages(s: Setting, order: int, probes: Complexes) -> tuple[LoopAverag
     ValueError
         Without resonance under a forcing, whose two free angles have no common period.
     """
-    ratio = s.resonance.ratio
-    if ratio is None and s.orders:
+    if s.resonance.ratio is None and s.orders:
         raise ValueError(
             f"{type(s.system.law).__name__} has friction or memory, and without resonance the free and the forced "
             "motion have no common period over which its loop could close; name a resonance, or integrate"
         )
-    p, q = (1, 1) if ratio is None else (ratio.numerator, ratio.denominator)
-    base = math.gcd(p, *(q * k for k in s.orders))
-    fast, places = p // base, tuple(q * k // base for k in s.orders)
-    top = max(fast, *places) if places else fast
 
     def with_points(points: int) -> LoopAverages:
-        return LoopAverages(Loops(s.system.law, waves(REACH[order] * top, s.points(points * top))), fast, places)
+        loops = Loops(s.system.law, waves(REACH[order] * s.top, s.points(points * s.top)))
+        return LoopAverages(loops, max(s.fast_place, 1), s.places)
 
     ask: Callable[[LoopAverages], Any] = (
         (lambda a: a.force(s, probes)) if order == 1 else (lambda a: a.values(s, probes)[1])

@@ -13,7 +13,6 @@ with friction or memory is followed along its closed loops (`memory`), every oth
 w + w_1.
 """
 
-import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -297,8 +296,7 @@ def _square_and_cube(s: Setting) -> tuple[float, float] | None:
 def _samples(s: Setting, points_each: int) -> Samples:
     ratio = s.resonance.ratio
     if ratio is None:
-        base = math.gcd(*s.orders) if s.orders else 1
-        top = max(s.orders, default=0)
+        base, top = s.base, max(s.orders, default=0)
         reach = FREE_REACH * top // base
         pairs = [(m, n * base) for m in range(FREE_REACH + 1) for n in range(-reach, reach + 1)]
         numbers = [pair for pair in pairs if pair >= (0, 0) and pair != (1, 0)]
@@ -312,20 +310,18 @@ def _samples(s: Setting, points_each: int) -> Samples:
         places = tuple(numbers.index((0, k)) for k in s.orders)
         orders: list[tuple[int, int]] = [(0, k) for k in s.orders]
     else:
-        p, q = ratio.numerator, ratio.denominator
-        base = math.gcd(p, *(q * k for k in s.orders))
-        fast, line_orders = p // base, [q * k // base for k in s.orders]
-        top = REACH * max(fast, *line_orders) if line_orders else REACH * fast
+        fast, top = s.fast_place, REACH * s.top
         numbers = [(m, 0) for m in range(top + 1) if m != fast]
         points = s.points(points_each * (top + 1))
         if points * top > MOST_SAMPLES:
+            p, q = s.resonance
             raise ValueError(
                 f"second order of the resonance {p}:{q} with lines of order {', '.join(map(str, s.orders))} needs "
                 f"{top // REACH} harmonics of their common period, which is too many; take order=1 or harmonic balance"
             )
         angles = (2.0 * np.pi * np.arange(points) / points, np.zeros(points))
-        places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in line_orders)
-        orders = [(k, 0) for k in line_orders]
+        places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in s.places)
+        orders = [(k, 0) for k in s.places]
 
     def rotation(pairs: list[tuple[int, int]]) -> Complexes:
         return np.exp(1j * (np.array(pairs, float).reshape(-1, 2) @ np.array(angles)))

@@ -174,6 +174,27 @@ class Setting:
             return 1
         return int((self.resonance.ratio / math.gcd(*self.orders)).denominator)
 
+    @property
+    def base(self) -> int:
+        """Turns of the common angle of all components in q turns of the base angle (in one without resonance)."""
+        q = max(self.resonance.q, 1)
+        return math.gcd(self.resonance.p, *(q * k for k in self.orders)) or 1
+
+    @property
+    def fast_place(self) -> int:
+        """Multiple of the common angle on the fast angle; 0 without resonance."""
+        return self.resonance.p // self.base
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """Multiples of the common angle on the lines."""
+        return tuple(max(self.resonance.q, 1) * k // self.base for k in self.orders)
+
+    @property
+    def top(self) -> int:
+        """Largest of these multiples, 1 at least."""
+        return max(self.fast_place, *self.places, 1)
+
     def points(self, least: int) -> int:
         """Sample points of the common period, at least so many, with each point's place in every copy and half.
 
@@ -184,16 +205,13 @@ class Setting:
 
     def forced(self, theta: Any) -> Any:
         """Forced motion F [rad] of the hard lines at base angles [rad]."""
-        return sum(
-            (abs(c) * np.cos(k * theta + np.angle(c)) for k, c in zip(self.orders, self.hard, strict=True)), 0.0 * theta
-        )
+        lines = zip(self.orders, self.hard, strict=True)
+        return sum((abs(c) * np.cos(k * theta + np.angle(c)) for k, c in lines), 0.0 * theta)
 
     def forced_slope(self, theta: Any) -> Any:
         """Derivative dF/dtheta [rad/rad] at base angles [rad]."""
-        return sum(
-            (-k * abs(c) * np.sin(k * theta + np.angle(c)) for k, c in zip(self.orders, self.hard, strict=True)),
-            0.0 * theta,
-        )
+        lines = zip(self.orders, self.hard, strict=True)
+        return sum((-k * abs(c) * np.sin(k * theta + np.angle(c)) for k, c in lines), 0.0 * theta)
 
     def scales(self) -> list[float]:
         """Amplitudes [rad] that matter: forced, at resonance, off resonance, at the law's breakpoints."""
@@ -297,9 +315,8 @@ def _refuse_extremes(s: Setting, z0: tuple[float, ...]) -> None:
             )
     if s.resonance.ratio is not None:
         p, q = s.resonance
-        highest = max(p, *(q * k for k in s.orders), 1) // math.gcd(p, *(q * k for k in s.orders))
-        if highest > HIGHEST:
+        if s.top > HIGHEST:
             raise ValueError(
-                f"the resonance {p}:{q} has the harmonic {highest} of the common period of all lines; multiple scales "
+                f"the resonance {p}:{q} has the harmonic {s.top} of the common period of all lines; multiple scales "
                 f"goes up to {HIGHEST}: take a lower p and q, or integrate"
             )

@@ -27,7 +27,6 @@ from .fixed_points import (
     is_stable,
     is_trivial,
     newton_step,
-    rates_of,
     scanned,
 )
 from .memory import remembers
@@ -115,7 +114,7 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
     with np.errstate(all="ignore"):
         for _ in range(ROUNDS):
             part = replace(flow, setting=flow.setting.of(going))
-            rate, matrix = rates_of(part, z)
+            rate, matrix = part.balance(z)
             step = newton_step(matrix, rate)
             length = np.abs(step) / np.abs(z)
             nearer = length < size[going]
@@ -316,7 +315,7 @@ def _by_scan(flow: Any) -> Found:
     """Starts at one speed where the phase matters: in few samples, and the one of a nearly linear drive."""
     rough, s = flow.coarse, flow.setting
     starts = scanned(rough, amplitudes(rough, ROWS_PER_DECADE))[1]
-    still = np.abs(rates_of(rough, starts)[0]) < STILL * s.omega_0 * np.abs(starts)
+    still = np.abs(rough.balance(starts)[0]) < STILL * s.omega_0 * np.abs(starts)
     if s.mu == 0.0 and np.count_nonzero(still) > MOST_ALONE:
         raise SolveError(
             Sentence(

@@ -136,23 +136,12 @@ def scaled(flow: Flow, torque: float, error: float = 1.0) -> Flow:
 
 def _linear_drive(s: Setting) -> LinearDrive:
     """The linear drive, with at least one line."""
-    at = _places(s)
     lines = tuple(
         ForcedLine(k, place, float(soft), t.real / s.system.J, t.imag / s.system.J, e.real, e.imag)
-        for k, place, soft, t, e in zip(s.orders, at, s.on_fast, s.torque_lines, s.error_lines, strict=True)
+        for k, place, soft, t, e in zip(s.orders, s.places, s.on_fast, s.torque_lines, s.error_lines, strict=True)
     )
     ratio = 0.0 if s.resonance.ratio is None else float(s.resonance.ratio)
     return LinearDrive(s.u0, s.omega_0, s.mu, ratio, max(s.scales()), lines or (ForcedLine(1, 1, 0.0, *4 * (0.0,)),))
-
-
-def _base(s: Setting) -> int:
-    p, q = s.resonance
-    return math.gcd(p, *(q * k for k in s.orders)) or 1
-
-
-def _places(s: Setting) -> list[int]:
-    """Multiples of the angle of the samples at the lines."""
-    return [s.resonance.q * k // _base(s) for k in s.orders]
 
 
 def _mean(s: Setting) -> float:
@@ -180,13 +169,11 @@ def _force(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude
 def _sampled(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude: float) -> Any:
     """As few sample points as give the rates of the flow."""
     s = flow.setting
-    p, q = s.resonance
-    fast, top = p // _base(s), max(p // _base(s), *_places(s))
-    best, error, points = None, math.inf, FEWEST * top
-    most = top * (max(KINKED, MOST_POINTS[order]) if breakpoints_of(s.system.law) else MOST_POINTS[order])
+    best, error, points = None, math.inf, FEWEST * s.top
+    most = s.top * (max(KINKED, MOST_POINTS[order]) if breakpoints_of(s.system.law) else MOST_POINTS[order])
     while True:
-        angle, share = 2.0 * math.pi / points, _base(s) / q
-        common = (floated(s.system.law), s.system.J, points, math.cos(angle), math.sin(angle), fast, share)
+        angle, share = 2.0 * math.pi / points, s.base / s.resonance.q
+        common = (floated(s.system.law), s.system.J, points, math.cos(angle), math.sin(angle), s.fast_place, share)
         force = FirstOrderSamples(*common) if order == 1 else SecondOrderSamples(*common, *_slots(flow, probes))
         off = _worst(flow, drive, force, probes, amplitude)
         if off < 0.8 * error:
@@ -224,7 +211,7 @@ def _worst(flow: Flow, drive: LinearDrive, force: Any, probes: Probes, amplitude
 def _slots(flow: Flow, probes: Probes) -> tuple[tuple[int, ...], tuple[float, ...]]:
     """Numbers and weights of the small harmonics that are largest at the probes."""
     s = flow.setting
-    base = _base(s) / s.resonance.q
+    base = s.base / s.resonance.q
     sizes: dict[int, float] = {}
     for omega, z in probes:
         for speed, small in flow.at(omega).small(z):
