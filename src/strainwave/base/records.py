@@ -53,6 +53,10 @@ class Result:
         """Coordinates of the dataset by name: dimensions, values, unit."""
         return {}
 
+    def _along(self, dims: str | tuple[str, ...], **units: str) -> Labelled:
+        """Fields as arrays with dimensions, each name with its unit."""
+        return {name: (dims, getattr(self, name), unit) for name, unit in units.items()}
+
     def to_xarray(self) -> "xr.Dataset":
         """Arrays with named dimensions and coordinates, their units in `attrs["units"]`; single numbers in `attrs`.
 

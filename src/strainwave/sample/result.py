@@ -11,7 +11,10 @@ Saltelli et al. 2008, Global Sensitivity Analysis: The Primer, secs. 1.2.5, 1.2.
 Econometrica 88(5), 1859-1898 (leave-out estimation of variance components).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -236,17 +239,18 @@ class JumpSpread:
 
     def quantiles(self) -> tuple[Floats, Floats]:
         """Quantiles of the speeds of the jumps up and down; nan where no drive jumps."""
-        none = np.full(len(self.shares), np.nan)
-        up, down = self.up[np.isfinite(self.up)], self.down[np.isfinite(self.down)]
-        quantiles_up = np.quantile(up, self.shares) if len(up) else none
-        return quantiles_up, np.quantile(down, self.shares) if len(down) else none
+        return self._of_both(1, np.quantile)
 
     def errors(self) -> tuple[Floats, Floats]:
         """Their standard errors (bootstrap); nan where fewer than two drives jump."""
-        rng, none = np.random.default_rng(0), np.full(len(self.shares), np.nan)
-        up, down = self.up[np.isfinite(self.up)], self.down[np.isfinite(self.down)]
-        errors_up = quantile_errors(up, self.shares, rng) if len(up) > 1 else none
-        return errors_up, quantile_errors(down, self.shares, rng) if len(down) > 1 else none
+        return self._of_both(2, partial(quantile_errors, rng=np.random.default_rng(0)))
+
+    def _of_both(self, least: int, number_of: Callable[[Floats, Floats], Any]) -> tuple[Floats, Floats]:
+        """What a function says of the speeds of either jump and the shares; nan where too few drives jump."""
+        none = np.full(len(self.shares), np.nan)
+        known = [speeds[np.isfinite(speeds)] for speeds in (self.up, self.down)]
+        up, down = [np.asarray(number_of(v, self.shares)) if len(v) >= least else none for v in known]
+        return up, down
 
 
 @dataclass(frozen=True, eq=False)

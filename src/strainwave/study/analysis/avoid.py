@@ -106,6 +106,11 @@ class Motions(NamedTuple):
             i += 1
         return bands
 
+    def half_power(self, peaks: list[int]) -> list[Speeds]:
+        """Half-power bands of peaks, by their numbers."""
+        levels = [HALF_POWER * self.sizes[i] for i in peaks]
+        return [self.band(*self.run(i, level), level) for i, level in zip(peaks, levels, strict=True)]
+
     def peaks(self, least: float) -> list[int]:
         """Numbers of those above `least` that are the largest in their half-power band."""
         padded = np.concatenate([[-np.inf], self.sizes, [-np.inf]])
@@ -161,13 +166,9 @@ def speeds_to_avoid(
     motions = _swept(response)
     slow = quasi_static(system, point)
     nowhere = without_stable(response)
-    bands = [*nowhere, *((band.low, band.high) for band in response.sweep.jumping)]
     tops = [] if limit is not None else motions.peaks(AMPLIFIED * slow)
-    for i in tops:
-        level = HALF_POWER * motions.sizes[i]
-        bands.append(motions.band(*motions.run(i, level), level))
-    if limit is not None:
-        bands += motions.above(limit)
+    high = motions.half_power(tops) if limit is None else motions.above(limit)
+    bands = [*nowhere, *((band.low, band.high) for band in response.sweep.jumping), *high]
     peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for i in tops))
     met = () if passed is None else merged(_met(passed, AMPLIFIED * slow, limit))
     top = None if passed is None else _largest(passed)
@@ -212,9 +213,8 @@ def _met(motions: Motions, least: float, limit: float | None) -> list[Speeds]:
     if limit is not None:
         return motions.above(limit)
     tops = motions.peaks(least)
-    levels = [HALF_POWER * motions.sizes[i] for i in tops]
-    found = [motions.band(*motions.run(i, level), level) for i, level in zip(tops, levels, strict=True)]
-    return found + (motions.above(max(levels)) if levels else [])
+    highest = motions.above(HALF_POWER * max(motions.sizes[tops])) if tops else []
+    return motions.half_power(tops) + highest
 
 
 def quasi_static(system: Any, point: OperatingPoint) -> float:

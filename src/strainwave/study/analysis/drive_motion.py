@@ -71,13 +71,11 @@ class DriveMotion(Result):
 
     def coordinates(self) -> Labelled:
         """Times of the last turns."""
-        return {"t": ("t", self.t, "s")}
+        return self._along("t", t="s")
 
     def variables(self) -> Labelled:
         """Error, rate and torque over the last turns."""
-        return {
-            "error": ("t", self.error, "rad"), "rate": ("t", self.rate, "rad/s"), "torque": ("t", self.torque, "N*m"),
-        }  # fmt: skip
+        return self._along("t", error="rad", rate="rad/s", torque="N*m")
 
     @property
     def name(self) -> str:

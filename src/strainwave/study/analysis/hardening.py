@@ -99,10 +99,9 @@ class Hardening(Result):
 
     def variables(self) -> Labelled:
         """All arrays."""
-        names = {"superharmonic": "rad", "jump_low": "rad/s", "jump_high": "rad/s", "inside": ""}
-        units = {"peak": "rad", "peak_speed": "rad/s", "superharmonic_speed": "rad/s", **names}
-        own: Labelled = {name: ("alpha", getattr(self, name), unit) for name, unit in units.items()}
-        return {**own, "at_speeds": (("alpha", "speed"), self.at_speeds, "rad")}
+        peaks = self._along("alpha", peak="rad", peak_speed="rad/s", superharmonic_speed="rad/s", superharmonic="rad")
+        jumps = self._along("alpha", jump_low="rad/s", jump_high="rad/s", inside="")
+        return {**peaks, **jumps, **self._along(("alpha", "speed"), at_speeds="rad")}
 
     def __str__(self) -> str:
         lines = [f"Hardening: {len(self.alpha)} coefficients, {np.sum(~self.inside)} with a peak outside the range"]

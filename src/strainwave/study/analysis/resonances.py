@@ -105,14 +105,14 @@ class Regime:
     resonance: Resonance
     omega: float
     inside: bool
-    states: tuple[SteadyState, ...]
-    existence: str
-    certificate: Certificate | None
-    first_at_peak: Certificate | None
-    at_peak: Certificate | None
-    response: SlowResponse | None
-    backbone: Floats | None
-    reason: str
+    states: tuple[SteadyState, ...] = ()
+    existence: str = ""
+    certificate: Certificate | None = None
+    first_at_peak: Certificate | None = None
+    at_peak: Certificate | None = None
+    response: SlowResponse | None = None
+    backbone: Floats | None = None
+    reason: str = ""
     top: tuple[float, float] | None = None
 
     @property
@@ -213,7 +213,7 @@ def _regime(
     inside = speeds[0] <= omega <= speeds[1]
     identity = (name, order, resonance, omega, inside)
     if reason := no_multiple_scales(system):
-        return Regime(*identity, (), "", None, None, None, None, None, reason)
+        return Regime(*identity, reason=reason)
     try:
         flow = slow_flow(system._replace(omega=omega), resonance)
         states = tuple(flow.steady_states())
@@ -228,8 +228,8 @@ def _regime(
         existence = flow.existence
     except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
-        return Regime(*identity, (), "", None, None, None, None, None, reason)
-    return Regime(*identity, states, existence, certificate, first_at_peak, at_peak, response, backbone, "")
+        return Regime(*identity, reason=reason)
+    return Regime(*identity, states, existence, certificate, first_at_peak, at_peak, response, backbone)
 
 
 def _at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:

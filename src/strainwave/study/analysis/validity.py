@@ -90,8 +90,8 @@ class ValidityMap(Result):
     def variables(self) -> Labelled:
         """Errors of both orders, and the true amplitude."""
         return {
-            "error": (("order", "omega", "amplitude"), self.error, ""),
-            "motion": (("omega", "amplitude"), self.motion, "rad"),
+            **self._along(("order", "omega", "amplitude"), error=""),
+            **self._along(("omega", "amplitude"), motion="rad"),
         }
 
     def __str__(self) -> str:

@@ -63,13 +63,8 @@ class Monitored(Result):
 
     def variables(self) -> Labelled:
         """Amplitudes, phases, mean and frequency."""
-        dims = ("order", "time")
-        return {
-            "amplitude": (dims, self.amplitude, ""),
-            "phase": (dims, self.phase, "rad"),
-            "mean": ("time", self.mean, ""),
-            "frequency": ("time", self.frequency, "rad/s"),
-        }
+        both = self._along(("order", "time"), amplitude="", phase="rad")
+        return {**both, **self._along("time", mean="", frequency="rad/s")}
 
     def __str__(self) -> str:
         lines = [
@@ -178,19 +173,9 @@ def _demodulated(
     chain = checked(chain)
     rows, left = np.zeros((1 + 2 * len(ordered), len(t))), np.zeros(len(t))
     run(demodulate, chain, angle, y, rows, left)
-    amplitudes = rows[1::2] - 1j * rows[2::2]
-    settle = chain.settling(SETTLED)
-    return Monitored(
-        time=t,
-        orders=np.array(ordered, float),
-        amplitude=np.abs(amplitudes),
-        phase=np.angle(amplitudes),
-        mean=rows[0],
-        frequency=np.gradient(angle, period) * ordered[0],
-        settled_from=float(t[0] + settle),
-        standard_error=_error(t, left, settle, chain.noise_gain()),
-        lost=int(np.sum(np.isnan(y))),
-    )
+    amplitudes, frequency = rows[1::2] - 1j * rows[2::2], np.gradient(angle, period) * ordered[0]
+    lines = np.array(ordered, float), np.abs(amplitudes), np.angle(amplitudes), rows[0], frequency
+    return _monitored(t, y, lines, left, chain.settling(SETTLED), chain.noise_gain())
 
 
 def _tracked(
@@ -205,25 +190,18 @@ def _tracked(
     tracker = checked(Tracker(low, high, rate, period))
     rows, left = np.zeros((4, len(t))), np.zeros(len(t))
     run(track, tracker, y, rows, left)
-    settle = tracker.settling(SETTLED)
-    return Monitored(
-        time=t,
-        orders=np.ones(1),
-        amplitude=np.hypot(rows[0], rows[1])[None],
-        phase=np.arctan2(rows[1], rows[0])[None],
-        mean=rows[2],
-        frequency=rows[3],
-        settled_from=float(t[0] + settle),
-        standard_error=_error(t, left, settle, tracker.noise_gain(float(np.mean(rows[3])))),
-        lost=int(np.sum(np.isnan(y))),
-    )
+    lines = np.ones(1), np.hypot(rows[0], rows[1])[None], np.arctan2(rows[1], rows[0])[None], rows[2], rows[3]
+    gain = tracker.noise_gain(float(np.mean(rows[3])))
+    return _monitored(t, y, lines, left, tracker.settling(SETTLED), gain)
 
 
-def _error(t: Floats, left: Floats, settle: float, gain: float) -> float:
-    """Standard error of an amplitude from what is left of the signal; NaN where nothing has settled."""
-    late = left[t >= t[0] + settle]
-    late = late[np.isfinite(late)]
-    return float(np.std(late) * np.sqrt(gain)) if len(late) > 1 else float("nan")
+def _monitored(t: Floats, y: Floats, lines: tuple[Floats, ...], left: Floats, settle: float, gain: float) -> Monitored:
+    """Orders over a record, with the standard error that what is left of it gives; NaN where nothing has settled."""
+    late = left[(t >= t[0] + settle) & np.isfinite(left)]
+    error = float(np.std(late) * np.sqrt(gain)) if len(late) > 1 else float("nan")
+    orders, amplitude, phase, mean, frequency = lines
+    lost = int(np.sum(np.isnan(y)))
+    return Monitored(t, orders, amplitude, phase, mean, frequency, float(t[0] + settle), error, lost)
 
 
 @kernel

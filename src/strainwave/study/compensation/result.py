@@ -32,14 +32,11 @@ class OnTheWay(Result):
 
     def coordinates(self) -> Labelled:
         """The axis, and names of the controllers."""
-        return {
-            self.rows: (self.rows, getattr(self, self.rows), self.axis),
-            "controller": ("controller", list(self.names), ""),
-        }
+        return {**self._along(self.rows, **{self.rows: self.axis}), "controller": ("controller", list(self.names), "")}
 
     def variables(self) -> Labelled:
         """What is given for every controller along the axis."""
-        return {name: (("controller", self.rows), getattr(self, name), unit) for name, unit in self.over.items()}
+        return self._along(("controller", self.rows), **self.over)
 
 
 class Residual(NamedTuple):
@@ -106,12 +103,8 @@ class Units(Result):
 
     def variables(self) -> Labelled:
         """Residuals by unit."""
-        return {
-            "before": ("lane", self.before.rms, "rad"),
-            "after": ("lane", self.after.rms, "rad"),
-            "stiffness": ("lane", self.stiffness, ""),
-            "amplitude": ("lane", self.amplitude, ""),
-        }
+        residuals = {"before": ("lane", self.before.rms, "rad"), "after": ("lane", self.after.rms, "rad")}
+        return {**residuals, **self._along("lane", stiffness="", amplitude="")}
 
     def __str__(self) -> str:
         low, middle, high = [value / ARCSEC for value in self.quantiles()]
@@ -208,10 +201,7 @@ class Compensation(Result):
 
     def variables(self) -> Labelled:
         """Amplitudes of the pointing error before and after."""
-        return {
-            "amplitude_before": ("order", self.amplitude_before, "rad"),
-            "amplitude_after": ("order", self.amplitude_after, "rad"),
-        }
+        return self._along("order", amplitude_before="rad", amplitude_after="rad")
 
     def __str__(self) -> str:
         lines = [

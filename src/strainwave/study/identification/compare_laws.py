@@ -55,11 +55,7 @@ class LawComparison(Result):
 
     def variables(self) -> Labelled:
         """Numbers of parameters and residuals."""
-        return {
-            "numbers": ("candidate", self.numbers, ""),
-            "fitted": ("candidate", self.fitted, ""),
-            "held_out": ("candidate", self.held_out, ""),
-        }
+        return self._along("candidate", numbers="", fitted="", held_out="")
 
     def __str__(self) -> str:
         width = max(len("candidate"), *map(len, self.names))

@@ -203,15 +203,9 @@ class DecayFit(Fitted):
 
     def variables(self) -> Labelled:
         """Amplitude, frequency and decay rate in every window, with deviations, and what the system has there."""
-        units = {"amplitude": "rad", "omega": "rad/s", "rate": "1/s"}
-        measured = {name: ("window", getattr(self, name), unit) for name, unit in units.items()}
-        spreads = {f"{name}_deviation": getattr(self, f"{name}_deviation") for name in units}
-        rest = {name: ("window", values, units[name.removesuffix("_deviation")]) for name, values in spreads.items()}
-        fitted = {
-            "fitted_omega": ("window", self.fitted_omega, "rad/s"),
-            "fitted_rate": ("window", self.fitted_rate, "1/s"),
-        }
-        return {"time": ("window", self.time, "s"), **measured, **rest, **fitted}
+        measured = self._along("window", time="s", amplitude="rad", omega="rad/s", rate="1/s")
+        deviations = self._along("window", amplitude_deviation="rad", omega_deviation="rad/s", rate_deviation="1/s")
+        return {**measured, **deviations, **self._along("window", fitted_omega="rad/s", fitted_rate="1/s")}
 
     def __str__(self) -> str:
         first, last = self.amplitude[0], self.amplitude[-1]

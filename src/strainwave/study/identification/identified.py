@@ -267,11 +267,8 @@ class Identified(Fitted):
 
     def variables(self) -> Labelled:
         """Values, deviations and residuals."""
-        return {
-            "value": ("number", self.values, ""),
-            "deviation": ("number", self.deviations, ""),
-            "residual": (("output", "sample"), self.residual, ""),
-        }
+        numbers = {"value": ("number", self.values, ""), "deviation": ("number", self.deviations, "")}
+        return {**numbers, **self._along(("output", "sample"), residual="")}
 
 
 def _number_of(function: Callable[[Any], float], system: Any) -> float:

@@ -120,15 +120,13 @@ class Passage(Result):
 
     def coordinates(self) -> Labelled:
         """Times of the history."""
-        return {"t": ("t", self.t, "s")}
+        return self._along("t", t="s")
 
     def variables(self) -> Labelled:
         """Speed, amplitude and largest |x| over time; speeds of the jumps, their folds and estimates."""
         jumps = np.array([(j.omega, j.fold, j.estimate) for j in self.jumps]).reshape(-1, 3)
         return {
-            "omega": ("t", self.omega, "rad/s"),
-            "amplitude": ("t", self.amplitude, "rad"),
-            "envelope": ("t", self.envelope, "rad"),
+            **self._along("t", omega="rad/s", amplitude="rad", envelope="rad"),
             "jump": ("jump", jumps[:, 0], "rad/s"),
             "fold": ("jump", jumps[:, 1], "rad/s"),
             "estimate": ("jump", jumps[:, 2], "rad/s"),
@@ -197,12 +195,12 @@ class Passages(Result):
 
     def coordinates(self) -> Labelled:
         """The rates."""
-        return {"rate": ("rate", self.rate, "rad/s^2")}
+        return self._along("rate", rate="rad/s^2")
 
     def variables(self) -> Labelled:
         """Largest amplitude and |x|, their speed, the jump, settling time and validity at every rate."""
-        units = {"largest": "rad", "at": "rad/s", "peak": "rad", "jumped": "", "jump": "rad/s", "settling": "s"}
-        return {name: ("rate", getattr(self, name), unit) for name, unit in (units | {"valid": ""}).items()}
+        found = self._along("rate", largest="rad", at="rad/s", peak="rad", jumped="", jump="rad/s", settling="s")
+        return {**found, **self._along("rate", valid="")}
 
     def __len__(self) -> int:
         return len(self.passages)

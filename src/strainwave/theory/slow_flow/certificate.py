@@ -279,7 +279,7 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
     shift = float(s.omega / along.omega[0] - 1.0)
     largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if solved else 0.0)
     pumped = z == 0.0 and _pumped(s)
-    found = Certificate(
+    certificate = Certificate(
         regime=str(s.resonance),
         order=order,
         valid=converged and (solved or curve) and largest <= ACCEPTED and not pumped,
@@ -294,7 +294,8 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
         quadrature_error=flow.error,
         sentence=PUMPED if pumped else "",
     )
-    return replace(found, sentence=_sentence(flow, z, found, converged, turn is not None) + found.sentence)
+    sentence = _sentence(flow, z, certificate, converged, turn is not None)
+    return replace(certificate, sentence=sentence + certificate.sentence)
 
 
 def _pumped(s: Setting) -> bool:

@@ -8,7 +8,7 @@ Multiple scales of first and second order for any law: `slow_flow` makes the slo
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Integral
 from typing import Any
@@ -32,7 +32,7 @@ from .predictor.making import predictor
 from .predictor.predictor import Predictor
 from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, SteadyState
 from .second_order import Forms, SecondOrderFlow, second_order
-from .setting import LARGEST, NONRESONANT, Resonance, setting
+from .setting import LARGEST, Resonance, setting
 from .states import attractor, fixed_points, states
 from .transient import evolve, rates, steady_motion, times
 
@@ -242,19 +242,7 @@ class SlowFlow:
         if not np.all((a >= 0.0) & (a <= LARGEST)):
             raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be from 0 to {LARGEST:g}")
         s = self._flow.setting
-        none = np.zeros(0, complex)
-        unforced = replace(
-            s,
-            resonance=NONRESONANT,
-            orders=(),
-            torque_lines=none,
-            error_lines=none,
-            on_fast=np.zeros(0, bool),
-            hard=none,
-            soft=0j,
-            fast=s.omega_0,
-        )
-        pull = averaged_flow(unforced, a.ravel().astype(complex)).mean_force(a).real / s.omega_0
+        pull = averaged_flow(s.unforced(), a.ravel().astype(complex)).mean_force(a).real / s.omega_0
         return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))
 
     def certificate(self, *, curve: bool = False) -> Certificate:

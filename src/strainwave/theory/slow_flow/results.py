@@ -64,12 +64,11 @@ class StatesAtSpeeds(Result):
 
     def coordinates(self) -> Labelled:
         """The speed of every state."""
-        return {"omega": ("state", self.omega, "rad/s")}
+        return self._along("state", omega="rad/s")
 
     def variables(self) -> Labelled:
         """Amplitude, phase and stability of every state."""
-        units = {"amplitude": "rad", "phase": "rad", "stable": ""}
-        return {name: ("state", getattr(self, name), unit) for name, unit in units.items()}
+        return self._along("state", amplitude="rad", phase="rad", stable="")
 
     def __str__(self) -> str:
         count = len(np.unique(self.omega))

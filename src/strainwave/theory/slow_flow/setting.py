@@ -142,6 +142,12 @@ class Setting:
         factor = np.expand_dims(factor, -1)
         return replace(self, torque_lines=factor * self.torque_lines, error_lines=factor * self.error_lines)
 
+    def unforced(self) -> "Setting":
+        """Return the free vibration about the same operating point."""
+        none = np.zeros(0, complex)
+        free = replace(self, resonance=NONRESONANT, orders=(), on_fast=np.zeros(0, bool), fast=self.omega_0)
+        return replace(free, torque_lines=none, error_lines=none, hard=none, soft=0j)
+
     def of(self, places: Any) -> "Setting":
         """Return the problems at some of many speeds; the same where there is one."""
         if np.ndim(self.omega) == 0:

@@ -95,16 +95,6 @@ def loop_sizes(shape: Shape, p: Floats, full: float) -> tuple[float, float]:
     return first - second, law.to(full, 1.0) - low
 
 
-def hysteresis_loss(shape: Shape, p: Floats, full: float) -> float:
-    """Hysteresis loss [rad]: width of the loop at no torque after a full load [N*m]."""
-    return loop_sizes(shape, p, full)[0]
-
-
-def lost_motion(shape: Shape, p: Floats, rated: float) -> float:
-    """Lost motion [rad]: torsion between the ends of the loop at +-4 % of the rated torque [N*m]."""
-    return loop_sizes(shape, p, SMALL_LOOP * rated)[1]
-
-
 class Structure(NamedTuple):
     """Lack of fit of a loop, and its weighted residual (n,) without the structure that was found."""
 

@@ -82,19 +82,13 @@ class ResponseFit(Fitted):
 
     def variables(self) -> Labelled:
         """First harmonics measured and computed, and the jumps."""
-        return {
-            "measured": ("point", self.measured, "rad"),
-            "computed": ("point", self.computed, "rad"),
-            "up": ("point", self.up, ""),
-            "solved": ("point", self.solved, ""),
-            "jumps": (("jump", "end"), self.jumps, "rad/s"),
-            "folds": ("jump", self.folds, "rad/s"),
-            "fold_deviation": ("jump", self.fold_deviation, "rad/s"),
-        }
+        points = self._along("point", measured="rad", computed="rad", up="", solved="")
+        folds = self._along("jump", folds="rad/s", fold_deviation="rad/s")
+        return {**points, **self._along(("jump", "end"), jumps="rad/s"), **folds}
 
     def coordinates(self) -> Labelled:
         """Frequencies."""
-        return {"omega": ("point", self.omega, "rad/s")}
+        return self._along("point", omega="rad/s")
 
     rows: ClassVar[str] = "point"
 

@@ -146,22 +146,11 @@ def at_rest(predictor: Any) -> Any:
 @kernel
 def combined(h: Any, weights: Any, rates: Any) -> Any:
     """Sum of four rates with weights, times h."""
-    return complex(
-        h
-        * (
-            weights[0] * rates[0].real
-            + weights[1] * rates[1].real
-            + weights[2] * rates[2].real
-            + weights[3] * rates[3].real
-        ),
-        h
-        * (
-            weights[0] * rates[0].imag
-            + weights[1] * rates[1].imag
-            + weights[2] * rates[2].imag
-            + weights[3] * rates[3].imag
-        ),
-    )
+    re = im = 0.0
+    for i in range(4):
+        re += weights[i] * rates[i].real
+        im += weights[i] * rates[i].imag
+    return complex(h * re, h * im)
 
 
 @kernel
@@ -182,11 +171,8 @@ def advanced(predictor: Any, state: Any, omega: Any, amplitude: Any) -> Any:
     h, share = predictor.sample / predictor.steps, 1.0 / predictor.steps
     for i in range(predictor.steps):
         left = (predictor.steps - 1 - i) * share
-        now_omega, now_amplitude = (
-            omega + left * (state.omega - omega),
-            amplitude + left * (state.amplitude - amplitude),
-        )
-        z, rates, small = step(predictor, z, rates, now_omega, now_amplitude, h)
+        now_omega, size = omega + left * (state.omega - omega), amplitude + left * (state.amplitude - amplitude)
+        z, rates, small = step(predictor, z, rates, now_omega, size, h)
     return z, rates, small
 
 
