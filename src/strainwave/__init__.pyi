@@ -58,7 +58,7 @@ from .numerics.integration.methods import Dopri5 as Dopri5
 from .numerics.integration.methods import Rk4 as Rk4
 from .numerics.integration.methods import Dop8 as Dop8
 from .drive.run import drive_run as drive_run
-from .study.analysis.drive_motion import drive_motion as drive_motion
+from .study.analysis.in_time import drive_motion as drive_motion
 from .numerics.ensemble.ensemble import ensemble as ensemble
 from .numerics.ensemble.measures import Peak as Peak
 from .numerics.ensemble.measures import Rms as Rms

@@ -4,7 +4,6 @@ from .files.identified.identify_drive import identify_drive as identify_drive
 from .files.scan_file import read_profile as read_profile
 from .files.scan_file import read_scan as read_scan
 from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
-from .study.identification.compare_laws import compare_laws as compare_laws
 from .study.identification.decay import fit_decay as fit_decay
 from .study.identification.discrepancy import discrepancy as discrepancy
 from .study.identification.fitted import unidentifiable as unidentifiable
@@ -13,6 +12,7 @@ from .study.identification.identify import identify as identify
 from .study.identification.intervals import bootstrap as bootstrap
 from .study.identification.intervals import sandwich as sandwich
 from .study.identification.intervals import spread as spread
+from .study.identification.law_fit import compare_laws as compare_laws
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.orders.order_scan import order_scan as order_scan

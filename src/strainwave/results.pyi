@@ -33,8 +33,8 @@ from .numerics.sampled.linear import LoopResponse as LoopResponse
 from .numerics.sampled.loops import LoopEnsemble as LoopEnsemble
 from .numerics.sampled.loops import LoopRun as LoopRun
 from .sample.result import Variability as Variability
-from .study.analysis.drive_motion import DriveMotion as DriveMotion
 from .study.analysis.hardening import Hardening as Hardening
+from .study.analysis.in_time import DriveMotion as DriveMotion
 from .study.analysis.validity import Comparison as Comparison
 from .study.analysis.validity import ValidityMap as ValidityMap
 from .study.compensation.monitoring import Monitored as Monitored
@@ -57,7 +57,6 @@ from .study.gear.error_parts import ErrorParts as ErrorParts
 from .study.gear.hysteresis import HysteresisFit as HysteresisFit
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
 from .study.gear.parametric import ParametricResonance as ParametricResonance
-from .study.identification.compare_laws import LawComparison as LawComparison
 from .study.identification.decay import DecayFit as DecayFit
 from .study.identification.discrepancy import Discrepancy as Discrepancy
 from .study.identification.discrepancy import MissingTerm as MissingTerm
@@ -65,6 +64,7 @@ from .study.identification.friction_model import FrictionCandidate as FrictionCa
 from .study.identification.friction_model import FrictionFit as FrictionFit
 from .study.identification.identified import Identified as Identified
 from .study.identification.intervals import Interval as Interval
+from .study.identification.law_fit import LawComparison as LawComparison
 from .study.identification.log import Gap as Gap
 from .study.identification.log import LogSegment as LogSegment
 from .study.identification.loops.loop_model import LoopCandidate as LoopCandidate

@@ -21,8 +21,8 @@ from ..drive.project import Project
 from ..numerics.balance.fourier import synthesis, to_blocks
 from ..study.analysis.analysis import Analysis
 from ..study.analysis.avoid import Avoid, LoadCase
+from ..study.analysis.in_time import RunUp
 from ..study.analysis.resonances import Regime
-from ..study.analysis.runup import RunUp
 from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE
 from .panels import Arrow, Axis, Note, Panel, angle, panels_of
 

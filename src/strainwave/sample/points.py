@@ -1,8 +1,7 @@
-"""The work of one chunk of a sweep: what a measure says of each of its points, and what it fails at.
+"""Points of a sweep: how they are cut into chunks, what a measure says of each, and what it fails at.
 
-`compute` needs nothing but its arguments and runs anywhere: in this process, in another, on another machine.
-
-How the points of a sweep are cut into chunks: a chunk is a block of the result's arrays and a run of points.
+A chunk is a block of the result's arrays and a run of points. `compute` needs nothing but its arguments and runs
+anywhere: in this process, in another, on another machine.
 """
 
 import contextlib

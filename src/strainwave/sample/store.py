@@ -22,8 +22,8 @@ from zarr.storage import LocalStore, MemoryStore
 
 from ..base.results import Floats
 from .identity import check_spec, check_versions
-from .lock import StoreLock
 from .points import ESTIMATE, LONGEST_MESSAGE, Array, Layout, Part, PointStatus, Variable
+from .workers import StoreLock
 
 log = logging.getLogger(__name__)
 

@@ -9,7 +9,7 @@ from ...plot.colours import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
 from ...plot.drive import draw_exact, draw_folds, fine, of_speeds, simulated
 from ...plot.panels import TIME, Axis, Panel
 from ...plot.svg import figure
-from ...study.analysis.drive_motion import DriveMotion
+from ...study.analysis.in_time import DriveMotion
 from ...study.analysis.resonances import Regime
 from ...study.analysis.time_case import Cycle, TimeCase
 from ..view import AngleUnit, View

@@ -16,7 +16,7 @@ from ...drive.project import Project
 from ...files.reading import read_project
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
-from ...study.analysis.runup import silent
+from ...study.analysis.in_time import silent
 from ..console import WHAT_X_IS, number, percent, to_json
 from ..output import staged
 from ..page.page import page_of

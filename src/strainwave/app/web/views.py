@@ -19,7 +19,7 @@ from ...files.variants.replaced import replaced, tuning
 from ...files.variants.sureness import how_sure
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.avoid import without_stable
-from ...study.analysis.drive_motion import drive_motion
+from ...study.analysis.in_time import drive_motion
 from ...study.compensation.compensate import compensate
 from ...study.move.move import move
 from ...study.move.profiles import SCurve

@@ -24,7 +24,7 @@ from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import Load
 from ...numerics.driven import Between
-from ...study.analysis.runup import silent
+from ...study.analysis.in_time import silent
 from ...study.identification.identified import Identified, channels_of
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval

@@ -21,7 +21,7 @@ from ...drive.project import Project
 from ...drive.train_curve import refuse_free
 from ...sample.result import CONFIDENCE, Ranking, clopper_pearson, ranking
 from ...study.analysis.avoid import WITH_MEMORY, band_above
-from ...study.analysis.runup import silent
+from ...study.analysis.in_time import silent
 from ...study.identification.intervals import Interval
 from ..fields.groups import Radians
 from ..yaml_text import read

@@ -24,9 +24,9 @@ from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from ..gear.parametric import ParametricResonance, parametric_resonances
 from .avoid import Avoid, LoadCase, searched
+from .in_time import RunUp
 from .remedies import Remedy
 from .resonances import OperatingPoint, Regime
-from .runup import RunUp
 from .time_case import TimeCase
 from .train_study import MotorCase, Ramp, TrainStudy
 from .verdict import Verdict

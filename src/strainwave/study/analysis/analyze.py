@@ -28,10 +28,10 @@ from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
 from .avoid import HALF_POWER, LoadCase, in_run, load_cases, over_all, searched, speeds_to_avoid
+from .in_time import RunUp, run_up, silent
 from .knobs import Subject
 from .remedies import what_helps, with_other_damping
 from .resonances import OperatingPoint, Regime, operating_point, regimes
-from .runup import RunUp, run_up, silent
 from .time_case import TimeCase, speeds_in_time, time_case, usage
 from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import smallest_change, verdict_of

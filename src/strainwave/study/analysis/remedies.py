@@ -25,8 +25,8 @@ from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from .avoid import Avoid, LoadCase, worst_of
+from .in_time import silent
 from .knobs import DAMPING, Knob, Subject, knobs
-from .runup import silent
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it

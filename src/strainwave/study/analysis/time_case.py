@@ -25,8 +25,8 @@ from ...model.gears.limits import cubic_mean
 from ...numerics.integration.simulate import simulate
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
+from .in_time import RunUp
 from .resonances import OperatingPoint, Regime
-from .runup import RunUp
 from .validity import Comparison, compare_with_integration
 
 WINDOW = 5.0  # in units of 1/mu

@@ -27,9 +27,8 @@ from ...model.train.motion import SpeedProfile
 from ...numerics.integration.methods import Dopri5
 from ...theory.lyapunov import mean_torque
 from .avoid import Speeds
-from .drive_motion import DriveMotion, train_motion
+from .in_time import DriveMotion, silent, train_motion
 from .resonances import OperatingPoint
-from .runup import silent
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
 ALIKE = 1e-3  # relative difference of speeds that are looked at once

@@ -1,8 +1,7 @@
-"""Whether a drive is all right at its speeds: the oscillation of its error and what the gear is asked for.
+"""Whether a drive is all right at its speeds, and the smallest change of one thing that brings it under its limit.
 
-The verdict on one curve of a drive, where no analysis follows the others: what `analyze` decides, decided alike.
-
-The smallest change of one thing that brings the largest oscillation of a drive under its limit.
+The verdict goes by the oscillation of its error and by what the gear is asked for. On one curve of a drive, where no
+analysis follows the others, it is decided as `analyze` decides.
 
 Every step that is named was computed, under every load torque that has a curve. Steps are whole percents. Where none
 suffices, what can only be exchanged is taken if it does: a line that is cancelled, another gear, a preload.

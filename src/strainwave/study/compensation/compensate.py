@@ -18,8 +18,8 @@ from ...model.train.drive_train import DriveTrain
 from ...numerics.loading import loaded_state
 from ...numerics.sampled.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
 from ...theory.lyapunov import mean_torque
+from ..analysis.in_time import silent
 from ..analysis.knobs import stiffer
-from ..analysis.runup import silent
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
 from .gains import TURNS, refuse_unstable, times_of, units_of

@@ -23,7 +23,7 @@ from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
-from ..analysis.runup import silent
+from ..analysis.in_time import silent
 from .averaged import Balanced, Drives, Largest, balanced, largest, sensitivities, worth
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, life, needed

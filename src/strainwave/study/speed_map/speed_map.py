@@ -19,7 +19,7 @@ from ...base.units import ARCSEC, RPM
 from ...drive.postures import Posture
 from ...drive.project import Project
 from ..analysis.avoid import out_of_reach
-from ..analysis.runup import silent
+from ..analysis.in_time import silent
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import (

@@ -16,7 +16,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
-from ..analysis.runup import silent
+from ..analysis.in_time import silent
 from .result import GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, FINE, SMALL, WORTH, Search, least_broken
 from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of

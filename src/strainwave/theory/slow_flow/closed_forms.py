@@ -8,12 +8,11 @@ omega, and mu, the detuning and the forcing are the physical ones. In complex fo
 with D = C^3/8 in the superharmonic, D = 3/8 C conj(z)^2 in the subharmonic case, f the soft line of the primary case
 (Nayfeh & Mook 1979, eqs. 4.1.10, 4.1.55 and 4.1.71 after 2 mu -> mu, alpha -> alpha omega_0^2, 2 Lambda -> C).
 
-The second order written out, for a law with a square and a cube about the operating point, resonance by resonance.
+The second order is written out for a law with a square and a cube about the operating point, resonance by resonance.
 
 The law is T(u0 + w)/J = T(u0)/J + omega_0^2 w + c2 w^2 + c3 w^3, the first-order motion w = Re(z E) + Re(c L), E the
-rotation of the fast angle and L that of the forcing line. A test derives what
-stands here by SymPy and compares the two. Each form has the `numbers` of its small harmonics, as multiples of w and of
-v, and takes
+rotation of the fast angle and L that of the forcing line. A test derives what stands here by SymPy and
+compares the two. Each form has the `numbers` of its small harmonics, as multiples of w and of v, and takes
 
     c2, c3   [1/(rad s^2)], [1/(rad^2 s^2)]   the law's square and cube over J
     k        [1/s^2]                          omega_0^2

@@ -1,12 +1,10 @@
-"""Amplitudes of orders in runs at several speeds: each run for itself, then all with one delay.
+"""Amplitudes of orders in runs at several speeds, and the noise around them: each run for itself, then all with one delay.
 
 A line is A cos(k theta(t - delay) + phase), the real part of c exp(i k theta(t - delay)), c = A exp(i phase). In a run
 at the speed w a delay that is d longer turns c by exp(-i k w d).
 
-Noise around the lines of a scan: periodogram of the residual, its local floor, and what noise alone can reach.
-
-P(q) = |2/n sum r exp(-i q theta)|^2 is the squared amplitude of a line of order q in the residual r; for white noise of
-variance s^2 its mean is 4 s^2/n, exponentially distributed.
+Noise is told from the periodogram of the residual, P(q) = |2/n sum r exp(-i q theta)|^2: the squared amplitude of a
+line of order q in the residual r; for white noise of variance s^2 its mean is 4 s^2/n, exponentially distributed.
 """
 
 import math

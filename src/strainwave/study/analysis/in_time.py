@@ -1,5 +1,12 @@
-"""A drive at a constant speed in time: from rest to the motion on which it settles."""
+"""A drive in time: run-up and run-down by integration, and a constant speed until the motion repeats.
 
+The run-up is an independent check of the response curve at a few speeds. Each simulation starts from the exact motion
+at a neighbouring speed, the one before in the direction of the sweep, and ends on a motion that a closed orbit of the
+integrated equation confirms.
+"""
+
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -9,19 +16,146 @@ from ...base.arguments import typed
 from ...base.protocols import lacking
 from ...base.quantities import number, shown
 from ...base.records import Labelled, Result
-from ...base.results import Floats, SolveError, Trajectory, largest_between
+from ...base.results import Branch, Floats, SolveError, Trajectory, largest_between
 from ...base.sentences import Sentence, Speed, on_screen
 from ...base.series import largest_of_samples
 from ...base.units import RPM
+from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
+from ...drive.response import loses_energy, settling_time
 from ...drive.run import waiting
-from ...drive.steady import finished_or_interrupted
+from ...drive.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ...drive.train_curve import at_load, refuse_free, torque_in
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import behind_gear
+from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from .resonances import operating_point
+from .resonances import OperatingPoint, operating_point
+
+CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
+NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check
+TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
+
+
+def silent(*_: Any) -> None:
+    """Progress of which nobody is told."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunUp:
+    """Simulated steady motions at a few speeds, by ascending speed.
+
+    Attributes
+    ----------
+    up, down : tuple of SteadyMotion
+        Motions reached from below and from above.
+    curve_up, curve_down : (n,) arrays
+        Largest |x| [rad] of the response curve at the same speeds; nan where it has none to compare with.
+    """
+
+    up: tuple[SteadyMotion, ...]
+    down: tuple[SteadyMotion, ...]
+    curve_up: Floats
+    curve_down: Floats
+
+    def worst(self) -> SteadyMotion:
+        """The motion with the largest |x| among those that the simulation reached."""
+        return max((m for m in (*self.up, *self.down) if m.status), key=lambda motion: motion.peak)
+
+    def difference(self) -> float | None:
+        """Largest difference between the peaks of simulated motions that repeat and exact ones, relative to these.
+
+        None where there is nothing to compare.
+        """
+        motions = (*self.up, *self.down)
+        exact = np.concatenate([self.curve_up, self.curve_down])
+        found = [abs(m.peak / e - 1.0) for m, e in zip(motions, exact, strict=True) if m.closed and np.isfinite(e)]
+        return max(found) if found else None
+
+
+def run_up(
+    system: Any,
+    speeds: tuple[float, float],
+    exact: DriveResponse,
+    point: OperatingPoint,
+    progress: Callable[[float], None] = silent,
+) -> RunUp:
+    """Simulate up and down; `progress` is told the finished share after each speed.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The error equation; its omega is replaced.
+    speeds : (float, float)
+        Range of the base-angle speed [rad/s].
+    exact : DriveResponse
+        Where the simulations start, and what they are compared with.
+    point : OperatingPoint
+        Where a simulation starts that has no motion to start from.
+    """
+    sides = []
+    for share, upwards in ((0.0, True), (0.5, False)):
+        visits = _visits(exact, speeds, upwards)
+        motions: list[SteadyMotion] = []
+        for omega, start, _ in visits:
+            here = system._replace(omega=omega)
+            rest = motions[-1].end if motions and motions[-1].status and loses_energy(system) else point.start
+            motions.append(_settled(here, rest if start is None else (*_state(exact.curve, start), *rest[2:])))
+            progress(share + 0.5 * len(motions) / len(visits))
+        peaks = np.array([math.nan if at is None else exact.curve.peak[at] for _, _, at in visits])
+        order = slice(None) if upwards else slice(None, None, -1)
+        sides.append((tuple(motions[order]), peaks[order]))
+    (up, curve_up), (down, curve_down) = sides
+    return RunUp(up, down, curve_up, curve_down)
+
+
+def _visits(
+    exact: DriveResponse, speeds: tuple[float, float], upwards: bool
+) -> list[tuple[float, int | None, int | None]]:
+    """Speeds [rad/s] of one direction in order, with the points of the curve to start from and to arrive at."""
+    first, last = speeds if upwards else speeds[::-1]
+    path = np.empty(0, int)
+    if exact.sweep is not None:
+        path = exact.sweep.run_up if upwards else exact.sweep.run_down
+        inside = (exact.curve.omega[path] >= speeds[0]) & (exact.curve.omega[path] <= speeds[1])
+        path = path[inside]
+    if len(path) < CHECKS:
+        return [(float(omega), None, None) for omega in np.linspace(first, last, CHECKS)]
+    omega, peak = exact.curve.omega[path], exact.curve.peak[path]
+    arc = np.cumsum(np.hypot(np.diff(omega) / (speeds[1] - speeds[0]), np.diff(peak) / np.max(peak)))
+    places = np.minimum(1 + np.searchsorted(arc, arc[-1] * (np.arange(CHECKS) + 0.5) / CHECKS), len(path) - 1)
+    folds = np.array([fold.omega for fold in exact.curve.folds])
+    clear = np.array([np.all(np.abs(folds / w - 1.0) > NEAR_FOLD) for w in omega])
+    later = [np.flatnonzero(clear[i:])[:1] + i for i in np.unique(places)]
+    visits: list[tuple[float, int | None, int | None]] = [
+        (float(omega[i]), int(path[i - 1]), int(path[i])) for i in np.unique(np.concatenate(later))
+    ]
+    if abs(last - omega[-1]) > 1e-3 * (speeds[1] - speeds[0]):  # the sweep ends where stability does
+        visits += [(float(w), None, None) for w in np.linspace(omega[-1], last, BEYOND + 1)[1:]]
+    return visits
+
+
+def _state(curve: Branch, at: int) -> tuple[float, float]:
+    """State (x [rad], x' [rad/s]) of a point of the curve at base angle 0."""
+    series = with_velocity(curve.coefficients[at], float(curve.omega[at]))
+    x, v = series[0] + np.sum(series[1::2], axis=0)
+    return float(x), float(v)
+
+
+def _settled(system: Any, state: tuple[float, ...]) -> SteadyMotion:
+    """Motion that a simulation from `state` ends on: of period 1, or 2 or 3 where that does not close."""
+    if not loses_energy(system):
+        return settle(system, state, time=settling_time(system), close=False, method=TOLERANCE)
+    motion = settled(system, state, method=TOLERANCE)
+    if motion.closed or not motion.status:
+        return motion
+    for period in (2, 3):
+        longer = settle(system, motion.end, time=0.0, period=period, method=TOLERANCE)
+        if longer.closed:
+            return longer
+    return motion
+
 
 SHOWN, BLOCK, LONGEST = 12, 60, 8  # turns of the settled motion; turns that are waited for, and at most so many times
 SAMPLES, PER_CYCLE = 96, 48  # of a turn at least, and of a cycle of the highest order
