@@ -1,4 +1,4 @@
-"""Amplitudes of orders in runs at several speeds, and the noise around them: each run for itself, then all with one delay.
+"""Amplitudes of orders in runs at several speeds, each run alone and all with one delay, and the noise around them.
 
 A line is A cos(k theta(t - delay) + phase), the real part of c exp(i k theta(t - delay)), c = A exp(i phase). In a run
 at the speed w a delay that is d longer turns c by exp(-i k w d).
