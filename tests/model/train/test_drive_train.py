@@ -49,6 +49,7 @@ def test_train_is_what_lagrange_gives_with_kinematic_error():
         assert sp.expand(sp.nsimplify(exact.subs(torque) - found)) != 0
 
 
+@pytest.mark.compiled
 def test_lines_of_two_turns_and_gravity_run_as_their_own_equations():
     N, J_m, J_l, K, B, omega = 51.0, 2e-4, 1.3, 2e4, 2.0, 90.0
     error = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / N, 8e-5, 0.3)))

@@ -15,6 +15,8 @@ from strainwave.base.law import torque_of
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.study.move.servo import settled
 
+pytestmark = pytest.mark.compiled
+
 GEAR = sw.catalogue.gear("SHG-25-100")
 N, J_M, J_L, B, PULL = 100.0, GEAR.input_inertia + 2e-5, 0.5, 5.0, 60.0
 LOOP = sw.train.from_bandwidth(60.0 * math.pi, J_M + J_L / N**2, 0.7)
@@ -107,12 +109,11 @@ LOOPS = {
     "encoder of the load": sw.train.LoadEncoder(LAGGING._replace(K_v=9.0)),
     "unlimited, both encoders": sw.train.MixedEncoders(LAGGING, 50.0),
 }
-AS_PYTHON = pytest.mark.interpreted
 SHARES = sw.Feedforward(0.9, 0.8, 0.7, 0.98)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [pytest.param(k, marks=() if k == "feedforward" else AS_PYTHON) for k in LOOPS])
+@pytest.mark.parametrize("kind", LOOPS)
 def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
     most, tail, weight = 0.3, 0.4, sw.Parallel(sw.train.AngleTorque(20.0), sw.laws.Viscous(1.0))
     fed = SHARES if "feedforward" in kind else sw.Feedforward()
@@ -258,7 +259,6 @@ def test_a_held_motor_follows_exactly_and_its_torque_is_what_that_takes():
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_resonance_is_passed_where_order_times_speed_is_its_frequency_and_costs_less_when_faster():
     held = LINEAR._replace(
         motor=sw.train.Motor(J_M, control=sw.train.Held()), load=sw.train.Load(J_L), error=ERROR, B=2.0
