@@ -23,13 +23,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.law import states_of
 from ...base.results import Floats, SolveError
+from ...drive.margins import control_response, linear_control
 from ...drive.train_curve import POINTS, crest_in
 from ...model.excitation import Harmonic, KinematicError
 from ...model.oscillator import Oscillator
-from ...model.train.controls import CascadeLoop, Lagged, PositionLoop, SpeedLoop
 from ...model.train.drive_train import DriveTrain
-from ...model.train.filters import Filtered, PositionIntegral
 from ...model.train.train_forms import AtLoad
 from ...numerics.balance.linear_part import one_harmonic
 from ...numerics.curves.over_a_turn import traced_turn
@@ -124,22 +124,11 @@ def largest(drives: Drives) -> Largest:
 
 
 def loop_stiffness(loop: Any, s: Any) -> Any:
-    """Torque of a loop over the deviation of the motor [N*m/rad] at s = i omega [1/s]."""
-    if isinstance(loop, Lagged):
-        return loop_stiffness(loop.loop, s) / (1.0 + loop.lag * s)
-    if isinstance(loop, Filtered):
-        w, a, b, h = loop.filter.shape()
-        return loop_stiffness(loop.loop, s) * (h * s * s + b * s + w * w) / (s * s + a * s + w * w)
-    if isinstance(loop, PositionIntegral):
-        inside = loop.loop
-        return loop_stiffness(inside, s) * (s + inside.K_v * (1.0 + 1.0 / (loop.T_p * s))) / (s + inside.K_v)
-    if isinstance(loop, CascadeLoop):
-        return loop.K_p * (s + loop.K_v) * (1.0 + 1.0 / (loop.T_n * s))
-    if isinstance(loop, PositionLoop):
-        return loop.K_p + loop.K_d * s
-    if isinstance(loop, SpeedLoop):
-        return loop.K_i + loop.K_p * s + loop.K_d * s * s
-    raise TypeError(f"{type(loop).__name__} is no loop of a design; take a PositionLoop or a SpeedLoop, or no loop")
+    """Torque of a loop over the deviation of the motor [N*m/rad] at s = i omega (n, m) [1/s]."""
+    count = states_of(loop)
+    parts = linear_control(loop, np.zeros(4 + count), np.arange(4 + count) >= 4)
+    by_angle, of_motor = control_response(parts, np.ravel(np.imag(s)))
+    return (by_angle + of_motor).reshape(np.shape(s))
 
 
 def impedance(drives: Drives, s: Any) -> Any:
