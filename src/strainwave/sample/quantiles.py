@@ -20,6 +20,7 @@ from ..numerics.curves.response import response_family
 from ..numerics.ensemble.request import LaneError, check_lanes
 from ..numerics.integration.corners import repeating
 from ..numerics.operating_point import operating_points
+from ..theory.slow_flow.setting import active_orders
 from .points import described
 from .result import Band, JumpSpread, SpeedSpread, Variability, ranking, running_quantile
 from .sampling import TOGETHER, Distribution, by_path, check_names, named
@@ -219,7 +220,7 @@ def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, share
 
 def _band(system: Any, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
     natural = natural_frequencies(system, drives, amplitude)
-    orders = driven_orders(system)
+    orders = active_orders(system)
     inside = {k: (natural >= k * low) & (natural <= k * high) for k in orders}
     return Band(low, high, amplitude, natural, inside)
 
@@ -261,12 +262,3 @@ def _of_some(system: Any, drives: dict[str, Floats], amplitude: float) -> Floats
         pull = law.stiffness(u0) + 0.0 * u0
     with np.errstate(invalid="ignore"):
         return np.asarray(np.sqrt(np.where(pull > 0.0, pull, np.nan) / members.J))
-
-
-def driven_orders(system: Any) -> tuple[int, ...]:
-    """Orders above 0 of the excitation and the kinematic error whose amplitude is not 0."""
-    orders = [k for k in system.orders() if k > 0]
-    angles = 2.0 * np.pi * np.arange(8 * max([1, *orders])) / (8 * max([1, *orders]))
-    parts = (system.excitation.torque(angles), system.error.value(angles))
-    spectra = [np.abs(np.fft.rfft(np.broadcast_to(part, angles.shape))) for part in parts]
-    return tuple(k for k in orders if any(s[k] > 1e-9 * np.max(s[1:]) for s in spectra))

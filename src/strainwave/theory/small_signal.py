@@ -101,7 +101,7 @@ def small_signal(law: Any, mean_torque: float, *, amplitude: float | None = None
     x = operating_point(law, mean_torque)
     k1, at_rest = float(law.stiffness(x)), float(law.stiffness(0.0))
     if amplitude is None:
-        k2, k3 = _taylor(law, x)
+        k2, k3 = taylor(law, x)
     else:
         s = np.linspace(-1.0, 1.0, POINTS)
         torque = np.asarray(law.torque(x + amplitude * s), float)
@@ -114,7 +114,7 @@ def small_signal(law: Any, mean_torque: float, *, amplitude: float | None = None
     return SmallSignal(float(mean_torque), x, k1, k2, k3, amplitude, ratio, backbone)
 
 
-def _taylor(law: Any, x: float) -> tuple[float | None, float | None]:
+def taylor(law: Any, x: float) -> tuple[float | None, float | None]:
     """Second and third Taylor coefficient of a polynomial law at x; None for other laws."""
     # Compared by class: a user's subclass may change the torque.
     match law if type(law) in (Linear, Cubic, Polynomial) else None:

@@ -24,7 +24,7 @@ from ...model.laws.springs import Cubic
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.curves.response import response_family
 from ...numerics.shooting import find_orbit
-from .resonances import active_orders
+from ...theory.slow_flow.setting import active_orders
 
 POINTS = 200  # of a curve, at least
 WINDOW = 0.25, 0.5  # of omega_0 over the order of excitation: where the third harmonic's resonance is looked for

@@ -18,7 +18,7 @@ from ...numerics.loading import loaded_state
 from ...theory.lyapunov import mean_torque
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState
-from ...theory.slow_flow.setting import Resonance
+from ...theory.slow_flow.setting import Resonance, active_orders
 
 NAMES = {
     (1, 1): "primary",
@@ -27,7 +27,6 @@ NAMES = {
     (2, 1): "superharmonic 2:1",
     (1, 2): "subharmonic 1:2",
 }
-POINTS = 512  # samples of a period for the lines
 
 
 @dataclass(frozen=True)
@@ -191,19 +190,6 @@ def regimes(system: Any, point: OperatingPoint, speeds: tuple[float, float]) -> 
             if resonance not in by_resonance:
                 by_resonance[resonance] = _regime(system, point, speeds, NAMES[p, q], order, resonance)
     return tuple(sorted(by_resonance.values(), key=lambda regime: regime.omega))
-
-
-def active_orders(system: Any) -> tuple[float, ...]:
-    """Orders of the lines whose amplitude is not zero."""
-    angle = 2.0 * math.pi * np.arange(POINTS) / POINTS
-    lines = [
-        np.broadcast_to(system.excitation.torque(angle), angle.shape),
-        np.broadcast_to(system.error.value(angle), angle.shape),
-    ]
-    strength = [np.abs(np.fft.rfft(line)) for line in lines]
-    alive = [s > 1e-12 * max(float(np.max(s)), 1e-300) for s in strength]
-    orders = [k if k % 1 else int(k) for k in system.orders()]
-    return tuple(k for k in orders if k > 0 and (k % 1 or k >= POINTS // 2 or any(a[k] for a in alive)))
 
 
 def _regime(

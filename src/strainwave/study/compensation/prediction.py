@@ -23,8 +23,8 @@ from ...model.oscillator import Oscillator
 from ...model.train.motion import MOST
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.predictor.predictor import BEYOND, OK, motion, state_of, swing
-from ...theory.slow_flow.setting import Resonance
-from ..analysis.resonances import active_orders, operating_point
+from ...theory.slow_flow.setting import Resonance, active_orders
+from ..analysis.resonances import operating_point
 from .bench import Bench, bench_of
 
 Complexes = NDArray[np.complex128]

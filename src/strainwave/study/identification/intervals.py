@@ -271,7 +271,7 @@ def restricted(jacobian: Floats, residual: Floats) -> Spread:
     """Scatter of least squares with the jacobian (n, p) and the residual (n,): coloured, and perhaps uneven."""
     (n, p), (basis, back) = jacobian.shape, _basis(jacobian)
     phi = _colour(basis, residual)
-    innovation = _innovations(_white(basis, phi), _white(residual, phi))
+    innovation = without(_white(basis, phi), _white(residual, phi))
     # V is the covariance of the residual: basis' V basis by the filter that takes white noise to it
     passed = backwards(basis, np.array([phi]), [slice(0, n)])
     passed[0] /= math.sqrt(1.0 - phi * phi)
@@ -291,9 +291,10 @@ def _white(values: Floats, phi: float) -> Floats:
     return found
 
 
-def _innovations(basis: Floats, residual: Floats) -> Floats:
-    Q = np.linalg.qr(basis)[0]
-    return np.asarray(residual - Q @ (Q.T @ residual))
+def without(columns: Floats, values: Floats) -> Floats:
+    """Values less what the columns say of them."""
+    basis = np.linalg.qr(columns)[0]
+    return np.asarray(values - basis @ (basis.T @ values))
 
 
 def _colour(basis: Floats, residual: Floats) -> float:

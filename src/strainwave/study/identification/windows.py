@@ -14,6 +14,7 @@ from ...base.quantities import checked
 from ...base.results import Floats, SolveError
 from ...numerics.driven import Lanes
 from .experiment import Experiment, Record, sizes_of, start_states
+from .intervals import without
 
 EFFECT = 1e-6  # of the outputs' size: what a variation of a number changes
 FIRST_STEP = 1e-6  # of a number, before its effect is known
@@ -209,8 +210,7 @@ class LeastSquares:
 
 def cleared(columns: Floats, by_start: Floats) -> Floats:
     """Columns (n, m) with what a change of the start can do taken out."""
-    basis = np.linalg.qr(by_start / np.maximum(np.linalg.norm(by_start, axis=0), 1e-300))[0]
-    return columns - basis @ (basis.T @ columns)
+    return without(by_start / np.maximum(np.linalg.norm(by_start, axis=0), 1e-300), columns)
 
 
 def solve(

@@ -21,8 +21,9 @@ import numpy as np
 
 from ...base.law import breakpoints_of
 from ...base.results import Floats
-from ...model.laws.springs import Cubic, Linear, Polynomial
+from ...model.laws.springs import Polynomial
 from ...numerics.addressed import torques
+from ..small_signal import taylor
 from .averages import Matrices, along, harmonics, onto
 from .averaging import probes_of, turns_with_phase
 from .closed_forms import FORMS
@@ -282,15 +283,9 @@ def _error(s: Setting, samples: Samples) -> float:
 
 def _square_and_cube(s: Setting) -> tuple[float, float] | None:
     """Square and cube of the law over J about u0; None where it has more, or is no polynomial."""
-    law, u, J = s.system.law, s.u0, s.system.J
-    if isinstance(law, Linear):
-        return 0.0, 0.0
-    if isinstance(law, Cubic):
-        return 3.0 * law.K * law.alpha * u / J, law.K * law.alpha / J
-    if isinstance(law, Polynomial) and not any(law.coefficients[4:]):
-        square, cube = (*law.coefficients, 0.0, 0.0, 0.0, 0.0)[2:4]
-        return (square + 3.0 * cube * u) / J, cube / J
-    return None
+    square, cube = taylor(s.system.law, s.u0)
+    higher = any(s.system.law.coefficients[4:]) if isinstance(s.system.law, Polynomial) else False
+    return None if square is None or cube is None or higher else (square / s.system.J, cube / s.system.J)
 
 
 def _samples(s: Setting, points_each: int) -> Samples:

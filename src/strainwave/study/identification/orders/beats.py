@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from ....base.quantities import number, shown
 from ....base.results import Floats
 from ....model.orders import Turn, whole_ratio
+from ..intervals import without
 from ..run import Run
-from .order_fit import SAME_SPEED, fit_run, slow_columns, without
+from .order_fit import SAME_SPEED, fit_run, slow_columns
 from .order_search import FoundLine, Pair, chance_of
 
 HALF = 0.5  # beats that a run must hold to part two lines

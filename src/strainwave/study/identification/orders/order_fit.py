@@ -200,12 +200,6 @@ def slow_columns(run: Run, lowest: float) -> Floats:
     return np.column_stack([np.ones_like(s), s - 0.5, *waves])
 
 
-def without(columns: Floats, values: Floats) -> Floats:
-    """Values less what the columns say of them."""
-    basis = np.linalg.qr(columns)[0]
-    return np.asarray(values - basis @ (basis.T @ values))
-
-
 def fit_run(
     run: Run, orders: Sequence[float], delay: float, highest: float, frequencies: Sequence[float] = (),
     loose: Sequence[int] = (),
