@@ -143,10 +143,10 @@ class ThreadPool:
         """Stop the threads; chunks under way are given up as soon as compiled code returns: after a block of lanes."""
         self.stop.set()
         self.pool.shutdown(wait=False, cancel_futures=True)
-        since, said = time.time.monotonic(), False
+        since, said = time.monotonic(), False
         while self._interrupted():
             time.sleep(0.05)
-            if not said and time.time.monotonic() - since > 1.0:
+            if not said and time.monotonic() - since > 1.0:
                 said = True
                 log.info("stopping as soon as the blocks of trajectories under way have come to their end")
         self.pool.shutdown(wait=True)

@@ -167,10 +167,11 @@ def _table_3() -> list[Cell]:
         ("omega_0", "rad/s", drive.omega_0, "37.2", "sqrt(K/J) of Table 3 is 10.4 times the printed value (N2)"),
         ("omega_0 as a frequency", "Hz", hertz, "5.92", FOLLOWS),
     )
-    cells = [_compared("Table 3", "", "derived", *row, Printed(text), reason) for *row, text, reason in rows]
+    place = ("Table 3", "", "derived")
+    cells = [_compared(place, name, unit, value, Printed(text), reason) for name, unit, value, text, reason in rows]
     why = "A = T_m/(N J_m) of Table 3 does not depend on the frequency (N3)"
     none = "static error A/omega_0^2; the article gives none (N3)"
-    static, place = amplitude / drive.omega_0**2, ("Table 3", "", "derived")
+    static = amplitude / drive.omega_0**2
     return [
         *cells,
         Cell(*place, "A", "rad/s^2", amplitude, "varies with omega", "not reproducible", why),
@@ -179,7 +180,7 @@ def _table_3() -> list[Cell]:
 
 
 def _compared(
-    table: str, case: str, parameters: str, quantity: str, unit: str, value: float, printed: Printed, reason: str
+    place: tuple[str, str, str], quantity: str, unit: str, value: float, printed: Printed, reason: str
 ) -> Cell:
     """Apply the rule to one number."""
     difference = abs(value - printed.value)
@@ -191,7 +192,7 @@ def _compared(
         reason = f"the printed value is {100.0 * (printed.value - value) / value:+.1f} % off: {reason}"
     else:
         verdict = "not reproducible"
-    return Cell(table, case, parameters, quantity, unit, value, printed.value, verdict, reason)
+    return Cell(*place, quantity, unit, value, printed.value, verdict, reason)
 
 
 def _row(parameters: str, system: Oscillator, case: Case) -> list[Cell]:
@@ -202,8 +203,8 @@ def _row(parameters: str, system: Oscillator, case: Case) -> list[Cell]:
     place = ("Table 4", case.name, parameters)
     why = _why(parameters, case)
     cells = [
-        _compared(*place, *row)
-        for row in (
+        _compared(place, quantity, unit, value, printed, reason)
+        for quantity, unit, value, printed, reason in (
             ("omega", "rad/s", system.omega, case.omega, MULTIPLE),
             ("largest |x|, integration", "rad", numerical, case.numerical, why),
             ("largest |x|, multiple scales", "rad", analytical, case.analytical, why),

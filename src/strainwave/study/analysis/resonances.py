@@ -18,7 +18,8 @@ from ...numerics.loading import loaded_state
 from ...theory.lyapunov import mean_torque
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState
-from ...theory.slow_flow.setting import Resonance, active_orders
+from ...theory.slow_flow.setting import Resonance
+from ...theory.slow_flow.setting import active_orders as active_orders
 
 NAMES = {
     (1, 1): "primary",

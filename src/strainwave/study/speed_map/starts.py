@@ -15,7 +15,7 @@ from ...numerics.balance.harmonics import highest_order
 from ...numerics.balance.linear_part import one_harmonic
 from ...numerics.balance.rates import number_of_states
 from ...numerics.balance.second_order import second_order
-from ...theory.slow_flow.setting import active_orders
+from ..analysis.resonances import active_orders
 from .motions import Motions, stable_runs
 
 RANDOM, PHASES, SEED = 4, 4, 14  # random starts at every speed, and phases of every free vibration

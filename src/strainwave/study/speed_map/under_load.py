@@ -25,9 +25,8 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
 from ...numerics.curves.backbone import backbone
-from ...theory.slow_flow.setting import active_orders
 from ..analysis.avoid import quasi_static, searched
-from ..analysis.resonances import OperatingPoint, operating_point
+from ..analysis.resonances import OperatingPoint, active_orders, operating_point
 from .motions import OMEGA, Motions, UnderLoad
 from .rules import Span, gaps
 from .search import Found, search

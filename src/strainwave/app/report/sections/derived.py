@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from ....base.law import spring_stiffness
 from ....base.protocols import terms_of
 from ....base.sentences import Angle
-from ....theory.slow_flow.setting import active_orders
+from ....study.analysis.resonances import active_orders
 from ...console import number, percent
 from ...view import View
 from .opening import YIELDS

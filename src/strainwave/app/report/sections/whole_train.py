@@ -18,8 +18,8 @@ from ....plot.colours import BLACK, BLUE, DASHES, ORANGE
 from ....plot.panels import MOTOR, Panel
 from ....plot.svg import figure
 from ....study.analysis.avoid import turns
+from ....study.analysis.resonances import active_orders
 from ....study.analysis.train_study import Ramp, TrainStudy
-from ....theory.slow_flow.setting import active_orders
 from ...console import number, percent
 from ...figures.curves import envelope
 from ...view import View, sign, sizes, under_load
