@@ -124,18 +124,8 @@ def variability(
     apart = by_path(system, drives)
     if "omega" in apart and speeds is not None:
         raise ValueError("omega has a distribution and speeds are given; leave one of them out")
-    spreads = tuple(
-        _at_speed(
-            system,
-            drives,
-            apart,
-            float(omega),
-            shares,
-            seed,
-            {"settle": settle, "longest": longest, "threads": threads},
-        )
-        for omega in grid
-    )
+    how = {"settle": settle, "longest": longest, "threads": threads}
+    spreads = tuple(_at_speed(system, drives, apart, omega, shares, seed, how) for omega in grid.tolist())
     jumping = None if span is None else _jumps(system, apart, span, follow, shares)
     band = None if bounds is None else _band(system, apart, *bounds, float(amplitude))
     return Variability(drives, spreads, jumping, band, seed)

@@ -24,7 +24,6 @@ from ...model.train.motion import AngleTorque, Steady
 from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
 from ..analysis.knobs import stiffer
 
-USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known
 COMMANDED = Commanded()
 STAYS = 1e-5  # of a pole from 1: that of a law's memory, and what rounding makes of it
 

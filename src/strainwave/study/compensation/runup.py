@@ -153,17 +153,9 @@ def compensate_run_up(
     angle = None if load_angle is None else checked("load_angle [rad]", load_angle)
     held = steady_bench_of(project, sampling, loop, plant, angle)
     jumps = [_jump(held, c, edges, time, a, b, calm) for (_, c), a, b in zip(chosen, up, down, strict=True)]
-    return CompensatedRunup(
-        speed=0.5 * (edges[1:] + edges[:-1]),
-        up=up,
-        down=down,
-        names=tuple(name for name, _ in chosen),
-        jump=np.array(jumps),
-        acceleration=(high - low) / time,
-        remarks=tuple(
-            remark if remark in bench.remarks else f"While jumps are looked for: {remark}" for remark in held.remarks
-        ),
-    )
+    middles, names = 0.5 * (edges[1:] + edges[:-1]), tuple(name for name, _ in chosen)
+    remarks = tuple(text if text in bench.remarks else f"While jumps are looked for: {text}" for text in held.remarks)
+    return CompensatedRunup(middles, up, down, names, np.array(jumps), (high - low) / time, remarks)
 
 
 def _run(bench: Bench, controller: Any, ends: tuple[float, float], time: float, waits: float = 0.0) -> Any:

@@ -297,19 +297,8 @@ class Nonresonant(NamedTuple):
     """E and L turn freely."""
 
     numbers: Numbers = (
-        (0, 0),
-        (0, 1),
-        (0, 2),
-        (0, 3),
-        (1, -2),
-        (1, -1),
-        (1, 1),
-        (1, 2),
-        (2, -1),
-        (2, 0),
-        (2, 1),
-        (3, 0),
-    )
+        (0, 0), (0, 1), (0, 2), (0, 3), (1, -2), (1, -1), (1, 1), (1, 2), (2, -1), (2, 0), (2, 1), (3, 0),
+    )  # fmt: skip
 
     def values(self, c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: Any) -> Any:
         """Small harmonics, and what is on E [rad/s^2] at first and at second order."""

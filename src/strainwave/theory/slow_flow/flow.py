@@ -105,19 +105,10 @@ class SlowFlow:
         if is_trivial(self._flow):
             roots.append(SteadyState(0.0, 0.0, is_stable(self._flow, 0j)))
         if not roots:
-            cause = (
-                "without damping the amplitude grows without bound; give B"
-                if self.mu <= 0.0
-                else "none was found; integrate"
-            )
-            raise SolveError(
-                Sentence(
-                    "the slow flow ({}) has no steady state at omega = {}: {}",
-                    self.resonance,
-                    Speed(self.system.omega),
-                    cause,
-                )
-            )
+            undamped = "without damping the amplitude grows without bound; give B"
+            cause = undamped if self.mu <= 0.0 else "none was found; integrate"
+            text, speed = "the slow flow ({}) has no steady state at omega = {}: {}", Speed(self.system.omega)
+            raise SolveError(Sentence(text, self.resonance, speed, cause))
         return roots
 
     def states_at(self, omega: ArrayLike) -> StatesAtSpeeds:
