@@ -1,6 +1,4 @@
-"""What `variability` returns, and which input makes its output scatter.
-
-Inputs are ranked by regression coefficients and first-order indices from one random sample.
+"""What `variability` returns, and which input makes its output scatter: first-order indices from one random sample.
 
 The first-order index of an input is Var(E(output | input)) / Var(output): the share of the variance that would go if
 the input were known. Here the conditional mean is a regression on the input, its square and cosines of its rank. The
@@ -248,9 +246,9 @@ class JumpSpread:
     def _of_both(self, least: int, number_of: Callable[[Floats, Floats], Any]) -> tuple[Floats, Floats]:
         """What a function says of the speeds of either jump and the shares; nan where too few drives jump."""
         none = np.full(len(self.shares), np.nan)
-        known = [speeds[np.isfinite(speeds)] for speeds in (self.up, self.down)]
-        up, down = [np.asarray(number_of(v, self.shares)) if len(v) >= least else none for v in known]
-        return up, down
+        up, down = self.up[np.isfinite(self.up)], self.down[np.isfinite(self.down)]
+        of_up = np.asarray(number_of(up, self.shares)) if len(up) >= least else none
+        return of_up, np.asarray(number_of(down, self.shares)) if len(down) >= least else none
 
 
 @dataclass(frozen=True, eq=False)

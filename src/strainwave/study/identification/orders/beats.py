@@ -352,8 +352,7 @@ def _of_pairs(around: Around, members: Sequence[FoundLine], group: dict[Pair, fl
 def _as_likely(around: Around, chosen: list[int], pairs: list[Pair], single: Floats) -> list[tuple[Pair, ...]]:
     """Pair of a single line, with those that are as likely alone or beside it (Laplace's approximation)."""
     (first,) = chosen
-    named = [pairs[first]]
-    size, _ = around.amplitude([first], 0)
+    named, size = [pairs[first]], around.amplitude([first], 0)[0]
     for i, pair in enumerate(pairs):
         if i != first:
             _, error = around.amplitude([first, i], 1)
