@@ -17,6 +17,8 @@ from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.verdict import Answer
 
+pytestmark = pytest.mark.compiled
+
 LOOP = "motor: {loop: {bandwidth: 30 Hz}%s}"
 FASTER = ("to: 4000 rpm", "to: 4400 rpm")
 LOADED = ("mean: 0 N*m", "mean: -40 N*m")  # 0.8 N*m at the motor

@@ -55,10 +55,11 @@ def test_the_answer_is_written_and_its_projects_are_compared(path, tmp_path):
     for file, c in zip(projects, found.pareto, strict=True):
         assert sw.read_project(file).gear.name == c.gear
 
+    projects = projects[:2]
     run = invoke("compare", *projects, "-o", tmp_path / "compared", "--json")
     assert run.exit_code == 0, run.output
     drives = json.loads(run.stdout)["drives"]
-    for drive, c in zip(drives, data["feasible"][:0] or found.pareto, strict=True):
+    for drive, c in zip(drives, found.pareto[:2], strict=True):
         assert drive["oscillation_arcsec"] == pytest.approx(c.oscillation * 648000.0 / 3.141592653589793, rel=1e-3)
     assert len(rows(tmp_path / "compared" / "comparison.csv")) == len(projects)
     assert "CSG" in (tmp_path / "compared" / "comparison.svg").read_text()

@@ -10,6 +10,8 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
 
+pytestmark = pytest.mark.compiled
+
 TEXT = """\
 title: Linear
 gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}

@@ -4,8 +4,6 @@ import csv
 import json
 import math
 import re
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import pytest
@@ -74,20 +72,6 @@ def test_numbers_are_finite_everywhere(report):
         assert all(re.search(r"_(s|rad|rpm|Nm|rad_per_s)$|^(stable|periodic)$", name) for name in header), header
         assert rows
         assert not any("nan" in cell or "inf" in cell for row in rows for cell in row)
-
-
-@pytest.mark.slow
-def test_a_second_run_of_the_command_writes_the_same_bytes(tmp_path):
-    folders = [tmp_path / "one", tmp_path / "other"]
-    for folder in folders:
-        folder.mkdir()
-        (folder / "drive.yaml").write_text(DRIVE.format(law=CUBIC, damping="ratio: 5 %"), encoding="utf-8")
-        command = [sys.executable, "-m", "strainwave", "analyze", "drive.yaml", "-o", "out"]
-        subprocess.run(command, cwd=folder, check=True, capture_output=True)
-    one, other = (folder / "out" for folder in folders)
-    assert {path.name for path in one.iterdir()} == {path.name for path in other.iterdir()}
-    for path in one.iterdir():
-        assert path.read_bytes() == (other / path.name).read_bytes(), path.name
 
 
 @pytest.mark.slow

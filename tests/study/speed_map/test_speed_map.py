@@ -15,6 +15,8 @@ from strainwave.app.commands import cli as command
 from strainwave.study.speed_map.motions import OMEGA, OSCILLATION, Loose
 from strainwave.study.speed_map.rules import Rules, bands_of, common, complement
 
+pytestmark = pytest.mark.compiled
+
 ARCSEC, RPM = np.pi / 648_000.0, np.pi / 30.0
 EDGE = 5e-4  # accuracy of the ends of bands between points of a curve
 J, K, RATIO = 1.3, 1e5, 0.03
