@@ -14,6 +14,8 @@ from strainwave.app.commands.cli import cli
 from strainwave.drive.standstill import standing
 from strainwave.model.train.filters import around
 
+pytestmark = pytest.mark.compiled
+
 ARCSEC = math.pi / 648000.0
 N, J_M, J_L, B, G = 100.0, 4.5e-4, 5.0, 30.0, 110.0  # an elbow with SHG-32-100
 SPRING, ELEMENT = sw.catalogue.gear("SHG-32-100").law, sw.BoucWen(9e3, 0.0, 1e-4)

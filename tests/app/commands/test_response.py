@@ -136,6 +136,7 @@ def test_file_of_an_unknown_kind_is_wrong_usage(project, tmp_path):
     assert not (tmp_path / "curve.pdf").exists()
 
 
+@pytest.mark.compiled
 def test_curve_without_a_stable_motion_is_told_so(project):
     """A softening law bears at most 2/3 K/sqrt(3 |alpha|) = 6.1 N*m; only on its falling side it balances 30."""
     text = PROJECT.replace("6.9e4", "-4e7").replace("{kinematic_error", "{load_torque: {mean: 30 N*m}, kinematic_error")

@@ -88,7 +88,6 @@ def test_a_held_motor_and_a_rigid_load_have_the_orbits_of_the_error_equation(law
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("mean", [0.0, -20.0])
 def test_the_curves_of_both_have_the_same_folds_and_peak(mean):
     drive = sw.Drive(J_m=4e-4, J_l=0.6, N=100.0, B=0.03 * (0.6 * 5e4) ** 0.5, law=THREE._replace(T1=7.0, T2=25.0))

@@ -90,6 +90,7 @@ def cut_short():
     yield sw.numerics.fold_curve(HARDENING, fold, "excitation.amplitude", (0.15, 0.2))
 
 
+@pytest.mark.compiled
 def test_every_verb_says_that_the_harmonics_left_out_matter():
     for found in cut_short():
         assert found.tail > 1e-3

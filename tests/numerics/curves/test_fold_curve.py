@@ -5,6 +5,8 @@ import pytest
 
 import strainwave as sw
 
+pytestmark = pytest.mark.compiled
+
 B, ALPHA = 0.05, 0.1
 DUFFING = sw.Oscillator(1.0, B, sw.Cubic(1.0, ALPHA), sw.Harmonic(0.18), 1.0)  # NLvib example 01
 PATH = "excitation.amplitude"

@@ -8,6 +8,8 @@ import pytest
 
 import strainwave as sw
 
+pytestmark = pytest.mark.compiled
+
 BENCHMARKS = Path(__file__).resolve().parents[3] / "benchmarks"
 
 

@@ -29,6 +29,7 @@ def test_an_orbit_with_hysteresis_is_that_of_an_integration_that_has_settled():
     assert orbit.state(0.0)[:2] == pytest.approx(end.y[:2, 0], rel=1e-6)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("start", [(-2.0, 0.0), (2.0, 1.0), (0.0, -2.0), (0.5, 2.0)])
 def test_shooting_from_far_away_finds_the_motion_on_which_an_integration_settles(start):
     system = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.1)

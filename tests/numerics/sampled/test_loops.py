@@ -127,6 +127,7 @@ def test_filters_of_a_loop_are_those_of_scipy_on_its_torque():
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.max(np.abs(wanted)))
 
 
+@pytest.mark.compiled
 def test_lost_angles_are_bridged_and_counted():
     clean = sw.numerics.run_loop(loop(sampling=SAMPLING), 1.0)
     lossy = sw.numerics.run_loop(loop(sampling=SAMPLING._replace(loss=0.05)), 1.0)

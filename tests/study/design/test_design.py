@@ -11,6 +11,8 @@ import strainwave as sw
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.study.design.result import front
 
+pytestmark = pytest.mark.compiled
+
 SPEC = sw.Specification(
     title="joint",
     load_inertias=(0.8, 1.3),
@@ -49,7 +51,6 @@ def test_feasible_designs_serve_when_their_project_is_computed(found, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_every_gear_is_either_feasible_or_rejected(found):
     served = {c.gear for c in found.feasible}
     assert served | set(found.rejected) == {gear.name for gear in GEARS}

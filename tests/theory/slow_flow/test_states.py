@@ -6,6 +6,8 @@ import pytest
 import strainwave as sw
 from strainwave.theory.slow_flow.states import states
 
+pytestmark = pytest.mark.compiled
+
 DUFFING = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(0.01), 1.05)
 GEAR = sw.Oscillator(
     0.6030927835, 9.82317898446, sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0), sw.Harmonic(0.0), 235.0,
@@ -54,7 +56,6 @@ def assert_same(many, single):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_state_is_lost_or_added_in_random_drives(kind, order):
