@@ -224,6 +224,8 @@ def check_law(field: str, law: Any) -> None:
         name = law.__name__
         raise TypeError(f"{field} is the class {name}; give an object of it, with its numbers: {name}(...)")
     name = type(law).__name__
+    if has(law, "rhs"):
+        raise TypeError(f"{field} is a {name}, a system that moves by itself; give a law, such as Linear(K)")
     if depends(law) not in (1, 2, 3):
         raise TypeError(f"{name}.torque takes {depends(law)} arguments; a law has {', '.join(KINDS)}")
     if (depends(law) == 3) != has(law, "z_rate"):

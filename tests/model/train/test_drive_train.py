@@ -337,6 +337,11 @@ def test_bad_numbers_are_refused_in_one_sentence(train, sentence):
     [
         (PLAIN_TRAIN._replace(load=3.0), "DriveTrain.load is 3.0; it must be a Load or an Elastic"),
         (PLAIN_TRAIN._replace(law=3.0), "DriveTrain.law is 3.0; it must be an object with a method torque"),
+        (PLAIN_TRAIN._replace(law=PLAIN_TRAIN), "DriveTrain.law is a DriveTrain, a system that moves by itself"),
+        (
+            PLAIN_TRAIN._replace(law=sw.Parallel(sw.Linear(1.0), PLAIN_TRAIN)),
+            "Parallel.second is a DriveTrain, a system that moves by itself; give a law",
+        ),
         (PLAIN_TRAIN._replace(reference=sw.Harmonic(0.1)), "it must be an object with a method curvature"),
         (PLAIN_TRAIN._replace(motor=sw.train.Motor(1.0, control="PD")), "Motor.control is 'PD'; it must be Free"),
         (

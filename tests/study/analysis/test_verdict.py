@@ -81,6 +81,22 @@ CURVE = SimpleNamespace(omega=OMEGA, torque=TORQUE, mean_torque=0.5 * TORQUE, vi
 QUIET = Avoid((), 1e-5, 150.0, 1e-5, limit=1e-4)
 
 
+def test_a_step_that_moves_a_fold_out_of_the_range_is_judged_by_the_large_motion_too(tmp_path):
+    path = tmp_path / "axis.yaml"
+    path.write_text(
+        "gear: {ratio: 100, law: {type: cubic, K: 10415.3 N*m/rad, alpha: 2.57915e+07 1/rad^2}}\n"
+        "motor: {inertia: 0.14033 kg*cm^2, mode: held}\nload: {inertia: 0.038904 kg*m^2}\ndamping: {ratio: 1.872 %}\n"
+        "speed: {from: 92.9297 rad/s, to: 662.021 rad/s, shaft: motor}\nlimit: {oscillation: 35.12 arcsec}\n"
+        "excitation: {kinematic_error: [{order: 6, amplitude: 1.146 arcsec, phase: 43.6 deg}]}\n"
+    )
+    drive = sw.read_project(path)
+    curve = drive.response().curve
+    assert curve.folds[-1].omega == pytest.approx(93.26, rel=1e-4)  # just inside the range
+    heavier = next(remedy for remedy in drive.analyze().remedies if remedy.what == "inertia of the load")
+    changed = drive.with_load_inertia(heavier.after)
+    assert heavier.ratio == pytest.approx(largest(changed) / largest(drive), rel=0.01)
+
+
 def judged(*limits, used=None):
     used = used or Usage(100.0, 150.0, 50.0, 150.0)
     return verdict_of((100.0, 200.0), (CURVE,), QUIET, used, limits)

@@ -33,6 +33,7 @@ NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed a
 MOST, WITH_MEMORY = 60, 12  # changed drives that are followed, and those whose law has memory, which take longer
 DOUBT = -1.0 / 3.0, 2.0 / 3.0  # relative changes of a damping that is assumed: from 3 % of critical to 2 and 5 %
 LOST = 0.99  # of the largest oscillation: less than this without coexisting motions, and they are looked for
+LEFT, FALLS = 0.1, 0.7  # relative change of the peak's speed, and the peak over that before: beyond, likewise
 
 
 def other_gears(subject: Subject) -> Iterator[Knob]:
@@ -331,10 +332,23 @@ class Trial:
                 break
         return min(tried, key=lambda remedy: remedy.ratio, default=None), reason
 
+    def largest(self, changed: Subject) -> tuple[float, float] | None:
+        """Speed [rad/s] and size [rad] of the largest oscillation of a changed drive.
+
+        Coexisting motions are looked for where the peak has left its place: a change that moves a fold out of the
+        range of speeds leaves a curve that never meets the large motion.
+        """
+        harmonics, coexisting = self.how
+        top = changed.largest(harmonics, coexisting)
+        if top is None or coexisting:
+            return top
+        moved = abs(top[0] / self.before[0] - 1.0) > LEFT or top[1] < FALLS * self.before[1]
+        return changed.largest(harmonics, True) if moved else top
+
     def remedy(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
         """What a change of one thing by a share does; None where no steady motion is found with it."""
         try:
-            after = (changed if share == 0.0 else changed._replace(speeds=self.speeds)).largest(*self.how)
+            after = self.largest(changed if share == 0.0 else changed._replace(speeds=self.speeds))
         except SolveError:  # its law cannot carry the mean torque
             return None
         if after is None:

@@ -323,7 +323,7 @@ def _within(limit: float, trial: Trial, knob: Knob, share: float, allowance: All
     if isinstance(changed, str) or not allowance.take():
         return False
     try:
-        top = changed.largest(*trial.how)
+        top = trial.largest(changed)
     except SolveError:  # its law cannot carry the torque
         return False
     return top is not None and top[1] <= limit
