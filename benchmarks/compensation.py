@@ -17,7 +17,7 @@ import numpy as np
 
 import strainwave as sw
 from strainwave.compile.jit import run
-from strainwave.model.controllers.measurement import Measurement
+from strainwave.model.controllers.loops import Measurement
 from strainwave.study.compensation.bench import bench_of
 
 ARCSEC, TURN = math.pi / 648_000.0, 2.0 * math.pi

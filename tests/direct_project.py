@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from strainwave import Project
-from strainwave.base.speeds import Speeds
+from strainwave.base.units import Speeds
 
 
 def project_of(

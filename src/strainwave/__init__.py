@@ -23,6 +23,7 @@ used, so that importing the package costs nothing.
 import sys
 from typing import Any
 
+from . import maths as maths
 from .base.above import Former, contents, former
 
 __version__ = "0.2.0"

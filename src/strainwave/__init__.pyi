@@ -124,7 +124,7 @@ from .study.identification.loops.loop_fit import fit_loop as fit_loop
 from .study.identification.decay import fit_decay as fit_decay
 from .study.identification.friction_fit import fit_friction as fit_friction
 from .study.identification.identify import identify as identify
-from .files.identified.identify_drive import identify_drive as identify_drive
+from .files.variants.identify_drive import identify_drive as identify_drive
 from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
 
 # Many drives

@@ -1,8 +1,8 @@
 """Numbers of a law, a drive or an error from measurements: fits, scans of orders, intervals, what a model lacks."""
 
-from .files.identified.identify_drive import identify_drive as identify_drive
 from .files.scan_file import read_profile as read_profile
 from .files.scan_file import read_scan as read_scan
+from .files.variants.identify_drive import identify_drive as identify_drive
 from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
 from .study.identification.decay import fit_decay as fit_decay
 from .study.identification.discrepancy import discrepancy as discrepancy

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.compile.blas import one_thread, threads_of
+from strainwave.base.blas import one_thread, threads_of
 
 np.linalg.inv(np.eye(2))
 NUMPY = threads_of("numpy.linalg._umath_linalg")

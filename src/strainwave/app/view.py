@@ -11,8 +11,7 @@ from ..base import units
 from ..base.quantities import parse
 from ..base.sentences import Angle, Quantity, number, told
 from ..base.sentences import sign as sign
-from ..base.speeds import Speeds
-from ..base.units import ARCSEC
+from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
 from ..plot.panels import Axis
 from ..study.analysis.analysis import Analysis

@@ -36,7 +36,8 @@ RENAMED = {  # public names of version 0.2 that are others now
 }  # fmt: skip
 IN_BASE = ("choices", "law", "protocols", "quantities", "records", "sentences", "series", "units")
 FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {
-    f"{ROOT}.tree": f"{ROOT}.compile.tree", f"{ROOT}.app.figures.svg": f"{ROOT}.plot",
+    f"{ROOT}.tree": f"{ROOT}.compile.tree", f"{ROOT}.app.figures": f"{ROOT}.app",
+    f"{ROOT}.app.figures.svg": f"{ROOT}.plot",
 }  # fmt: skip
 
 DRAWN = (

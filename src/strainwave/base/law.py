@@ -11,10 +11,11 @@ by class: in compiled code it costs nothing.
 from collections.abc import Iterator
 from functools import cache
 from itertools import pairwise
+from math import isfinite, nan
 from typing import Any
 
 from ..compile.jit import chosen, kernel
-from ..compile.tree import alike, axpy
+from ..compile.tree import alike, axpy, shown
 from .above import ROOT
 
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
@@ -280,6 +281,39 @@ def _slope(law: Any, x: float, step: float) -> tuple[float, float]:
     """Central difference of a spring's torque, and what rounding may add to it [N*m/rad]."""
     above, below = float(law.torque(x + step)), float(law.torque(x - step))
     return (above - below) / (2.0 * step), 1e-15 * (abs(above) + abs(below)) / step
+
+
+def corners_of(model: Any) -> tuple[float, ...]:
+    """Corners of a model and of the models in its fields; a model that lists its own speaks for its fields too.
+
+    Corners are base angles [rad; s where omega is 1] at which a function of the base angle jumps or changes its slope.
+    A part of a system that does not repeat, a profile of torque or of speed, lists them: `corners()`, a tuple.
+    """
+    if not isinstance(model, type) and hasattr(model, "corners"):
+        return _listed_corners(model)
+    return tuple(corner for item in model if isinstance(item, tuple) for corner in corners_of(item))
+
+
+def _listed_corners(model: Any) -> tuple[float, ...]:
+    corners = model.corners()
+    try:
+        listed = tuple(float(corner) for corner in corners)
+    except (TypeError, ValueError):
+        listed = (nan,)
+    if not all(map(isfinite, listed)):
+        name = type(model).__name__
+        raise ValueError(f"{name}.corners() gives {shown(corners)}; it must give a tuple of finite base angles")
+    return listed
+
+
+def repeating(verb: str, system: Any) -> Any:
+    """Return the system, or refuse one that does not repeat with every turn of the base angle (ValueError)."""
+    if found := corners_of(system):
+        raise ValueError(
+            f"{type(system).__name__} has a profile with corners at {shown(found)} s and does not repeat; {verb} takes "
+            "what repeats with every turn of the base angle: use simulate or drive_run"
+        )
+    return system
 
 
 def is_spring(system: Any) -> bool:

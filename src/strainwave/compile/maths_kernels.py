@@ -14,7 +14,7 @@ import struct
 from fractions import Fraction
 from typing import Any
 
-from .. import maths
+from . import maths
 
 _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
 

@@ -13,16 +13,15 @@ from ..base.protocols import lacking
 from ..base.quantities import checked, number, positive_count, shown
 from ..base.results import SolveError
 from ..base.sentences import listed, on_screen
-from ..base.speeds import Speeds
+from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears.gear import Gear
-from ..model.oscillator import Oscillator
+from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, VaryingOscillator
 from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
-from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..numerics.balance.harmonics import LARGEST
 from .asked import MotorLimits, Source, Task
 from .drive_response import DriveResponse

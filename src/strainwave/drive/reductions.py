@@ -13,7 +13,7 @@ from ..base.results import Floats, Orbit, SolveError
 from ..base.sentences import Sentence, Speed, on_screen
 from ..model.drive import Drive
 from ..model.excitation import KinematicError
-from ..model.laws.meshing import NO_FRICTION
+from ..model.laws.friction import NO_FRICTION
 from ..model.oscillator import Oscillator
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG

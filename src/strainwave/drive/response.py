@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.blas import one_thread
 from ..base.law import depends, is_spring, losses_of, torque_of
 from ..base.protocols import lacking
 from ..base.results import Branch, Floats
 from ..base.series import largest_of_samples
-from ..compile.blas import one_thread
 from ..model.gears.limits import cubic_means
 from ..model.train.drive_train import DriveTrain
 from ..numerics.continuation.trace import describe, with_crests

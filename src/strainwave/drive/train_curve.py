@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..base.blas import one_thread
 from ..base.results import Floats
 from ..base.sentences import listed
 from ..base.series import largest_of_samples, oscillation
-from ..compile.blas import one_thread
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
 from ..model.train.drive_train import DriveTrain

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.blas import one_thread
 from ..base.law import breakpoints_of, depends
 from ..base.protocols import lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number, shown
 from ..base.results import Branch, Floats, Orbit, Status
 from ..base.series import largest_of_samples
-from ..compile.blas import one_thread
 from ..model.excitation import Harmonics, NoError
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel

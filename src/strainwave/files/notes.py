@@ -1,4 +1,4 @@
-"""What a reader of the results should know about the input of a project.
+"""What a reader of the results should know about the input of a project, and where each of its numbers comes from.
 
 Most of it are numbers that are legal and most likely wrong: a unit, a shaft or a factor taken for another. Thresholds
 are a factor away from what gears have, so that no sound drive meets one. What gears have, over the 183 records of the
@@ -11,13 +11,23 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 
 import math
 from collections.abc import Iterable, Iterator
+from typing import Any
 
+from ..base.facts import Fact
 from ..base.law import spring_stiffness
-from ..base.units import RPM, convert
+from ..base.units import ARCSEC, RPM, convert
+from ..drive.asked import Source
 from ..drive.project import Project, mean_of
-from ..model.gears.gear import NUMBERS
-from ..model.train.controls import PositionLoop, SpeedLoop, core_of
+from ..drive.reductions import error_slope
+from ..model.gears.gear import NUMBERS, Gear
+from ..model.laws.friction import NO_FRICTION
+from ..model.train.controls import USUAL, PositionLoop, SpeedLoop, core_of
+from ..model.train.shafts import NO_DRAG
 from ..study.analysis.analyze import RATCHETING
+from .fields.groups import ASSUMED, CATALOGUE, MEASURED, YOURS
+from .fields.rows import inside
+from .fields.schema import ProjectSpec
+from .variants.names import Keys, keys_of, numbers_of
 
 FACTOR = 10.0  # beyond what gears have
 STIFFNESS = 340.0, 1.45e6  # N*m/rad
@@ -228,3 +238,80 @@ def _damping(project: Project) -> Iterator[str]:
             f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); "
             "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
         )
+
+
+NO_NUMBERS = ("scatter", "excitation.accuracy")
+ACCURACY = "orders 1, 2 and 4 share the accuracy as 1 : 4 : 1"
+UNNAMED = "the file names neither a mode nor a loop of the motor"
+
+
+def sources_of(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> tuple[Source, ...]:
+    """Every number of a file, and those that stand in for what it leaves out, with the source of each."""
+    named = (spec.sources or {}).items()
+    declared = {("speed",) if name == "speed" else keys_of(content, name): word for name, word in named}
+    names = (name for name in numbers_of(content) if not name.startswith(NO_NUMBERS))
+    given = (Source(name, str(_at(content, name)), word_of(declared, tuple(name.split(".")))) for name in names)
+    return *_implied(content, spec, gear), *given
+
+
+def word_of(said: dict[Keys, str], keys: Keys) -> str:
+    """What the file says of the narrowest group with a number; a number that it gives is its writer's."""
+    return next((said[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in said), YOURS)
+
+
+def _at(content: Any, name: str) -> Any:
+    for key in name.split("."):
+        content = inside(content, key)
+    return content
+
+
+def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> Iterator[Source]:
+    """What follows from a name of the catalogue or from a default."""
+    motor, loop = spec.motor, _at(content, "motor.loop")
+    if gear is not None:
+        yield Source("gear", gear.name, CATALOGUE, gear.source)
+        if motor.inertia is None:
+            yield Source("motor.inertia", f"{gear.input_inertia:.4g} kg*m^2", CATALOGUE, "the wave generator alone")
+        if isinstance(spec.load_friction, str):
+            yield Source("load_friction", CATALOGUE, CATALOGUE, "from its efficiency")
+    if not motor.named:
+        yield Source("motor.mode", motor.mode, ASSUMED, UNNAMED)
+    if isinstance(loop, dict) and "bandwidth" in loop and "damping" not in loop:
+        yield Source("motor.loop.damping", f"{USUAL.damping:g}", ASSUMED, "the default of a loop")
+    if spec.excitation.accuracy is not None:
+        given = gear.accuracy if gear is not None and gear.accuracy else 0.0
+        given = given if isinstance(spec.excitation.accuracy, str) else spec.excitation.accuracy
+        yield Source("excitation.accuracy", f"{given / ARCSEC:.4g} arcsec", ASSUMED, ACCURACY)
+
+
+def source_facts(project: Project) -> tuple[tuple[Fact, ...], ...]:
+    """A row for every number: its name, its text, its source, and why where the file does not give it."""
+    keys = ("name", "value", "source", "why")
+    return tuple(tuple(map(Fact, keys, row)) for row in project.sources)
+
+
+def sources_said(project: Project) -> str:
+    """Numbers by where they come from; of the catalogue and of measurements, and what is assumed."""
+    words = {ASSUMED: "assumed", MEASURED: "measured", CATALOGUE: "from the catalogue"}
+    told = [one for one in project.sources if not one.name.endswith(".order")]
+    some = {word: [f"{one.name} {one.value}".strip() for one in told if one.word == word] for word in words}
+    parts = [f"{words[word]}: {', '.join(names)}" for word, names in some.items() if names]
+    return "; ".join([*parts, "the other numbers are yours" if parts else "all numbers are yours"])
+
+
+def remarks(project: Project) -> tuple[str, ...]:
+    """Notes of the file, and sentences about effects that the error equation neglects."""
+    train, sentences = project.train, list(project.notes)
+    if train is None:
+        return tuple(sentences)
+    if train.motor.drag != NO_DRAG and train.motor.held:
+        sentences.append("motor.drag does not enter: an ideally held motor keeps its speed whatever opposes it.")
+    if train.friction != NO_FRICTION and train.motor.held:
+        sentences.append("load_friction does not enter: an ideally held motor keeps its speed whatever opposes it.")
+    if train.motor.free and project.kinematic_error is not None:
+        sentences.append(
+            "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
+            f"{error_slope(train):.2g}, and the ripple of the motor's speed; `strainwave analyze` compares it with the "
+            "whole drive train."
+        )
+    return tuple(sentences)

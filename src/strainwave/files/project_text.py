@@ -7,48 +7,23 @@ from pathlib import Path
 from typing import Any
 
 from ..base.quantities import checked, interval, number, shown
-from ..base.speeds import Speeds
+from ..base.units import Speeds
 from ..drive.asked import MotorLimits
 from ..drive.project import Project
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
+from ..model.laws.friction import LoadFriction, NoFriction
 from ..model.laws.hysteresis import Parallel
-from ..model.laws.meshing import LoadFriction, NoFriction
 from ..model.laws.springs import Play
+from ..model.oscillator import NoVariation
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
-from ..model.varying import NoVariation
-from .fields.groups import (
-    ASSUMED,
-    CATALOGUE,
-    MEASURED,
-    ControllerSpec,
-    ErrorLine,
-    ExcitationSpec,
-    LoadTorqueSpec,
-    TorqueLine,
-    TorqueRange,
-    TorqueSpec,
-)
+from .fields import groups, schema
 from .fields.postures import PostureSpec
 from .fields.rows import texts_of
-from .fields.schema import (
-    BacklashSpec,
-    CouplingSpec,
-    DampingSpec,
-    ExplicitGear,
-    LimitSpec,
-    LoadSpec,
-    MotorSpec,
-    MoveSpec,
-    NamedGear,
-    ProjectSpec,
-    SpeedSpec,
-    StiffnessSpec,
-)
 from .reading import ProjectError, from_text
 
-KEPT = (ASSUMED, MEASURED, CATALOGUE)  # sources that are written
+KEPT = (groups.ASSUMED, groups.MEASURED, groups.CATALOGUE)  # sources that are written
 NEIGHBOURS = (0.0, -math.inf, math.inf)
 
 
@@ -94,13 +69,13 @@ def project_text(
         )
     text = _file(
         title=title or None,
-        gear=ExplicitGear(ratio=train.N, law=train.law),
+        gear=schema.ExplicitGear(ratio=train.N, law=train.law),
         load_friction=_friction(train.friction),
         motor=_motor(train.motor, "free" if train.motor.free else "held"),
         load=_load(train.load),
-        damping=DampingSpec(B=train.B),
+        damping=schema.DampingSpec(B=train.B),
         speed=_speed(train.omega if omega is None else omega),
-        excitation=ExcitationSpec(
+        excitation=groups.ExcitationSpec(
             kinematic_error=_error(train.error, train.N),
             motor_torque=_torque("the motor", train.motor.excitation),
             load_torque=_torque("the load", train.load.end().excitation),
@@ -137,23 +112,23 @@ def _reads_as(project: Project, text: str) -> bool:
 
 
 def _file(**groups: Any) -> str:
-    return "".join(f"{name}: {text}\n" for name, text in texts_of(ProjectSpec(**groups)).items())
+    return "".join(f"{name}: {text}\n" for name, text in texts_of(schema.ProjectSpec(**groups)).items())
 
 
 def _gears(project: Project) -> Iterator[dict[str, Any]]:
     """Ways to write the gear, the shortest first: by its name in the catalogue, with a law of its own, in full."""
     law, additions = project.drive.law, dict[str, Any]()
     ratio, rated = project.drive.N, project.rated_torque
-    in_full = {"gear": ExplicitGear(ratio=ratio, law=law, rated_torque=rated)}
+    in_full = {"gear": schema.ExplicitGear(ratio=ratio, law=law, rated_torque=rated)}
     if isinstance(law, Parallel):
         additions["hysteresis"], law = law.second, law.first
     if isinstance(law, Play):
-        additions["backlash"], law = BacklashSpec(half_gap=law.half_gap), law.law
+        additions["backlash"], law = schema.BacklashSpec(half_gap=law.half_gap), law.law
     if project.gear is not None:
         yield {"gear": project.gear.name, **additions}
-        yield {"gear": NamedGear(name=project.gear.name, law=law), **additions}
+        yield {"gear": schema.NamedGear(name=project.gear.name, law=law), **additions}
     yield in_full
-    yield {"gear": ExplicitGear(ratio=ratio, law=law, rated_torque=rated), **additions}
+    yield {"gear": schema.ExplicitGear(ratio=ratio, law=law, rated_torque=rated), **additions}
 
 
 def _parts(project: Project) -> dict[str, Any]:
@@ -166,12 +141,12 @@ def _parts(project: Project) -> dict[str, Any]:
         "revision": project.revision,
         "load_friction": _friction(train.friction),
         "motor": _motor(motor, project.motor if project.motor_named else None, project.motor_limits),
-        "controller": project.sampling and ControllerSpec.of(project.sampling),
+        "controller": project.sampling and groups.ControllerSpec.of(project.sampling),
         "load": _load(train.load),
         "damping": _damping(project),
-        "stiffness": project.stiffness and StiffnessSpec(ripples=project.stiffness),
+        "stiffness": project.stiffness and schema.StiffnessSpec(ripples=project.stiffness),
         "speed": _speeds(project.speeds),
-        "excitation": ExcitationSpec(
+        "excitation": groups.ExcitationSpec(
             kinematic_error=_error(project.kinematic_error, drive.N),
             motor_torque=None if free is None else _torque("the motor", free),
             load_torque=_torque("the load", load, project.mean_range),
@@ -179,8 +154,8 @@ def _parts(project: Project) -> dict[str, Any]:
         "scatter": dict(project.scatter) or None,
         "scatter_correlation": project.correlation,
         "sources": dict(_kept(project)) or None,
-        "limit": None if project.limit is None else LimitSpec(oscillation=project.limit),
-        "move": project.move and MoveSpec.of(project.move),
+        "limit": None if project.limit is None else schema.LimitSpec(oscillation=project.limit),
+        "move": project.move and schema.MoveSpec.of(project.move),
         "postures": [PostureSpec(**row._asdict() | {"name": row.name or None}) for row in project.postures] or None,
     }
 
@@ -197,21 +172,21 @@ def _group(name: str) -> str:
     return next((group for group in ("damping", "motor.loop") if name.startswith(f"{group}.")), name)
 
 
-def _damping(project: Project) -> DampingSpec:
+def _damping(project: Project) -> schema.DampingSpec:
     varying, B = project.damping, project.drive.B
     if varying is None:
-        return DampingSpec(B=B)
+        return schema.DampingSpec(B=B)
     numbers = varying._asdict() | {"B": B}
     ripples = numbers.pop("variation")
-    return DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **numbers)
+    return schema.DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **numbers)
 
 
-def _speeds(speeds: Speeds) -> SpeedSpec:
+def _speeds(speeds: Speeds) -> schema.SpeedSpec:
     """Speeds of the shaft that they were given for: the numbers that times the ratio give those of the base angle."""
     own = tuple(_share(omega, speeds.ratio) for omega in speeds.given)
     if speeds.single:
-        return SpeedSpec(at=own, shaft=speeds.shaft)
-    return SpeedSpec(**{"from": own[0], "to": own[1], "shaft": speeds.shaft})
+        return schema.SpeedSpec(at=own, shaft=speeds.shaft)
+    return schema.SpeedSpec(**{"from": own[0], "to": own[1], "shaft": speeds.shaft})
 
 
 def _share(omega: float, ratio: float) -> float:
@@ -236,47 +211,47 @@ def _friction(friction: object) -> float | None:
     return friction.mu
 
 
-def _motor(motor: Any, mode: str | None, limits: MotorLimits | None = None) -> MotorSpec:
-    return MotorSpec(
+def _motor(motor: Any, mode: str | None, limits: MotorLimits | None = None) -> schema.MotorSpec:
+    return schema.MotorSpec(
         inertia=motor.J or None,
         mode=mode,
         loop=None if motor.free or motor.held else motor.control,
         drag=_drag(motor.drag),
-        **MotorSpec.sheet_of(limits),
+        **schema.MotorSpec.sheet_of(limits),
     )
 
 
-def _load(load: Any) -> LoadSpec:
+def _load(load: Any) -> schema.LoadSpec:
     chain = []
     while not isinstance(load, Load):
-        chain.append(CouplingSpec(inertia=load.J, B=load.B, law=load.law))
+        chain.append(schema.CouplingSpec(inertia=load.J, B=load.B, law=load.law))
         load = load.load
     chained = {"coupling": chain[0]} if len(chain) == 1 else {"couplings": chain or None}
-    return LoadSpec(inertia=load.J, drag=_drag(load.drag), **chained)
+    return schema.LoadSpec(inertia=load.J, drag=_drag(load.drag), **chained)
 
 
-def _speed(omega: Any) -> SpeedSpec:
+def _speed(omega: Any) -> schema.SpeedSpec:
     if isinstance(omega, tuple | list):
         low, high = interval("omega [rad/s]", omega, positive=True)
-        return SpeedSpec(**{"from": low, "to": high, "shaft": "motor"})
-    return SpeedSpec(at=(number("omega [rad/s]", omega, positive=True),), shaft="motor")
+        return schema.SpeedSpec(**{"from": low, "to": high, "shaft": "motor"})
+    return schema.SpeedSpec(at=(number("omega [rad/s]", omega, positive=True),), shaft="motor")
 
 
-def _torque(where: str, torque: object, means: tuple[float, float] | None = None) -> TorqueSpec | None:
+def _torque(where: str, torque: object, means: tuple[float, float] | None = None) -> groups.TorqueSpec | None:
     if not isinstance(torque, Harmonic | Harmonics):
         raise ValueError(
             f"a project file holds torques as harmonics, and {where} has {shown(torque)}; use it in Python"
         )
     terms = torque.terms if isinstance(torque, Harmonics) else (torque,)
-    lines = [TorqueLine.of(term) for term in terms if term.amplitude]
-    span = means and TorqueRange(**{"from": means[0], "to": means[1]})
-    found = LoadTorqueSpec(mean=span or sum(term.mean for term in terms) or None, lines=lines or None)
+    lines = [groups.TorqueLine.of(term) for term in terms if term.amplitude]
+    span = means and groups.TorqueRange(**{"from": means[0], "to": means[1]})
+    found = groups.LoadTorqueSpec(mean=span or sum(term.mean for term in terms) or None, lines=lines or None)
     return found if found.given else None
 
 
-def _error(error: object, ratio: float) -> list[ErrorLine] | None:
+def _error(error: object, ratio: float) -> list[groups.ErrorLine] | None:
     if error is None or isinstance(error, NoError):
         return None
     if not isinstance(error, KinematicError):
         raise ValueError(f"a project file holds lines of a kinematic error, not {shown(error)}; use it in Python")
-    return [ErrorLine.of(line, ratio) for line in error.lines]
+    return [groups.ErrorLine.of(line, ratio) for line in error.lines]

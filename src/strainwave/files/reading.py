@@ -3,22 +3,23 @@
 From the fields of a project file to the project in SI: speeds, excitation, damping, the whole train.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from ..base.quantities import checked, convert
 from ..base.sentences import printable
-from ..base.speeds import Speeds
-from ..drive.asked import MotorLimits, Task
+from ..base.units import Speeds
+from ..drive.asked import MotorLimits
 from ..drive.loop_margin import unstable
-from ..drive.postures import Posture
 from ..drive.project import Project
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears import catalogue
 from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
-from ..model.laws.meshing import NO_FRICTION, LoadFriction, NoFriction
+from ..model.laws.friction import NO_FRICTION, LoadFriction, NoFriction
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
@@ -28,12 +29,12 @@ from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
 from .fields.postures import postures_of
 from .fields.rows import read_file
 from .fields.schema import ExplicitGear, LoadSpec, NamedGear, ProjectSpec, SpeedSpec
-from .notes import notes, posture_note
+from .notes import notes, posture_note, sources_of
 from .own_gears import read_gears
 from .python_law import with_python_laws
-from .sources import sources_of
 from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, refuse, shown, text_of
 
+T = TypeVar("T")
 ACCURACY_NOTE = (
     "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
     "1 : 4 : 1 by assumption; a measured scan (strainwave error-scan) replaces the assumption."
@@ -213,23 +214,20 @@ def from_located(located: Located, text: str, path: Path) -> Project:
         raise ProjectError(complaint(path, problems))
     gear: Gear | ExplicitGear | None = None
     elsewhere: list[str] = []
-    task: Task | None = None
-    sheet: MotorLimits | None = None
-    rows: tuple[Posture, ...] = ()
-    try:
-        task = None if spec.move is None else spec.move.task(path.parent)
-    except FileError as error:
-        elsewhere.append(str(error))
-    try:
-        sheet = None if spec.motor is None else spec.motor.limits(path.parent)
-    except FileError as error:
-        elsewhere.append(str(error))
+
+    def of_files(part: Callable[[Path], T]) -> T | None:
+        """A part of the project that other files of its folder have; None where these are wrong."""
+        try:
+            return part(path.parent)
+        except FileError as error:
+            elsewhere.append(str(error))
+            return None
+
+    task = None if spec.move is None else of_files(spec.move.task)
+    sheet = None if spec.motor is None else of_files(spec.motor.limits)
     if sheet is not None and (said := sheet.crossing()):
         problems.append(Problem(*located.place(("motor", "continuous_torque")), "motor.continuous_torque", said))
-    try:
-        rows = postures_of(spec.postures, path.parent)
-    except FileError as error:
-        elsewhere.append(str(error))
+    rows = of_files(lambda folder: postures_of(spec.postures, folder)) or ()
     try:
         gear = _gear(spec, path)
     except FileError as error:

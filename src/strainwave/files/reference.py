@@ -7,7 +7,7 @@ from textwrap import wrap
 from typing import Any
 
 from ..drive.asked import Payload
-from ..model.varying import Ripple
+from ..model.oscillator import Ripple
 from .fields.entries import Loop, filter_types
 from .fields.kinds import Schema
 from .fields.rows import law_types, row_at, schema_of

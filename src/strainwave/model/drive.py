@@ -7,7 +7,7 @@ from ..base.law import spring_stiffness
 from ..base.protocols import need
 from ..base.quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
-from .laws.meshing import NO_FRICTION
+from .laws.friction import NO_FRICTION
 from .laws.springs import Cubic
 from .oscillator import Oscillator
 from .train.controls import FREE

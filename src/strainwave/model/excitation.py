@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base.protocols import scaled
 from ..base.quantities import Angle, Order, Torque
-from ..maths import cos, sin
+from ..compile.maths import cos, sin
 
 HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
 

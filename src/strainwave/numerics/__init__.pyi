@@ -1,13 +1,16 @@
 """Computing with any system that has `rhs(phase, y)` and `omega`; no model is imported here."""
 
-from .attractors.lyapunov_exponent import lyapunov_exponent as lyapunov_exponent
 from .attractors.poincare import orbit_diagram as orbit_diagram
 from .attractors.poincare import poincare_section as poincare_section
+from .attractors.settle import lyapunov_exponent as lyapunov_exponent
 from .curves.backbone import backbone as backbone
 from .curves.fold_curve import fold_curve as fold_curve
 from .curves.parameter_response import parameter_response as parameter_response
 from .curves.response import response_family as response_family
 from .curves.switching import switch_branch as switch_branch
+from .ensemble.linear_loops import loop_response as loop_response
+from .ensemble.loops import loop_ensemble as loop_ensemble
+from .ensemble.loops import run_loop as run_loop
 from .ensemble.measures import Amplitude as Amplitude
 from .ensemble.measures import Extremes as Extremes
 from .ensemble.measures import Final as Final
@@ -18,9 +21,6 @@ from .ensemble.measures import Rms as Rms
 from .integration.methods import AdaptiveStep as AdaptiveStep
 from .integration.methods import FixedStep as FixedStep
 from .integration.schemes import runge_kutta as runge_kutta
-from .sampled.linear import loop_response as loop_response
-from .sampled.loops import loop_ensemble as loop_ensemble
-from .sampled.loops import run_loop as run_loop
 from .shooting import shoot as shoot
 
 __all__: list[str]

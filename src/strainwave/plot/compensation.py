@@ -8,7 +8,7 @@ import numpy as np
 from ..base.results import Floats
 from ..base.sentences import number
 from ..base.units import RPM
-from ..numerics.sampled.loops import run_loop
+from ..numerics.ensemble.loops import run_loop
 from ..study.compensation.bench import Bench
 from ..study.compensation.designs import COMPENSATORS, own_rate
 from ..study.compensation.gains import times_of

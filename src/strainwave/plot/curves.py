@@ -12,8 +12,8 @@ from ..drive.loop_margin import Bode
 from ..drive.run import DriveRun
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
-from ..numerics.sampled.linear import LoopResponse
-from ..numerics.sampled.loops import LoopEnsemble, LoopRun
+from ..numerics.ensemble.linear_loops import LoopResponse
+from ..numerics.ensemble.loops import LoopEnsemble, LoopRun
 from ..sample.result import Variability
 from ..study.analysis.validity import LEVELS, ORDERS, ValidityMap
 from ..theory.slow_flow.results import SlowResponse

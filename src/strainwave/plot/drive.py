@@ -13,8 +13,7 @@ import numpy as np
 
 from ..base.results import Floats
 from ..base.sentences import number
-from ..base.speeds import Speeds
-from ..base.units import RPM
+from ..base.units import RPM, Speeds
 from ..drive.asked import PEAK, RMS, MotorLimits
 from ..drive.drive_response import DriveResponse
 from ..drive.project import Project

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.law import is_spring
+from ..base.law import is_spring, repeating
 from ..base.protocols import lacking, state_count, with_parts
 from ..base.quantities import LARGEST, interval, number, numbers, parameters, positive_count, replace, shown, whole
 from ..base.results import Floats, SolveError
@@ -18,7 +18,6 @@ from ..numerics.attractors.settle import SEEN, settled
 from ..numerics.balance.harmonics import whole_orders
 from ..numerics.curves.response import response_family
 from ..numerics.ensemble.request import LaneError, check_lanes
-from ..numerics.integration.corners import repeating
 from ..numerics.operating_point import operating_points
 from ..theory.slow_flow.setting import active_orders
 from .points import described

@@ -14,14 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ..base.law import springs_only
+from ..base.law import repeating, springs_only
 from ..base.protocols import lacking
 from ..base.quantities import checked, number, shown
 from ..base.sentences import Angle, Sentence
 from ..model.excitation import Harmonic, Harmonics, NoError
-from ..model.oscillator import Oscillator
-from ..model.varying import VaryingOscillator
-from ..numerics.integration.corners import repeating
+from ..model.oscillator import Oscillator, VaryingOscillator
 from .equilibria import SAMPLES, Landscape, is_known, landscape
 from .stability_proof import Obstacle, Region, Reserve, Scope, StabilityProof, place, reserve
 

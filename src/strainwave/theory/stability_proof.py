@@ -13,8 +13,7 @@ from ..base.arguments import typed
 from ..base.protocols import lacking
 from ..base.quantities import samples_of
 from ..base.sentences import Angle, Sentence, on_screen
-from ..model.oscillator import Oscillator
-from ..model.varying import NoVariation, Variation, VaryingOscillator
+from ..model.oscillator import NoVariation, Oscillator, Variation, VaryingOscillator
 
 SAMPLES = 4096  # per turn and order
 

@@ -13,8 +13,8 @@ from click.testing import CliRunner
 from linear_drive import LINEAR
 
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.exchange.completion import SHELLS
-from strainwave.app.commands.exchange.new import QUESTIONS, new
+from strainwave.app.commands.app import SHELLS
+from strainwave.app.commands.new import QUESTIONS, new
 from strainwave.files.reading import read_project
 from strainwave.files.reference import project_schema
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from strainwave.app.figures.curves import envelope
+from strainwave.app.resonance_figures import envelope
 from strainwave.study.analysis.avoid import turns
 
 

@@ -7,7 +7,7 @@ import pytest
 from strainwave.app.report.report import page, write
 from strainwave.app.report.section import asked, sections_of
 from strainwave.app.view import AngleUnit, View
-from strainwave.base.speeds import Speeds
+from strainwave.base.units import Speeds
 
 ANALYSIS = SimpleNamespace(exact=SimpleNamespace(method="harmonic balance"))
 PROJECT = SimpleNamespace(title="a drive", text="", speeds=Speeds((60.0, 200.0)))

@@ -14,8 +14,7 @@ from strainwave.app.report.sections.stability import Stability
 from strainwave.app.report.sections.warnings import warnings
 from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.view import AngleUnit, View
-from strainwave.base.speeds import Speeds
-from strainwave.base.units import ARCSEC, RPM
+from strainwave.base.units import ARCSEC, RPM, Speeds
 from strainwave.drive.asked import MotorLimits
 from strainwave.drive.drive_response import MotorUse, Usage, limit_findings
 from strainwave.study.analysis.analyze import _proof

@@ -13,7 +13,7 @@ from strainwave.files.export.plant import plant_code, plant_of
 from strainwave.files.export.traced import Recording, Unrecordable
 from strainwave.maths import cos, sin
 from strainwave.model import controllers as own
-from strainwave.numerics.sampled.loops import run_loop
+from strainwave.numerics.ensemble.loops import run_loop
 
 
 class Seen(NamedTuple):

@@ -5,9 +5,9 @@ import pytest
 from measured_axis import ERROR, K1, K2, NOISE, PHASE, PROJECT, RECORD, B, N, measured
 
 import strainwave as sw
-from strainwave.files.identified.identify_drive import expected_range, usual, with_torsion
-from strainwave.files.identified.places import Places
 from strainwave.files.reading import from_text
+from strainwave.files.variants.identify_drive import expected_range, usual, with_torsion
+from strainwave.files.variants.names import Places
 
 TRUTH = {
     "gear.K1": K1, "gear.K2": K2, "damping.B": B, "kinematic_error.0.amplitude": ERROR,

@@ -6,9 +6,9 @@ from measured_axis import PROJECT, measured
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC
-from strainwave.files.identified.identify_drive import with_torsion
-from strainwave.files.identified.missing_orders import missing_lines
 from strainwave.files.reading import from_text
+from strainwave.files.variants.identify_drive import with_torsion
+from strainwave.files.variants.missing_orders import missing_lines
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 import strainwave as sw
 from strainwave.base.units import ARCSEC
 from strainwave.maths import sqrt
-from strainwave.numerics.sampled.loops import fastest
+from strainwave.numerics.ensemble.loops import fastest
 from strainwave.study.compensation.bench import bench_of
 
 SMOOTH = sw.Cubic(1e5, 5e3)

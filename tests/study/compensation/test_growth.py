@@ -8,7 +8,7 @@ from one_bench import DRIVE, PD, PERIOD, SAMPLING
 from scipy.linalg import expm
 
 import strainwave as sw
-from strainwave.model.controllers.measurement import Measurement
+from strainwave.model.controllers.loops import Measurement
 from strainwave.study.compensation.bench import steady_bench_of
 from strainwave.study.compensation.designs import COMPENSATORS, Compensator, own_rate, slower
 from strainwave.study.compensation.gains import rate_of

@@ -10,7 +10,7 @@ from one_bench import DRIVE, GEAR, J_M, LOOP, PD, PERIOD, SAMPLING, loop
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC
-from strainwave.model.controllers.measurement import moved
+from strainwave.model.controllers.loops import moved
 from strainwave.study.compensation.bench import bench_of
 
 compiled = pytest.mark.compiled

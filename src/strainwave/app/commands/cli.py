@@ -1,7 +1,7 @@
 """The command `strainwave`. Results go to stdout, everything else to stderr.
 
-Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. A command is one file in
-this folder, which is imported where the command is called: `--help` reads what it says, and answers at once.
+Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. A command stands in a file
+of this folder, which is imported where the command is called: `--help` reads what it says, and answers at once.
 """
 
 import errno

@@ -1,4 +1,4 @@
-"""`strainwave response`: the computed response of a project's whole drive as numbers, CSV or figure."""
+"""`strainwave response`, `compare` and `exceedance`: the response of a drive, of several, and of its scatter."""
 
 import math
 from collections.abc import Sequence
@@ -8,31 +8,33 @@ from typing import Any
 import click
 import numpy as np
 
-from ...base.facts import Fact
-from ...base.speeds import Speeds
-from ...base.units import ARCSEC
+from ...base.facts import Fact, data, lines
+from ...base.units import ARCSEC, Speeds
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...drive.standstill import standing
-from ...files.notes import load_remark, posture_note, unsaid
+from ...files.notes import load_remark, posture_note, remarks, source_facts, sources_said, unsaid
 from ...files.reading import read_project
-from ...files.sources import source_facts, sources_said
+from ...files.variants.comparison import compare as compare_projects
+from ...files.variants.scatter import exceedance as exceeded
 from ...plot import axes
-from ...plot.drive import HEIGHT, drive_panels, reference
+from ...plot.drive import HEIGHT, comparison_panels, drive_panels, reference
 from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
-from ..console import WHAT_X_IS, Progress, number, reported
-from ..output import staged, write_csv
+from ..console import WHAT_X_IS, Progress, finished, number, reported, to_json
+from ..output import staged, write_all, write_csv
 from ..report.curve_files import drive_columns
+from ..report.report import comparison_page
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
-from ..view import angle_unit
-from .equation import remarks
-from .options import json_option, output_option, project_argument, written_type
+from ..view import angle_unit, quantity
+from .design import as_csv
+from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option, written_type
 
 FIGURES = (".svg", ".png")
+CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
 UNCOVERED = "of the stable motions that are known; at some speeds none is, and there"
 NOT_BISTABLE = ("no bistable range: a run-up and a run-down meet the same motions",)
 
@@ -209,3 +211,49 @@ def _hysteresis(speeds: Speeds, band: Any) -> str:
     ends = _speeds([speeds.own(band.low), speeds.own(band.high)], " to ")
     beyond = "" if band.whole else "; a jump lies outside the range"
     return f"hysteresis: {ends} {speeds.own_unit}{', the error ' if ways else ''}{' and '.join(ways)}{beyond}"
+
+
+@click.command()
+@click.argument("projects", type=file_type, nargs=-1, required=True)
+@output_option("Folder for comparison.html, .csv and .svg.", required=True)
+@json_option
+def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
+    """Put responses of projects side by side: table, figure."""
+    drives = [read_project(path) for path in projects]
+    if len({drive.speeds.by_motor for drive in drives}) > 1:
+        raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
+    with Progress("comparison") as progress:
+        found, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
+        progress.show("writing", 0.95)
+        rows = data(found.facts())["drives"]
+        panels = comparison_panels(found.titles, found.responses, [d.limit for d in drives], drives[0].speeds)
+        figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
+        table = as_csv(list(rows[0]), [row.values() for row in rows])
+        write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(rows, figure)})
+    written = f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}"
+    click.echo(to_json({"drives": rows}) if as_json else "\n".join([*lines(found.facts()), written]))
+    if stop is not None:
+        raise stop
+
+
+@click.command()
+@project_argument
+@click.option("--count", type=click.IntRange(32, 5000), default=200, help="Drives, each a curve.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="The same seed gives the same drives.")
+@limit_option
+@retune_option
+@json_option
+def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
+    """Say how probable it is that a drive exceeds its limit. The scatter of its numbers is that of the file."""
+    drive = read_project(project)
+    allowed = None if limit is None else quantity("--limit", limit, "rad")
+    with Progress(drive.title) as progress:
+        told = f"{count} drives"
+        progress.show(told, 0.0)
+        how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed, "retune": retune}
+        found, stop = finished(
+            lambda: exceeded(drive, **how, progress=lambda done, all_: progress.show(told, done / all_))
+        )
+    click.echo(reported(drive.title, found.facts(), as_json))
+    if stop is not None:
+        raise stop

@@ -22,12 +22,12 @@ from ...base.quantities import Parameter, convert, parameters, parse
 from ...base.results import Floats
 from ...base.units import NUMBER
 from ...drive.project import Project
+from ...files.notes import remarks
 from ...files.reading import read_project
 from ...files.variants.replaced import tuning
 from ..console import WHAT_X_IS, Progress, number, to_json
 from ..view import sign
 from . import project_sweep
-from .equation import remarks
 from .options import json_option, output_option, project_argument, retune_option
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from ...base.results import Branch, Floats
-from ...base.speeds import Speeds
+from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse
 from ...study.analysis.time_case import TimeCase
 from ..console import number

@@ -14,10 +14,10 @@ from scipy.io import whosmat
 
 from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
-from ...files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ...files.logs.names import canonical, named
 from ...files.logs.read import columns_of, read_log
 from ...files.logs.table import Column
+from ...files.variants.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ...study.identification.identified import channels_of
 from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan

@@ -18,12 +18,11 @@ from ...base.sentences import on_screen
 from ...compile.tree import is_model, leaves, mapped, numbers
 from ...drive.project import Project
 from ...model.controllers.closed_loop import LOST
-from ...model.controllers.measurement import Measurement
+from ...model.controllers.loops import Measurement
 from ...model.drive import Drive
 from ...model.excitation import NoError
-from ...model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
+from ...model.laws.friction import Coulomb, LuGre, NoFriction, Stribeck, Viscous
 from ...model.laws.hysteresis import Parallel
-from ...model.laws.meshing import NoFriction
 from ...model.laws.springs import Linear
 from ...model.train.drive_train import DriveTrain
 from ...numerics.integration.methods import FixedStep

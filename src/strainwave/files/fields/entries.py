@@ -12,6 +12,7 @@ from typing import Any
 from ...base.law import depends
 from ...base.quantities import checked
 from ...model.laws.hysteresis import BoucWen
+from ...model.oscillator import Ripple, Variation
 from ...model.train.controls import (
     KINDS,
     USUAL,
@@ -24,7 +25,6 @@ from ...model.train.controls import (
 )
 from ...model.train.filters import FILTERS, apart, around
 from ...model.train.motion import AngleTorque
-from ...model.varying import Ripple, Variation
 from ..yaml_text import Keys, shown
 from ..yaml_text import read as read_yaml
 from .kinds import BANDWIDTH, Items, Kind, Place, Quantity, Row, Schema, Word, Wrong, near, read

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar, get_args, get_origin, get_type_hints
 
-from ...base.quantities import checked
-from ...compile.tree import is_model
+from ...base.quantities import checked, is_model
 from ...model.laws import friction, hysteresis, measured, springs
 from ...model.train import motion
 from ...model.train.filters import FILTERS

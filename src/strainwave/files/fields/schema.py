@@ -10,10 +10,10 @@ from ...base.quantities import checked
 from ...drive.asked import Feedforward, MotorLimits, Payload, Task
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
+from ...model.laws.friction import LoadFriction
 from ...model.laws.hysteresis import Parallel
-from ...model.laws.meshing import LoadFriction
 from ...model.laws.springs import Play
-from ...model.varying import GearDamping, Variation
+from ...model.oscillator import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
 from ..scan_file import ProfileFile, read_profile, read_torque_curve
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop

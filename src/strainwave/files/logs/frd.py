@@ -11,7 +11,7 @@ import numpy as np
 from ...base.arguments import typed
 from ...base.quantities import shown
 from ...base.results import Floats
-from ...model.train.controls import HERTZ
+from ...base.units import HERTZ
 from ...study.identification.response_curve.measured_bode import (
     Complexes,
     Estimator,

@@ -1,6 +1,13 @@
-"""Names of columns: the unit in them, and the canonical channel that a name stands for."""
+"""How a text table is written, the unit in a column's name, and the canonical channel that a name stands for.
 
+All pairs of column separator and decimal sign are tried on the lines, with a sign between thousands. A file that two
+pairs read as different tables is refused: a German table must not become a wrong one.
+"""
+
+import csv
+import math
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 from math import pi
 from typing import NamedTuple
@@ -10,7 +17,191 @@ import numpy as np
 from ...base.results import Floats
 from ...base.units import NUMBER, convert, parse
 from ...study.identification.run import CANONICAL
-from .dialect import split
+
+DELIMITERS = (";", "\t", ",", " ")
+NAMES = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
+SIGNS = {".": "a point", ",": "a comma"}
+_MISSING = frozenset((
+    "", "nan", "NaN", "NAN", "-nan", "inf", "-inf", "+inf", "Inf", "-Inf", "+Inf", "INF", "-INF", "infinity",
+    "Infinity", "-Infinity", "NA", "N/A", "null", "NULL", "None", "#N/A", "1.#INF", "-1.#INF", "1.#QNAN", "-1.#IND",
+    "1,#INF", "-1,#INF", "1,#QNAN", "-1,#IND",
+))  # fmt: skip
+MOST_TRIED = 4000  # lines on which dialects are tried; of more lines, evenly chosen ones
+
+
+class Dialect(NamedTuple):
+    """Column separator (" " stands for any number of blanks), decimal sign, sign between thousands or ""."""
+
+    delimiter: str
+    decimal: str
+    thousands: str = ""
+
+    def __str__(self) -> str:
+        grouped = f", {SIGNS[self.thousands]} between thousands" if self.thousands else ""
+        between = NAMES.get(self.delimiter, repr(self.delimiter))
+        return f"columns separated by {between}, {SIGNS[self.decimal]} before decimals{grouped}"
+
+
+class Unclear(ValueError):
+    """Lines can be read in no way, or in several; the message says so with the remedy."""
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """Cells of a line."""
+    if delimiter == " ":
+        return line.split()
+    if '"' in line:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def _grammar(decimal: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
+    """Numbers with this decimal sign, and those with the other sign between thousands."""
+    sign, other = re.escape(decimal), re.escape("," if decimal == "." else ".")
+    # a comma must have a digit after it: "1, 2" is two cells
+    after = r"\d*" if decimal == "." else r"\d+"
+    power = r"(?:[eE][+-]?\d{1,3})?"
+    plain = rf"[+-]?(?:\d+(?:{sign}{after})?|{sign}\d+){power}"
+    grouped = rf"[+-]?[1-9]\d{{0,2}}(?:{other}\d{{3}})+(?:{sign}\d+)?{power}"
+    return re.compile(plain), re.compile(grouped)
+
+
+PLAIN = {decimal: _grammar(decimal)[0] for decimal in SIGNS}
+GROUPED = {decimal: _grammar(decimal)[1] for decimal in SIGNS}
+
+
+def is_number(cell: str, decimal: str, thousands: bool = True) -> bool:
+    """Whether a cell is a number with this decimal sign, or says that there is none."""
+    plain = cell in _MISSING or PLAIN[decimal].fullmatch(cell) is not None
+    return plain or (thousands and GROUPED[decimal].fullmatch(cell) is not None)
+
+
+def number(cell: str, dialect: Dialect) -> float:
+    """Value of a cell that is a number, NaN where it says that there is none."""
+    if cell in _MISSING:
+        return math.nan
+    # both signs stand for nothing but themselves in a cell that has passed `is_number`
+    plain = cell if PLAIN[dialect.decimal].fullmatch(cell) else cell.replace("," if dialect.decimal == "." else ".", "")
+    return float(plain.replace(dialect.decimal, "."))
+
+
+def is_row(line: str, delimiter: str, decimal: str) -> bool:
+    """Whether all cells of a line are numbers, and one at least has a digit."""
+    cells = split(line, delimiter)
+    return all(is_number(c, decimal) for c in cells) and any(c not in _MISSING for c in cells)
+
+
+def find(
+    lines: Sequence[str], delimiter: str | None = None, decimal: str | None = None, count: int | None = None
+) -> tuple[Dialect, int]:
+    """Find the dialect of a table.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        Lines without comments and empty ones: those above the numbers too.
+    delimiter, decimal : str or None
+        Given by the user, or to be found.
+    count : int or None
+        Number of columns, if the user names all of them.
+
+    Returns
+    -------
+    tuple of Dialect and int
+        The dialect, and the place of the first line of numbers.
+
+    Raises
+    ------
+    Unclear
+        If no dialect reads the lines, or two read different tables.
+    """
+    single = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1 and delimiter != '"')
+    if not single or decimal not in (None, *SIGNS) or (delimiter == decimal and decimal is not None):
+        raise Unclear(
+            f"cannot be read with the delimiter {delimiter!r} and the decimal sign {decimal!r}; the delimiter is one "
+            "sign, the decimal sign a point or a comma, and they differ"
+        )
+    pairs = [
+        (d, s)
+        for d in (DELIMITERS if delimiter is None else (delimiter,))
+        for s in (SIGNS if decimal is None else (decimal,))
+        if d != s
+    ]
+    readings = [(d, s, start) for d, s in pairs if (start := _first(lines, d, s)) is not None]
+    # only names stand above the numbers: what reads the more lines is right
+    earliest = min((start for _, _, start in readings), default=0)
+    body = _sample(lines[earliest:])
+    for sample in (body, body[: max(1, min(50, len(body) // 2))]):  # reading will say which of the other lines is wrong
+        fits = [reading for reading in readings if reading[2] == earliest and _fits(sample, *reading[:2])]
+        if fits:
+            break
+    if not fits:
+        raise Unclear(
+            "has no table of numbers whose lines have equally many cells; give delimiter and decimal as it is written, "
+            "write dates as 2026-11-23T13:37:38, and remove columns of text and lines of text between the numbers"
+        )
+    ways: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
+    for reading in sorted(fits, key=lambda reading: _columns(lines[earliest], reading[0]) == 1):
+        ways.setdefault(_read(sample, *reading[:2]), reading)
+    if len(ways) > 1:
+        ways = {table: reading for table, reading in ways.items() if _agrees(table, lines, reading, count)} or ways
+    if len(ways) > 1:
+        first, second = [Dialect(d, s) for d, s, _ in ways.values()][:2]
+        raise Unclear(
+            f"can be read in two ways, with {first}, or with {second} (line {lines[earliest].strip()[:60]!r}); give "
+            "delimiter and decimal"
+        )
+    d, s, start = next(iter(ways.values()))
+    other = "," if s == "." else "."
+    apart = [line for line in lines[start:] if (other in line if other != d else '"' in line)]
+    grouped = any(_is_grouped(cell, s) for line in apart for cell in split(line, d))
+    return Dialect(d, s, other if grouped else ""), start
+
+
+def _agrees(
+    table: tuple[tuple[str, ...], ...], lines: Sequence[str], reading: tuple[str, str, int], count: int | None
+) -> bool:
+    """Whether a table has as many columns as the user names, or several and the line above it as many names."""
+    width = len(table[0])
+    if count is not None:
+        return width == count
+    delimiter, _, start = reading
+    return width > 1 and start > 0 and _columns(lines[start - 1], delimiter) == width
+
+
+def _first(lines: Sequence[str], delimiter: str, decimal: str) -> int | None:
+    """Place of the first line of numbers among the first 200."""
+    return next((i for i, line in enumerate(lines[:200]) if is_row(line, delimiter, decimal)), None)
+
+
+def _sample(lines: Sequence[str]) -> list[str]:
+    """Lines on which dialects are tried; the last line may be cut off and is not among them, if there are others."""
+    whole = lines[:-1] if len(lines) > 1 else lines
+    return list(whole[:: max(1, -(-len(whole) // MOST_TRIED))])
+
+
+def _columns(line: str, delimiter: str) -> int:
+    return len(split(line, delimiter))
+
+
+def _fits(lines: list[str], delimiter: str, decimal: str) -> bool:
+    count = _columns(lines[0], delimiter)
+    for line in lines:
+        cells = split(line, delimiter)
+        if len(cells) != count or not all(is_number(cell, decimal) for cell in cells):
+            return False
+    return True
+
+
+def _is_grouped(cell: str, decimal: str) -> bool:
+    return PLAIN[decimal].fullmatch(cell) is None and GROUPED[decimal].fullmatch(cell) is not None
+
+
+def _read(lines: list[str], delimiter: str, decimal: str) -> tuple[tuple[str, ...], ...]:
+    """Cells as they are read: equal for dialects that read the same table."""
+    way = Dialect(delimiter, decimal)
+    return tuple(tuple(repr(number(cell, way)) for cell in split(line, delimiter)) for line in lines)
+
 
 KINDS = ("rad", "rad/s", "rad/s**2", "N*m", "s", "A", "V", "Hz", "K", "m", "N")  # SI units of channels
 QUANTITIES = {

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...base.quantities import shown
 from ...base.results import Floats
-from ...compile.tree import shown
 from ...study.identification.log import Log
 from ..yaml_text import as_path
 from .binary import BINARY

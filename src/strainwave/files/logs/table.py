@@ -15,8 +15,7 @@ import numpy as np
 
 from ...base.results import Floats
 from ..yaml_text import FileError, Problem, complaint, read_text, shown
-from .dialect import Dialect, Unclear, find, is_number, number, split
-from .names import converted, header_cells, named, unit_row
+from .names import Dialect, Unclear, converted, find, header_cells, is_number, named, number, split, unit_row
 
 LARGEST = 1024 * 1024 * 1024  # of a text file [bytes]
 COMMENTS = ("#", "%", "//")

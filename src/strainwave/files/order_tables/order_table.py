@@ -16,16 +16,11 @@ from ...model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..yaml_text import FileError, Problem, as_path, complaint, read_text
 from .content import OrderContent, positive
 from .format import OrderFormat, TableResidual, encoded, with_options
-from .formats.beckhoff import Beckhoff
+from .formats.beckhoff import Beckhoff, TwinCat
 from .formats.code import CHeader, StructuredText
-from .formats.csv_file import CsvLines, CsvPoints
-from .formats.hal import HalComponent
-from .formats.json_file import JsonFile
-from .formats.linuxcnc import LinuxCnc
-from .formats.moteus import Moteus
-from .formats.onstepx import OnStepX
-from .formats.sinumerik import Sinumerik
-from .formats.twincat import TwinCat
+from .formats.linuxcnc import HalComponent, LinuxCnc
+from .formats.plain import CsvLines, CsvPoints, JsonFile
+from .formats.points_a_turn import Moteus, OnStepX, Sinumerik
 from .points import Unfit, said_by
 
 LARGEST = 16 * 1024 * 1024

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import shown
 from ...base.results import Floats
 from ...base.units import NUMBER
-from ...compile.tree import shown
 from ...model.excitation import HIGHEST, Line
 from ..yaml_text import Problem
 from .content import CHOICES, OrderContent

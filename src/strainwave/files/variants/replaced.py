@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...base import quantities
-from ...compile.tree import is_model
+from ...base.quantities import is_model
 from ...drive.asked import Source
 from ...drive.project import Project
 from ...model.laws.springs import PiecewiseLinear

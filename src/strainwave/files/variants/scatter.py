@@ -15,7 +15,7 @@ from ...base.quantities import parse, positive_count, probabilities, shown, whol
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import number, on_screen
-from ...base.speeds import Speeds
+from ...base.units import Speeds
 from ...compile.jit import load
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free

@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 from ...base.choices import entry, select, with_entry
 from ...base.quantities import Angle, Ratio, Time, Torque
 from ...compile.jit import kernel
-from ...maths import cos, sin, sqrt
+from ...compile.maths import cos, sin, sqrt
 from ..laws.friction import positive
-from .loops import is_controller
-from .measurement import known
+from .loops import is_controller, known
 
 
 class AdaptiveCancellation(NamedTuple):

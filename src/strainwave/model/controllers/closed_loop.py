@@ -20,8 +20,7 @@ from ..excitation import Harmonic, Line, NoError
 from ..laws.friction import positive
 from ..train.controls import Commanded
 from ..train.drive_train import motor_motion
-from .loops import is_controller
-from .measurement import Measurement, moved
+from .loops import Measurement, is_controller, moved
 
 _GOLDEN, _FIRST, _SECOND = 0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
 _ALL, _PIECE = 2**64 - 1, 0xFFFF

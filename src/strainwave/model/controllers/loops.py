@@ -12,9 +12,52 @@ from typing import Any, NamedTuple
 
 from ...base.choices import select
 from ...base.protocols import need
-from ...base.quantities import AngularSpeed, Damping, Inertia, Rate, Ratio, Time, TorsionalStiffness, number
+from ...base.quantities import (
+    Angle,
+    AngularAcceleration,
+    AngularSpeed,
+    Damping,
+    Inertia,
+    Rate,
+    Ratio,
+    Time,
+    Torque,
+    TorsionalStiffness,
+    number,
+)
+from ...compile.jit import kernel
 from ..laws.friction import positive
-from .measurement import known, moved
+
+
+class Measurement(NamedTuple):
+    """One sample: the motor's reference motion, the measured angles, and the torque after the last one's limit.
+
+    `load` is the angle of the load on its own shaft; it is NaN where no encoder measures it. `cut` is what the limit
+    did to the last torque: `applied` less the whole torque that was asked for, by all controllers around each other.
+    """
+
+    reference: Angle
+    speed: AngularSpeed
+    acceleration: AngularAcceleration
+    motor: Angle
+    load: Angle
+    applied: Torque
+    cut: Torque
+
+
+@kernel
+def moved(m: Any, angle: Any, speed: Any, acceleration: Any) -> Any:
+    """The same sample with another motion to follow: the reference and what is added to it."""
+    return Measurement(
+        m.reference + angle, m.speed + speed, m.acceleration + acceleration, m.motor, m.load, m.applied,
+        m.cut,
+    )  # fmt: skip
+
+
+@kernel
+def known(value: Any) -> Any:
+    """Return a number, or 0 where it is NaN."""
+    return select(value == value, value, 0.0)
 
 
 class SampledPD(NamedTuple):
@@ -127,8 +170,7 @@ class LoadIntegral(NamedTuple):
 
 def is_controller(name: str, thing: object) -> None:
     """Refuse what has not the methods of a controller (TypeError)."""
-    for method in ("start", "update"):
-        need(name, thing, method)
+    need(name, thing, "start", "update")
 
 
 def not_negative(controller: Any) -> None:
@@ -187,8 +229,7 @@ class GandhiGhorbel(NamedTuple):
 
     def check(self) -> None:
         """Refuse an error that is none (TypeError), and gains that are not positive (ValueError)."""
-        for method in ("value", "slope", "curvature"):
-            need("GandhiGhorbel.error", self.error, method)
+        need("GandhiGhorbel.error", self.error, "value", "slope", "curvature")
         positive(self, "K_p", "K_d", "period")
 
 

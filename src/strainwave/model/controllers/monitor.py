@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from ...base.choices import larger, smaller
 from ...base.quantities import AngularSpeed, Time
-from ...maths import cos, sin, sqrt
-from .measurement import known
+from ...compile.maths import cos, sin, sqrt
+from .loops import known
 
 
 class Average(NamedTuple):

@@ -20,9 +20,9 @@ from ..orders import on_output_turn as on_output_turn
 from ..orders import order_map as order_map
 from ..orders import Source as Source
 from ..orders import static_sources as static_sources
-from ..varying import GearDamping as GearDamping
-from ..varying import NoVariation as NoVariation
-from ..varying import Ripple as Ripple
-from ..varying import Variation as Variation
-from ..varying import VaryingOscillator as VaryingOscillator
+from ..oscillator import GearDamping as GearDamping
+from ..oscillator import NoVariation as NoVariation
+from ..oscillator import Ripple as Ripple
+from ..oscillator import Variation as Variation
+from ..oscillator import VaryingOscillator as VaryingOscillator
 from ..drive import HDC_40_050_WARNING as HDC_40_050_WARNING

@@ -14,10 +14,9 @@ from itertools import pairwise
 from ...base.quantities import checked, number, shown
 from ...base.units import RPM
 from ..drive import Drive
-from ..laws.friction import Coulomb, Viscous
+from ..laws.friction import Coulomb, LoadFriction, Viscous
 from ..laws.hysteresis import Parallel
 from ..laws.measured import RoundedPiecewiseLinear
-from ..laws.meshing import LoadFriction
 from ..laws.springs import Cubic, PiecewiseLinear
 from .fits import LawFit, fit_odd
 

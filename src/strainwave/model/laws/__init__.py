@@ -17,4 +17,4 @@ from .friction import LuGre as LuGre
 from .friction import QuadraticDamping as QuadraticDamping
 from .friction import Stribeck as Stribeck
 from .friction import Viscous as Viscous
-from .meshing import LoadFriction as LoadFriction
+from .friction import LoadFriction as LoadFriction

@@ -7,9 +7,9 @@ angle and speed. Torques are in N*m, speeds in rad/s, both of the shaft that the
 
 from typing import Annotated, Any, NamedTuple
 
-from ...base.quantities import AngularSpeed, Damping, Torque, TorsionalStiffness
+from ...base.quantities import AngularSpeed, Damping, Ratio, Torque, TorsionalStiffness
 from ...compile.jit import kernel
-from ...maths import exp, sqrt
+from ...compile.maths import exp, sqrt
 
 PerKelvin = Annotated[float, "1/K"]
 PerTorque = Annotated[float, "1/(N*m)"]
@@ -231,3 +231,38 @@ class LuGre(NamedTuple):
         positive(self, "sigma_0")
         _not_negative(self, "sigma_1", "sigma_2")
         _rising(self)
+
+
+class NoFriction(NamedTuple):
+    """The meshing loses nothing."""
+
+    def torque(self, T: Any, v: Any) -> Any:
+        """Torque [N*m, output side]: 0."""
+        return 0.0
+
+
+NO_FRICTION = NoFriction()
+
+
+class LoadFriction(NamedTuple):
+    """Load-proportional friction T_f = mu |T| v/sqrt(v^2 + width^2): mu |T| sign v, smoothed over the speed `width`.
+
+    `Gear.load_friction` gives mu from a catalogue's efficiency. Without any other friction the efficiency is
+    1/(1 + mu) where the motor drives and 1 - mu where the load does.
+    """
+
+    mu: Ratio
+    width: AngularSpeed = 1.0
+
+    def torque(self, T: Any, v: Any) -> Any:
+        """Torque [N*m, output side] against the motor's turning, at the torque T [N*m] and the motor's speed v."""
+        return self.mu * abs(T) * smooth_sign(v, self.width)
+
+    def check(self) -> None:
+        """Refuse friction that drives, and a gear that its own friction locks (ValueError)."""
+        positive(self, "width")
+        if not 0.0 <= self.mu < 1.0:
+            raise ValueError(
+                f"LoadFriction.mu is {self.mu:g}; it must be from 0 up to 1, where the load can no longer drive the "
+                "motor; give a share of the transmitted torque, for example 0.08"
+            )

@@ -22,7 +22,7 @@ from ...base.law import (
 from ...base.protocols import need, scaled
 from ...base.quantities import Angle, Ratio, TorsionalStiffness
 from ...compile.jit import kernel
-from ...maths import sign
+from ...compile.maths import sign
 from .friction import positive
 
 SHARPEST = 50  # n: every unit costs a multiplication in every step, and the sharper knee smaller steps

@@ -15,8 +15,8 @@ from ...base.law import KINDS, breakpoints_of, depends
 from ...base.protocols import need
 from ...base.quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
 from ...compile.jit import kernel
+from ...compile.maths import sign
 from ...compile.tree import with_leaf
-from ...maths import sign
 
 
 class Linear(NamedTuple):

@@ -8,16 +8,16 @@ and `states`: x [rad] and v [rad/s] are the deviations of the motor's angle and 
 Loops as they are specified, by bandwidth and damping, and the gains that this gives on an inertia.
 """
 
-from math import isclose, pi, sqrt
+from math import isclose, sqrt
 from typing import Any, Literal, NamedTuple
 
 from ...base.law import class_of, depends, has, share, states_of, torque_of, z_rate_of
 from ...base.protocols import lacking
 from ...base.quantities import AngularSpeed, Damping, Inertia, Rate, Ratio, Time, TorsionalStiffness, number, shown
+from ...base.units import HERTZ as HERTZ
 from ...compile.jit import chosen
 
 FASTEST = 0.5  # bandwidth [rad/s] times lag [s]: there the lag takes 27 degrees of phase
-HERTZ = 2.0 * pi  # rad/s
 KINDS = ("position", "speed", "cascade")
 OUTER = 0.25  # of the bandwidth of a cascade's speed loop: the gain K_v of the position loop around it
 

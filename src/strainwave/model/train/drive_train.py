@@ -26,7 +26,7 @@ from ...base.protocols import joint_orders, need
 from ...base.quantities import LARGEST, AngularSpeed, Damping, Ratio
 from ...compile.jit import chosen, kernel
 from ..excitation import NoError
-from ..laws.meshing import NO_FRICTION
+from ..laws.friction import NO_FRICTION
 from .controls import controlled, motor_states, off_reference
 from .linear_part import linear_part
 from .motion import Steady

@@ -16,7 +16,7 @@ from ...base.law import depends, states_of, torque_of, z_rate_of
 from ...base.protocols import lacking, orders_of
 from ...base.results import Floats
 from ..excitation import NoError
-from ..laws.meshing import NoFriction
+from ..laws.friction import NoFriction
 from .controls import Free, Nudged, PositionLoop, SpeedLoop, inertia_of
 from .motion import AtRest, Steady
 from .shafts import Motor

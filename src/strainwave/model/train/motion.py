@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ...base.quantities import Angle, AngularAcceleration, AngularJerk, AngularSpeed, Time, Torque
 from ...compile.jit import kernel
-from ...maths import cos, sign, sin
+from ...compile.maths import cos, sign, sin
 from ..excitation import HIGHEST
 
 MOST = 16  # points of a profile: every one costs arithmetic in every step

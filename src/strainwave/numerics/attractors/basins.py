@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...base.law import repeating
 from ...base.protocols import state_count, with_parts
 from ...base.quantities import interval, positive_count, shown, whole
 from ...base.results import Floats
-from ..integration.corners import repeating
 from ..integration.methods import Method
 from .attractors import Attractor, recognised
 from .settle import SEEN, settled, stretching

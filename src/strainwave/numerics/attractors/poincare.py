@@ -9,11 +9,10 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ...base.arguments import typed
-from ...base.law import torsion
+from ...base.law import repeating, torsion
 from ...base.protocols import omega_of, with_parts
 from ...base.quantities import number, numbers, parameters, positive_count, replace, shown
 from ...base.results import Floats, SolveError
-from ..integration.corners import repeating
 from ..integration.methods import Dopri5, Method
 from ..integration.simulate import simulate
 

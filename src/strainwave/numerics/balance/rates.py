@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ...base.law import is_spring
+from ...base.law import is_spring, repeating
 from ...base.protocols import Balance, has_jacobian, lacking, omega_of
 from ...base.quantities import positive_count
 from ...base.results import Floats
 from ...compile.jit import routine
 from ..addressed import rates_of
-from ..integration.corners import repeating
 
 MOST_STATES = 64
 ASKED, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.arguments import typed
-from ...base.law import springs_only
+from ...base.law import repeating, springs_only
 from ...base.protocols import with_parts
 from ...base.quantities import checked, interval, replace, shown
 from ...base.results import Floats, Orbit, SolveError, Status
@@ -21,7 +21,6 @@ from ..balance.linear_part import forced
 from ..balance.rates import SAME
 from ..balance.second_order import second_order
 from ..balance.truncation import LOOKED_AT, tail_along
-from ..integration.corners import repeating
 from ..operating_point import bracketed_root
 from ..stability.second_order import displacement_peaks
 from .parameter_response import value_at

@@ -20,14 +20,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from ...base.law import breakpoints_of, torsion
+from ...base.law import breakpoints_of, repeating, torsion
 from ...base.protocols import lacking, names_of, omega_of, order_of, prepared, with_parts
 from ...base.quantities import parameters, positive_count, replace
 from ...base.results import Floats
 from ...compile.lanes import LANES
 from ...compile.tree import leaves, mapped
 from ..balance.harmonics import whole_orders
-from ..integration.corners import repeating
 from ..integration.methods import Method
 from .machine import Batch, Block, Machine, machine_of
 from .measures import Peak, Rms

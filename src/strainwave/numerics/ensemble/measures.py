@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.choices import larger, smaller
+from ...compile.maths import cos, sin
 from ...compile.tree import shown
-from ...maths import cos, sin
 from .pieces import harmonic_integrals, integral
 
 

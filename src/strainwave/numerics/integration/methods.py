@@ -22,7 +22,6 @@ from ...base.results import Floats, Status, Trajectory
 from ...compile.jit import run
 from ..addressed import system_by_address
 from .attempts import K, Y, attempts_by_address, steps_by_address, workspace
-from .corners import across
 from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
 from .schemes import Classical, DormandPrince, EighthOrder
 
@@ -350,3 +349,10 @@ def _grid(times: Floats, spans: Any, h: float) -> Floats:
     grid = np.concatenate([np.linspace(begin, end, 1 + n) for (begin, end), n in zip(spans, counts, strict=True)])
     grid[[0, -1]] = times
     return grid
+
+
+def across(system: Any, omega: float, t: float, y: Any, begin: float) -> tuple[float, Any, Any]:
+    """Time, state and rates just after a corner, from the state y just before it, at t."""
+    rate = system.rhs(omega * begin, y)
+    y = tuple(float(value + (begin - t) * change) for value, change in zip(y, rate, strict=True))
+    return begin, y, tuple(float(change) for change in rate)

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.law import corners_of
 from ...base.protocols import names_of, omega_of, with_parts
 from ...base.quantities import reals, shown
 from ...base.results import Floats, Trajectory
 from .attempts import BOUND
-from .corners import stretches
 from .methods import Dopri5, Method, checked
 
 METHOD = Dopri5()
+NEXT = 16.0  # distance to a corner on either side, in units of the rounding of times
 MOST_ANGLE = 2.0**33  # of the base angle [rad]: beyond it floats are 2e-6 rad apart
 
 
@@ -67,6 +68,28 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Method
     y, rate = _start(system, spans[0][0], y0)
     with np.errstate(all="ignore"):  # the status tells of an overflow, also where nothing is compiled
         return method.trajectory(system, y, rate, times, spans)
+
+
+def stretches(system: Any, omega: float, start: float, end: float) -> list[tuple[float, float]]:
+    """Spans of time [s] from start to end in which the system has no corner, each just inside its corners.
+
+    A step ends just before a corner, where the function still is what it was; the next begins just after it.
+    """
+    corners = np.array(corners_of(system), float)
+    if omega == 0.0 or not len(corners):
+        return [(start, end)]
+    margin = NEXT * float(np.spacing(max(abs(start), abs(end))))
+    times = np.sort(corners / omega)
+    times = times[(times > start - margin) & (times < end + margin)]
+    spans: list[tuple[float, float]] = []
+    begin = start
+    for time in times.tolist():
+        if time - margin > begin + 2.0 * margin:
+            spans.append((begin, time - margin))
+        begin = max(begin, time + margin)
+    if end > begin + 2.0 * margin:
+        spans.append((begin, end))
+    return spans
 
 
 def first_time(t: float | ArrayLike) -> float:

@@ -16,8 +16,7 @@ from ...base.sentences import Sentence, Speed, on_screen
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.response import loses_energy
 from ...model.gears.limits import Finding
-from ...model.oscillator import Oscillator
-from ...model.varying import VaryingOscillator
+from ...model.oscillator import Oscillator, VaryingOscillator
 from ...numerics.loading import SPEED
 from ...theory.slow_flow.setting import Resonance
 from ...theory.stability_proof import StabilityProof

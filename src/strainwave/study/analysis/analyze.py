@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.blas import one_thread
 from ...base.law import is_spring
 from ...base.results import SolveError
 from ...base.sentences import Angle, Sentence, Speed
-from ...base.speeds import Speeds
-from ...compile.blas import one_thread
+from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
 from ...drive.project import Project
 from ...drive.response import exact_response

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.law import springs_only
+from ...base.law import repeating, springs_only
 from ...base.protocols import with_parts
 from ...base.quantities import interval, shown
 from ...base.results import Branch, Floats
@@ -33,7 +33,6 @@ from ...numerics.continuation.trace import Trace, describe, solve
 from ...numerics.curves.parameter_response import both_ways
 from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
-from ...numerics.integration.corners import repeating
 from ...numerics.labels import CLOSED, END, FOLD, STEP
 from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
 from .isola_seeds import free_seeds, slow_seeds, speeds, table_of

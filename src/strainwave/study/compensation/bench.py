@@ -21,7 +21,7 @@ from ...model.train.controls import USUAL, CascadeLoop, Commanded, Lagged, Posit
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import Filtered, PositionIntegral, apart
 from ...model.train.motion import AngleTorque, Steady
-from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
+from ...numerics.ensemble.linear_loops import LoopResponse, loop_response, multipliers
 from ..analysis.knobs import stiffer
 
 COMMANDED = Commanded()

@@ -15,8 +15,8 @@ from ...drive.project import Project
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.train.drive_train import DriveTrain
+from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
 from ...numerics.loading import loaded_state
-from ...numerics.sampled.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
 from ...theory.lyapunov import mean_torque
 from ..analysis.in_time import silent
 from ..analysis.knobs import stiffer

@@ -17,8 +17,7 @@ from ...base.units import RPM
 from ...compile.tree import leaves
 from ...model.controllers.adaptive import CELLS, AdaptiveCancellation, Repetitive
 from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, TorqueTable
-from ...model.controllers.loops import DisturbanceObserver, GandhiGhorbel, LoadIntegral, SampledPD, notch
-from ...model.controllers.measurement import Measurement
+from ...model.controllers.loops import DisturbanceObserver, GandhiGhorbel, LoadIntegral, Measurement, SampledPD, notch
 from ...model.excitation import Harmonic, Harmonics
 from .bench import Bench
 from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains

@@ -15,8 +15,8 @@ from ...model.controllers.adaptive import CELLS, AdaptiveCancellation
 from ...model.excitation import KinematicError, Line
 from ...model.train.controls import motor_states
 from ...model.train.drive_train import DriveTrain
-from ...numerics.sampled.linear import LoopResponse
-from ...numerics.sampled.loops import LoopEnsemble, loop_ensemble, run_loop
+from ...numerics.ensemble.linear_loops import LoopResponse
+from ...numerics.ensemble.loops import LoopEnsemble, loop_ensemble, run_loop
 from ..analysis.knobs import stiffer
 from .bench import Bench
 from .result import Units

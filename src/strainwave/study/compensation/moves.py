@@ -13,11 +13,11 @@ from ...base.results import Floats
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
-from ...model.controllers.shaping import shaped
+from ...model.controllers.feedforward import shaped
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import MOST, SpeedProfile
-from ...numerics.sampled.linear import loop_response
-from ...numerics.sampled.loops import run_loop
+from ...numerics.ensemble.linear_loops import loop_response
+from ...numerics.ensemble.loops import run_loop
 from ..move.profiles import path_of
 from .bench import Bench, bench_of
 from .compensate import compensator_of

@@ -13,7 +13,7 @@ from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import WIDTH, number, on_screen
 from ...base.units import ARCSEC, RPM
-from ...numerics.sampled.loops import LoopEnsemble
+from ...numerics.ensemble.loops import LoopEnsemble
 
 NAME, CELL = 18, 10  # letters of a name, and of a speed
 DIFFER = 0.02  # of an rms: runs of the same loop with other samples, noise and places of the encoders differ by less

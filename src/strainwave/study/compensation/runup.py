@@ -17,7 +17,7 @@ from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
-from ...numerics.sampled.loops import run_loop
+from ...numerics.ensemble.loops import run_loop
 from .bench import Bench, bench_of, steady_bench_of
 from .moves import DECAY, on_the_way
 from .result import OnTheWay

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.law import repeating
 from ...base.quantities import checked, positive_count, shown
 from ...base.results import Floats, Orbit
 from ...model.gears.error_spectrum import extremes
 from ...model.oscillator import Oscillator
-from ...numerics.integration.corners import repeating
 from ...numerics.operating_point import operating_point
 
 FEWEST = 256

@@ -17,15 +17,15 @@ from typing import Any
 
 import numpy as np
 
+from ...base.law import repeating
 from ...base.protocols import lacking, orders_of, with_parts
 from ...base.quantities import interval, replace
 from ...base.results import Floats
 from ...compile.tree import leaf_of
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
-from ...model.varying import Variation
+from ...model.oscillator import Variation
 from ...numerics.balance.first_order import first_order
-from ...numerics.integration.corners import repeating
 from ...numerics.operating_point import operating_point
 from ...numerics.stability.first_order import hill_map
 from ...theory.lyapunov import mean_torque

@@ -14,9 +14,8 @@ from scipy.special import fdtri
 
 from ...base.quantities import checked, number, shown
 from ...base.results import Floats
-from ...model.laws.friction import Coulomb, LuGre, QuadraticDamping, Stribeck, Viscous
+from ...model.laws.friction import Coulomb, LoadFriction, LuGre, QuadraticDamping, Stribeck, Viscous
 from ...model.laws.hysteresis import Parallel
-from ...model.laws.meshing import LoadFriction
 from .friction_model import (
     FrictionFit,
     FrictionSolution,

@@ -18,7 +18,7 @@ import numpy as np
 from ...base.law import breakpoints_of
 from ...base.results import Floats
 from ...compile.jit import kernel, kernel_as, run
-from ...maths import cos, sin
+from ...compile.maths import cos, sin
 from ...numerics.addressed import law_by_address
 from .setting import Complexes
 

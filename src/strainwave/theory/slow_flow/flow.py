@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.law import check_law
+from ...base.law import check_law, repeating
 from ...base.protocols import with_parts
 from ...base.quantities import array_of, complex_number, interval, numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
-from ...numerics.integration.corners import repeating
 from . import response as response_curve
 from .averaging import averaged_flow
 from .certificate import ORDINAL, certify

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from ...base.blas import one_thread
 from ...base.results import Floats
-from ...compile.blas import one_thread
 from ...numerics.operating_point import bracketed_root
 from .fixed_points import Flow, is_stable, is_trivial
 from .results import SlowBranch, SlowResponse

@@ -1,4 +1,7 @@
-"""`strainwave compensate`: controllers that cancel a project's error, each in closed loop against the plain loop."""
+"""`strainwave compensate`, `compensate-move` and `compensate-run-up`: controllers that cancel a project's error.
+
+Each runs in closed loop beside the plain loop: at single speeds, along a move, and through many speeds.
+"""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -9,21 +12,26 @@ import numpy as np
 
 from ....base.quantities import parse
 from ....base.results import Floats
-from ....base.units import RPM
+from ....base.units import ARCSEC, RPM
 from ....drive.project import Project
 from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
 from ....plot import compensation as figures
+from ....plot.panels import named
 from ....plot.svg import stacked
 from ....study.compensation.bench import Bench, bench_of, steady_bench_of
 from ....study.compensation.compensate import benches_of, compensation_bench, resonance_speed
 from ....study.compensation.compensate import compensate as compensated
 from ....study.compensation.designs import COMPENSATORS
-from ....study.compensation.result import CompensationBench
-from ...console import Progress, to_json
+from ....study.compensation.moves import WINDOW
+from ....study.compensation.moves import compensate_move as compensated_move
+from ....study.compensation.result import CompensationBench, OnTheWay
+from ....study.compensation.runup import compensate_run_up as compensated_runup
+from ...console import Progress, reported, to_json
 from ...output import write_all
 from ...view import quantity
 from ..design import as_csv
+from ..move import profile_part
 from ..options import file_type, json_option, output_option, project_argument, together
 from . import tables
 from .tables import Alone, Run, best_at, stated, worst
@@ -188,3 +196,96 @@ def _figures(run: Run) -> dict[str, str]:
         units = figures.units_panels({case.name: case.units for case in run.details if case.units is not None})
         drawn["units"] = stacked(units, 240.0, "residual errors of many units")
     return {name: text for name, text in drawn.items() if text}
+
+
+USUAL = ("loop", "inverse")
+MOST_ROWS = 20_000  # of a CSV file
+FIGURES = {"move": (240.0, "a move"), "run-up": (300.0, "a run-up and a run-down")}  # height of a panel [px], label
+
+
+@click.command("compensate-move")
+@project_argument
+@click.argument("profile", nargs=-1)
+@click.option("--controller", "controllers", multiple=True, help="Name; repeatable. Default: loop and inverse.")
+@click.option(
+    "--shaping",
+    multiple=True,
+    type=click.Choice(["ZV", "ZVD"]),
+    help="Shape the reference of the plain loop; repeatable.",
+)
+@click.option("--window", help="Largest distance of a settled load from rest. Default: 1 arcmin.")
+@plant_options
+@output_option("Folder for move.csv, move.json and move.svg.")
+@json_option
+def compensate_move(
+    project: Path, profile: tuple[str, ...], controllers: tuple[str, ...], shaping: tuple[str, ...], window: str | None,
+    plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Move the load in closed loop, with several controllers.
+
+    PROFILE is one part or several, as of `strainwave move`: "trapezoid, angle: 20 deg, time: 0.4 s". Without it the
+    profile of the project file is taken.
+    """
+    drive = read_project(project)
+    parts = [profile_part(text) for text in profile] or (drive.move and list(drive.move.profile))
+    if not parts:
+        raise ValueError(
+            f"{project.name} has no move; write 'trapezoid, angle: 20 deg, time: 0.4 s' after it, or a group"
+        )
+    within = WINDOW if window is None else quantity("--window", window, "rad")
+    with Progress(drive.title) as progress:
+        progress.show("move", 0.1)
+        move = compensated_move(
+            drive, parts, controllers or USUAL, shaping=shaping, window=within, plant=plant_of(drive, plant, softer)
+        )
+    rows = slice(None, None, -(-len(move.time) // MOST_ROWS))
+    curves = {"error_arcsec": move.error[:, rows] / ARCSEC, "motor_torque_N_m": move.torque[:, rows]}
+    _tell("move", drive.title, move, ("time_s", move.time[rows]), curves, output, as_json)
+
+
+@click.command("compensate-run-up")
+@project_argument
+@click.option("--from", "low", help='Lowest speed of the motor, as "300 rpm". Default: that of the file.')
+@click.option("--to", "high", help="Highest speed of the motor. Default: that of the file.")
+@click.option(
+    "--load-angle", help='Of the load, at which gravity is held while jumps are looked for. Default: "0 deg".'
+)
+@click.option("--time", "duration", default="10 s", help="Of the run-up, and of the run-down.")
+@click.option("--controller", "controllers", multiple=True, help="Name; repeatable. Default: loop and inverse.")
+@plant_options
+@output_option("Folder for run-up.csv, run-up.json and run-up.svg.")
+@json_option
+def compensate_run_up(
+    project: Path, low: str | None, high: str | None, load_angle: str | None, duration: str,
+    controllers: tuple[str, ...], plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Run up and down in closed loop: errors and jumps."""
+    drive = read_project(project)
+    ends = drive.speeds.limits
+    first = ends[0] if low is None else quantity("--from", low, "rad/s")
+    last = ends[1] if high is None else quantity("--to", high, "rad/s")
+    time = quantity("--time", duration, "s")
+    angle = None if load_angle is None else quantity("--load-angle", load_angle, "rad")
+    with Progress(drive.title) as progress:
+        progress.show("run-up and run-down", 0.1)
+        runup = compensated_runup(
+            drive, (first, last), time, controllers or USUAL, plant=plant_of(drive, plant, softer), load_angle=angle
+        )
+    curves = {"up_arcsec": runup.up / ARCSEC, "down_arcsec": runup.down / ARCSEC}
+    _tell("run-up", drive.title, runup, ("motor_speed_rpm", runup.speed / RPM), curves, output, as_json)
+
+
+def _tell(
+    stem: str, title: str, result: OnTheWay, axis: tuple[str, Floats], curves: dict[str, Floats], output: Path | None,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Write table, figure and numbers where a folder is given, and print."""
+    written = []
+    if output is not None:
+        columns = [(f"{unit} {name}", row[i]) for i, name in enumerate(result.names) for unit, row in curves.items()]
+        height, label = FIGURES[stem]
+        drawn = stacked(named(result.panels(), title), height, f"{label} under several controllers")
+        contents = {"csv": [axis, *columns], "json": reported(title, result.facts(), True), "svg": drawn}
+        write_all(output, {f"{stem}.{ending}": content for ending, content in contents.items()})
+        written.append(f"written: {output / stem}.csv, {stem}.json, {stem}.svg")
+    click.echo(reported(title, result.facts(), as_json, *written))

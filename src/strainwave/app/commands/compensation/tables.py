@@ -16,7 +16,7 @@ from ....files.order_tables.order_table import OrderTable
 from ....model.controllers.adaptive import AdaptiveCancellation
 from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
 from ....model.excitation import Harmonic, Harmonics, KinematicError, Line
-from ....numerics.sampled.loops import LoopRun, loop_ensemble, run_loop
+from ....numerics.ensemble.loops import LoopRun, loop_ensemble, run_loop
 from ....study.compensation.bench import Bench
 from ....study.compensation.compensate import PLAIN
 from ....study.compensation.designs import own_rate

@@ -10,16 +10,16 @@ import numpy as np
 from ....base.results import Floats
 from ....compile.tree import part
 from ....drive.project import Project
-from ....files.identified.identify_drive import IdentifiedDrive, with_torsion
-from ....files.identified.identify_drive import identify_drive as identified
 from ....files.logs.read import read_log
 from ....files.project_text import project_text
 from ....files.reading import read_project
+from ....files.variants.identify_drive import IdentifiedDrive, with_torsion
+from ....files.variants.identify_drive import identify_drive as identified
 from ....plot.fits import torsion_panels
 from ....plot.svg import figure
 from ....study.identification.identified import channels_of
 from ...console import Progress, number, print_table, to_json
-from ...output import staged
+from ...output import write_all
 from ...view import sign
 from ..options import file_type, json_option, output_option, project_argument, reading_options
 
@@ -58,19 +58,16 @@ def identify_drive(
     with Progress(guess.title) as progress:
         result = identified(guess, logs, names, between=between, progress=progress.show)
     torsions = [with_torsion(channels_of(log), guess.drive.N)["torsion"] for log in logs]
-    with staged(output) as folder:
-        if result.usable:
-            (folder / YAML).write_text(project_text(result.project), encoding="utf-8")
-            (folder / JSON).write_text(to_json(data(result)) + "\n", encoding="utf-8")
-        (folder / SVG).write_text(
-            figure(torsion_panels(result.found, torsions), 230.0, "measured and computed torsion") + "\n",
-            encoding="utf-8",
-        )
+    numbers = to_json(data(result))
+    contents = {SVG: figure(torsion_panels(result.found, torsions), 230.0, "measured and computed torsion")}
+    if result.usable:
+        contents |= {YAML: project_text(result.project), JSON: numbers}
+    write_all(output, contents)
     if not result.usable:
         for old in (YAML, JSON):  # of an earlier log: they would pass for this one's
             (output / old).unlink(missing_ok=True)
     if as_json:
-        click.echo(to_json(data(result)))
+        click.echo(numbers)
         return
     _print(guess, result)
     text = f"{output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"

@@ -9,7 +9,7 @@ from typing import Any
 from .... import __version__
 from ....base.facts import Fact, data
 from ....base.sentences import printable
-from ....files.sources import source_facts
+from ....files.notes import source_facts
 from ...view import View
 
 SOFTWARE = ("numpy", "scipy", "numba")

@@ -10,7 +10,7 @@ from ....study.analysis.analysis import Analysis
 from ....study.analysis.resonances import Regime
 from ....theory.slow_flow.results import Certificate
 from ...console import percent
-from ...figures import curves
+from ...resonance_figures import response as resonance_figure
 from ...view import View, sizes
 
 NO_STIFFNESS = (
@@ -33,7 +33,7 @@ class Resonances:
     def figures(self, view: View) -> list[str]:
         """Response curves of the resonances that have a peak by multiple scales."""
         regimes = (regime for regime in view.analysis.regimes if regime.response and regime.response.branches)
-        return [curves.response(view, regime) for regime in regimes]
+        return [resonance_figure(view, regime) for regime in regimes]
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
         """The primary resonances of an error equation that stands for the drive."""

@@ -4,7 +4,7 @@ from typing import Any
 
 from ....study.analysis.in_time import DriveMotion
 from ....study.analysis.time_case import TimeCase
-from ...figures.curves import time_figure
+from ...resonance_figures import time_figure
 from ...view import View, sizes
 
 

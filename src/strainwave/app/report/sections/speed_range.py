@@ -5,7 +5,7 @@ from typing import Any
 
 from ....base.results import Status
 from ....base.sentences import Angle, Sentence, Speed
-from ....base.speeds import Speeds
+from ....base.units import Speeds
 from ....drive.drive_response import DriveResponse
 from ....plot import drive
 from ....plot.panels import Panel

@@ -12,7 +12,7 @@ from ....drive.loop_margin import motor_name
 from ....drive.run import INPUTS
 from ....drive.train_curve import follows_its_angle
 from ....model.excitation import NoError
-from ....model.laws.meshing import NO_FRICTION
+from ....model.laws.friction import NO_FRICTION
 from ....model.train.shafts import NO_DRAG
 from ....plot.colours import BLACK, BLUE, DASHES, ORANGE
 from ....plot.panels import MOTOR, Panel
@@ -21,7 +21,7 @@ from ....study.analysis.avoid import turns
 from ....study.analysis.resonances import active_orders
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ...console import number, percent
-from ...figures.curves import envelope
+from ...resonance_figures import envelope
 from ...view import View, sign, sizes, under_load
 from .resonances import jump_speeds
 from .speed_range import curve_data

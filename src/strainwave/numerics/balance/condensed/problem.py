@@ -271,7 +271,9 @@ class Condensed(NamedTuple):
         system = with_leaf(self.system, self.omega_leaf, value)
         wanted = max(ENOUGH, 3 * highest_order(system)) * self.turns // self.every
         h = min(self.harmonics(), wanted)
-        return assembled(system, self.part, self.gear.lines, self.omega_leaf, self.omega_leaf, h, self.turns, self.every)
+        return assembled(
+            system, self.part, self.gear.lines, self.omega_leaf, self.omega_leaf, h, self.turns, self.every
+        )
 
     def strongest(self) -> float:
         return strongest(self)

@@ -6,7 +6,7 @@ What drives the slow flow of a predictor, in scalar code: by formula, or by samp
 from typing import Any, NamedTuple
 
 from ....compile.jit import kernel
-from ....maths import cos, sin
+from ....compile.maths import cos, sin
 from ..closed_forms import answer
 from ..setting import NEAR
 

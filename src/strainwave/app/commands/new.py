@@ -1,25 +1,29 @@
-"""`strainwave new`: a commented project file from the answers to a few questions; `strainwave schema`: its schema."""
+"""`strainwave new`, `schema` and `catalogue`: a commented project file by questions, its schema, and gears."""
 
 import json
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from shlex import quote
 from typing import Any, NamedTuple
 
 import click
 
-from ....base.archive import atomic
-from ....base.units import ARCSEC
-from ....files.fields.groups import ASSUMED
-from ....files.fields.kinds import BANDWIDTH, Place, number
-from ....files.fields.schema import TITLE
-from ....files.reading import from_text
-from ....files.reference import NAME, project_schema, reference, template
-from ....model.gears import catalogue
-from ...console import to_json
-from ..options import output_option, together, written_type
-from .catalogue import names_as_typed
+from ...base.archive import atomic
+from ...base.units import ARCSEC
+from ...files.fields.groups import ASSUMED
+from ...files.fields.kinds import BANDWIDTH, Place
+from ...files.fields.kinds import number as number_in
+from ...files.fields.schema import TITLE
+from ...files.own_gears import read_gears
+from ...files.reading import from_text
+from ...files.reference import NAME, project_schema, reference, template
+from ...model.gears.catalogue import gear, names, select
+from ...model.gears.gear import NUMBERS, Gear
+from ..console import number, print_table, to_json
+from ..view import quantity
+from .options import file_type, json_option, output_option, together, written_type
 
 MOST_SHOWN = 12  # gears
 FASTEST = 3000.0  # rpm of a new file
@@ -84,6 +88,11 @@ QUESTIONS = (
     Question("speed_to", "Highest speed", "rpm", "catalogue",
         "Of the motor; catalogue takes the gear's largest average, at most 3000 rpm."),
 )  # fmt: skip
+
+
+def names_as_typed(_ctx: click.Context, _option: click.Parameter, typed: str) -> list[str]:
+    """Names of the catalogue that begin as typed."""
+    return [name for name in names() if name.startswith(typed.upper())]
 
 
 def _option(question: Question) -> Callable[[Any], Any]:
@@ -180,8 +189,8 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
     else:
         unit = {"load_inertia": "kg*m**2", "motor_inertia": "kg*m**2", "gravity": "N*m", "damping": ""}.get(name, "rad")
         unit = "rad/s" if name.startswith("speed") else unit
-        value = number(text, unit, "not negative" if name == "speed_from" else "positive")
-        if name == "speed_to" and value <= number(answers["speed_from"], "rad/s"):
+        value = number_in(text, unit, "not negative" if name == "speed_from" else "positive")
+        if name == "speed_to" and value <= number_in(answers["speed_from"], "rad/s"):
             raise ValueError(f"{text!r} is not above the lowest speed, {answers['speed_from']}; write a larger speed")
     return text
 
@@ -200,16 +209,18 @@ def _gear(text: str) -> str:
     if not text:
         raise ValueError("a gear is needed; write for example CSG-40-50, or a part of a name as CSG-40")
     try:
-        return catalogue.gear(text).name
+        return gear(text).name
     except ValueError as error:
         parts = text.upper().replace("-", " ").split()
-        names = [name for name in catalogue.names() if all(part in name for part in parts)]
-        if not names:
+        matches = [name for name in names() if all(part in name for part in parts)]
+        if not matches:
             raise ValueError(str(error)) from None
-        if len(names) == 1:
-            return names[0]
-        others = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
-        raise ValueError(f"{text!r} is a part of {', '.join(names[:MOST_SHOWN])}{others}; write one of them") from None
+        if len(matches) == 1:
+            return matches[0]
+        others = f" and {len(matches) - MOST_SHOWN} more" if len(matches) > MOST_SHOWN else ""
+        raise ValueError(
+            f"{text!r} is a part of {', '.join(matches[:MOST_SHOWN])}{others}; write one of them"
+        ) from None
 
 
 def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
@@ -221,18 +232,18 @@ def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
     return f"{{{', '.join(f'{groups[name]}: {ASSUMED}' for name in usual)}}}" if usual else ""
 
 
-def _of_catalogue(name: str, gear: str) -> str:
+def _of_catalogue(name: str, of: str) -> str:
     """Field of a project file that takes a number of the catalogue (ValueError if the catalogue lacks the number)."""
-    record = catalogue.gear(gear)
+    record = gear(of)
     if name == "motor_inertia":
         if record.input_inertia is None:
-            raise ValueError(f"the catalogue has no inertia of the wave generator of {gear}; write it in kg*cm^2")
+            raise ValueError(f"the catalogue has no inertia of the wave generator of {of}; write it in kg*cm^2")
         return ""
     if name == "speed_to":
         return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
     if record.accuracy is None:
         other = "or none" if name == "budget" else "the amplitude of order 2"
-        raise ValueError(f"the catalogue has no accuracy of {gear}; write {other} in arcsec")
+        raise ValueError(f"the catalogue has no accuracy of {of}; write {other} in arcsec")
     return "catalogue" if name == "kinematic_error" else f"{record.accuracy / ARCSEC:.3g} arcsec"
 
 
@@ -256,3 +267,82 @@ def _fields(answers: dict[str, str]) -> dict[str, str]:
         "excitation.accuracy": error if error == "catalogue" else "",
         "limit.oscillation": answers["budget"],
     }
+
+
+@click.command()
+@click.argument("name", required=False, shell_complete=names_as_typed)
+@click.option("--series", help="Only this series, for example CSG.")
+@click.option("--size", type=int, help="Only this size.")
+@click.option("--ratio", type=int, help="Only this ratio.")
+@click.option("--torque", help='Smallest rated torque, for example "100 N*m".')
+@click.option("--stiffness", help='Smallest stiffness K1, for example "1e5 N*m/rad".')
+@click.option("--speed", help='Smallest limit of the input speed, for example "3000 rpm".')
+@click.option("--file", type=file_type, help="Gears of your own in YAML or CSV, in place of the catalogue.")
+@json_option
+def catalogue(
+    name: str | None, series: str | None, size: int | None, ratio: int | None, file: Path | None, as_json: bool,
+    **least: str | None,
+) -> None:  # fmt: skip
+    """List gears of the catalogue or of a file, or show one."""
+    listed_gears = None if file is None else read_gears(file)
+    if name is not None:
+        _one(gear(name) if listed_gears is None else _own(listed_gears, name, file), as_json)
+        return
+    units = {"torque": "N*m", "stiffness": "N*m/rad", "speed": "rad/s"}
+    bounds = {key: quantity(f"--{key}", text, units[key]) for key, text in least.items() if text is not None}
+    gears = list(listed_gears.values()) if listed_gears is not None else select()
+    chosen = select(gears, series=series, size=size, ratio=ratio, **bounds)
+    if not chosen:
+        known = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
+        where = "the catalogue" if file is None else str(file)
+        raise ValueError(f"no gear of {where} meets all conditions; it has {len(gears)} gears of the series {known}")
+    if as_json:
+        click.echo(to_json({"units": NUMBERS, "gears": [asdict(g) for g in chosen]}))
+        return
+    columns = ("gear", "K1", "K2", "K3", "T1", "T2", "rated", "rpm")  # 80 letters wide with the longest name
+    fields = ("K1", "K2", "K3", "T1", "T2", "rated_torque", "max_rpm")
+    rows = [(_marked(g), *(getattr(g, field) for field in fields)) for g in chosen]
+    caption = (
+        "K in N·m/rad, T and rated torque in N·m; largest speed with grease; – is not tabulated; * a doubtful number; "
+    )
+    caption += "`strainwave catalogue NAME` shows the rest"
+    print_table("1 gear" if len(chosen) == 1 else f"{len(chosen)} gears", columns, rows, caption)
+
+
+def _marked(gear: Gear) -> str:
+    """Name of a gear, with its ratio where that is not its end, and a star where a number of its record is doubtful."""
+    star = " *" if any(getattr(gear, name) is not None for name, _ in gear.doubts) else ""
+    return gear.name + ("" if gear.name.endswith(f"-{gear.ratio}") else f", ratio {gear.ratio}") + star
+
+
+def _own(gears: dict[str, Gear], name: str, file: Path | None) -> Gear:
+    if name not in gears:
+        raise ValueError(f"{file} has no gear {name!r}; it has {', '.join(gears)[:200]}")
+    return gears[name]
+
+
+def _one(gear: Gear, as_json: bool) -> None:
+    if as_json:
+        click.echo(to_json({"units": NUMBERS, "gear": asdict(gear), "cubic_fit": _fit(gear)}))
+        return
+    for key, value in asdict(gear).items():
+        if key not in ("notes", "doubts", "source") and value is not None:
+            unit = NUMBERS.get(key, "")
+            angle = f"  ({value / ARCSEC:.4g} arcsec)" if unit == "rad" else ""
+            click.echo(f"{key:<22}{number(value, 6)} {unit}".rstrip() + angle)
+    fit = _fit(gear)
+    if fit is not None:
+        click.echo(f"{'cubic fit':<22}K {number(fit['K'], 4)} N*m/rad, alpha {number(fit['alpha'], 4)} 1/rad**2, "
+                   f"rms error {100.0 * fit['relative_rms']:.2g} % up to {number(fit['reach'], 4)} rad")  # fmt: skip
+    unknown = [key for key in NUMBERS if getattr(gear, key) is None]
+    click.echo(f"not tabulated: {', '.join(unknown) or 'nothing'}")
+    click.echo(f"source: {gear.source}")
+    for note in gear.notes:
+        click.echo(f"note: {note}")
+
+
+def _fit(gear: Gear) -> dict[str, float] | None:
+    if None in (gear.K1, gear.K2, gear.K3, gear.T1, gear.T2):
+        return None
+    fit = gear.fit(3)
+    return {"K": gear.cubic.K, "alpha": gear.cubic.alpha, "relative_rms": fit.relative, "reach": fit.reach}

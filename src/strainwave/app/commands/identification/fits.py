@@ -1,23 +1,81 @@
-"""`strainwave fit-loop`: a measured loop of torque over torsion as a torsion law with its intervals."""
+"""`strainwave fit-bode` and `fit-loop`: numbers of a drive from a Bode plot, and a gear's law from a loop."""
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import click
+import numpy as np
 
-from ....files.logs.names import named
+from ....files.logs.frd import read_frd
+from ....files.logs.names import named as name_and_unit
 from ....files.logs.read import read_log
+from ....files.reading import read_project
 from ....files.yaml_text import FileError, Problem, complaint
+from ....plot.panels import named
 from ....plot.svg import stacked
 from ....study.identification.law_fit import LackOfFit
 from ....study.identification.log import Log
-from ....study.identification.loops.loop_fit import fit_loop as fitted
+from ....study.identification.loops.loop_fit import fit_loop as loop_fitted
 from ....study.identification.loops.loop_model import LoopFit
-from ...console import number, print_table, to_json
-from ...output import staged, write_csv
-from ...view import quantity, sign
-from ..options import dialect_options, file_type, json_option, output_option
+from ....study.identification.response_curve.bode_fit import BodeFit
+from ....study.identification.response_curve.bode_fit import fit_bode as bode_fitted
+from ....study.identification.response_curve.measured_bode import Estimator, Quantity
+from ...console import number, print_table, reported, to_json
+from ...output import write_all
+from ...view import quantity as value_of
+from ...view import sign
+from ..options import dialect_options, file_type, json_option, output_option, pairs, project_argument
+
+
+@click.command()
+@project_argument
+@click.argument("file", type=file_type)
+@click.option("--free", help='Numbers to fit, as J_m,K; "" compares alone. Default: J_m, J_l, K, B, delay.')
+@click.option("--quantity", type=click.Choice(get_args(Quantity)), help="What was measured. Default: by the names.")
+@click.option("--estimator", type=click.Choice(get_args(Estimator)), default="unknown", help="How it was estimated.")
+@click.option("--speed", default="0 rpm", help="Speed of the motor at which it was measured.")
+@click.option("--amplitude", type=float, help="Amplitude of the excitation, for --second.")
+@click.option("--second", type=file_type, help="File measured with another amplitude.")
+@click.option("--second-amplitude", type=float, help="Its amplitude.")
+@click.option(
+    "--column", "columns", multiple=True, callback=pairs, metavar="CHANNEL=COLUMN",
+    help="Column of frequency, size, phase, real, imaginary, or of records; repeatable.",
+)  # fmt: skip
+@click.option(
+    "--unit", "units", multiple=True, callback=pairs, metavar="CHANNEL=UNIT",
+    help="Unit, as frequency=Hz, size=dB or phase=deg; repeatable.",
+)  # fmt: skip
+@dialect_options
+@output_option("Folder for bode.svg, bode.csv and bode.json.")
+@json_option
+def fit_bode(
+    project: Path, file: Path, free: str | None, speed: str, amplitude: float | None, second: Path | None,
+    second_amplitude: float | None, output: Path | None, as_json: bool, **reading: Any,
+) -> None:  # fmt: skip
+    """Fit numbers of a drive to a measured Bode plot.
+
+    FILE has frequencies with size and phase, or real and imaginary part; or time, reference, torque and speed.
+    """
+    drive = read_project(project)
+    measured = [read_frd(file, amplitude=amplitude, **reading)]
+    if second is not None:
+        measured.append(read_frd(second, amplitude=second_amplitude, **reading))
+    names = None if free is None else tuple(name.strip() for name in free.split(",") if name.strip())
+    fit = bode_fitted(measured, drive, free=names, speed=value_of("--speed", speed, "rad/s"))
+    if output is not None:
+        _write(drive.title, fit, output)
+    written = [] if output is None else [f"written: {output}/bode.svg, bode.csv, bode.json"]
+    click.echo(reported(drive.title, fit.facts(), as_json, *written))
+
+
+def _write(title: str, fit: BodeFit, folder: Path) -> None:
+    responses = {"measured": fit.measured.value, "drive": fit.model, "fitted": fit.computed}
+    columns = [("omega_rad_per_s", fit.measured.omega)]
+    for name, values in responses.items():
+        columns += [(f"{name}_real", np.real(values)), (f"{name}_imaginary", np.imag(values))]
+    figure = stacked(named(fit.panels(), title), 260.0, "a measured Bode plot and that of the drive")
+    write_all(folder, {"bode.csv": columns, "bode.svg": figure, "bode.json": reported(title, fit.facts(), True)})
 
 
 @click.command()
@@ -37,21 +95,25 @@ def fit_loop(
 
     FILE is what `strainwave read-log` reads: CSV in any dialect, .npz, .mat, .parquet or .mf4; it needs no time.
     """
-    rated = None if rated_torque is None else quantity("--rated-torque", rated_torque, "N*m")
+    rated = None if rated_torque is None else value_of("--rated-torque", rated_torque, "N*m")
     log = read_loop_file(file, {"torsion": torsion, "torque": torque}, delimiter, decimal)
     try:
-        found = fitted(log.channels["torsion"], log.channels["torque"], rated_torque=rated, ratio=ratio)
+        found = loop_fitted(log.channels["torsion"], log.channels["torque"], rated_torque=rated, ratio=ratio)
     except ValueError as error:
         raise FileError(complaint(file, [Problem(1, 1, "loop", str(error))])) from None
     found = replace(found, remarks=(*log.notes, *found.remarks))
+    numbers = to_json({"file": file.name} | data(found))
     if output is not None:
-        write(file, found, output)
-    click.echo(to_json({"file": file.name} | data(found))) if as_json else _print(file, found, output)
+        columns = [("torsion_rad", found.torsion), ("torque_N_m", found.torque), ("fitted_N_m", found.fitted)]
+        figure = stacked(found.panels(), 300.0, "a measured loop and its law", 560.0)
+        contents = {"loop.svg": figure, "gear.yaml": found.yaml, "loop.json": numbers, "loop.csv": columns}
+        write_all(output, contents)
+    click.echo(numbers) if as_json else _print(file, found, output)
 
 
 def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, decimal: str | None) -> Log:
     """Log of the channels torsion and torque in the order of the samples; errors as `read_log`."""
-    found = {channel: named(text) for channel, text in wanted.items()}
+    found = {channel: name_and_unit(text) for channel, text in wanted.items()}
     columns = {channel: name for channel, (name, _) in found.items()}
     units = {channel: unit for channel, (_, unit) in found.items() if unit}
     given: dict[str, Any] = {"trim": 0.0, "unwrap": False, "delimiter": delimiter, "decimal": decimal}
@@ -90,18 +152,6 @@ def _lack(lack: LackOfFit | None) -> dict[str, Any] | None:
         return None
     numbers = {"noise_N_m": lack.pure, "missed_N_m": lack.missed, "ratio": lack.ratio, "probability": lack.probability}
     return {"found": lack.found} | numbers
-
-
-def write(file: Path, found: LoopFit, folder: Path) -> None:
-    """Write figure, samples, numbers and the block of a project file; they appear when they are complete."""
-    with staged(folder) as part:
-        (part / "loop.svg").write_text(
-            stacked(found.panels(), 300.0, "a measured loop and its law", 560.0), encoding="utf-8"
-        )
-        (part / "gear.yaml").write_text(found.yaml, encoding="utf-8")
-        (part / "loop.json").write_text(to_json({"file": file.name} | data(found)) + "\n", encoding="utf-8")
-        columns = [("torsion_rad", found.torsion), ("torque_N_m", found.torque), ("fitted_N_m", found.fitted)]
-        write_csv(part / "loop.csv", columns)
 
 
 def _print(file: Path, found: LoopFit, output: Path | None) -> None:

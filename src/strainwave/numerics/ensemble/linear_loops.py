@@ -17,8 +17,8 @@ from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ...compile.tree import leaves, mapped
+from .loop_march import between
 from .loops import marched, ready, steps_of
-from .march import between
 
 COUNTS = 3  # the last fields of a loop's memory: age of a measurement, samples limited and lost
 Complexes = NDArray[np.complex128]

@@ -32,7 +32,7 @@ from ..fields.groups import MEASURED, MOST_OF_PHASE, MOST_SCATTER, Radians
 from ..project_text import project_text
 from ..reading import from_text
 from .missing_orders import missing_lines
-from .places import OF_SIGNAL, Places
+from .names import OF_SIGNAL, Places
 
 POOR = 0.1  # of the motion: what the numbers may leave of it
 

@@ -23,7 +23,7 @@ from ...base.units import ARCSEC
 from ...compile.jit import run
 from ...compile.lanes import LANES, lane
 from ...compile.tree import leaf_of, leaves, mapped
-from .march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, begun, march, sums_by_address
+from .loop_march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, begun, march, sums_by_address
 
 FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
 MOST_STEPS = 1000  # of a sample
@@ -353,8 +353,7 @@ def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: fl
 
 def ready(loop: Any, y0: ArrayLike | None, steps: int | None) -> tuple[Any, tuple[float, ...], int]:
     """The loop with floats in its fields, its first state, and the steps between two samples."""
-    for method in ("plant", "update", "commanded", "watched"):
-        need("loop", loop, method)
+    need("loop", loop, "plant", "update", "commanded", "watched")
     loop = checked(loop)
     names = loop.plant().state_names()
     y = np.zeros(len(names)) if y0 is None else numbers("y0", y0)

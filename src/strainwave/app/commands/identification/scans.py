@@ -1,29 +1,117 @@
-"""`strainwave order-scan`: the orders of a logged quantity, from all stretches of constant speed."""
+"""`strainwave error-scan` and `order-scan`: lines of a measured kinematic error, and orders of logged quantities."""
 
+from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
-from ....files.identified.identify_drive import with_torsion
+from ....base.units import ARCSEC
 from ....files.logs.read import read_log
-from ....model.orders import Turn
+from ....files.scan_file import ScanFile, read_scan
+from ....files.variants.identify_drive import with_torsion
+from ....files.yaml_text import FileError, Problem, complaint
+from ....model.orders import Turn, order_map
 from ....plot.fits import order_scan_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.identified import channels_of
 from ....study.identification.log import Log
+from ....study.identification.orders.error_result import ErrorScan
+from ....study.identification.orders.error_scan import error_scan as error_scanned
 from ....study.identification.orders.order_result import OrderLine, OrderScan
-from ....study.identification.orders.order_scan import order_scan as scanned
+from ....study.identification.orders.order_scan import order_scan as orders_scanned
 from ....study.identification.run import Run
 from ...console import to_json
-from ...output import staged, write_csv
-from ..options import file_type, json_option, output_option, reading_options
-from .error_scan import project_lines
+from ...output import write_all
+from ..options import dialect_options, file_type, json_option, output_option, reading_options
 
-CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"
 SHAFTS: dict[str, Turn] = {"load_angle": "output", "motor_angle": "motor"}
+SHAFT = click.Choice(("motor", "output"))
 LIKELY = ("torsion", "error", "torque", "motor_torque", "torque_from_current", "current", "load_torque")
+SHOWN_IN_PROJECT = 64
+CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"
+
+
+def _whole_orders(_ctx: click.Context, _option: click.Parameter, text: str | None) -> list[int] | None:
+    """Read orders such as 1,2,4."""
+    if text is None:
+        return None
+    parts = [part.strip() for part in text.split(",")]
+    if not all(part.isascii() and part.isdigit() for part in parts):
+        raise click.BadParameter(f"{text!r} is no list of orders; write for example 1,2,4")
+    return [int(part) for part in parts]
+
+
+@click.command("error-scan")
+@click.argument("file", type=file_type)
+@click.option("--back", type=file_type, help="CSV of the run in the backward direction.")
+@click.option("--shaft", type=SHAFT, default="motor", help="Shaft of the file's angle.")
+@click.option("--turn", type=SHAFT, help="Shaft whose turn the orders count on; the same by default.")
+@click.option("--ratio", type=int, help="Ratio of the gear, where --shaft and --turn differ.")
+@click.option("--orders", callback=_whole_orders, help="Fit these orders, as 1,2,4, in place of a search.")
+@click.option("--highest", type=int, help="Highest order sought.")
+@click.option("--false-alarm", type=float, default=0.01, help="Probability that noise gives a line.")
+@click.option("--angle", default="angle", help='Column of the angle, as "Winkel [deg]".')
+@click.option("--error", help='Column of the error, as "Fehler [arcsec]"; "error" or "ate" by default.')
+@click.option("--backward", help='Column of the error on the way back; "backward" by default.')
+@click.option("--ate", is_flag=True, help="The error is the vendors', output minus motor/ratio.")
+@dialect_options
+@json_option
+def error_scan(
+    file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,
+    highest: int | None, false_alarm: float, as_json: bool, **columns: Any,
+) -> None:  # fmt: skip
+    """Find the lines of a measured kinematic error."""
+    factor = _factor(shaft, turn or shaft, ratio)
+    forward = read_scan(file, **columns)
+    backward = None
+    if back is not None:
+        if forward.backward is not None:
+            raise ValueError(f"{file} has a column for the way back already; leave out {back} or the column")
+        run = read_scan(back, **columns, reverse=True)
+        backward = (factor * run.angle, run.error)
+    elif forward.backward is not None:
+        backward = (factor * forward.angle, forward.backward)
+    search = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
+    scan = _scan(file, forward, factor, backward, search)
+    if as_json:
+        told = {"file": file.name, "turn": turn or shaft, "unit": "rad"} | asdict(scan)
+        click.echo(to_json(told | {"peak_to_peak": scan.peak_to_peak}))
+        return
+    click.echo(f"{file.name}: {len(scan.lines)} lines, orders per turn of the {turn or shaft}\n{scan}")
+    if scan.lines:
+        click.echo(f"for a project file:\n{project_lines(scan.lines)}")
+
+
+def _factor(shaft: str, turn: str, ratio: int | None) -> float:
+    """Turns of the base angle per turn of the file's shaft."""
+    if shaft == turn:
+        return 1.0
+    if ratio is None:
+        raise ValueError(f"the angle is the {shaft}'s and the orders count on the {turn}'s turn; give --ratio")
+    N = order_map(ratio).N
+    return float(N) if shaft == "output" else 1.0 / N
+
+
+def _scan(
+    file: Path, run: ScanFile, factor: float, backward: tuple[Any, Any] | None, search: dict[str, Any]
+) -> ErrorScan:
+    try:
+        return error_scanned(factor * run.angle, run.error, backward=backward, **search)
+    except ValueError as error:
+        raise FileError(complaint(file, [Problem(run.last, 1, "angle", str(error))])) from None
+
+
+def project_lines(lines: Iterable[Any]) -> str:
+    """The strongest lines of an angle [rad], by their orders, as the field `kinematic_error` of a project file."""
+    rows = ["  kinematic_error:"]
+    strongest = sorted(lines, key=lambda line: -line.amplitude)[:SHOWN_IN_PROJECT]
+    for line in sorted(strongest, key=lambda line: line.order):
+        size = f"amplitude: {line.amplitude / ARCSEC:.6g} arcsec, phase: {line.phase:.5g} rad"
+        rows.append(f"    - {{order: {round(line.order)}, {size}}}")
+    return "\n".join(rows)
 
 
 @click.command("order-scan")
@@ -52,17 +140,13 @@ def order_scan(
     runs = [run for log in logs for run in _runs(log, channel, angle)]
     turned = angle or ("load_angle" if "load_angle" in logs[0].channels else "motor_angle")
     ratio = reading["ratio"] if turned in SHAFTS and (reading["ratio"] or 0.5) % 1.0 == 0.0 else None
-    found = scanned(runs, given_orders, ratio, shaft=SHAFTS.get(turned, "motor"), highest=highest)
+    found = orders_scanned(runs, given_orders, ratio, shaft=SHAFTS.get(turned, "motor"), highest=highest)
+    numbers = to_json(data(found, channel))
     if output is not None:
-        with staged(output) as folder:
-            write_csv(folder / CSV, _columns(found))
-            (folder / JSON).write_text(to_json(data(found, channel)) + "\n", encoding="utf-8")
-            (folder / SVG).write_text(
-                stacked(order_scan_panels(found, channel), 320.0, "lines of an order scan", WIDTH) + "\n",
-                encoding="utf-8",
-            )
+        figure = stacked(order_scan_panels(found, channel), 320.0, "lines of an order scan", WIDTH)
+        write_all(output, {CSV: _columns(found), JSON: numbers, SVG: figure})
     if as_json:
-        click.echo(to_json(data(found, channel)))
+        click.echo(numbers)
         return
     click.echo(f"{channel}: {found}")
     if found.unit == "rad" and found.varying:

@@ -3,16 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.results import Floats
-from ...base.sentences import number
-from ...plot.colours import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
-from ...plot.drive import draw_exact, draw_folds, fine, of_speeds, simulated
-from ...plot.panels import TIME, Axis, Panel
-from ...plot.svg import figure
-from ...study.analysis.in_time import DriveMotion
-from ...study.analysis.resonances import Regime
-from ...study.analysis.time_case import Cycle, TimeCase
-from ..view import AngleUnit, View
+from ..base.results import Floats
+from ..base.sentences import number
+from ..plot.colours import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
+from ..plot.drive import draw_exact, draw_folds, fine, of_speeds, simulated
+from ..plot.panels import TIME, Axis, Panel
+from ..plot.svg import figure
+from ..study.analysis.in_time import DriveMotion
+from ..study.analysis.resonances import Regime
+from ..study.analysis.time_case import Cycle, TimeCase
+from .view import AngleUnit, View
 
 HEIGHT = 330.0
 BINS, MOST_CYCLES = 350, 40

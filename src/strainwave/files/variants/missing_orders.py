@@ -17,7 +17,7 @@ import numpy as np
 
 from ...base.quantities import Angle, Ratio
 from ...base.results import Floats, SolveError
-from ...maths import cos, sin
+from ...compile.maths import cos, sin
 from ...numerics.driven import lanes_of
 from ...study.identification.discrepancy import white
 from ...study.identification.identified import Identified, record_of

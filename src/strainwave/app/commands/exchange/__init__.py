@@ -1,1 +1,0 @@
-"""Commands that exchange files and lists: project files, gears, order tables, exports, scripts of shells."""

@@ -1,1 +1,0 @@
-"""Numbers of a project file, found from the log of a drive."""
