@@ -67,10 +67,15 @@ class Case(NamedTuple):
         return isinstance(self.equation, Oscillator) and not beats(self.equation.error)
 
 
+def equation_orders(equation: Any) -> tuple[float, ...]:
+    """Orders that the error equation excites, those of two turns included."""
+    return (*active_orders(equation), *(k for k in equation.orders() if k % 1))
+
+
 def slowest(case: Case) -> float:
     """Speed [rad/s] below which the drive follows its excitation: no harmonic up to `HIGHEST` meets its resonance."""
     natural = sqrt(max(case.point.stiffness, 0.0) / case.equation.J)
-    return natural / (HIGHEST * max(active_orders(case.equation), default=1))
+    return natural / (HIGHEST * max(equation_orders(case.equation), default=1))
 
 
 def case_of(project: Project, load: float, span: Span) -> Case:
@@ -102,8 +107,10 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
     SolveError
         If no stable periodic motion is found.
     """
-    if beats(case.equation.error):
-        found: Any = beating_response(case.train or case.whole, span)
+    train = case.whole if case.train is None else case.train
+    found: DriveResponse | None
+    if beats(case.equation.error) and train is not None:
+        found = beating_response(train, span)
     elif case.train is not None:
         found = train_curve(case.train, span, coexisting=False)
     else:
@@ -126,7 +133,7 @@ def under_load(
         response = main_curve(case, span)
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
-    every = 1 if beats(case.equation.error) else gcd(*map(int, active_orders(case.equation))) or 1
+    every = 1 if beats(case.equation.error) else gcd(*active_orders(case.equation)) or 1
     curves = (Motions(response, every),)
     sweep = response.sweep
     jumps = () if sweep is None else tuple(
@@ -221,7 +228,7 @@ def campbell(case: Case, largest: float, orders: tuple[float, ...]) -> list[Camp
 
 def orders_of_drive(case: Case) -> tuple[float, ...]:
     """Orders on the motor's turn that something excites."""
-    orders = set(active_orders(case.equation))
+    orders = set(equation_orders(case.equation))
     if case.train is not None and not case.train.motor.held:
         angles = 2.0 * pi * np.arange(512) / 512
         torque, drag = case.train.motor.excitation, case.train.motor.drag

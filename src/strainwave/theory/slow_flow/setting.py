@@ -260,10 +260,9 @@ def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Compl
     return mean, tuple(int(k) + 1 for k in index), torque[index], error[index]
 
 
-def active_orders(system: Any) -> tuple[float, ...]:
-    """Orders above 0 of the torque and the kinematic error whose amplitude is not 0; lines of two turns all count."""
-    of_two_turns = [k for k in system.orders() if k % 1] if not lacking(system, "orders") else []
-    return (*forcing_lines(system)[1], *of_two_turns)
+def active_orders(system: Any) -> tuple[int, ...]:
+    """Whole orders above 0 of the torque and the kinematic error whose amplitude is not 0."""
+    return forcing_lines(system)[1]
 
 
 def setting(system: Any, resonance: Resonance) -> Setting:
