@@ -248,3 +248,22 @@ def test_what_follows_no_beat_says_so(tmp_path):
     for ask in (varying.response, lambda: sw.speed_map(varying)):
         with pytest.raises(ValueError, match="a line of the output's turn is in this drive, and its damping or stiff"):
             ask()
+
+
+def test_the_corners_of_a_catalogue_gear_are_rounded_and_said(tmp_path):
+    text = PROJECT.replace("{ratio: 50, law: {type: cubic, K: 2e4 N*m/rad, alpha: 4e5 1/rad^2}}", "CSG-40-50")
+    text = text.replace("B: 15 N*m*s/rad", "ratio: 2 %").replace("MOTOR", "mode: held").replace("1200", "2400")
+    text = (
+        text.replace("1 kg*cm^2", "5 kg*cm^2")
+        .replace("-4 N*m", "-50 N*m")
+        .replace("inertia: 1 kg*m^2", "inertia: 1.3 kg*m^2")
+    )
+    alone = from_text(text.replace("ORDER", "4").replace("SIZE", "0 arcsec"), tmp_path / "joint.yaml")
+    beat = from_text(
+        text.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "1e-7 arcsec"), tmp_path / "joint.yaml"
+    )
+    one, two = alone.response(coexisting=False), beat.response()
+    assert "the corners of the law are rounded over 2" in two.message
+    folds = [[fold.omega for fold in found.folds] for found in (one, two)]
+    np.testing.assert_allclose([min(folds[1]), max(folds[1])], [min(folds[0]), max(folds[0])], rtol=1.5e-2)
+    assert np.max(two.oscillation) == pytest.approx(np.max(one.oscillation), rel=3e-3)

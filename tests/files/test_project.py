@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import strainwave as sw
 from strainwave.drive.project import Project
-from strainwave.files.reading import ProjectError, read_project
+from strainwave.files.reading import ProjectError, from_text, read_project
 from strainwave.files.yaml_text import LARGEST
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "projects"
@@ -70,8 +70,38 @@ def test_a_line_of_two_turns_has_the_sum_of_its_orders(written):
     project = read_project(written(GOOD.replace("[{order: 2, amplitude: 23 arcsec}]", lines)))
     oval = sw.gears.order_map(50).order("flexspline tooth engagement").per_motor_turn  # pair (2, -2) at the ratio -50
     assert project.kinematic_error.orders() == pytest.approx((float(oval), 3.0 / 50.0), rel=1e-15)
-    with pytest.raises(ValueError, match=r"the order 0\.06 is not an integer"):
-        project.response()
+    assert project.beats
+
+
+@pytest.mark.parametrize(
+    ("gear", "ratio", "said"),
+    [
+        ("{name: CSG-40-50, fixed: circular_spline}", 50.0, "the flexspline turns against the motor, once in 50 turns; "
+         "an oval circular spline gives order 2, an oval flexspline gives the order {wave_generator: 2, output: 2}."),
+        ("{name: CSG-40-50, fixed: flexspline}", 51.0, "the circular spline turns with the motor, once in 51 turns; an "
+         "oval flexspline gives order 2, an oval circular spline gives the order {wave_generator: 2, output: -2}."),
+        ("{ratio: 51, fixed: flexspline, law: {type: linear, K: 1e5 N*m/rad}}", 51.0, "with the motor, once in 51"),
+        ("{ratio: 1.02, fixed: wave_generator, law: {type: linear, K: 1e5 N*m/rad}}", 1.02, "once in 1.02 turns; an "
+         "oval circular spline gives the order {wave_generator: 0, output: 2}."),
+    ],
+)  # fmt: skip
+def test_ratio_sense_and_orders_follow_from_the_member_that_is_fixed(gear, ratio, said, written):
+    plain, fixed = read_project(written(GOOD)), read_project(written(GOOD.replace("gear: CSG-40-50", f"gear: {gear}")))
+    assert pytest.approx(ratio, rel=1e-15) == fixed.drive.N
+    assert plain.arrangement is None
+    assert any(note.startswith("gear.fixed: ") and said in note for note in fixed.notes)
+    assert not any("gear.fixed" in note for note in plain.notes)
+    again = from_text(sw.project_text(fixed), fixed.path)
+    assert again.arrangement == fixed.arrangement
+    assert again.drive.N == fixed.drive.N
+
+
+def test_the_line_of_an_oval_spline_has_the_order_of_the_map(written):
+    lines = "[{order: {wave_generator: 2, output: -2}, amplitude: 5 arcsec}]"
+    text = GOOD.replace("[{order: 2, amplitude: 23 arcsec}]", lines)
+    project = read_project(written(text.replace("gear: CSG-40-50", "gear: {name: CSG-40-50, fixed: flexspline}")))
+    oval = sw.gears.order_map(50, project.arrangement).order("circular spline tooth engagement").per_motor_turn
+    assert project.kinematic_error.orders() == pytest.approx((float(oval),), rel=1e-15)
 
 
 def test_a_limit_of_the_oscillation_is_read_in_any_unit_of_angle(written):
@@ -441,6 +471,21 @@ WRONG = [
         "7:29",
         "excitation.kinematic_error[0].order",
         "'2.5' is not a whole number; write how often",
+    ),
+    (
+        "gear: CSG-40-50",
+        "gear: {ratio: 40.5, fixed: flexspline, law: {type: linear, K: 1e5 N*m/rad}}",
+        "1:28",
+        "gear.fixed",
+        "contradicts the ratio: 40.5 is no ratio with the flexspline fixed and z1 = 2 N and z2 = 2 N + 2 teeth; it is "
+        "N + 1 of a whole N from 2 on",
+    ),
+    (
+        "gear: CSG-40-50",
+        "gear: {name: CSG-40-50, fixed: wave_generator}",
+        "1:32",
+        "gear.fixed",
+        "is wave_generator, and CSG-40-50 has it on the motor; write ratio and law in full",
     ),
     ("order: 2", "order: {wave_generator: 2}", "7:29", "excitation.kinematic_error[0].order.output", "is missing"),
     ("order: 2", "order: {output: -1}", "7:29", "excitation.kinematic_error[0].order", "repeats backwards"),

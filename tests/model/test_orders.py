@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.model.orders import on_output_turn, order_map
+from strainwave.model.orders import BY_FIXED, on_output_turn, order_map
 
 SIDEREAL_DAY, SOLAR_DAY = 86164.0905, 86400.0  # s
 
@@ -133,3 +133,22 @@ def test_sources_of_a_gear_have_the_orders_of_its_map():
     assert known["flexspline ovality"].order == orders.order("flexspline tooth engagement").per_output_turn
     assert {source.kind for source in known.values()} == {"design", "manufacture", "assembly", "deformation"}
     assert all(source.amplitude == 0.0 for source in known.values())
+
+
+@pytest.mark.parametrize(("fixed", "output"), [(a, b) for a in MEMBERS for b in MEMBERS if a != b])
+def test_torques_on_the_members_have_no_sum_and_no_power(fixed, output):
+    arrangement = sw.gears.Arrangement(fixed, output)
+    torques, R = arrangement.torques(50), arrangement.ratio(50)
+    assert sum(torques.values()) == 0
+    assert torques[output] == 1
+    assert torques[arrangement.driven] * R + torques[output] == 0  # the output turns once, the motor R times
+
+
+@pytest.mark.parametrize("fixed", ["circular_spline", "flexspline", "wave_generator"])
+@pytest.mark.parametrize("N", [2, 3, 50, 160])
+def test_the_teeth_of_a_ratio_are_those_that_give_it(fixed, N):
+    arrangement = BY_FIXED[fixed]
+    ratio = abs(float(arrangement.ratio(N)))
+    assert arrangement.teeth(ratio) == N
+    with pytest.raises(ValueError, match=f"is no ratio with the {fixed.replace('_', ' ')} fixed"):
+        arrangement.teeth(ratio + 0.004)

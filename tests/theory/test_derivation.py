@@ -1,5 +1,6 @@
 """The symbolic derivation is the numerical model: the library's own `rhs` is run on SymPy symbols and compared."""
 
+import numpy as np
 import pytest
 import sympy as sp
 
@@ -166,3 +167,63 @@ def test_text_names_every_step(derived):
 def test_result_is_frozen(derived):
     with pytest.raises(AttributeError):
         derived.F = 0
+
+
+ARRANGEMENTS = {
+    # fixed, output: u, the torques of T on the motor and of the housing, written by hand
+    ("circular spline", "flexspline"): lambda N, m, e, de: (-m / N - e, -1 / N - de, 1 + 1 / N + de),
+    ("flexspline", "circular spline"): lambda N, m, e, de: (m / (N + 1) - e, 1 / (N + 1) - de, N / (N + 1) + de),
+    ("wave generator", "circular spline"): lambda N, m, e, de: (
+        N * m / (N + 1) - e,
+        N / (N + 1) - de,
+        1 / (N + 1) + de,
+    ),
+    ("wave generator", "flexspline"): lambda N, m, e, de: ((N + 1) * m / N - e, (N + 1) / N - de, -1 / N + de),
+    ("circular spline", "wave generator"): lambda N, m, e, de: (-N * m - e, -N - de, 1 + N + de),
+    ("flexspline", "wave generator"): lambda N, m, e, de: ((N + 1) * m - e, N + 1 - de, -N + de),
+}
+
+
+@pytest.mark.parametrize(("members", "by_hand"), ARRANGEMENTS.items(), ids=map(" - ".join, ARRANGEMENTS))
+def test_the_equations_of_an_arrangement_are_those_written_by_hand(members, by_hand):
+    arrangement = sw.gears.Arrangement(*members)
+    found = sw.theory.derive_arrangement(arrangement)
+    s, e = found.symbols, found.symbols.e(found.symbols.theta_m)
+    u, on_motor, of_housing = by_hand(s.N, s.theta_m, e, sp.diff(e, s.theta_m))
+    pairs = (
+        (found.torsion, u - s.theta_l),
+        (found.motor.lhs, s.J_m * s.theta_m_acceleration + on_motor * found.T),
+        (found.load.lhs, s.J_l * s.theta_l_acceleration - found.T),
+        (found.reaction.lhs, of_housing * found.T),
+    )
+    for own, other in pairs:
+        assert sp.simplify(own - other) == 0
+    assert found.ratio.subs(s.N, 50) == sp.Rational(*arrangement.ratio(50).as_integer_ratio())
+    rigid = found.reaction.lhs.subs(e, 0).doit().subs({s.N: 50, found.T: 1})
+    # what the housing holds is what the gear puts on the fixed member
+    assert rigid == -sp.Rational(*arrangement.torques(50)[arrangement.fixed].as_integer_ratio())
+
+
+@pytest.mark.parametrize("members", ARRANGEMENTS, ids=map(" - ".join, ARRANGEMENTS))
+def test_power_and_angular_momentum_of_an_arrangement_are_in_balance(members):
+    found = sw.theory.derive_arrangement(sw.gears.Arrangement(*members))
+    s, N, J_m, J_l, K, B = found.symbols, 50, 2e-4, 1.3, 2e4, 15.0
+    e = 1e-4 * sp.cos(2 * s.theta_m + 0.3)
+    torsion = found.torsion.subs(s.e(s.theta_m), e).subs(s.N, N)
+    rate = sp.diff(torsion, s.theta_m) * s.theta_m_rate + sp.diff(torsion, s.theta_l) * s.theta_l_rate
+    T = K * torsion + B * rate
+    values = {found.T: T, s.N: N, s.J_m: J_m, s.J_l: J_l, s.T_m: 0.4, s.T_l: -7}
+    own = [s.theta_m, s.theta_l, s.theta_m_rate, s.theta_l_rate]
+    accelerations = [
+        sp.solve(equation.subs(s.e(s.theta_m), e).doit().subs(values), a)[0]
+        for equation, a in ((found.motor, s.theta_m_acceleration), (found.load, s.theta_l_acceleration))
+    ]
+    reaction = found.reaction.lhs.subs(s.e(s.theta_m), e).doit().subs(values)
+    rng = np.random.default_rng(38)
+    numbers = sp.lambdify(own, [*accelerations, reaction, T, torsion, rate])
+    for m, load, w_m, w_l in rng.normal(size=(20, 4)) * [1.0, 1e-3, 60.0, 1.0]:
+        a_m, a_l, T_f, through, u, du = numbers(m, load, w_m, w_l)
+        change = J_m * w_m * a_m + J_l * w_l * a_l + K * u * du  # of the energies
+        scale = abs(through * du) + abs(0.4 * w_m) + abs(7 * w_l)
+        assert abs(0.4 * w_m - 7 * w_l - change - B * du * du) < 1e-9 * scale
+        assert abs(0.4 - 7 + T_f - J_m * a_m - J_l * a_l) < 1e-9 * (abs(through) + 7)

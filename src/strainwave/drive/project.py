@@ -18,6 +18,7 @@ from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears.gear import Gear
+from ..model.orders import Arrangement
 from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, VaryingOscillator
 from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
@@ -96,6 +97,8 @@ class Project:
         Samples and encoders of the drive's own controller, with the motor's largest torque (`strainwave.compensate`).
     postures : tuple of Posture
         Loads of the drive in the postures of the machine.
+    arrangement : Arrangement or None
+        Members of the gear that are fixed and the output, where the file says it.
     revision : str
         Revision of the file with date and author, as the file says them.
     sources : tuple of Source
@@ -127,6 +130,7 @@ class Project:
     move: Task | None = None
     sampling: Sampling | None = None
     postures: tuple[Any, ...] = ()
+    arrangement: Arrangement | None = None
     revision: str = ""
     sources: tuple[Source, ...] = field(default=(), compare=False)
 

@@ -4,7 +4,7 @@ Gravity follows the load's own angle, its stiffness included. A line of order j 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,9 +17,12 @@ from ..base.protocols import lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number, shown
 from ..base.results import Branch, Floats, Orbit, Status
 from ..base.series import largest_of_samples
+from ..base.units import ARCSEC
 from ..model.excitation import Harmonics, NoError
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
+from ..model.laws.measured import RoundedPiecewiseLinear
+from ..model.laws.springs import PiecewiseLinear
 from ..model.orders import order_pair
 from ..model.oscillator import Oscillator
 from ..model.train.controls import Held
@@ -202,9 +205,17 @@ def beating_response(train: DriveTrain, speeds: tuple[float, float]) -> DriveRes
     """The motions of a train in two turns through a range of speeds [rad/s], with a sweep and their torques.
 
     The oscillation of a motion is that of the turn of the motor in which it is largest; its coefficients are the part
-    that repeats with every turn of the motor. Gravity is in it exactly, its stiffness too.
+    that repeats with every turn of the motor. Gravity is in it exactly, its stiffness too. Corners of a law of
+    three slopes are rounded as widely as they lie apart: in a CSG-40-50 that moves a fold by 1 %, the top by 0.1 %.
     """
+    rounded = ""
+    if isinstance(train.law, PiecewiseLinear):
+        law = train.law
+        first, second = law.T1 / law.K1, (law.T2 - law.T1) / law.K2
+        train = train._replace(law=RoundedPiecewiseLinear(*law, min(2.0 * first, second)))
+        rounded = f"; the corners of the law are rounded over {train.law.width / ARCSEC:.3g} arcsec"
     found = two_turn_response(train, speeds)
+    found = replace(found, message=found.message + rounded)
     curve = found.branch(speeds)
     angles, states = along_turns(found.problem, found.points, found.beats)
     system, sizes = AtLoad(without_gravity(train), train.omega), []

@@ -7,6 +7,7 @@ from typing import Any
 from ..base.law import depends, spring_stiffness
 from ..base.quantities import checked
 from ..model.gears.gear import Gear
+from ..model.orders import BY_FIXED
 from .fields.groups import CATALOGUE, OrderPair, Radians
 from .fields.rows import inside, row_at
 from .fields.schema import CURVE_COLUMNS, ExplicitGear, ProjectSpec
@@ -23,6 +24,7 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
     if spec.gear is not None and spec.motor is not None:
         yield from _inertia(spec, gear)
     if spec.gear is not None:
+        yield from _arrangement(spec, gear)
         yield from _law(spec, gear)
     if spec.excitation is not None:
         yield from _excitation(spec, gear)
@@ -82,6 +84,21 @@ def _friction(gear: Gear | None) -> Iterator[tuple[Keys, str]]:
         yield ("load_friction",), f"{str(error).partition(';')[0]}; {example}"
 
 
+def _arrangement(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """A member that cannot be fixed at this ratio."""
+    fixed = getattr(spec.gear, "fixed", None)
+    if fixed == "wave_generator" and gear is not None:
+        yield (
+            ("gear", "fixed"),
+            f"is wave_generator, and {gear.name} has it on the motor; write ratio and law in full",
+        )
+    elif fixed is not None and gear is None:
+        try:
+            BY_FIXED[fixed].teeth(spec.gear.ratio)
+        except ValueError as error:
+            yield ("gear", "fixed"), f"contradicts the ratio: {error}"
+
+
 def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     """What the law of the gear, with what stands beside it, does not go together with."""
     try:
@@ -132,7 +149,7 @@ def _excitation(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, st
 
 def _pairs(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     """Lines of two turns that are no line, or that another line is too."""
-    ratio = gear.ratio if gear is not None else getattr(spec.gear, "ratio", None)
+    ratio = None if spec.gear is None else spec.ratio(gear)
     lines, field = spec.excitation.kinematic_error, ("excitation", "kinematic_error")
     if ratio is None or not any(isinstance(line.order, OrderPair) for line in lines):
         return

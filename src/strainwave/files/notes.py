@@ -42,6 +42,7 @@ FAR = 10.0  # times an excitation's frequency
 
 def notes(project: Project) -> Iterator[str]:
     """Sentences on what a reader of the results should know about the input."""
+    yield from _arranged(project)
     yield from _balance(project)
     yield from _doubts(project)
     yield from _slipping(project)
@@ -54,6 +55,23 @@ def notes(project: Project) -> Iterator[str]:
             f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
             f"generator of {gear.name} alone; it must include the wave generator."
         )
+
+
+def _arranged(project: Project) -> Iterator[str]:
+    """Ratio, sense of rotation and turns of the errors that follow from the member that is fixed."""
+    arrangement, R = project.arrangement, project.drive.N
+    if arrangement is None:
+        return
+    signed = arrangement.ratio(arrangement.teeth(R))
+    way = "with" if signed > 0 else "against"
+    j, k = arrangement.lobes(arrangement.output, 2)
+    oval = f"an oval {arrangement.output} gives the order {{wave_generator: {j}, output: {k if signed > 0 else -k}}}"
+    if arrangement.driven == "wave generator":
+        oval = f"an oval {arrangement.fixed} gives order 2, {oval}"
+    yield (
+        f"gear.fixed: the {arrangement.fixed} is fixed and the {arrangement.output} turns {way} the motor, once in "
+        f"{R:g} turns; {oval}."
+    )
 
 
 def unsaid(notes: Iterable[str], sentences: Iterable[str]) -> list[str]:

@@ -119,16 +119,20 @@ def _gears(project: Project) -> Iterator[dict[str, Any]]:
     """Ways to write the gear, the shortest first: by its name in the catalogue, with a law of its own, in full."""
     law, additions = project.drive.law, dict[str, Any]()
     ratio, rated = project.drive.N, project.rated_torque
-    in_full = {"gear": schema.ExplicitGear(ratio=ratio, law=law, rated_torque=rated)}
+    fixed = None if project.arrangement is None else project.arrangement.fixed.replace(" ", "_")
+    in_full = {"gear": schema.ExplicitGear(ratio=ratio, law=law, rated_torque=rated, fixed=fixed)}
     if isinstance(law, Parallel):
         additions["hysteresis"], law = law.second, law.first
     if isinstance(law, Play):
         additions["backlash"], law = schema.BacklashSpec(half_gap=law.half_gap), law.law
     if project.gear is not None:
-        yield {"gear": project.gear.name, **additions}
-        yield {"gear": schema.NamedGear(name=project.gear.name, law=law), **additions}
+        yield {
+            "gear": schema.NamedGear(name=project.gear.name, fixed=fixed) if fixed else project.gear.name,
+            **additions,
+        }
+        yield {"gear": schema.NamedGear(name=project.gear.name, law=law, fixed=fixed), **additions}
     yield in_full
-    yield {"gear": schema.ExplicitGear(ratio=ratio, law=law, rated_torque=rated), **additions}
+    yield {"gear": schema.ExplicitGear(ratio=ratio, law=law, rated_torque=rated, fixed=fixed), **additions}
 
 
 def _parts(project: Project) -> dict[str, Any]:

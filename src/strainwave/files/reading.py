@@ -20,6 +20,7 @@ from ..model.gears import catalogue
 from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
 from ..model.laws.friction import NO_FRICTION, LoadFriction, NoFriction
+from ..model.orders import BY_FIXED
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
@@ -47,7 +48,8 @@ def resolved(
     spec: ProjectSpec, gear_entry: Gear | ExplicitGear, path: Path, text: str, sheet: MotorLimits | None
 ) -> Project:  # fmt: skip
     """Return the project that the fields of a file describe, with its notes; `text` is that of the file."""
-    gear, ratio = gear_entry if isinstance(gear_entry, Gear) else None, float(gear_entry.ratio)
+    gear = gear_entry if isinstance(gear_entry, Gear) else None
+    ratio, fixed = spec.ratio(gear), getattr(spec.gear, "fixed", None)
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
     excited, accuracy = spec.excitation, spec.excitation.accuracy
     if isinstance(accuracy, str):  # CATALOGUE
@@ -79,6 +81,7 @@ def resolved(
         motor_named=spec.motor.named,
         motor_limits=sheet,
         sampling=None if spec.controller is None else spec.controller.sampling(sheet),
+        arrangement=None if fixed is None else BY_FIXED[fixed],
         scatter=tuple((spec.scatter or {}).items()),
         correlation=spec.scatter_correlation,
     )

@@ -56,6 +56,32 @@ class Arrangement(NamedTuple):
         weights = {"flexspline": z1, "circular spline": -z1 - 2, "wave generator": 2}
         return Fraction(-weights[self.output], weights[self.driven])
 
+    def teeth(self, ratio: float) -> int:
+        """N = z1/2 of a gear with so many motor turns per output turn, whichever way the output turns.
+
+        Raises
+        ------
+        ValueError
+            If no teeth give this ratio.
+        """
+        guesses = [round(x) for x in (ratio, ratio - 1.0, 1.0 / (ratio - 1.0) if ratio > 1.0 else 0.0) if x >= 1.5]
+        for N in guesses:
+            if N <= LARGEST_RATIO and abs(abs(float(self.ratio(N))) - ratio) <= SAME_ORDER * ratio:
+                return N
+        means = {50: "N", 51: "N + 1"}.get(int(abs(self.ratio(50))), "1 + 1/N")
+        raise ValueError(
+            f"{ratio:.6g} is no ratio with the {self.fixed} fixed and z1 = 2 N and z2 = 2 N + 2 teeth; it is {means} "
+            "of a whole N from 2 on"
+        )
+
+    def torques(self, N: float) -> dict[Member, Fraction]:
+        """Torques of a gear without losses on its members, in the housing's sense, per N*m on its output member.
+
+        Their sum is 0, and so is their power: the fixed member gets 1/R - 1 of the output's torque, R with its sign.
+        """
+        R = self.ratio(N)
+        return {self.output: Fraction(1), self.driven: -1 / R, self.fixed: 1 / R - 1}
+
     def turn(self, member: Member) -> Pair:
         """Turns of the motor and of the output that a member makes in the housing."""
         return int(member == self.driven), int(member == self.output)
@@ -72,6 +98,10 @@ class Arrangement(NamedTuple):
 
 USUAL = Arrangement()
 TURNING_SPLINE = Arrangement("flexspline", "circular spline")
+BY_FIXED = {  # with the output that a gear has then
+    arrangement.fixed.replace(" ", "_"): arrangement
+    for arrangement in (USUAL, TURNING_SPLINE, Arrangement("wave generator", "circular spline"))
+}
 
 
 @dataclass(frozen=True)

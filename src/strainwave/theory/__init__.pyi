@@ -1,6 +1,7 @@
 """Closed forms and proofs: what can be said about the error equation without integrating it."""
 
 from .derivation import derive as derive
+from .derivation import derive_arrangement as derive_arrangement
 from .small_signal import parametric_tongue as parametric_tongue
 
 __all__: list[str]

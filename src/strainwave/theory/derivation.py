@@ -11,6 +11,8 @@ dissipation function); Ghorbel, Gandhi & Alpeter 2001 (kinematic error). Only th
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from ..model.orders import MEMBERS, Arrangement
+
 try:
     import sympy as sp
 except ImportError:  # an optional extra
@@ -175,6 +177,8 @@ def _short(expression: Any, s: Symbols) -> Any:
 
 
 def _symbols() -> Symbols:
+    if sp is None:
+        raise ModuleNotFoundError("the derivation needs SymPy, which is not installed; pip install 'strainwave[sym]'")
     positive: tuple[Any, ...] = sp.symbols("J_m J_l N B K", positive=True)
     alpha, torque_m, torque_l = sp.symbols("alpha T_m T_l", real=True)
     motion: tuple[Any, ...] = sp.symbols("theta_m theta_l theta_m' theta_l' theta_m'' theta_l'' x x' x''", real=True)
@@ -213,8 +217,6 @@ def derive() -> Derivation:
     ----------
     Corrects the article's F(t): F = T_m/(N J_m) - T_l/J_l (erratum E1).
     """
-    if sp is None:
-        raise ModuleNotFoundError("the derivation needs SymPy, which is not installed; pip install 'strainwave[sym]'")
     s = _symbols()
     torsion = s.theta_m / s.N - s.theta_l - s.e(s.theta_m)
     torsion_rate = sp.diff(torsion, s.theta_m) * s.theta_m_rate + sp.diff(torsion, s.theta_l) * s.theta_l_rate
@@ -260,6 +262,50 @@ def derive() -> Derivation:
     _check(result.held_equation, s.a, -load_acceleration.subs(hold))
     _check(sp.Eq(result.held_motor_torque, s.T_m), s.T_m, motor.lhs.subs(to_error).subs(hold))
     return result
+
+
+class ArrangedEquations(NamedTuple):
+    """Equations of a gear whose members are arranged in one way, in `symbols`, N of the teeth z1 = 2 N.
+
+    All angles and torques count in the motor's sense, theta_l and T_l too. T is the torque K f(u) + B u' in the gear.
+    """
+
+    symbols: Symbols
+    ratio: Any
+    torsion: Any
+    T: Any
+    T_f: Any
+    motor: Any
+    load: Any
+    reaction: Any
+
+
+def derive_arrangement(arrangement: Arrangement) -> ArrangedEquations:
+    """Derive what a gear does to motor, load and housing in an arrangement, from its teeth and d'Alembert's principle.
+
+    The teeth tie the turns of the members, z1 (w_fs - w_wg) = z2 (w_cs - w_wg), the fixed one's among them, which a
+    torque T_f from the housing holds. The torsion u is the rigid gear's output angle less the load's and the error, and
+    the torque T in the gear does the virtual work -T du.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If SymPy (the extra `sym`) is not installed.
+    """
+    s = _symbols()
+    T, T_f, theta_f = sp.symbols("T T_f theta_f", real=True)
+    angles = {arrangement.driven: s.theta_m, arrangement.fixed: theta_f, arrangement.output: sp.Symbol("theta_o")}
+    wave, flex, circular = (angles[member] for member in MEMBERS)
+    teeth = sp.Eq(2 * s.N * (flex - wave), (2 * s.N + 2) * (circular - wave))
+    rigid = sp.solve(teeth, angles[arrangement.output])[0]
+    torsion = rigid - s.theta_l - s.e(s.theta_m - theta_f)
+    held = {theta_f: 0}
+    by_motor, by_housing = (sp.factor(sp.diff(torsion, q).subs(held).doit()) for q in (s.theta_m, theta_f))
+    return ArrangedEquations(
+        s, sp.factor(1 / sp.diff(rigid, s.theta_m)), torsion.subs(held), T, T_f,
+        sp.Eq(s.J_m * s.theta_m_acceleration + by_motor * T, s.T_m), sp.Eq(s.J_l * s.theta_l_acceleration - T, s.T_l),
+        sp.Eq(by_housing * T, T_f),
+    )  # fmt: skip
 
 
 def _error_acceleration(s: Symbols, motor: Any, load: Any) -> tuple[Any, Any, dict[Any, Any]]:

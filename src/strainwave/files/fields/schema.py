@@ -13,6 +13,7 @@ from ...model.gears.gear import Gear
 from ...model.laws.friction import LoadFriction
 from ...model.laws.hysteresis import Parallel
 from ...model.laws.springs import Play
+from ...model.orders import BY_FIXED
 from ...model.oscillator import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
 from ..scan_file import ProfileFile, read_profile, read_torque_curve
@@ -72,6 +73,10 @@ class ExplicitGear(Group):
         "Torsion law of the gear: its type and its fields.")  # fmt: skip
     rated_torque: float | None = field(Quantity("N*m", "positive"), "178 N*m",
         "Full load of the hysteresis loop, for a law with memory.")  # fmt: skip
+    fixed: str | None = field(Word(tuple(BY_FIXED)), "flexspline",
+        "Member that is fixed to the housing: `circular_spline` (flexspline out, ratio N, against the motor), "
+        "`flexspline` (circular spline out, N + 1, with the motor), `wave_generator` (circular spline out, "
+        "1 + 1/N).")  # fmt: skip
 
 
 class NamedGear(Group):
@@ -80,13 +85,16 @@ class NamedGear(Group):
     name: str = needed(Text(), "MY-40-50", "Name of the gear in the catalogue or in the file.")
     file: str | None = field(FILE_NAME, "my_gears.yaml", "File with gears of your own beside the project file.")
     law: Any = rows_of(ExplicitGear)["law"]._replace(needed=False)
+    fixed: str | None = rows_of(ExplicitGear)["fixed"]
 
-    conditions: ClassVar[Schema] = {"anyOf": [{"required": ["file"]}, {"required": ["law"]}]}
+    conditions: ClassVar[Schema] = {"anyOf": [{"required": [key]} for key in ("file", "law", "fixed")]}
 
     def check(self) -> Iterator[Wrong]:
         """Refuse a name that the catalogue does not have."""
         if self.file is None:
-            catalogue.gear(self.name)
+            gear = catalogue.gear(self.name)
+            if self.law is None:
+                gear.check_law()
         yield from ()
 
 
@@ -108,7 +116,7 @@ class GearKind(Kind):
             raise NotA("a group of fields")
         given = [key for key in value if key in WAYS]
         named = {"name", "file"} & set(given)
-        if (named and set(given) & {"ratio", "rated_torque"}) or set(given) == {"name"}:
+        if (named and set(given) & {"ratio", "rated_torque"}) or (set(given) == {"name"} and "fixed" not in value):
             said = " and ".join(given) if len(given) > 1 else "name alone"
             raise ValueError(
                 f"gives {said}; write 'gear: CSG-40-50' for a gear of the catalogue, {{name, law}} for its record with "
@@ -366,6 +374,13 @@ class ProjectSpec(Group):
     sources: dict[str, str] | None = field(
         Named(Word((YOURS, ASSUMED, MEASURED, CATALOGUE)), MOST_SOURCES), "{damping: assumed}",
         "Where numbers or groups of this file come from; what is not named is yours.")  # fmt: skip
+
+    def ratio(self, gear: Gear | None) -> float:
+        """Motor turns per output turn: of an explicit gear, or of a record with the member that is fixed."""
+        fixed = getattr(self.gear, "fixed", None)
+        if gear is None:
+            return float(self.gear.ratio)
+        return abs(float(BY_FIXED[fixed].ratio(gear.ratio))) if fixed else float(gear.ratio)
 
     def law(self, gear: Gear | None) -> Any:
         """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""

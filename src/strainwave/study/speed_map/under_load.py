@@ -107,9 +107,8 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
     SolveError
         If no stable periodic motion is found.
     """
-    train = case.whole if case.train is None else case.train
     found: DriveResponse | None
-    if beats(case.equation.error) and train is not None:
+    if beats(case.equation.error) and (train := case.train or case.whole):
         found = beating_response(train, span)
     elif case.train is not None:
         found = train_curve(case.train, span, coexisting=False)
