@@ -34,6 +34,10 @@ GIVEN = {
 }
 
 
+def silent(*_: Any) -> None:
+    """Progress of which nobody is told: the default of an argument `progress`."""
+
+
 def typed(function: Callable[P, R]) -> Callable[P, R]:
     """Let a function refuse arguments of other kinds than its signature says, each in a sentence (TypeError)."""
     places = signature(function)

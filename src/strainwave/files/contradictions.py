@@ -92,7 +92,7 @@ def _arrangement(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, s
             ("gear", "fixed"),
             f"is wave_generator, and {gear.name} has it on the motor; write ratio and law in full",
         )
-    elif fixed is not None and gear is None:
+    elif fixed is not None and isinstance(spec.gear, ExplicitGear):
         try:
             BY_FIXED[fixed].teeth(spec.gear.ratio)
         except ValueError as error:

@@ -19,6 +19,7 @@ import xarray as xr
 
 from .. import __version__
 from ..base.above import above
+from ..base.arguments import silent
 from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats
 from ..compile.lanes import LANES
@@ -111,7 +112,7 @@ def sweep(
     seed: int = 0,
     units: Mapping[str, str] | None = None,
     retune: bool = False,
-    progress: Callable[[str, float], None] = lambda _what, _share: None,
+    progress: Callable[[str, float], None] = silent,
 ) -> xr.Dataset:
     """Measure a system, or a project, at every point of a grid or a sample.
 

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from ... import __version__
+from ...base.arguments import silent
 from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
-from ...study.analysis.in_time import silent
 from ..console import WHAT_X_IS, number, percent, to_json
 from ..output import staged
 from ..page.page import page_of

@@ -378,9 +378,12 @@ class ProjectSpec(Group):
     def ratio(self, gear: Gear | None) -> float:
         """Motor turns per output turn: of an explicit gear, or of a record with the member that is fixed."""
         fixed = getattr(self.gear, "fixed", None)
-        if gear is None:
-            return float(self.gear.ratio)
-        return abs(float(BY_FIXED[fixed].ratio(gear.ratio))) if fixed else float(gear.ratio)
+        record = self.gear if isinstance(self.gear, ExplicitGear) else gear
+        if record is None:
+            raise ValueError(f"the catalogue has no gear {self.gear!r}")
+        if record is self.gear or not fixed:
+            return float(record.ratio)
+        return abs(float(BY_FIXED[fixed].ratio(record.ratio)))
 
     def law(self, gear: Gear | None) -> Any:
         """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""

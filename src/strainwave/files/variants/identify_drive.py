@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import typed
+from ...base.arguments import silent, typed
 from ...base.law import states_of, torque_of
 from ...base.quantities import parameters, shown
 from ...base.results import Floats
@@ -24,7 +24,6 @@ from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import Load
 from ...numerics.driven import Between
-from ...study.analysis.in_time import silent
 from ...study.identification.identified import Identified, channels_of
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from ...base.arguments import typed
+from ...base.arguments import silent, typed
 from ...base.facts import Fact, lines
 from ...base.protocols import lacking
 from ...base.quantities import number as checked_number
@@ -21,7 +21,6 @@ from ...drive.project import Project
 from ...drive.train_curve import refuse_free
 from ...sample.result import CONFIDENCE, Ranking, clopper_pearson, ranking
 from ...study.analysis.avoid import WITH_MEMORY, band_above
-from ...study.analysis.in_time import silent
 from ...study.identification.intervals import Interval
 from ..fields.groups import Radians
 from ..yaml_text import read

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arguments import silent
 from ...base.blas import one_thread
 from ...base.law import is_spring
 from ...base.results import SolveError
@@ -28,7 +29,7 @@ from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
 from .avoid import HALF_POWER, LoadCase, in_run, load_cases, over_all, searched, speeds_to_avoid
-from .in_time import RunUp, run_up, silent
+from .in_time import RunUp, run_up
 from .knobs import Subject
 from .remedies import what_helps, with_other_damping
 from .resonances import OperatingPoint, Regime, operating_point, regimes

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.arguments import typed
+from ...base.arguments import silent, typed
 from ...base.protocols import lacking
 from ...base.quantities import number, shown
 from ...base.records import Labelled, Result
@@ -36,10 +36,6 @@ from .resonances import OperatingPoint, operating_point
 CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
 NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
-
-
-def silent(*_: Any) -> None:
-    """Progress of which nobody is told."""
 
 
 @dataclass(frozen=True, eq=False)

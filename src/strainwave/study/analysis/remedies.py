@@ -13,6 +13,7 @@ from itertools import chain
 from math import sqrt
 from typing import Any
 
+from ...base.arguments import silent
 from ...base.protocols import lines_of
 from ...base.results import SolveError
 from ...base.sentences import listed
@@ -25,7 +26,6 @@ from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from .avoid import Avoid, LoadCase, worst_of
-from .in_time import silent
 from .knobs import DAMPING, Knob, Subject, knobs
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried

@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ...base.arguments import silent
 from ...base.law import depends, spring_stiffness
 from ...base.protocols import terms_of
 from ...base.results import Floats, SolveError
@@ -27,7 +28,7 @@ from ...model.train.motion import SpeedProfile
 from ...numerics.integration.methods import Dopri5
 from ...theory.lyapunov import mean_torque
 from .avoid import Speeds
-from .in_time import DriveMotion, silent, train_motion
+from .in_time import DriveMotion, train_motion
 from .resonances import OperatingPoint
 
 FREQUENCIES, MOST_HARMONICS = 240, 31

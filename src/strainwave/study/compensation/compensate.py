@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import typed
+from ...base.arguments import silent, typed
 from ...base.protocols import lacking, lines_of
 from ...base.quantities import number, numbers, shown, whole
 from ...base.units import ARCSEC, RPM
@@ -18,7 +18,6 @@ from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
 from ...numerics.loading import loaded_state
 from ...theory.lyapunov import mean_torque
-from ..analysis.in_time import silent
 from ..analysis.knobs import stiffer
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped

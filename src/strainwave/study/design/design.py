@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.arguments import silent
 from ...base.quantities import shown
 from ...base.results import Interrupted, SolveError
 from ...base.sentences import listed
@@ -23,7 +24,6 @@ from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
-from ..analysis.in_time import silent
 from .averaged import Balanced, Drives, Largest, balanced, largest, sensitivities, worth
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, life, needed

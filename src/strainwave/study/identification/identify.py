@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import typed
+from ...base.arguments import silent, typed
 from ...base.protocols import with_parts
 from ...base.quantities import Ratio, checked, positive_count
 from ...base.results import Floats, SolveError
@@ -122,7 +122,7 @@ def identify(
     outputs: Mapping[str, str] | None = None,
     between: Between = "band-limited",
     steps: int | None = None,
-    progress: Callable[[str, float], None] = lambda _what, _share: None,
+    progress: Callable[[str, float], None] = silent,
 ) -> Identified:
     """Find numbers of a system from measured signals.
 

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import typed
+from ...base.arguments import silent, typed
 from ...base.quantities import number, numbers, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, SolveError
@@ -268,7 +268,7 @@ def compare_laws(
     log: Any,
     *,
     held_out: float = 0.25,
-    progress: Callable[[str, float], None] = lambda _what, _share: None,
+    progress: Callable[[str, float], None] = silent,
     **options: Any,
 ) -> LawComparison:
     """Identify several systems from the first part of a log, and let each run over the rest.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import typed
+from ...base.arguments import silent, typed
 from ...base.protocols import lacking
 from ...base.quantities import interval, number, numbers, positive_count, shown
 from ...base.results import Floats, Interrupted, SolveError
@@ -19,7 +19,6 @@ from ...base.units import ARCSEC, RPM
 from ...drive.postures import Posture
 from ...drive.project import Project
 from ..analysis.avoid import out_of_reach
-from ..analysis.in_time import silent
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import (

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import typed
+from ...base.arguments import silent, typed
 from ...base.quantities import number as checked_number
 from ...base.quantities import shown
 from ...base.results import Floats, SolveError
@@ -16,7 +16,6 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
-from ..analysis.in_time import silent
 from .result import GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, FINE, SMALL, WORTH, Search, least_broken
 from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of
