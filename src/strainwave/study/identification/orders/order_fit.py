@@ -191,6 +191,10 @@ class RunFit:
     without_orders: Floats
     floor: Floor
 
+    def amplitude(self, i: int) -> tuple[float, float]:
+        """Amplitude of line i, and its standard deviation."""
+        return abs(self.values[i]), math.sqrt(0.5 * float(np.trace(self.spreads[i])))
+
 
 def slow_columns(run: Run, lowest: float) -> Floats:
     """Columns (n, m): mean, drift and slow waves along the travel, all slower than half of the lowest order."""

@@ -13,7 +13,7 @@ from ....base.results import Floats
 from ....model.orders import Turn
 from ..run import Run
 from .beats import clocks, named, unparted
-from .error_result import polar
+from .error_result import Polar, polar
 from .order_fit import LONGEST, ROUNDS, SAME_SPEED, Joint, RunFit, fit_run, together
 from .order_result import OrderLine, OrderScan
 from .order_search import DECIDED, FoundLine
@@ -142,7 +142,7 @@ def _differences(scan: OrderScan, joint: Joint, speeds: bool) -> list[str]:
 
 def _stands_out(fits: Sequence[RunFit], i: int, false_alarm: float) -> bool:
     """Whether a line that was found is more than noise where all lines are fitted together."""
-    power = sum(abs(fit.values[i]) ** 2 / (0.5 * float(np.trace(fit.spreads[i]))) for fit in fits)
+    power = sum((size / error) ** 2 for size, error in (fit.amplitude(i) for fit in fits))
     return float(gammaincc(len(fits), 0.5 * power)) < false_alarm
 
 
@@ -246,25 +246,15 @@ def _lines(
     for i, (line, c) in enumerate(zip(placed, joint.values, strict=True)):
         place = slice(2 * i, 2 * i + 2)
         covariance = joint.covariance[place, place] * _birge(joint) ** 2
-        whole = polar(complex(c), covariance)
-        amplitudes = np.array([abs(fit.values[i]) for fit in fits])
-        errors = np.array([math.sqrt(0.5 * float(np.trace(fit.spreads[i]))) for fit in fits])
+        whole, why = polar(complex(c), covariance), _why(line, several=several)
+        by_run, errors = np.array([fit.amplitude(i) for fit in fits]).T
+        same, freedom = _same(by_run, errors)[0], _freedom(joint)
         lines.append(
             OrderLine(
-                order=line.place,
-                order_error=line.error,
-                **whole._asdict(),
-                kind=line.kind,
-                why=_why(line, several=several),
-                false_alarm=line.false_alarm,
-                frequency=math.nan,
-                by_run=amplitudes,
-                by_run_error=errors,
-                same=_same(amplitudes, errors)[0],
-                freedom=_freedom(joint),
-                pairs=line.pairs,
+                line.place, line.error, *whole, line.kind, why, line.false_alarm, math.nan, by_run, errors, same,
+                freedom, line.pairs,
             )
-        )
+        )  # fmt: skip
     return lines
 
 
@@ -292,32 +282,19 @@ def _why(line: FoundLine, *, several: bool) -> str:
 
 def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]) -> OrderLine:
     """A line that stays with the time: its amplitude is the mean of those in the runs."""
-    amplitudes, errors = [], []
+    sizes = []
     for run, beside in zip(runs, fits, strict=True):
         over_time = Run(run.time, 2.0 * np.pi * run.time, beside.without_orders)
-        fit = fit_run(over_time, [line.place], 0.0, 2.0 * line.place + 20.0 / over_time.turns)
-        amplitudes.append(abs(fit.values[0]))
-        errors.append(math.sqrt(0.5 * float(np.trace(fit.spreads[0]))))
-    a, s = np.array(amplitudes), np.array(errors)
+        sizes.append(fit_run(over_time, [line.place], 0.0, 2.0 * line.place + 20.0 / over_time.turns).amplitude(0))
+    a, s = np.array(sizes).T
     same, mean, excess = _same(a, s)
     error = math.sqrt(max(1.0, excess / max(len(a) - 1, 1)) / float(np.sum(1.0 / s**2)))
     at = 2.0 * math.pi / abs(runs[0].speed)
+    whole, why = Polar(mean, error, 0.0, math.pi), _why(line, several=True)
     return OrderLine(
-        order=line.place * at,
-        order_error=line.error * at,
-        amplitude=mean,
-        amplitude_error=error,
-        phase=0.0,
-        phase_error=math.pi,
-        kind="frequency",
-        why=_why(line, several=True),
-        false_alarm=line.false_alarm,
-        frequency=line.place,
-        by_run=a,
-        by_run_error=s,
-        same=same,
-        freedom=float(max(len(a) - 1, 1)),
-    )
+        line.place * at, line.error * at, *whole, "frequency", why, line.false_alarm, line.place, a, s, same,
+        float(max(len(a) - 1, 1)),
+    )  # fmt: skip
 
 
 def _growth(lines: Sequence[OrderLine], speeds: Floats) -> list[str]:
