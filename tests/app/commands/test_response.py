@@ -14,6 +14,8 @@ from strainwave.app.commands.response import _sizes
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.analysis import not_exact
 
+pytestmark = pytest.mark.compiled
+
 PROJECT = """\
 title: A small drive
 gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
@@ -136,7 +138,6 @@ def test_file_of_an_unknown_kind_is_wrong_usage(project, tmp_path):
     assert not (tmp_path / "curve.pdf").exists()
 
 
-@pytest.mark.compiled
 def test_curve_without_a_stable_motion_is_told_so(project):
     """A softening law bears at most 2/3 K/sqrt(3 |alpha|) = 6.1 N*m; only on its falling side it balances 30."""
     text = PROJECT.replace("6.9e4", "-4e7").replace("{kinematic_error", "{load_torque: {mean: 30 N*m}, kinematic_error")

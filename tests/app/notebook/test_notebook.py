@@ -12,6 +12,8 @@ from matplotlib.figure import Figure
 import strainwave as sw
 from strainwave.plot.curves import contours
 
+pytestmark = pytest.mark.compiled
+
 NO_CONTOUR = ("SlowResponse without states",)  # the map, or the response, is empty
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -12,6 +12,8 @@ from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.second_order import grid_of, hill
 
+pytestmark = pytest.mark.compiled
+
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 0.8)
 LINES = sw.KinematicError((sw.Line(1, 0.02, 0.3), sw.Line(3, 0.01, 1.0)))
 
@@ -71,7 +73,6 @@ def test_a_law_that_is_odd_only_where_the_orbits_are_not_is_found_out():
     assert not is_odd_on(lopsided, point)
 
 
-@pytest.mark.compiled
 def test_a_symmetric_curve_tells_where_its_symmetry_breaks():
     """Ueda's oscillator x'' + 0.05 x' + x^3 = A cos t has symmetry-breaking branch points on its symmetric curve."""
     ueda = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(0.5), 1.0)

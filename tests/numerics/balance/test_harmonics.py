@@ -6,6 +6,8 @@ import pytest
 
 import strainwave as sw
 
+pytestmark = pytest.mark.compiled
+
 B, AMPLITUDE, BELOW = 0.05, 0.1, 0.8  # BELOW: speed of the line over omega_0
 
 
@@ -90,7 +92,6 @@ def cut_short():
     yield sw.numerics.fold_curve(HARDENING, fold, "excitation.amplitude", (0.15, 0.2))
 
 
-@pytest.mark.compiled
 def test_every_verb_says_that_the_harmonics_left_out_matter():
     for found in cut_short():
         assert found.tail > 1e-3

@@ -5,6 +5,8 @@ import pytest
 
 import strainwave as sw
 
+pytestmark = pytest.mark.compiled
+
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.2)  # NLvib example 01
 
 

@@ -11,6 +11,8 @@ from scipy.optimize import root
 
 import strainwave as sw
 
+pytestmark = pytest.mark.compiled
+
 N, J_M, J_L, B, K, ALPHA, K_P, K_D, A, PHASE, MEAN = 100.0, 1e-4, 0.6, 6.0, 5e4, 5e5, 40.0, 0.05, 3e-4, 0.4, -15.0
 ERROR = sw.KinematicError((sw.Line(2, A, PHASE),))
 LOAD = sw.train.Load(J_L, sw.Harmonic(0.0, mean=MEAN))
@@ -46,7 +48,6 @@ def curve():
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_folds_of_a_train_are_those_of_the_shooting_problem(curve):
     def residual(unknowns):
         start, omega = unknowns[:4] * units, unknowns[4] * fold.omega

@@ -12,6 +12,8 @@ import strainwave as sw
 from strainwave.base.quantities import parameters
 from strainwave.study.identification.response_curve.response_fit import jumps_of, sweeps
 
+pytestmark = pytest.mark.compiled
+
 TRUE = {"B": 0.05, "law.K": 1.0, "law.alpha": 0.1, "excitation.amplitude": 0.18}
 SYSTEM = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
 GUESS = sw.Oscillator(1.0, 0.07, sw.Cubic(1.2, 0.07), sw.Harmonic(0.2), 1.0)

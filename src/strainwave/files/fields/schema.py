@@ -85,7 +85,7 @@ class NamedGear(Group):
     name: str = needed(Text(), "MY-40-50", "Name of the gear in the catalogue or in the file.")
     file: str | None = field(FILE_NAME, "my_gears.yaml", "File with gears of your own beside the project file.")
     law: Any = rows_of(ExplicitGear)["law"]._replace(needed=False)
-    fixed: str | None = rows_of(ExplicitGear)["fixed"]
+    fixed: Any = rows_of(ExplicitGear)["fixed"]
 
     conditions: ClassVar[Schema] = {"anyOf": [{"required": [key]} for key in ("file", "law", "fixed")]}
 
