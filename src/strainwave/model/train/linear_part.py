@@ -216,11 +216,10 @@ def _control(control: Any) -> tuple[Floats, Floats] | None:
     """Stiffness and damping matrices (deviation and states of the control) of a linear one; None of another."""
     n = states_of(control)
 
-    def answer(y: Any) -> Floats:
-        x, v, z = float(y[0]), float(y[1]), tuple(map(float, y[2:]))
-        return np.array([torque_of(control, x, v, z), *z_rate_of(control, x, v, z)], float)
+    def answers(x: Any, v: Any, *z: Any) -> tuple[Any, ...]:
+        return torque_of(control, x, v, z), *z_rate_of(control, x, v, z)
 
-    columns = _linear(answer, 2 + n)
+    columns = _linear(answers, 2 + n)
     if columns is None:
         return None
     K, C = np.zeros((1 + n, 1 + n)), np.zeros((1 + n, 1 + n))
@@ -234,7 +233,7 @@ def _drag(law: Any) -> float | None:
     """Damping [N*m*s/rad] of a drag that is proportional to the speed; None of another."""
     if states_of(law):
         return None
-    columns = _linear(lambda y: np.array([torque_of(law, float(y[0]), float(y[1]), ())], float), 2)
+    columns = _linear(lambda x, v: (torque_of(law, x, v, ()),), 2)
     return None if columns is None or columns[0, 0] != 0.0 else float(columns[0, 1])
 
 
@@ -242,18 +241,16 @@ def _stiffness(law: Any) -> float | None:
     """Stiffness [N*m/rad] of a linear law of the twist; None of another."""
     if depends(law) != 1:
         return None
-    columns = _linear(lambda y: np.array([law.torque(float(y[0]))], float), 1)
+    columns = _linear(lambda x: (law.torque(x),), 1)
     return None if columns is None else float(columns[0, 0])
 
 
 def _linear(function: Any, n: int) -> Floats | None:
     """Matrix of a linear function of n numbers; None where it is not linear at values of all sizes."""
+    mixed = np.outer(np.cos(1.0 + 2.0 * np.arange(n)), [*SIZES, *(-size for size in SIZES)])
+    y = np.hstack([np.eye(n), mixed])
     with np.errstate(all="ignore"):
-        columns = np.stack([function(row) for row in np.eye(n)], axis=1)
-        mixed = np.cos(1.0 + 2.0 * np.arange(n))
-        for size in SIZES:
-            for y in (size * mixed, -size * mixed):
-                largest = np.abs(columns) @ np.abs(y)
-                if not np.all(np.abs(function(y) - columns @ y) <= ROUNDING * largest):
-                    return None
-    return columns
+        values = np.array([0.0 * y[0] + row for row in function(*y)])
+        columns = values[:, :n].copy()
+        linear = np.all(np.abs(values - columns @ y) <= ROUNDING * (np.abs(columns) @ np.abs(y)))
+    return columns if linear else None

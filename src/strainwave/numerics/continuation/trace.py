@@ -301,10 +301,10 @@ def describe(
     if problem.hill():
         points, labels, floquet, peaks = with_hill(problem, points, labels)
     else:
-        points, labels, floquet, peaks = with_stability(problem, points, labels, locate, floquet)
+        points, labels, floquet = with_stability(problem, points, labels, locate, floquet)
     series = problem.displacements(points)
-    if parameter.startswith("error."):  # the kinematic error itself varies along the branch
-        peaks = displacement_peaks(series)
+    if not problem.hill() or parameter.startswith("error."):  # the kinematic error itself varies along the branch
+        peaks = displacement_peaks(series) if len(points) else np.empty(0)
     values, turns = points[:, -1].copy(), int(problem.turns)
     omega = base_speed(problem, values.copy())
     coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < DECAYS

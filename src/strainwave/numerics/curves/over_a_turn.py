@@ -9,6 +9,7 @@ from ...base.law import breakpoints_of
 from ...base.protocols import Balance
 from ...compile.tree import leaf_of
 from ..balance.choice import balance_of
+from ..balance.condensed.problem import Condensed
 from ..balance.first_order import FirstOrder, first_order
 from ..balance.fourier import distances, stretched
 from ..balance.harmonics import highest_order
@@ -41,6 +42,8 @@ def traced_turn(
     def problem_with(h: int) -> Balance:
         if general:
             return first_order(middle, leaf, leaf, max(1, h // g), 1.0 / g)
+        if isinstance(small, Condensed):
+            return small.with_harmonics(max(1, h // small.every))
         return balance_of(middle, leaf, leaf, h)
 
     if small.hill():

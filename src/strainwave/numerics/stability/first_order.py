@@ -27,7 +27,7 @@ from ..balance.fourier import Samples, pieces
 from ..balance.rates import base_speed
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .panel_map import GAUSS_C, maps_through_panels, resolved, step_by, walked
-from .second_order import LARGEST_LOG, displacement_peaks, inserted, root_on_chord
+from .second_order import LARGEST_LOG, inserted, root_on_chord
 
 FINEST = 4096  # steps a period
 PHASE = 0.6  # of the fastest eigenvalue in a step: errors of 4e-10 a step
@@ -48,11 +48,11 @@ def monodromy(problem: FirstOrder, points: Floats) -> Floats:
 
 def floquet_of(problem: Any, points: Floats) -> NDArray[np.complex128]:
     """Multipliers (points, states) of orbits of a problem, largest modulus first."""
-    flow, orbits, times = problem.disturbed(points)
     known = problem.disturbances(points)
-    if known is None or not resolved(known):
-        return np.asarray(_floquet(flow, orbits) ** times)
-    return np.asarray(multipliers_of(maps_through_panels(known)) ** times)
+    if known is not None and resolved(known):
+        return np.asarray(multipliers_of(maps_through_panels(known)) ** problem.every)
+    flow, orbits, times = problem.disturbed(points)
+    return np.asarray(_floquet(flow, orbits) ** times)
 
 
 def _floquet(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
@@ -285,8 +285,8 @@ def _located(problem: Any, first: Floats, last: Floats, label: int) -> Floats | 
 
 def with_stability(
     problem: Any, points: Floats, labels: Any, locate: bool, floquet: NDArray[np.complex128] | None = None
-) -> tuple[Floats, Any, NDArray[np.complex128], Floats]:
-    """Points of a branch with its special points, if they are to be located, their multipliers and largest |x|.
+) -> tuple[Floats, Any, NDArray[np.complex128]]:
+    """Points of a branch with its special points, if they are to be located, and their multipliers.
 
     `floquet` are the multipliers of the points, where they are known.
     """
@@ -294,5 +294,4 @@ def with_stability(
         floquet = floquet_of(problem, points) if len(points) else np.empty((0, problem.state_count()), complex)
     if locate and len(points) > 1:
         points, labels, floquet = with_special_points(problem, points, labels, floquet)
-    peaks = displacement_peaks(problem.displacements(points)) if len(points) else np.empty(0)
-    return points, labels, floquet, peaks
+    return points, labels, floquet

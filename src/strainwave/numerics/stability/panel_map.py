@@ -129,8 +129,8 @@ def walked(a: Floats, h: Floats, hill: bool, flow: Floats) -> tuple[float, float
 class Tables(NamedTuple):
     """What A and B do in panels of some lengths, for states n, feedbacks r and what they see, q, at places m.
 
-    `seen` (lengths, m, q, n) of the state at the start and `answers` (lengths, m, q, m, r) of the feedbacks; the state
-    at the end: `flow` (lengths, n, n) and `gains` (lengths, n, m, r).
+    `seen` (lengths, m, q, n) of the state at the start and `answers` (lengths, m, q, m r) of the feedbacks; the state
+    at the end: `flow` (lengths, n, n) and `gains` (lengths, n, m r).
     """
 
     seen: Floats
@@ -172,7 +172,7 @@ def tables(a: Floats, b: Floats, c: Floats, lengths: Floats) -> Tables:
     seen = c @ after[:, :m]
     answers = np.moveaxis(c @ behind[:, :m], 2, 3)
     gains = np.moveaxis(behind[:, m], 1, 2)
-    shapes = (k, m, q, n), (k, m, q, m, r), (k, n, n), (k, n, m, r)
+    shapes = (k, m, q, n), (k, m, q, m * r), (k, n, n), (k, n, m * r)
     found = (seen, answers, after[:, m], gains)
     return Tables(*(np.ascontiguousarray(x).reshape(s) for x, s in zip(found, shapes, strict=True)))
 
@@ -203,21 +203,20 @@ def _panels_loops(table: Any, kinds: Any, feedback: Floats, first: Any, flow: Fl
                         m[row, j] = 0.0
                     for o in range(q):
                         factor = feedback[p, i, e, o]
-                        for j in range(places):
-                            for d in range(r):
-                                m[row, j * r + d] -= factor * answers[kind, i, o, j, d]
-                        for j in range(n):
-                            m[row, rows + j] += factor * observed[kind, i, o, j]
+                        if factor != 0.0:
+                            for j in range(rows):
+                                m[row, j] -= factor * answers[kind, i, o, j]
+                            for j in range(n):
+                                m[row, rows + j] += factor * observed[kind, i, o, j]
                     m[row, row] += 1.0
             eliminated(m)
             for k in range(n):
                 for j in range(n):
                     step[k, j] = end[kind, k, j]
                     new[k, j] = 0.0
-                for i in range(places):
-                    for e in range(r):
-                        for j in range(n):
-                            step[k, j] += gains[kind, k, i, e] * m[i * r + e, rows + j]
+                for i in range(rows):
+                    for j in range(n):
+                        step[k, j] += gains[kind, k, i] * m[i, rows + j]
                 for i in range(n):
                     for j in range(n):
                         new[k, j] += step[k, i] * flow[orbit, i, j]
@@ -231,9 +230,9 @@ def _panels(table: Any, kinds: Any, feedback: Floats, first: Any, flow: Floats) 
     panels, m, r, _ = feedback.shape
     observed, answers, end, gains = [x[kinds] for x in table]
     n, rows = end.shape[1], m * r
-    coupled = np.einsum("pieo,piojd->piejd", feedback, answers).reshape(panels, rows, rows)
-    forced = np.einsum("pieo,piok->piek", feedback, observed).reshape(panels, rows, n)
-    maps = end + gains.reshape(panels, n, rows) @ np.linalg.solve(np.eye(rows) - coupled, forced)
+    coupled = (feedback @ answers).reshape(panels, rows, rows)
+    forced = (feedback @ observed).reshape(panels, rows, n)
+    maps = end + gains @ np.linalg.solve(np.eye(rows) - coupled, forced)
     for orbit, (low, high) in enumerate(pairwise(first)):
         flow[orbit] = np.eye(n)
         for step in maps[low:high]:

@@ -89,7 +89,9 @@ class Disturbances(NamedTuple):
 
 def disturbances(problem: Any, points: Floats) -> Disturbances | None:
     """Disturbances of the orbits; None where the parameter that varies is no speed, or where inertias are missing."""
-    part = problem.part if problem.part.loose < 0 else linear_part_of(problem.part.disturbed)
+    part = problem.part
+    if part.loose >= 0 and not np.any(part.integral):
+        part = linear_part_of(part.disturbed)
     if part is None or problem.leaf != problem.omega_leaf or not len(points):
         return None
     M, C, K = part.inertia, part.damping.copy(), part.stiffness.copy()
@@ -166,7 +168,7 @@ def coordinates(problem: Any, points: Floats) -> Any:
     blocks = problem.series(points).copy()
     blocks[:, 0] += errors(problem, blocks)
     s = np.empty((len(points), *problem.stiff[0].shape), complex)
-    condense(problem.pencil, base_speed(problem, points[:, -1]), 1.0, s, np.empty_like(s))
+    condense(problem.pencil, base_speed(problem, points[:, -1]), 1.0, s, None)
     p = eliminated(problem.pencil, s, np.moveaxis(to_complex(blocks), 1, 2))
     if problem.pencil.controls and np.any(problem.part.integral):
         p[:, 0] += held_torque(problem, points, s, p)[:, None] * problem.part.integral
@@ -200,7 +202,7 @@ def linear_response(problem: Any, value: float) -> Floats:
     count, size = problem.blocks.shape
     omega = float(base_speed(problem, np.asarray(value)))
     s = np.empty(problem.stiff[0].shape, complex)
-    condense(problem.pencil, omega, 1.0, s, np.empty_like(s))
+    condense(problem.pencil, omega, 1.0, s, None)
     n, laws = problem.pencil.matrices.shape[1], problem.part.laws
     means = [carried(law, float(s[0, i, n].real)) for i, law in enumerate(laws)]
     matrix = s[:, :count, :count].copy()
@@ -230,7 +232,7 @@ def left_out(problem: Any, points: Floats) -> tuple[Floats, Floats]:
     omega = base_speed(problem, selected[:, -1])
     quiet = problem.pencil._replace(forces=np.zeros((n, most + 1), complex), per_speed=np.zeros(n))
     with np.errstate(all="ignore"):
-        condense(quiet, omega, 1.0, s, np.empty_like(s))
+        condense(quiet, omega, 1.0, s, None)
         matrix, force = s[:, :, :count, :count].copy(), np.zeros((len(selected), most + 1, count), complex)
         for i, law in enumerate(problem.part.laws):
             u = blocks[:, i] @ synthesis(h, samples)

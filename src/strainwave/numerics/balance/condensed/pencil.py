@@ -70,30 +70,33 @@ def _condense_loops(pencil: Any, omega: float, factor: float, s: Any, d: Any) ->
 def condense(pencil: Any, omega: Any, factor: float, s: Any, d: Any) -> None:
     """Write what is left in s[k, :kept, :kept], the forces in s[k, :kept, n], and their derivatives by omega in d.
 
-    s and d are complex (..., H+1, n, n+1), with omega (...) as Python; the rows of s from `kept` on tell the eliminated
-    coordinates, from the first to the last, by those before. `factor` multiplies what alternates in the forces.
+    s and d are complex (..., H+1, n, n+1), with omega (...) as Python, which takes None for d; the rows of s from
+    `kept` on tell the eliminated coordinates by those before. `factor` multiplies what alternates in the forces.
     """
     n, omega = pencil.matrices.shape[1], np.asarray(omega, float)[..., None, None, None]
     rate = (pencil.rate * np.arange(s.shape[-3]))[:, None, None]
     w = rate * omega
     inertia, damping, stiffness = pencil.matrices
     s[..., :n] = stiffness - w * w * inertia + 1j * w * damping
-    d[..., :n] = -2.0 * w * rate * inertia + 1j * rate * damping
-    s[..., n], d[..., n] = factor * pencil.forces.T, 0.0
+    s[..., n] = factor * pencil.forces.T
     s[..., 0, :, n] = pencil.forces[:, 0] + pencil.per_speed * omega[..., 0, 0]
-    d[..., 0, :, n] = pencil.per_speed
     if pencil.loose >= 0:
-        s[..., 0, pencil.loose, :], d[..., 0, pencil.loose, :] = np.append(pencil.zero_mean, 0.0), 0.0
+        s[..., 0, pencil.loose, :] = np.append(pencil.zero_mean, 0.0)
+    if d is not None:
+        d[..., :n] = -2.0 * w * rate * inertia + 1j * rate * damping
+        d[..., n], d[..., 0, :, n] = 0.0, pencil.per_speed
+        if pencil.loose >= 0:
+            d[..., 0, pencil.loose, :] = 0.0
     for pivot in range(n - 1, pencil.kept - 1, -1):
         first = 1 if pencil.loose < pivot <= pencil.loose + pencil.controls else 0
-        columns = [*range(pivot), n]
-        entries, slopes = s[..., first:, :, :], d[..., first:, :, :]
+        entries = s[..., first:, :, :]
         inverse = 1.0 / entries[..., pivot, pivot][..., None]
-        share = entries[..., :pivot, pivot] * inverse
-        slope = (slopes[..., :pivot, pivot] - share * slopes[..., pivot, pivot][..., None]) * inverse
-        row, change = entries[..., [pivot], :][..., columns], slopes[..., [pivot], :][..., columns]
-        slopes[..., :pivot, columns] -= slope[..., None] * row + share[..., None] * change
-        entries[..., :pivot, columns] -= share[..., None] * row
+        share, row = entries[..., :pivot, pivot] * inverse, entries[..., [pivot], :]
+        if d is not None:
+            slopes = d[..., first:, :, :]
+            slope = (slopes[..., :pivot, pivot] - share * slopes[..., pivot, pivot][..., None]) * inverse
+            slopes[..., :pivot, :] -= slope[..., None] * row + share[..., None] * slopes[..., [pivot], :]
+        entries[..., :pivot, :] -= share[..., None] * row
 
 
 def eliminated(pencil: Any, s: Any, kept: Any) -> Any:

@@ -60,7 +60,7 @@ def _around_the_gear(problem: Any, omega: Floats) -> tuple[Floats, Any, Floats]:
     pencil, n = problem.pencil._replace(kept=1), len(problem.part.inertia)
     s = np.empty((len(omega), *problem.stiff[0].shape), complex)
     with np.errstate(all="ignore"):
-        condense(pencil, omega, 1.0, s, np.empty_like(s))
+        condense(pencil, omega, 1.0, s, None)
     k = orders(problem.harmonics())
     stiff = s[:, 1:, 0, 0] + 1j * problem.gear_damping * pencil.rate * omega[:, None] * k
     driven = np.abs(s[:, 1:, 0, n] - s[:, 1:, 0, 0] * to_complex(problem.gear.error)[1:])
@@ -270,10 +270,13 @@ class Condensed(NamedTuple):
         """The problem at a base frequency, with as many harmonics as the search for other orbits takes."""
         system = with_leaf(self.system, self.omega_leaf, value)
         wanted = max(ENOUGH, 3 * highest_order(system)) * self.turns // self.every
-        h = min(self.harmonics(), wanted)
-        return assembled(
-            system, self.part, self.gear.lines, self.omega_leaf, self.omega_leaf, h, self.turns, self.every
-        )
+        changed = self._replace(system=system, leaf=self.omega_leaf)
+        return changed.with_harmonics(min(self.harmonics(), wanted))
+
+    def with_harmonics(self, h: int) -> "Condensed":
+        """The same problem with h of its harmonics."""
+        lines = self.gear.lines if self.part.follows else None
+        return assembled(self.system, self.part, lines, self.leaf, self.omega_leaf, h, self.turns, self.every)
 
     def strongest(self) -> float:
         return strongest(self)
