@@ -1,13 +1,15 @@
 """How long does a first answer take? Processor time of whole processes, one thread, with code on disk and without.
 
-    python benchmarks/first_answer.py [readme] [twelve] [warm] [law] [orders] [response] [curve]
+    python benchmarks/first_answer.py [readme] [twelve] [warm] [law] [orders] [response] [cascade] [curve]
 
 `readme`: `analyze` of the README's drive with an empty cache, then again. `twelve`: the first `analyze` of the twelve
 project files of the tests, one process each, one cache that is empty at first. `warm`: `analyze` with all code on
 disk, of the README's drive and of one with loop, coupling and hysteresis. `law`: a user's law with two kinks,
 simulated, in 64 lanes and as a response, in a first and a second process. `orders`: a thousand sets of orders,
 amplitudes and integers for one kind of drive in one process: functions and memory. `response`: `strainwave response`
-and `--help`, and `response` of the elbow without and with hysteresis. `curve`: a Duffing curve, 7 and 15 harmonics.
+and `--help`, and `response` of the elbow without and with hysteresis. `cascade`: `analyze` of a cascade with filters
+that this cache has never seen, after one without filters; and its `Project.response` in one process, warm. `curve`: a
+Duffing curve, 7 and 15 harmonics.
 """
 
 import argparse
@@ -53,6 +55,30 @@ speed: {from: 1000 rpm, to: 2500 rpm, shaft: motor}
 limit: {oscillation: 60 arcsec}
 excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
 hysteresis: {type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}
+"""
+CASCADE = """\
+gear: CSG-40-50
+motor:
+  inertia: 4.5 kg*cm^2
+  loop: {type: cascade, K_v: 30 1/s, K_p: 0.12 N*m*s/rad, T_n: 16 ms, lag: 0.5 msFILTERS}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 500 rpm, to: 3000 rpm, shaft: motor}
+limit: {oscillation: 60 arcsec}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+"""
+FILTERS = (
+    ", filters: [{type: notch, frequency: 150 Hz, width: 50 Hz, depth: 0.1}, "
+    "{type: low_pass, frequency: 600 Hz, damping: 0.7}]"
+)
+RESPONSES = """
+import time, strainwave as sw
+project, times = sw.read_project("drive.yaml"), []
+for _ in range(40):
+    begun = time.thread_time()
+    project.response()
+    times.append(1e3 * (time.thread_time() - begun))
+print(f"{times[0]:.0f} ms, then {min(times):.1f} ms")
 """
 LAW = """
 import numpy as np, strainwave as sw
@@ -130,7 +156,7 @@ def curve() -> None:
 
 def main() -> None:
     """Measure what is asked for."""
-    every = ("readme", "twelve", "warm", "law", "orders", "response", "curve")
+    every = ("readme", "twelve", "warm", "law", "orders", "response", "cascade", "curve")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", nargs="*", choices=[*every, []])
     asked = parser.parse_args().what or every
@@ -157,6 +183,10 @@ def main() -> None:
                 print(f"response, {name}: {response(text, cache, folder):.2f} s")
             helps = statistics.median(cpu(["-m", "strainwave", "--help"], cache, folder)[0] for _ in range(9))
             print(f"--help: {1e3 * helps:.0f} ms")
+        if "cascade" in asked:
+            texts = [CASCADE.replace("FILTERS", filters) for filters in ("", FILTERS, FILTERS)]
+            print("a cascade, one with filters, again:", *(f"{analyze(text, cache, folder):.1f} s" for text in texts))
+            print("Project.response with filters:", cpu(["-c", RESPONSES], cache, folder)[1].strip())
         if "curve" in asked:
             curve()
 
