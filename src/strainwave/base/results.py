@@ -239,11 +239,8 @@ class Orbit(Result):
     def variables(self) -> Labelled:
         """Amplitudes of the first state by harmonic (0 is the mean), coefficients of all states, multipliers."""
         amplitudes = [self.amplitude(k) for k in range(len(self.coefficients) // 2 + 1)]
-        return {
-            "amplitude": ("harmonic", amplitudes, "rad"),
-            "coefficients": (("coefficient", "state"), self.coefficients, ""),
-            "multipliers": ("multiplier", self.multipliers, "1"),
-        }
+        states = self._along(("coefficient", "state"), coefficients="")
+        return {"amplitude": ("harmonic", amplitudes, "rad"), **states, **self._along("multiplier", multipliers="1")}
 
     def state(self, phase: Floats | float) -> Floats:
         """States (states, ...) at the base phase [rad], for instance the start of a trajectory at phase 0."""
