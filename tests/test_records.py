@@ -19,6 +19,8 @@ import strainwave as sw
 from strainwave.base import archive
 from strainwave.base.records import Result
 
+pytestmark = pytest.mark.compiled
+
 ENDINGS = (".nc", ".zarr", ".npz", ".mat")
 
 
@@ -79,8 +81,14 @@ def test_every_result_comes_back_equal_to_the_bit(name, ending, tmp_path):
     assert str(back) == str(result)
     if ending == ".mat":
         assert all(re.fullmatch(r"[A-Za-z]\w{0,62}", name, re.ASCII) for name, _, _ in whosmat(path))
-    assert result.save(path) == path  # in the place of the old one
-    assert os.listdir(tmp_path) == [f"found{ending}"]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_result_takes_the_place_of_the_old_one(ending, tmp_path):
+    path = RESULTS["Orbit"]().save(tmp_path / f"found{ending}")
+    assert branch().save(path) == path
+    assert os.listdir(tmp_path) == [path.name]
+    assert differences(branch(), sw.load(path)) == []
 
 
 def test_nothing_special_of_a_branch_is_lost(tmp_path):
