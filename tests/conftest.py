@@ -18,7 +18,10 @@ MACHINE_CODE = ("compile", "numerics/ensemble")  # rooms whose fast tests run co
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what runs `compiled`, and what is in long.txt; begin with files of many slow tests, as xdist does then."""
+    """Mark what runs `compiled`, and what is in long.txt; sort files by their slow and compiled tests, for xdist too.
+
+    The last files are short, so that no worker is left alone.
+    """
     here = Path(__file__).parent
     rooms = {here / room for room in MACHINE_CODE}
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
@@ -30,7 +33,8 @@ def pytest_collection_modifyitems(items):
         of_machine_code = item.get_closest_marker("slow") or rooms & {*item.path.parents}
         if of_machine_code and not item.get_closest_marker("interpreted"):
             item.add_marker(pytest.mark.compiled)
-    items.sort(key=lambda item: -slow[item.path])
+    compiled = Counter(item.path for item in items if item.get_closest_marker("compiled"))
+    items.sort(key=lambda item: (-slow[item.path], -compiled[item.path]))
 
 
 @pytest.hookimpl(wrapper=True)

@@ -22,7 +22,7 @@ PARTS = {  # with the seed of its numbers
 }
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("drives", PARTS)
 def test_all_faces_say_the_same(drives, tmp_path):
     texts = [project_text(np.random.default_rng(seed), *parts) for seed, *parts in PARTS[drives]]

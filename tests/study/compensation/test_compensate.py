@@ -175,8 +175,10 @@ def test_units_are_drawn_as_they_are_said_to_be():
     assert np.all(np.abs(units.stiffness - 1.0) <= 0.15)
     assert np.all(np.abs(units.amplitude - 1.0) <= 0.5)
     assert np.ptp(units.before.phase) > 4.0
-    again = sw.compensate(DRIVE, "inverse", speed=20.0, sampling=SAMPLING, robust=False, units=40).units
-    np.testing.assert_array_equal(units.after.rms, again.after.rms)
+    few, again = (
+        sw.compensate(DRIVE, "inverse", speed=20.0, sampling=SAMPLING, robust=False, units=5).units for _ in range(2)
+    )
+    np.testing.assert_array_equal(few.after.rms, again.after.rms)
 
 
 @compiled
