@@ -10,7 +10,7 @@ JUMPS = Sentence("jumps by {} at {}", Angle(0.5), Speed(155.0, 168.0))
 
 
 def tenfold(quantity):
-    return quantity.written(lambda value: f"{10.0 * value:.0f}", quantity.unit.replace("rad", "drad"))
+    return quantity.written(lambda value, _: f"{10.0 * value:.0f}", quantity.unit.replace("rad", "drad"))
 
 
 def test_a_sentence_reads_in_si():
@@ -18,6 +18,14 @@ def test_a_sentence_reads_in_si():
     assert Sentence("at {} to {}", Speed(1.23456789, digits=3, bare=True), Speed(2.0)) == "at 1.23 to 2 rad/s"
     assert Sentence("in {}", Speed()) == "in rad/s"
     assert Sentence("braces {} stay without values") == "braces {} stay without values"
+
+
+def test_the_ends_of_a_band_are_rounded_outward_and_a_whole_number_stays():
+    band = Speed(480.31, 864.2, digits=3, between=" to ", ways=(-1, 1))
+    assert str(band) == "480 to 865 rad/s"
+    assert str(Speed(0.48999999999999, 1.0000000000001, digits=2, ways=(-1, 1))) == "0.49 and 1 rad/s"
+    assert str(Speed(0.4899, 1.001, digits=2, ways=(-1, 1))) == "0.48 and 1.1 rad/s"
+    assert str(Speed(1706.4, 1706.4, digits=6, ways=(1, -1))) == "1706.4 and 1706.4 rad/s"
 
 
 @pytest.mark.parametrize(

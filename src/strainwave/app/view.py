@@ -9,7 +9,7 @@ import click
 
 from ..base import units
 from ..base.quantities import parse
-from ..base.sentences import Angle, Quantity, number, told
+from ..base.sentences import Angle, Quantity, number, rounded, told
 from ..base.sentences import sign as sign
 from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
@@ -114,7 +114,8 @@ class View(NamedTuple):
             unit += " at the motor"
         digits, given = min(digits, quantity.digits), (self.project.limit, *self.speeds.given, *self.speeds.limits)
 
-        def written(value: float) -> str:
-            return number(value * factor, digits if value in given else self.project.digits(digits))
+        def written(value: float, way: int) -> str:
+            shown = digits if value in given else self.project.digits(digits)
+            return number(rounded(value * factor, shown, way), shown)
 
         return quantity.written(written, unit)

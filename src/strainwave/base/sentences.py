@@ -24,16 +24,21 @@ class Quantity:
         What stands between two values.
     bare : bool
         Whether the unit is left out.
+    ways : tuple of int
+        Whether each value is rounded down (-1) or up (1); default: to the nearest.
     """
 
     unit = ""
 
-    def __init__(self, *values: float, digits: int = 6, between: str = " and ", bare: bool = False) -> None:
+    def __init__(
+        self, *values: float, digits: int = 6, between: str = " and ", bare: bool = False, ways: tuple[int, ...] = ()
+    ) -> None:
+        self.ways = ways or (0,) * len(values)
         self.values, self.digits, self.between, self.bare = tuple(map(float, values)), digits, between, bare
 
-    def written(self, number: Callable[[float], str], unit: str) -> str:
-        """Write the values with a function for one of them, and a unit."""
-        text = self.between.join(map(number, self.values))
+    def written(self, number: Callable[[float, int], str], unit: str) -> str:
+        """Write the values with a function of one of them and its way to round, and a unit."""
+        text = self.between.join(map(number, self.values, self.ways))
         return text if self.bare else f"{text} {unit}".lstrip()
 
     def __add__(self, other: str) -> "Sentence":
@@ -43,7 +48,7 @@ class Quantity:
         return Sentence("{}{}", other, self)
 
     def __str__(self) -> str:
-        return self.written(lambda value: f"{value:.{self.digits}g}", self.unit)
+        return self.written(lambda value, way: f"{rounded(value, self.digits, way):.{self.digits}g}", self.unit)
 
 
 class Speed(Quantity):
@@ -133,6 +138,16 @@ def on_screen(text: str) -> str:
 
 def _wrapped(line: str) -> list[str]:
     return [line] if len(line) <= WIDTH else wrap(line, WIDTH, subsequent_indent="  ")
+
+
+def rounded(value: float, digits: int, way: int) -> float:
+    """The value itself, or rounded down (-1) or up (1) to so many significant digits, and never coarser than to 1."""
+    if not way or not value or not math.isfinite(value):
+        return value
+    step = 10.0 ** min(0, math.floor(math.log10(abs(value))) + 1 - digits)
+    steps = value / step
+    whole = round(steps) if abs(steps - round(steps)) < 1e-6 else math.floor(steps) if way < 0 else math.ceil(steps)
+    return float(f"{whole * step:.12g}")
 
 
 def number(value: float | str | bool | None, digits: int = 4) -> str:

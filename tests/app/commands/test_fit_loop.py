@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from loop_machines import loop
+from strainwave.app.commands.identification.error_scan import project_lines
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.files.reading import from_text
 
 ARCMIN = math.pi / 10800.0
 X, T = loop(samples=500)
@@ -39,6 +41,19 @@ def test_the_command_prints_and_writes_the_numbers_of_the_library(tmp_path):
     assert (out / "gear.yaml").read_text() == data["project"]
     assert len((out / "loop.csv").read_text().splitlines()) == 501
     assert "<svg" in (out / "loop.svg").read_text()
+
+
+def test_the_block_calls_its_numbers_measured_in_a_project_file(tmp_path):
+    block = sw.fit_loop(X, T, rated_torque=87.0, ratio=100).yaml
+    rest = "title: x\nmotor: {inertia: 1 kg*cm^2, mode: held}\nload: {inertia: 1 kg*m^2}\ndamping: {ratio: 3 %}\n"
+    rest += "speed: {from: 500 rpm, to: 900 rpm, shaft: motor}\nexcitation:\n"
+    rest += project_lines([sw.Line(2, 1e-4, 0.3)]).replace("sources: {", (measured := "sources: {")) + "\n"
+    text = rest.replace(measured, block[block.index(measured) : -2] + ", ") + block[: block.index(measured)]
+    words = {one.name: one.word for one in from_text(text, tmp_path / "project.yaml").sources}
+    numbers = [name for name in words if name.startswith(("gear.law", "hysteresis", "excitation.kinematic_error"))]
+    assert len(numbers) > 8
+    assert {words[name] for name in numbers} == {"measured"}
+    assert words["load.inertia"] == "yours"
 
 
 def test_the_text_has_the_numbers_the_candidates_and_the_block(tmp_path):

@@ -82,7 +82,14 @@ def test_a_map_has_the_limit_and_the_drive_and_a_click_takes_a_cell(held_page):
     page.mouse.click(box["x"] + 0.85 * box["width"], box["y"] + 0.25 * box["height"])
     page.wait_for_function("() => location.hash.includes('v.damping.ratio')")
     page.wait_for_function(f"() => ({star})()[0] !== 19.9")
+    clicked = page.evaluate(star)
+    page.locator("#plot-map").focus()
+    page.keyboard.press("ArrowLeft")
+    said(page, "Enter takes these")
+    page.keyboard.press("Enter")
+    page.wait_for_function(f"was => ({star})()[0] < was", arg=clicked[0])
     across, up = page.evaluate(star)
+    assert up == clicked[1]
     assert page.locator('[id="value-damping.ratio"]').input_value() == f"{up:g}"
     shown = "(i) => document.getElementById('plot-map').data[0].customdata[i]"
     cell = page.evaluate("() => [...document.getElementById('plot-map').data[0].y]").index(up)
@@ -96,11 +103,11 @@ def test_a_map_has_the_limit_and_the_drive_and_a_click_takes_a_cell(held_page):
 def test_a_move_is_edited_and_its_motor_torque_is_shown(page):
     page.get_by_role("tab", name="Move").click()
     page.wait_for_selector("#plot-move-motor[data-drawn]")
-    said(page, "The move takes 0.6 s")
+    said(page, "During the move of 0.6 s")
     page.locator("#edit-move").click()
     page.wait_for_selector('[id="value-move.profile.0.time"]')
     page.locator('[id="value-move.profile.0.time"]').fill("900 ms")
-    said(page, "The move takes 0.9 s")
+    said(page, "During the move of 0.9 s")
     before = page.locator("#answer").inner_text()
     page.locator("#move-type").focus()
     page.select_option("#move-type", "trapezoid")

@@ -106,7 +106,7 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
     if motor is not None:
         least = {"speed": speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding}
     bands = sweep.bands if sweep else ()
-    left_out = f"share of those left out {number(known['left_out_relative'], 2)} (truncation, not accuracy)"
+    left_out = f"the rest carry {number(100.0 * known['left_out_relative'], 2)} % of the motion"
     return (
         Fact("failures", tuple(judged.failures), "FAIL: {}"),
         Fact("", f"{name}, {found.message}", "response, motor: {}"),

@@ -96,7 +96,7 @@ def _sentence(view: View, verdict: Verdict) -> Sentence:
     """The answer, with the largest oscillation and torque against their limits."""
     begin: str = "All right at all speeds"
     if verdict.answer is Answer.BUT:
-        begin = "All right but for " + ranges(verdict.speeds)
+        begin = "OK except " + ranges(verdict.speeds)
     elif verdict.answer is Answer.NOT:
         begin = "Not all right"
     return Sentence("{}: {}; {}.", begin, _oscillation(view), torque_said(view, verdict)) + postures_left_out(view)
@@ -167,7 +167,7 @@ def _remedy(view: View, verdict: Verdict) -> str:
     said = changes_said(view, verdict)
     if verdict.answer is Answer.BUT:
         keep = "Without a change: keep to {}." if said else "Keep to {}."
-        said.append(Sentence(keep, ranges(verdict.allowed)))
+        said.append(Sentence(keep, ranges(verdict.allowed, -1)))
     elif over_limit(view) and not verdict.allowed:
         said.append(Sentence("No speed of the range is without it."))
     if avoid is not None and avoid.limit is None:
@@ -228,9 +228,10 @@ def _after(view: View) -> float:
     return change.ratio * avoid.largest
 
 
-def ranges(bands: tuple[tuple[float, float], ...]) -> Sentence:
-    """Bands of speeds [rad/s] in words, with their unit at the end."""
-    return listed(Sentence("{}", Speed(*band, digits=4, between=" to ", bare=True)) for band in bands) + " " + Speed()
+def ranges(bands: tuple[tuple[float, float], ...], outward: int = 1) -> Sentence:
+    """Bands of speeds [rad/s] in words, their ends rounded outward (-1: inward), with their unit at the end."""
+    some = (Speed(*band, digits=4, between=" to ", bare=True, ways=(-outward, outward)) for band in bands)
+    return listed(Sentence("{}", one) for one in some) + " " + Speed()
 
 
 def band_data(view: View, low: float, high: float) -> dict[str, Any]:
@@ -256,7 +257,7 @@ def answers(view: View) -> dict[str, Any]:
         "without a change": "",
     }
     if verdict.answer is Answer.BUT:
-        found["without a change"] = Sentence("Keep to {}.", ranges(verdict.allowed))
+        found["without a change"] = Sentence("Keep to {}.", ranges(verdict.allowed, -1))
     return {what: said for what, said in found.items() if said}
 
 

@@ -29,8 +29,8 @@ from ..page.folded import POINTS, folded, orders_of
 Progress = Callable[..., None]  # of a stage and a share, and of a part of the result where one is known
 MOST_SHOWN = 4000  # samples of a run
 HELD = (
-    "The motor is ideally held at its speed; this drive has no loop, gravity or hysteresis; they change the answer. "
-    "The page adds a loop and gravity, a project file hysteresis."
+    "This is an ideal motor, held at its speed. A real loop can change the answer tenfold; gravity and hysteresis "
+    "change it too. The page adds a loop and gravity, a project file hysteresis."
 )
 AT_RESONANCE = (
     "The speed is that at which the largest order meets the resonance of the load on the gear, the motor held, under "

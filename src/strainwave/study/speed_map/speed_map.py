@@ -384,7 +384,7 @@ def _remarks(
         listing = ", ".join(still)
         remarks.append(f"no stable steady motion that repeats with every turn is known with a {name} of {listing}")
     if not search or not all(case.searched for case in cases):
-        remarks.append("motions apart from the main curve were not looked for")
+        remarks.append("separate branches (subharmonics) were not searched")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}
     if idle := sorted({line.order for line in lines} - met):
         listing = ", ".join(f"{order:g}" for order in idle)

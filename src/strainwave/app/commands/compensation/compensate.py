@@ -17,7 +17,7 @@ from ....drive.project import Project
 from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
 from ....plot import compensation as figures
-from ....plot.panels import named
+from ....plot.panels import Panel, named
 from ....plot.svg import stacked
 from ....study.compensation.bench import Bench, bench_of, steady_bench_of
 from ....study.compensation.compensate import benches_of, compensation_bench, resonance_speed
@@ -78,7 +78,7 @@ def compensate(
         if run is not None and output is not None:
             progress.show("writing", 0.97)
             run = run if stopped else run._replace(tables=_tables(run))
-            _write(run, output, figured=not stopped)
+            _write(drive.title, run, output, figured=not stopped)
     if run is not None:
         click.echo(to_json(tables.data(run)) if as_json else tables.summary(run))
         if output is not None and not as_json:
@@ -173,29 +173,30 @@ def _tables(run: Run) -> tuple[tuple[str, Alone], ...]:
     return next((written for case in usable if (written := stated(run.benches[case.load_angle], case))), ())
 
 
-def _write(run: Run, output: Path, *, figured: bool) -> None:
+def _write(title: str, run: Run, output: Path, *, figured: bool) -> None:
     rows = tables.rows(run)
-    drawn = _figures(run) if figured else {}
+    drawn = _figures(title, run) if figured else {}
     orders = {f"order-table-{name}.json": alone.table for name, alone in run.tables}
     texts = {CSV: as_csv(list(rows[0]), [row.values() for row in rows]), JSON: to_json(tables.data(run))}
     write_all(output, texts | {f"{name}.svg": text for name, text in drawn.items()} | orders)
 
 
-def _figures(run: Run) -> dict[str, str]:
-    drawn = {
-        name: stacked(figures.speed_panels(run.found, load_encoder=seeing), 300.0, "residual error over the speed")
+def _figures(title: str, run: Run) -> dict[str, str]:
+    drawn: dict[str, tuple[list[Panel], float, str]] = {
+        name: (figures.speed_panels(run.found, load_encoder=seeing), 300.0, "residual error over the speed")
         for name, seeing in (("speeds", False), ("speeds-load-encoder", True))
     }
     if run.best:
         speed, benches = run.best[0].speed, [run.benches[case.load_angle] for case in run.best]
         before = figures.motion(benches[0], "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
         after = [figures.motion(b, case.name, speed, case.name) for b, case in zip(benches, run.best, strict=True)]
-        drawn["error"] = stacked(figures.error_panels(before, after), 240.0, "pointing error before and after")
-        drawn["orders"] = stacked(figures.order_panels(run.best), 240.0, "amplitudes by order before and after")
+        drawn["error"] = figures.error_panels(before, after), 240.0, "pointing error before and after"
+        drawn["orders"] = figures.order_panels(run.best), 240.0, "amplitudes by order before and after"
     if any(case.units for case in run.details):
         units = figures.units_panels({case.name: case.units for case in run.details if case.units is not None})
-        drawn["units"] = stacked(units, 240.0, "residual errors of many units")
-    return {name: text for name, text in drawn.items() if text}
+        drawn["units"] = units, 240.0, "residual errors of many units"
+    texts = {name: stacked(named(one[0], title), *one[1:]) for name, one in drawn.items() if one[0]}
+    return {name: text for name, text in texts.items() if text}
 
 
 USUAL = ("loop", "inverse")

@@ -16,6 +16,7 @@ from ....files.reading import read_project
 from ....files.variants.identify_drive import IdentifiedDrive, with_torsion
 from ....files.variants.identify_drive import identify_drive as identified
 from ....plot.fits import torsion_panels
+from ....plot.panels import named
 from ....plot.svg import figure
 from ....study.identification.identified import channels_of
 from ...console import Progress, number, print_table, to_json
@@ -59,7 +60,9 @@ def identify_drive(
         result = identified(guess, logs, names, between=between, progress=progress.show)
     torsions = [with_torsion(channels_of(log), guess.drive.N)["torsion"] for log in logs]
     numbers = to_json(data(result))
-    contents = {SVG: figure(torsion_panels(result.found, torsions), 230.0, "measured and computed torsion")}
+    rows = torsion_panels(result.found, torsions)
+    panels = [named(rows[0], guess.title), *rows[1:]]
+    contents = {SVG: figure(panels, 230.0, "measured and computed torsion")}
     if result.usable:
         contents |= {YAML: project_text(result.project), JSON: numbers}
     write_all(output, contents)

@@ -89,7 +89,7 @@ class Opening:
         ]
         verdict = view.analysis.verdict
         if verdict.answer is Answer.BUT:
-            rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed)))), "", None))
+            rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed, -1)))), "", None))
         return rows
 
     def about(self, view: View) -> str:

@@ -1,7 +1,7 @@
 // The views that a job fills: maps over two numbers and over speed and load, and the compensation.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, between, BLUE, cells, COLOURS, element, GREEN, pictures, RED, round, signed } from "/static/plots.js";
+import { answer, between, BLUE, cells, COLOURS, element, GREEN, pictures, RED, round, signed, toward } from "/static/plots.js";
 import { numberNow } from "/static/sliders.js";
 import { about, asked, state } from "/static/state.js";
 
@@ -57,10 +57,22 @@ async function paintMap(r, { axes: [a, b] }) {
   if (limit) data.push({ type: "contour", x: a.values, y: b.values, z: logs, connectgaps: true, showscale: false, hoverinfo: "skip", contours: { coloring: "none", start: Math.log10(limit), end: Math.log10(limit), size: 1 }, line: { color: RED, width: 3 } });
   data.push({ x: [numberNow(a.p.name)], y: [numberNow(b.p.name)], mode: "markers", marker: { symbol: "star", size: 16, color: "#fff", line: { color: "#000", width: 1.5 } }, hovertemplate: "the drive<extra></extra>" });
   await draw("map", { data, layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" });
-  const box = document.getElementById("plot-map");
+  const box = document.getElementById("plot-map"), cellOf = ({ p, values }) => values.reduce((best, value, i) => (Math.abs(Math.log(value / numberNow(p.name))) < Math.abs(Math.log(values[best] / numberNow(p.name))) ? i : best), 0);
+  const taken = (...cell) => document.dispatchEvent(new CustomEvent("values", { detail: Object.fromEntries([a, b].map(({ p }, i) => [p.name, `${cell[i]} ${p.unit}`.trim()])) }));
   box.removeAllListeners("plotly_click");
-  box.on("plotly_click", ({ points: [point] }) => document.dispatchEvent(new CustomEvent("values", { detail: Object.fromEntries([[a.p, point.x], [b.p, point.y]].map(([p, value]) => [p.name, `${value} ${p.unit}`.trim()])) })));
-  answer(`Largest oscillation over ${a.p.label} and ${b.p.label}: ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}.${limit ? ` The line is the limit of ${round(limit)} arcsec.` : ""} The star is the drive; a click takes another one.`);
+  box.on("plotly_click", ({ points: [point] }) => taken(point.x, point.y));
+  box.tabIndex = 0;
+  let cell = [cellOf(a), cellOf(b)];
+  box.onkeydown = (event) => { // arrows go over the cells, Enter takes one
+    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1], Enter: [0, 0] }[event.key];
+    if (!way) return;
+    event.preventDefault();
+    const [i, j] = (cell = [a, b].map(({ values }, k) => Math.min(values.length - 1, Math.max(0, cell[k] + way[k]))));
+    if (event.key === "Enter") return void taken(a.values[i], b.values[j]);
+    window.Plotly.Fx.hover(box, [{ curveNumber: 0, pointNumber: [j, i] }]);
+    answer(`${a.p.label} ${round(a.values[i])} ${a.p.shown_unit}, ${b.p.label} ${round(b.values[j])} ${b.p.shown_unit}: ${round(r.largest_oscillation_arcsec[j][i])} arcsec. Enter takes these.`);
+  };
+  answer(`Largest oscillation over ${a.p.label} and ${b.p.label}: ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}.${limit ? ` The line is the limit of ${round(limit)} arcsec.` : ""} The star is the drive; a click, or the arrow keys and Enter, take another one.`);
   return r.remarks;
 }
 
@@ -92,9 +104,9 @@ async function paintSpeedMap(r, { asks }) {
   const own = asks.loads.length ? "" : " of the project";
   const [first, end] = [r.load[0], r.load[r.load.length - 1]].map((load) => round(load)), unit = signed(r.load_unit);
   const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
-  const allowed = r.allowed.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ");
+  const allowed = r.allowed.map(([a, b]) => `${toward(Math.ceil, a)} to ${toward(Math.floor, b)}`).join(", ");
   const failures = r.failures.map((text) => signed(text) + " ").join("");
-  answer(`${failures}Allowed under ${loads}: ${allowed ? allowed + " rpm" : "no speed"} (red frames: ${signed(r.rule)}).`, failures ? false : null);
+  answer(`${failures}Usable under ${loads}: ${allowed ? allowed + " rpm" : "no speed"} (framed: ${signed(r.rule).replace(/^forbidden: /, "")}).`, failures ? false : null);
   const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
   const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
   const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: below(i), y1: above(i), line: { color: RED, width: 2 } })));

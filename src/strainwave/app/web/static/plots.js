@@ -22,6 +22,11 @@ export function element(tag, fields = {}, ...children) {
 }
 
 export const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
+// An end of a band of speeds, rounded to one side by Math.floor or Math.ceil, and never coarser than to 1.
+export function toward(way, value, digits = 4) {
+  const step = 10 ** Math.min(0, Math.floor(Math.log10(value || 1)) + 1 - digits), steps = value / step, near = Math.round(steps);
+  return round((Math.abs(steps - near) < 1e-6 ? near : way(steps)) * step, 12);
+}
 export const signed = (unit) => (unit ?? "").replaceAll("*", "·");
 export const between = (values, unit) => {
   const shown = values.filter((value) => Number.isFinite(value));

@@ -3,7 +3,7 @@ import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
-import { answer, between, BLUE, cells, COLOURS, crosshair, draw, element, epoch, GREEN, link, ORANGE, parts, pictures, PINK, RED, round, signed } from "/static/plots.js";
+import { answer, between, BLUE, cells, COLOURS, crosshair, draw, element, epoch, GREEN, link, ORANGE, parts, pictures, PINK, RED, round, signed, toward } from "/static/plots.js";
 import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
@@ -108,7 +108,7 @@ async function response(again) {
   const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds none is, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
   const failures = r.failures.map((text) => signed(text) + " ").join("");
-  const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${sure(a)} to ${sure(b)}`).join(", ")} ${r.speed_unit}.` : "";
+  const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${toward(Math.floor, a, r.digits)} to ${toward(Math.ceil, b, r.digits)}`).join(", ")} ${r.speed_unit}.` : "";
   const [low, mean, high] = r.load_torques;
   const loads = low < high ? ` This is for ${round(mean)} N·m on the load; the report follows it from ${round(low)} to ${round(high)} N·m and gives the verdict.` : "";
   answer(failures + said + against + leaves + keep + loads, r.passes);
@@ -173,9 +173,9 @@ async function move() {
   const draw = pictures();
   moveControls();
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
-  const settled = r.settling_time === null ? "does not settle within the run" : r.settling_time === 0 ? `is within ${round(r.window_arcsec)} arcsec from the end of the move on` : `settles within ${round(r.window_arcsec)} arcsec in ${round(1e3 * r.settling_time)} ms`;
+  const settled = r.settling_time === null ? "Not settled within the run" : `Settled ${r.settling_time === 0 ? "at once" : `in ${round(1e3 * r.settling_time)} ms`} (±${round(r.window_arcsec)} arcsec)`;
   const failures = r.failures.map((text) => signed(text) + " ").join("");
-  answer(`${failures}The move takes ${round(r.duration)} s; the load is off by up to ${round(r.peak_arcsec)} arcsec on the way and ${settled}.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes : null);
+  answer(`${failures}${settled}. During the move of ${round(r.duration)} s the load is off by up to ${round(r.peak_arcsec)} arcsec.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes : null);
   const line = (y, name, unit, colour, more) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2, ...more }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` });
   const over = (y, name, unit, colour, bound, bounds) => [line(y, name, unit, colour), ...(bound ? [1, -1].map((sign) => ({ ...line(r.time.map(() => sign * bound), bounds, unit, ORANGE, { width: 1.5, dash: "dash" }), showlegend: sign > 0 })) : [])];
   const end = { type: "line", xref: "x", yref: "paper", x0: r.duration, x1: r.duration, y0: 0, y1: 1, line: { color: PINK, width: 1.5, dash: "dot" } };
