@@ -189,7 +189,7 @@ def test_full_disk_while_writing_leaves_an_older_report_whole(monkeypatch, proje
     out.mkdir()
     (out / "report.html").write_text("older")
 
-    def half(_view, folder, _sections):
+    def half(_view, folder, _sections, **_):
         (folder / "report.html").write_text("half")
         raise OSError(28, "No space left on device", str(folder / "results.json"))
 
@@ -295,7 +295,7 @@ def test_json_of_a_question_needs_no_folder(project, monkeypatch, name):
 def test_a_report_without_a_folder_is_written_into_one_of_the_name_of_its_file(project, monkeypatch):
     monkeypatch.chdir(project.parent)
     monkeypatch.setattr("strainwave.app.commands.analyze._written", lambda *given: str(given[1:]))
-    assert invoke("analyze", "drive.yaml").stdout == "(PosixPath('drive-report'), False, False)\n"
+    assert invoke("analyze", "drive.yaml").stdout == "(PosixPath('drive-report'), False, False, False)\n"
     assert "'reports'" in invoke("analyze", "drive.yaml", "drive.yaml", "--compare", "--json").stdout
 
 
