@@ -105,13 +105,13 @@ def _scan(
 
 
 def project_lines(lines: Iterable[Any]) -> str:
-    """The strongest lines of an angle [rad], by their orders, as the field `kinematic_error` of a project file."""
+    """The strongest lines of an angle [rad], by their orders, as the field `kinematic_error` and its source."""
     rows = ["  kinematic_error:"]
     strongest = sorted(lines, key=lambda line: -line.amplitude)[:SHOWN_IN_PROJECT]
     for line in sorted(strongest, key=lambda line: line.order):
         size = f"amplitude: {line.amplitude / ARCSEC:.6g} arcsec, phase: {line.phase:.5g} rad"
         rows.append(f"    - {{order: {round(line.order)}, {size}}}")
-    return "\n".join(rows)
+    return "\n".join([*rows, "sources: {excitation.kinematic_error: measured}"])
 
 
 @click.command("order-scan")

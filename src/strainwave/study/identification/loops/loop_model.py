@@ -245,7 +245,7 @@ class LoopFit(LawFit):
 
     @property
     def yaml(self) -> str:
-        """Block for a project file: gear, backlash, hysteresis; without the gear's `ratio` where it was not given."""
+        """Block for a project file: gear, backlash, hysteresis, source; without the gear's `ratio` where it lacks."""
         entry = above("project_entry")
         spring = self.law.first if isinstance(self.law, Parallel) else self.law
         gap = f"backlash: {{half_gap: {spring.half_gap!r} rad}}\n" if isinstance(spring, Play) else ""
@@ -253,7 +253,9 @@ class LoopFit(LawFit):
         ratio = "" if self.ratio is None else f"ratio: {self.ratio:g}, "
         rated = f"rated_torque: {self.rated_torque!r} N*m"
         beside = f"hysteresis: {entry(self.law.second)}\n" if isinstance(self.law, Parallel) else ""
-        return f"gear: {{{ratio}law: {entry(spring)}, {rated}}}\n{gap}{beside}"
+        parts = ("gear.law", *(part.partition(":")[0] for part in (gap, beside) if part))
+        measured = ", ".join(f"{part}: measured" for part in parts)
+        return f"gear: {{{ratio}law: {entry(spring)}, {rated}}}\n{gap}{beside}sources: {{{measured}}}\n"
 
     def coordinates(self) -> Labelled:
         """Measured torsion of every sample."""
