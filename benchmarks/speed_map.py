@@ -10,7 +10,9 @@ says whether the point is safe. Points within 0.5 % of an edge of a band are lef
 start reaches an oscillation above the limit. A motion that few states lead to, as the far end of a high branch, is
 stable and forbids its speed: where no start reaches it, the point counts as safe and called unsafe.
 
-    python benchmarks/speed_map.py [--rounds 3] [--drives 10] [--points 30]
+With `--postures 200` the loads are so many postures of an arm of two links, and 300 points of these are checked.
+
+    python benchmarks/speed_map.py [--rounds 3] [--drives 10] [--points 30] [--postures 0]
 """
 
 import argparse
@@ -155,6 +157,51 @@ def checked(drives: range, points: int, seed: int = 3) -> dict[str, int]:
     return counts
 
 
+ARM = """
+gear: CSG-40-50
+motor: {inertia: 6 kg*cm^2, loop: {type: cascade, K_v: 30 1/s, K_p: 0.12 N*m*s/rad, T_n: 16 ms}}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 4 %}
+speed: {from: 400 rpm, to: 3000 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}, {order: 4, amplitude: 5 arcsec, phase: 40 deg}]}
+"""
+
+
+def postures(count: int, points: int = 300, seed: int = 5) -> dict[str, int]:
+    """Print and return how often the map of an arm's postures and brute force differ, and the map's time."""
+    rng = np.random.default_rng(seed)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "arm.yaml")
+        path.write_text(ARM)
+        drive = sw.read_project(path)
+    links = sw.study.Link.rod(5.0, 0.4), sw.study.Link.rod(3.0, 0.35)
+    rows = sw.study.two_link(*links, rng.uniform(-np.pi, np.pi, (count, 2)), payload=1.5)
+    limit = 1.3 * float(sw.speed_map(drive, postures=rows[:3], search=False).quasi_static.max())
+    for _ in range(2):
+        begun = time.process_time()
+        found = sw.speed_map(drive, postures=rows, limit=limit)
+        print(f"{count} postures: {time.process_time() - begun:.1f} s CPU")
+    counts = dict.fromkeys(("safe", "unsafe", "called safe", "called unsafe", "at an edge"), 0)
+    which, every = rng.integers(count, size=points), rng.uniform(*drive.speeds.limits, points)
+    for i in np.unique(which).tolist():
+        edges = np.append(found.forbidden[i].ravel(), np.inf)
+        near = np.min(np.abs(edges / every[:, None] - 1.0), axis=1) < EDGE
+        counts["at an edge"] += int(np.sum(near & (which == i)))
+        omega = every[~near & (which == i)]
+        if not len(omega):
+            continue
+        under = rows[i].on(drive)
+        sizes = largest(AtLoad(under.train, 1.0), omega, found_equilibrium(under.system(1.0, reduced=True)), limit, rng)
+        for w, size in zip(omega.tolist(), sizes.tolist(), strict=True):
+            safe, allowed = size <= limit, found.is_allowed(w, i + 1)
+            counts["safe" if safe else "unsafe"] += 1
+            if safe != allowed:
+                counts["called unsafe" if safe else "called safe"] += 1
+                print(f"  differs: posture {i + 1}, {w:.4g} rad/s, {size / limit:.4g} of the limit")
+    print(", ".join(f"{name} {number}" for name, number in counts.items()))
+    return counts
+
+
 def found_equilibrium(equation: sw.Oscillator) -> float:
     """Error [rad] at which the law carries the mean torque, by bisection."""
     angles = 2.0 * np.pi * np.arange(64) / 64
@@ -171,6 +218,10 @@ if __name__ == "__main__":
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--drives", type=int, default=10)
     parser.add_argument("--points", type=int, default=30)
+    parser.add_argument("--postures", type=int, default=0)
     given = parser.parse_args()
+    if given.postures:
+        postures(given.postures)
+        raise SystemExit
     timed(given.rounds)
     checked(range(given.drives), given.points)
