@@ -9,7 +9,7 @@ from strainwave.base.units import ARCSEC
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
-from strainwave.study.analysis.verdict import Answer, Verdict
+from strainwave.study.analysis.verdict import Answer, Verdict, WorstPosture
 
 AVOID = Avoid(((100.0, 120.0),), 80.0 * ARCSEC, 110.0, 5.0 * ARCSEC, limit=60.0 * ARCSEC)
 VERDICT = Verdict(Answer.NOT, ((100.0, 120.0),), (), ())
@@ -33,10 +33,11 @@ def test_a_remedy_that_misses_the_limit_is_the_best_of_no_change():
     assert "torque of the largest oscillation" not in said
 
 
-def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=()):
+def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), posture=None):
     avoid = Avoid(unstable, peak, 110.0, 1.0, limit=limit, unstable=unstable)
     analysis = SimpleNamespace(
         avoid=avoid,
+        posture=posture,
         response=SimpleNamespace(sweep=SimpleNamespace(jumping=jumping)),
         largest_oscillation=lambda: SimpleNamespace(peak=peak),
     )
@@ -54,6 +55,10 @@ BAND = ((100.0, 120.0),)
         ((Answer.NOT, 14.0, (TORQUE,)), "Fail; 616.8 N·m are above the repeated peak torque of 523 N·m"),
         ((Answer.BUT, 100.18), "Fail at some speeds; the oscillation is 0.18 % above its limit"),
         ((Answer.BUT, 340.0), "Fail at some speeds; the oscillation is 3.4 times its limit"),
+        (
+            (Answer.BUT, 14.0, (), (), 100.0, (), WorstPosture(2, 3, "out", Answer.BUT, 2e-4, 100.0)),
+            "Fail at some speeds; posture 2 (out) of 3 fails",
+        ),
         ((Answer.BUT, 14.0, (), BAND), "Fail at some speeds; at some speeds no motion of the curve is stable"),
         ((Answer.BUT, 14.0, (), (), 100.0, (1,)), "Fail at some speeds; the motion jumps"),
         ((Answer.ALL_RIGHT, 14.0, (), (), None), "Pass; the file has no limit of the oscillation"),
