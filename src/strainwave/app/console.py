@@ -139,7 +139,7 @@ def plain(value: Any) -> Any:
     return str(value)
 
 
-def to_json(value: Any) -> str:
+def to_json(value: object) -> str:
     """Write a value as JSON without NaN."""
     return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
 

@@ -22,7 +22,7 @@ CARD = f"background:#ffffff;max-width:{CARD_WIDTH:.0f}px;border-radius:4px;margi
 LONGEST_NAME = 40  # letters before a colon, that are the name of a row
 
 
-def html(result: Any) -> str:
+def html(result: object) -> str:
     """HTML of a result for a notebook.
 
     Parameters

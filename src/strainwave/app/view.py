@@ -101,7 +101,7 @@ class View(NamedTuple):
         """Speed [rad/s] of the base angle as data, and that of the motor [rpm], if it has one."""
         return place(self.speeds, omega)
 
-    def told(self, data: Any) -> Any:
+    def told(self, data: object) -> Any:
         """Plain data with every sentence in it rendered in these units."""
         return told(data, self.write)
 

@@ -75,7 +75,7 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def write(result: Any, labelled: Any, path: Path) -> None:
+def write(result: object, labelled: Any, path: Path) -> None:
     """Write a result to a path whose ending is one of ENDINGS; nothing appears there before it is complete.
 
     Parameters
@@ -277,7 +277,7 @@ def _class_of(name: str, path: Path) -> Any:
     return cls
 
 
-def _print(array: Any) -> tuple[str, tuple[int, ...], bytes]:
+def _print(array: object) -> tuple[str, tuple[int, ...], bytes]:
     """What two arrays share when they are equal to the bit."""
     array = np.asarray(array)
     return array.dtype.str, array.shape, array.tobytes()

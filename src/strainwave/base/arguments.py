@@ -59,7 +59,7 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
     return verb
 
 
-def refuse(name: str, value: Any, kind: Any) -> None:
+def refuse(name: str, value: object, kind: object) -> None:
     """Refuse a value of another kind: ValueError where a number or a choice is asked for, else TypeError."""
     if fits(value, kind):
         return
@@ -70,7 +70,7 @@ def refuse(name: str, value: Any, kind: Any) -> None:
     raise TypeError(f"{name} is {shown(value)}; give {in_words(kind)}")
 
 
-def _is_list(kind: Any) -> bool:
+def _is_list(kind: object) -> bool:
     """Whether an annotation asks for numbers or texts in a list, or for a number with a unit."""
     form = get_origin(kind)
     mapping = isinstance(form, type) and issubclass(form, Mapping)
@@ -138,11 +138,11 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
     return _items_fit(value if isinstance(value, list | tuple) else (), float if inner[0] is int else inner[0])
 
 
-def _items_fit(items: Iterable[Any], kind: Any) -> bool:
+def _items_fit(items: Iterable[Any], kind: object) -> bool:
     return all(fits(item, kind) for item in items)
 
 
-def in_words(kind: Any) -> str:
+def in_words(kind: object) -> str:
     """What an annotation asks for, in words."""
     form, inner = get_origin(kind), get_args(kind)
     if form in (Union, UnionType) and ARRAYS & set(inner):

@@ -36,6 +36,6 @@ def entry(items: Any, place: Any) -> Any:
 
 
 @kernel_as(lambda items, place, value: with_leaf(items, int(place), value), inline=True)
-def with_entry(items: Any, place: Any, value: Any) -> Any:
+def with_entry(items: Any, place: Any, value: object) -> Any:
     """The tuple of numbers with another one at a place."""
     return place.with_entry(items, value) if hasattr(place, "entry") else with_leaf(items, int(place), value)

@@ -101,7 +101,7 @@ def _unit_of(key: str) -> tuple[str, float]:
     return next((UNITS[end] for part in reversed(key.split(".")) if (end := _ending_of(part))), ("", 1.0))
 
 
-def _in_unit(value: Any, size: float) -> Any:
+def _in_unit(value: object, size: float) -> Any:
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
         return [data(item) if _is_table(value) else _in_unit(item, size) for item in value]
     return value / size if size != 1.0 and isinstance(value, float | np.ndarray) else value

@@ -203,7 +203,7 @@ def _read_npz(path: Path) -> tuple[Arrays, Arrays]:
     return stored, stored
 
 
-def _write_mat(data: Any, path: str) -> None:
+def _write_mat(data: object, path: str) -> None:
     write_mat(data, path, PARTS)
 
 

@@ -290,7 +290,7 @@ def lacking(thing: object, *methods: str) -> tuple[str, ...]:
     return methods if isinstance(thing, type) else tuple(name for name in methods if not hasattr(thing, name))
 
 
-def need(field: str, thing: Any, *methods: str, remedy: str = "") -> None:
+def need(field: str, thing: object, *methods: str, remedy: str = "") -> None:
     """Refuse what lacks one of the methods, and a class in place of an object (TypeError): `field` is its name."""
     if isinstance(thing, type):
         name = thing.__name__
@@ -351,12 +351,12 @@ def joint_orders(*parts: Any) -> tuple[float, ...]:
     return tuple(sorted({order for part in parts for order in orders_of(part)}))
 
 
-def terms_of(torque: Any) -> tuple[Any, ...]:
+def terms_of(torque: object) -> tuple[Any, ...]:
     """Harmonics of a torque: its terms, or itself."""
     return tuple(getattr(torque, "terms", (torque,)))
 
 
-def lines_of(error: Any) -> tuple[Any, ...]:
+def lines_of(error: object) -> tuple[Any, ...]:
     """Lines of a kinematic error: none where it does not list them."""
     return tuple(getattr(error, "lines", ()))
 

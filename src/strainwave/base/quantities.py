@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compile.tree import is_model as is_model
+from ..compile.tree import leaf_of as leaf_of
+from ..compile.tree import mapped as mapped
 from ..compile.tree import numbers as numbers_of
 from ..compile.tree import replaced
 from ..compile.tree import shown as shown
@@ -239,7 +241,7 @@ def number(name: str, value: object, *, positive: bool = False) -> float:
     return result
 
 
-def reals(values: Any) -> NDArray[np.float64]:
+def reals(values: object) -> NDArray[np.float64]:
     """Real numbers as a new array of any shape; an empty one of texts, dates, masked numbers and what is none."""
     try:
         array = np.array(values)
@@ -254,7 +256,7 @@ def reals(values: Any) -> NDArray[np.float64]:
 
 
 def numbers(
-    name: str, values: Any, *, count: int | None = None, largest: float = LARGEST
+    name: str, values: object, *, count: int | None = None, largest: float = LARGEST
 ) -> NDArray[np.float64]:  # fmt: skip
     """Return one or more finite numbers (exactly `count`) as a new array (n,), or say that `name` are none."""
     array = np.atleast_1d(reals(values))
@@ -265,7 +267,7 @@ def numbers(
     return array
 
 
-def probabilities(name: str, values: Any) -> NDArray[np.float64]:
+def probabilities(name: str, values: object) -> NDArray[np.float64]:
     """Return numbers from 0 to 1 as a new array (n,), or say that `name` are none."""
     array = numbers(name, values)
     if not np.all((array >= 0.0) & (array <= 1.0)):
@@ -273,7 +275,7 @@ def probabilities(name: str, values: Any) -> NDArray[np.float64]:
     return array
 
 
-def array_of(name: str, values: Any, *shape: int | None) -> NDArray[np.float64]:
+def array_of(name: str, values: object, *shape: int | None) -> NDArray[np.float64]:
     """Return finite numbers as a new array of a shape (None: any length; no shape: any), or say that they are none."""
     array = reals(values)
     right = not shape or (
@@ -285,7 +287,7 @@ def array_of(name: str, values: Any, *shape: int | None) -> NDArray[np.float64]:
     return array
 
 
-def samples_of(name: str, values: Any) -> NDArray[np.float64]:
+def samples_of(name: str, values: object) -> NDArray[np.float64]:
     """Return numbers of any shape, NaN and none at all too, as a new array, or say that `name` are no numbers."""
     array = reals(values)
     if array.size == 0 and not (hasattr(values, "__len__") and len(values) == 0):
@@ -293,7 +295,7 @@ def samples_of(name: str, values: Any) -> NDArray[np.float64]:
     return array
 
 
-def several(name: str, values: Any) -> tuple[Any, ...]:
+def several(name: str, values: object) -> tuple[Any, ...]:
     """Return the entries of a list, a tuple or an array, or say that `name` is none: a text is no list of letters."""
     single = isinstance(values, str | bytes | Mapping) or (isinstance(values, np.ndarray) and values.ndim == 0)
     if single or not isinstance(values, Iterable):
@@ -309,7 +311,7 @@ def complex_number(name: str, value: Any) -> complex:
     return complex(value)
 
 
-def complex_numbers(name: str, values: Any) -> NDArray[np.complex128]:
+def complex_numbers(name: str, values: object) -> NDArray[np.complex128]:
     """Return finite complex numbers of a size up to `LARGEST` as a new array of any shape, or say what `name` is."""
     try:
         known = values is not None and np.array(values).dtype.kind in "biufcO"

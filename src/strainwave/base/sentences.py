@@ -109,7 +109,7 @@ def listed(parts: Iterable[str], between: str = " and ") -> Sentence:
     return Sentence(between).join([Sentence(", ").join(some[:-1]), some[-1]] if len(some) > 1 else some)
 
 
-def told(data: Any, written: Callable[[Quantity], str]) -> Any:
+def told(data: object, written: Callable[[Quantity], str]) -> Any:
     """Plain data (dictionaries, lists, tuples) with every sentence in it rendered."""
     if isinstance(data, Sentence):
         return data.told(written)

@@ -104,7 +104,7 @@ def parse(text: str, unit: str) -> float:
     return value
 
 
-def convert(value: Any, unit: str, to: str) -> Any:
+def convert(value: object, unit: str, to: str) -> Any:
     """Convert a number or an array from one unit to another, for example `convert(x, "rad", "arcsec")`.
 
     Raises

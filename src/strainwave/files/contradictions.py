@@ -5,6 +5,7 @@ from functools import reduce
 from typing import Any
 
 from ..base.law import depends, spring_stiffness
+from ..base.protocols import Law
 from ..base.quantities import checked
 from ..model.gears.gear import Gear
 from ..model.orders import BY_FIXED
@@ -120,7 +121,7 @@ def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
                 yield (group,), f"varies, which takes a spring, and the law has friction or memory: {BOTH}"
 
 
-def _without_spring(law: Any) -> str:
+def _without_spring(law: Law) -> str:
     held = float(law.stiffness(0.0)) > 0.0
     return "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (backlash)"
 

@@ -277,7 +277,7 @@ def word_of(said: dict[Keys, str], keys: Keys) -> str:
     return next((said[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in said), YOURS)
 
 
-def _at(content: Any, name: str) -> Any:
+def _at(content: object, name: str) -> Any:
     for key in name.split("."):
         content = inside(content, key)
     return content

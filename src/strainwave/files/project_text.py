@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..base.protocols import Law
 from ..base.quantities import checked, interval, number, shown
 from ..base.units import Speeds
 from ..drive.asked import MotorLimits
@@ -182,7 +183,8 @@ def _damping(project: Project) -> schema.DampingSpec:
         return schema.DampingSpec(B=B)
     numbers = varying._asdict() | {"B": B}
     ripples = numbers.pop("variation")
-    return schema.DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **numbers)
+    lines = None if isinstance(ripples, NoVariation) else ripples
+    return schema.DampingSpec(ripples=lines, **numbers)
 
 
 def _speeds(speeds: Speeds) -> schema.SpeedSpec:
@@ -199,7 +201,7 @@ def _share(omega: float, ratio: float) -> float:
     return next((value for value in near if value * ratio == omega), near[0])
 
 
-def _drag(law: Any) -> Any:
+def _drag(law: Law) -> Any:
     return None if (type(law), law) == (type(NO_DRAG), NO_DRAG) else law  # equal numbers make no equal law
 
 
@@ -249,7 +251,8 @@ def _torque(where: str, torque: object, means: tuple[float, float] | None = None
     terms = torque.terms if isinstance(torque, Harmonics) else (torque,)
     lines = [groups.TorqueLine.of(term) for term in terms if term.amplitude]
     span = means and groups.TorqueRange(**{"from": means[0], "to": means[1]})
-    found = groups.LoadTorqueSpec(mean=span or sum(term.mean for term in terms) or None, lines=lines or None)
+    mean = span or sum(term.mean for term in terms) or None
+    found = groups.LoadTorqueSpec(mean=mean, lines=lines or None)
     return found if found.given else None
 
 

@@ -18,6 +18,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..base.law import check_law, states_of, torque_of
+from ..base.protocols import Law
 from ..base.quantities import checked
 from .fields.kinds import Place, Wrong
 from .fields.rows import problems_of, read_group
@@ -40,7 +41,7 @@ def with_python_laws(located: Located, folder: Path) -> tuple[Any, list[Problem]
     return content, list(problems_of(found, located))
 
 
-def _replaced(value: Any, place: Place, folder: Path) -> Any:
+def _replaced(value: object, place: Place, folder: Path) -> Any:
     if isinstance(value, list):
         return [_replaced(item, place.at(i), folder) for i, item in enumerate(value)]
     if isinstance(value, dict):
@@ -158,7 +159,7 @@ def _fields(cls: type[Any]) -> None:
         raise ValueError(f"{cls.__name__} has no stiffness(x), the slope of its torque; write that method too")
 
 
-def _try(law: Any) -> None:
+def _try(law: Law) -> None:
     """Refuse a law that raises or gives no finite number (ValueError), or whose methods do not fit (TypeError)."""
     checked(law)
     cls = type(law).__name__
@@ -185,5 +186,5 @@ def _try(law: Any) -> None:
         raise ValueError(f"{cls} gives {torques.shape} torques for {places.shape} torsions; it must give one for each")
 
 
-def _torques(law: Any) -> Iterator[Any]:
+def _torques(law: Law) -> Iterator[Any]:
     return (torque_of(law, x, 0.0, (0.0,) * states_of(law)) for x in TRIED)

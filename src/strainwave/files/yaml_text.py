@@ -86,14 +86,14 @@ def _shown(key: str) -> str:
     return plain if len(plain) <= 40 else plain[:37] + "..."
 
 
-def kind_of(value: Any) -> str:
+def kind_of(value: object) -> str:
     """Name the kind of a value: "a list", "a group of fields" or "a text"."""
     if isinstance(value, list):
         return "a list"
     return "a group of fields" if isinstance(value, dict) else "a text"
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """Quote a value in a sentence: a text in quotes and on one line, else its kind."""
     return repr(value if len(value) <= 40 else value[:37] + "...") if isinstance(value, str) else kind_of(value)
 
@@ -209,7 +209,7 @@ def read_again(text: str) -> Located:
     return out
 
 
-def _number(value: Any, keys: Keys, out: Located) -> None:
+def _number(value: object, keys: Keys, out: Located) -> None:
     out.values[keys] = out.keys[keys] = (len(out.values) + 1, 1)
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in items:

@@ -19,7 +19,7 @@ FEW, LONG = 6, 36  # names of a legend that stands in the panel, and letters of 
 MANY = 2000  # points of a panel from which on the best place of a legend takes too long
 
 
-def draw(result: Any, axes: Any = None) -> Any:
+def draw(result: object, axes: Any = None) -> Any:
     """Draw a result on axes of matplotlib.
 
     Parameters

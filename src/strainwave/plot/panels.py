@@ -243,7 +243,7 @@ def placed_above(
 
 
 @singledispatch
-def panels_of(result: Any) -> list[Panel]:
+def panels_of(result: object) -> list[Panel]:
     """Panels of the figure of a result, from top to bottom; none where nothing is drawn of it."""
     above("figures")  # figures of other classes are loaded where one is drawn: they know all studies
     function = panels_of.dispatch(type(result))

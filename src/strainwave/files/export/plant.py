@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import breakpoints_of
-from ...base.protocols import with_parts
+from ...base.protocols import Law, with_parts
 from ...base.quantities import checked, number, numbers, shown
 from ...drive.state_space import state_space
 from ...model.train.controls import FREE
@@ -149,7 +149,7 @@ def _fastest(train: DriveTrain) -> float:
     return max(float(np.max(np.abs(state_space(train, at=state).poles))) for state in (rest, stiff))
 
 
-def _stiffest(law: Any) -> float:
+def _stiffest(law: Law) -> float:
     """Twist [rad] behind a breakpoint of a law where it is stiffest; 0 where that is none."""
     places: list[float] = [0.0, *(BEYOND * place for place in breakpoints_of(law))]
     return max(places, key=lambda place: float(law.stiffness(place)) if len(places) > 1 else 0.0)

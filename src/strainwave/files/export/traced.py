@@ -167,7 +167,7 @@ class Traced(NDArrayOperatorsMixin):
         """Number at this place in a tuple."""
         return self.recording.value("{}[(int){}]", self.recording.table(items), self)
 
-    def with_entry(self, items: tuple[Any, ...], value: Any) -> tuple[Any, ...]:
+    def with_entry(self, items: tuple[Any, ...], value: object) -> tuple[Any, ...]:
         """The tuple with another number at this place."""
         return tuple(self._recorded("where", self == float(k), value, item) for k, item in enumerate(items))
 

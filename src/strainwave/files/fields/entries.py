@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...base.law import depends
+from ...base.protocols import Law
 from ...base.quantities import checked
 from ...model.laws.hysteresis import BoucWen
 from ...model.oscillator import Ripple, Variation
@@ -44,13 +45,13 @@ def _parts(law: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
         yield keys, law
 
 
-def _not_of_a_shaft(law: Any) -> Iterator[Wrong]:
+def _not_of_a_shaft(law: Law) -> Iterator[Wrong]:
     for keys, part in _parts(law):
         if isinstance(part, AngleTorque):
             yield Wrong(keys, "AngleTorque follows the angle of a shaft; write it as drag under motor or load")
 
 
-def _drag(law: Any) -> Iterator[Wrong]:
+def _drag(law: Law) -> Iterator[Wrong]:
     """What does not oppose a shaft: a spring."""
     for keys, part in _parts(law):
         if depends(part) == 1 and not isinstance(part, AngleTorque):
@@ -61,7 +62,7 @@ def _drag(law: Any) -> Iterator[Wrong]:
             yield Wrong((*keys, "ratio"), f"{what}; write 'ratio: 0', or lugre")
 
 
-def _gear_law(law: Any) -> Iterator[Wrong]:
+def _gear_law(law: Law) -> Iterator[Wrong]:
     """What does not hold a gear together."""
     yield from (wrong := list(_not_of_a_shaft(law)))
     rest = float(law.stiffness(0.0))
@@ -70,7 +71,7 @@ def _gear_law(law: Any) -> Iterator[Wrong]:
         yield Wrong((), f"the stiffness at rest is {rest:g} N*m/rad; it must be positive{remedy}")
 
 
-def _hysteresis(law: Any) -> Iterator[Wrong]:
+def _hysteresis(law: Law) -> Iterator[Wrong]:
     """What does not lose energy beside a gear's law."""
     if depends(law) == 1:
         said = f"is a spring, which loses no energy; write for example {EXAMPLE_HYSTERESIS}, and a spring as gear.law"
@@ -202,7 +203,7 @@ class Loop(Kind):
             }
         return ways
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         if isinstance(value, Tuning):
             given = {key: getattr(value, key) for key in AROUND if getattr(value, key) not in (0.0, (), ENCODERS[0])}
             return group_text(LoopSpec(type=value.kind, bandwidth=value.bandwidth, damping=value.damping, **given))
@@ -212,7 +213,7 @@ class Loop(Kind):
         more = group_text(LoopSpec(**fields))
         return ", ".join(filter(None, [LOOPS.text(core)[:-1], more[1:-1]])) + "}"
 
-    def part(self, value: Any, key: str) -> Row | None:
+    def part(self, value: object, key: str) -> Row | None:
         gains = LOOPS.part(_whole_name(value), key) if isinstance(value, dict) else None
         return gains or rows_of(LoopSpec).get(key)
 

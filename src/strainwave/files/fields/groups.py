@@ -174,7 +174,7 @@ class Deviation(Kind):
         share = Quantity("", "positive", ends=(("maximum", MOST_SCATTER),))
         return {"anyOf": [share.schema(), Quantity("rad", "positive").schema()]}
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         return f"{float(value)!r} rad" if isinstance(value, Radians) else repr(value)
 
 

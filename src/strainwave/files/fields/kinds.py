@@ -90,7 +90,7 @@ class Kind:
         """What to write, where a row has no example."""
         return example(self.unit)
 
-    def part(self, value: Any, key: str) -> "Row | None":
+    def part(self, value: object, key: str) -> "Row | None":
         """The row of a field inside a value that a file has."""
         return None
 
@@ -281,7 +281,7 @@ class Items(Kind):
     def text(self, value: Any) -> str:
         return f"[{', '.join(map(self.item.text, value))}]"
 
-    def part(self, value: Any, key: str) -> Row:
+    def part(self, value: object, key: str) -> Row:
         return Row(self.item)
 
 
@@ -312,7 +312,7 @@ class Either(Kind):
             return value
         return (self.plain if isinstance(value, int | float) else self.group).text(value)
 
-    def part(self, value: Any, key: str) -> Row | None:
+    def part(self, value: object, key: str) -> Row | None:
         return self.group.part(value, key)
 
 

@@ -83,7 +83,7 @@ class PosturesKind(Kind):
             raise NotA("a list, a group of fields or the name of a file")
         return self._way(value).read(value, place)
 
-    def _way(self, value: Any) -> Any:
+    def _way(self, value: object) -> Any:
         return FILE_NAME if isinstance(value, str) else self.rows if isinstance(value, list) else self.arm
 
     def schema(self) -> Schema:
@@ -92,7 +92,7 @@ class PosturesKind(Kind):
     def text(self, value: Any) -> str:
         return f"[{', '.join(map(group_text, value))}]"
 
-    def part(self, value: Any, key: str) -> Row | None:
+    def part(self, value: object, key: str) -> Row | None:
         return None if isinstance(value, str) else self._way(value).part(value, key)
 
 

@@ -46,7 +46,7 @@ def field(kind: Any, example: str, says: str = "", default: Any = None) -> Any:
     return Row(of, example, says or line_of(kind), default)
 
 
-def needed(kind: Any, example: str, says: str = "") -> Any:
+def needed(kind: object, example: str, says: str = "") -> Any:
     """Row of a field that must be given."""
     return field(kind, example, says)._replace(needed=True)
 
@@ -118,7 +118,7 @@ def _no_frequency(_: float, text: str) -> None:
         raise ValueError(f"{text!r} may be turns or radians a second; write it in 1/s, for example 30 1/s")
 
 
-def line_of(thing: Any) -> str:
+def line_of(thing: object) -> str:
     """First line of the docstring."""
     return " ".join((thing.__doc__ or "").split("\n")[0].split())
 
@@ -136,10 +136,10 @@ class Fields(Kind):
     def schema(self) -> Schema:
         return {"$ref": f"#/$defs/{self.ref}"} if self.ref else schema_of(self.cls)
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         return group_text(value)
 
-    def part(self, value: Any, key: str) -> Row | None:
+    def part(self, value: object, key: str) -> Row | None:
         return rows_of(self.cls).get(key)
 
 
@@ -193,7 +193,7 @@ class Typed(Kind):
     def example(self) -> str:
         return f"for example {EXAMPLE_LAW}"
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         named = next((key for key, cls in self.known().items() if cls is type(value)), "")
         if not named:
             said = f"the laws of a project file ({', '.join(self.known())}); use it in Python"
@@ -205,7 +205,7 @@ class Typed(Kind):
             return f"{{type: {named}, points: [{', '.join(f'[{x!r} rad, {T!r} N*m]' for x, T in points)}]}}"
         return group_text(value, named)
 
-    def part(self, value: Any, key: str) -> Row | None:
+    def part(self, value: object, key: str) -> Row | None:
         cls = self.of(value.get("type")) if isinstance(value, dict) else None
         return rows_of(cls).get(key) if cls else None
 
@@ -274,13 +274,13 @@ def schema_of(cls: Any, named: str = "", also: Schema | None = None) -> Schema:
     return found | ({"required": needs} if needs else {}) | of_file
 
 
-def group_text(value: Any, named: str = "") -> str:
+def group_text(value: object, named: str = "") -> str:
     """A group as a file has it: the fields that are given, of a model those that differ from their defaults."""
     parts = [f"type: {named}"] if named else []
     return "{" + ", ".join(parts + [f"{key}: {text}" for key, text in texts_of(value).items()]) + "}"
 
 
-def texts_of(value: Any) -> dict[str, str]:
+def texts_of(value: object) -> dict[str, str]:
     """Texts of the fields of a group that are given, of a model of those that differ from their defaults, by name."""
     cls: Any = type(value)
     texts = {}
@@ -311,7 +311,7 @@ def read_group(value: object, cls: type[Any], place: Place, former: tuple[str, .
         return place.wrong(text)
 
 
-def _given(value: Any, cls: Any, place: Place, former: tuple[str, ...] = ()) -> dict[str, Any]:
+def _given(value: object, cls: Any, place: Place, former: tuple[str, ...] = ()) -> dict[str, Any]:
     """Values of the fields that a file gives, None for what is wrong."""
     if not isinstance(value, dict):
         raise NotA("a group of fields")
@@ -363,7 +363,7 @@ def read_file(content: Any, cls: Any, located: Located) -> tuple[Any, list[Probl
     return cls(**defaults | values), [*problems, *problems_of(faults, located)]
 
 
-def row_at(cls: type[Any], content: Any, keys: Iterable[str]) -> Row | None:
+def row_at(cls: type[Any], content: object, keys: Iterable[str]) -> Row | None:
     """The row of a field by its path in the content of a file; None where the path leads to no field."""
     row: Row | None = Row(Fields(cls))
     for key in keys:

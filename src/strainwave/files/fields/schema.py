@@ -128,10 +128,10 @@ class GearKind(Kind):
     def schema(self) -> Schema:
         return {"anyOf": [{"enum": catalogue.names()}, *(way.schema() for way in self.ways)]}
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         return value if isinstance(value, str) else group_text(value)
 
-    def part(self, value: Any, key: str) -> Row | None:
+    def part(self, value: object, key: str) -> Row | None:
         return self._way(value).part(value, key) if isinstance(value, dict) else None
 
 

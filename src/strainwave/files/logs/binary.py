@@ -50,7 +50,7 @@ def _in_seconds(values: Any) -> Any:
     return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
 
 
-def _flattened(name: str, value: Any, arrays: dict[str, Any]) -> None:
+def _flattened(name: str, value: object, arrays: dict[str, Any]) -> None:
     for field in getattr(value, "_fieldnames", ()):
         _flattened(f"{name}.{field}", getattr(value, field), arrays)
     if isinstance(value, np.ndarray) and value.dtype.names is None:

@@ -82,7 +82,7 @@ class OrderTable(OrderContent):
     """
 
     @classmethod
-    def of(cls, error: Any, *, backward: Any = None, **fields: Any) -> Self:
+    def of(cls, error: object, *, backward: Any = None, **fields: Any) -> Self:
         """Order table of a kinematic error, an error scan, a torque over an angle, or any lines.
 
         Parameters
@@ -273,7 +273,7 @@ def _whole(order: object) -> Any:
     return int(order) if isinstance(order, float) and order.is_integer() else order
 
 
-def _terms_of(thing: Any) -> Any:
+def _terms_of(thing: object) -> Any:
     """What has order, amplitude and phase in an error, a torque or a sequence; None where there is nothing such."""
     if isinstance(thing, Harmonic):
         return (thing,)
@@ -282,12 +282,12 @@ def _terms_of(thing: Any) -> Any:
     return thing if isinstance(thing, Sequence) and not hasattr(thing, "lines") else getattr(thing, "lines", None)
 
 
-def _mean_of(thing: Any) -> float:
+def _mean_of(thing: object) -> float:
     """Constant part of a torque; that of an error has no effect."""
     return float(sum(term.mean for term in _terms_of(thing))) if isinstance(thing, Harmonic | Harmonics) else 0.0
 
 
-def _lines_of(thing: Any) -> tuple[Line, ...]:
+def _lines_of(thing: object) -> tuple[Line, ...]:
     lines = _terms_of(thing)
     if lines is None or not all(hasattr(line, "order") for line in lines):
         raise TypeError(f"{shown(thing)} has no lines of orders; give a KinematicError, an ErrorScan, or lines")

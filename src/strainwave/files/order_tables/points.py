@@ -49,7 +49,7 @@ def remarks(name: str, table: OrderContent, sentences: Iterable[str], options: d
     return [*rows, *sentences]
 
 
-def _written(value: Any) -> str:
+def _written(value: object) -> str:
     if isinstance(value, tuple):
         return " ".join(map(repr, value))
     if isinstance(value, str) and value not in [word for words in CHOICES.values() for word in words]:
@@ -108,7 +108,7 @@ def rows_of(text: str) -> Iterator[tuple[int, str]]:
             yield number, line.strip()
 
 
-def enter(found: dict[int, Any], line: int, name: str, place: int, value: Any) -> None:
+def enter(found: dict[int, Any], line: int, name: str, place: int, value: object) -> None:
     """Enter what a file has at a place, or refuse the second one (Unfit)."""
     if place in found:
         raise Unfit(line, name, "is there twice; leave one out")

@@ -37,7 +37,7 @@ def keys_of(content: dict[str, Any], path: str) -> Keys:
     return ("speed", "at") if keys == ("speed",) else keys
 
 
-def numbers_of(content: Any, before: str = "") -> list[str]:
+def numbers_of(content: object, before: str = "") -> list[str]:
     """Names of the numbers that a file gives, by their paths."""
     if before.rpartition(".")[2] in WORDS:
         return []

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
-from ...base.protocols import omega_of
+from ...base.protocols import System, omega_of
 from ...base.quantities import replace
 from ...base.results import Floats, Orbit, SolveError
 from ..balance.fourier import orders
@@ -86,7 +86,7 @@ class Attractor:
         return f"period {self.period}, amplitude {self.amplitude:.5g}, {kind}, through ({x:.5g}, {v:.5g})"
 
 
-def recognised(system: Any, ends: Settled) -> tuple[NDArray[np.int64], tuple[Attractor, ...]]:
+def recognised(system: System, ends: Settled) -> tuple[NDArray[np.int64], tuple[Attractor, ...]]:
     """Label (lanes,) of the attractor on which every lane ended (-3: on none), and the attractors, largest first."""
     label = np.full(len(ends.period), NOT_RECOGNISED, np.int64)
     motions: list[Attractor] = []
@@ -136,7 +136,7 @@ def fewest(points: Floats, turns: int, scale: Floats, near: float) -> int:
     return turns
 
 
-def _orbit(system: Any, y: Floats, turns: int, scale: Floats) -> Orbit | None:
+def _orbit(system: System, y: Floats, turns: int, scale: Floats) -> Orbit | None:
     """Periodic orbit near the samples (states, samples) of one period; None where it is not found there."""
     samples = y.shape[1]
     spectrum = np.fft.rfft(y, axis=1).T * (2.0 / samples)
@@ -205,7 +205,7 @@ def settled_motions(problem: Any, omegas: Floats) -> Search:
 
 
 def motions_among(
-    system: Any, ends: Settled, lanes: NDArray[np.int64]
+    system: System, ends: Settled, lanes: NDArray[np.int64]
 ) -> Iterator[tuple[Motion, Floats, NDArray[np.int64]]]:
     """The different motions on which lanes of one frequency have settled, the shortest periods first.
 

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...base.law import repeating
-from ...base.protocols import state_count, with_parts
+from ...base.protocols import System, state_count, with_parts
 from ...base.quantities import interval, positive_count, shown, whole
 from ...base.results import Floats
 from ..integration.methods import Method
@@ -102,7 +102,7 @@ class Basins:
 
 
 def basins(
-    system: Any,
+    system: System,
     x_span: tuple[float, float],
     v_span: tuple[float, float],
     *,

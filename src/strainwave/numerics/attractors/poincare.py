@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...base.arguments import typed
 from ...base.law import repeating, torsion
-from ...base.protocols import omega_of, with_parts
+from ...base.protocols import System, omega_of, with_parts
 from ...base.quantities import number, numbers, parameters, positive_count, replace, shown
 from ...base.results import Floats, SolveError
 from ..integration.methods import Dopri5, Method
@@ -57,7 +57,7 @@ class PoincareSection:
 
 @typed
 def poincare_section(
-    system: Any,
+    system: System,
     y0: ArrayLike,
     *,
     turns: int = 1000,
@@ -121,7 +121,7 @@ def _whole(run: Any) -> Any:
     return run
 
 
-def _crossings(system: Any, t: Floats, y: Floats, rate: Floats, omega: float, level: float) -> PoincareSection:
+def _crossings(system: System, t: Floats, y: Floats, rate: Floats, omega: float, level: float) -> PoincareSection:
     def is_above(times: Floats, states: Floats) -> NDArray[np.bool_]:
         return np.asarray(torsion(system, omega * times, tuple(states)) > level)
 
@@ -197,7 +197,7 @@ class OrbitDiagram:
 
 @typed
 def orbit_diagram(
-    system: Any,
+    system: System,
     path: str,
     values: ArrayLike,
     y0: Any = (0.0, 0.0),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...base.law import breakpoints_of, repeating, torsion
-from ...base.protocols import has_jacobian, omega_of, with_parts
+from ...base.protocols import System, has_jacobian, omega_of, with_parts
 from ...base.quantities import numbers, positive_count, replace
 from ...base.results import Floats, SolveError
 from ...compile.maths import cos, sin
@@ -51,7 +51,7 @@ class Settled:
 
 
 def settled(
-    system: Any,
+    system: System,
     parameters: dict[str, Any],
     y0: Floats,
     *,
@@ -89,7 +89,7 @@ def settled(
 
 
 def stretching(
-    system: Any, parameters: dict[str, Any], state: Floats, stretches: int = STRETCHES
+    system: System, parameters: dict[str, Any], state: Floats, stretches: int = STRETCHES
 ) -> tuple[Floats, Floats]:
     """Rates [1/s] (stretches, lanes) at which a neighbour of every lane moves away, turn after turn; the last states.
 
@@ -190,7 +190,7 @@ class LyapunovExponent:
         )
 
 
-def lyapunov_exponent(system: Any, y0: ArrayLike, *, turns: int = 2000, settle: int = 200) -> LyapunovExponent:
+def lyapunov_exponent(system: System, y0: ArrayLike, *, turns: int = 2000, settle: int = 200) -> LyapunovExponent:
     """Integrate a motion with a small disturbance of it, and take the mean rate at which the disturbance grows.
 
     A system of two states with a `jacobian` takes its variational equation; any other a neighbour at a finite distance
@@ -253,7 +253,7 @@ def _variational(system: Any, y: Floats, settle: int, per_block: int) -> tuple[F
     return np.array(grown), state[:2]
 
 
-def _neighbour(system: Any, y: Floats, settle: int, per_block: int) -> tuple[Floats, Floats]:
+def _neighbour(system: System, y: Floats, settle: int, per_block: int) -> tuple[Floats, Floats]:
     turn = 2.0 * np.pi / float(omega_of(system))
     state = _run(system, y, settle * turn)
     rates, end = stretching(system, {}, state[:, None], stretches=BLOCKS * per_block)
@@ -261,7 +261,7 @@ def _neighbour(system: Any, y: Floats, settle: int, per_block: int) -> tuple[Flo
     return grown, end[:, 0]
 
 
-def _run(system: Any, y: Floats, duration: float) -> Floats:
+def _run(system: System, y: Floats, duration: float) -> Floats:
     run = simulate(system, y, (0.0, 0.5 * duration, duration), method=METHOD)
     if not run.status:
         raise SolveError(f"the motion ended: {run.message}")

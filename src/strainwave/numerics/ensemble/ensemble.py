@@ -21,7 +21,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ...base.law import breakpoints_of, repeating, torsion
-from ...base.protocols import lacking, names_of, omega_of, order_of, prepared, with_parts
+from ...base.protocols import System, lacking, names_of, omega_of, order_of, prepared, with_parts
 from ...base.quantities import parameters, positive_count, replace
 from ...base.results import Floats
 from ...compile.lanes import LANES
@@ -112,7 +112,7 @@ def _periods_of(batch: Batch, block: Block, good: Any, method: Method) -> Any:
 
 
 def ensemble(
-    system: Any,
+    system: System,
     parameters: dict[str, ArrayLike],
     y0: Any,
     *,
@@ -182,7 +182,7 @@ def ensemble(
 
 
 def lanes_run(
-    system: Any, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
+    system: System, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
     method: Method | None, threads: int | None, device: str = "cpu",
 ) -> tuple[xr.Dataset, Callable[[], None]]:  # fmt: skip
     """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes."""
@@ -209,7 +209,7 @@ def lanes_run(
 
 
 def _batch(
-    system: Any, varied: dict[str, Floats], y0: Floats, lanes: int, measures: Any, settle: int, periods: int,
+    system: System, varied: dict[str, Floats], y0: Floats, lanes: int, measures: Any, settle: int, periods: int,
     points: bool,
 ) -> Batch:  # fmt: skip
     members = replace(system, varied)
@@ -221,7 +221,7 @@ def _batch(
     return Batch(template, table, omega, y0, kind, measures, settle, periods, points)
 
 
-def _is_smooth(system: Any, states: int) -> bool:
+def _is_smooth(system: System, states: int) -> bool:
     """Whether the second state is the rate of the first, in two states that nothing else has in common."""
     probes = [tuple(start + step * i for i in range(states)) for start, step in ((2.0, 1.0), (-0.37, 0.59))]
     return states > 1 and all(float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1] for probe in probes)
@@ -263,7 +263,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
     return block, steps
 
 
-def _error_reach(members: Any, lanes: int) -> Floats:
+def _error_reach(members: object, lanes: int) -> Floats:
     """Largest distance (lanes,) of the torsion from the first state."""
     zero = np.zeros((16, lanes))
     gaps = torsion(members, np.pi / 8.0 * np.arange(16)[:, None], (zero, zero))
@@ -312,7 +312,7 @@ def _march_all(batch: Batch, steps: Any, method: Method, machine: Machine) -> Bl
 
 
 def _add_error_estimates(
-    data: xr.Dataset, batch: Batch, method: Any, steps: Any, measures: Any, system: Any, varied: dict[str, Floats],
+    data: xr.Dataset, batch: Batch, method: Any, steps: Any, measures: Any, system: System, varied: dict[str, Floats],
     machine: Machine,
 ) -> None:  # fmt: skip
     """Run a sample of lanes with half the step and say by how much every measure changes at most.

@@ -120,7 +120,7 @@ def part(loop: Any, t: float, y: Any, span: float, steps: int) -> Any:
 
 
 @kernel
-def between(loop: Any, t: float, y: Any, memory: Any, steps: int) -> Any:
+def between(loop: Any, t: float, y: Any, memory: object, steps: int) -> Any:
     """State at the next sample."""
     waits = loop.waits()
     if waits > 0.0:

@@ -206,7 +206,7 @@ def run_loop(
 
 
 def marched(
-    loop: Any, y: Any, memory: Any, samples: int, steps: int, states: Floats, traces: Floats, *, unit: int = 0,
+    loop: Any, y: Any, memory: object, samples: int, steps: int, states: Floats, traces: Floats, *, unit: int = 0,
     stride: int = 1,
 ) -> Any:  # fmt: skip
     """State and memory of one loop so many samples after a state and a memory; `states` and `traces` are filled."""

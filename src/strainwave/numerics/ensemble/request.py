@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
-from ...base.protocols import lacking, names_of, omega_of, order_of, orders_of
+from ...base.protocols import System, lacking, names_of, omega_of, order_of, orders_of
 from ...base.quantities import checked, numbers, positive_count, replace, shown
 from ...base.quantities import parameters as parameters_of
 from ...base.results import Floats
@@ -32,7 +32,7 @@ class LaneError(ValueError):
         return LaneError, (self.reason, self.lanes)  # between processes
 
 
-def check_lanes(system: Any, varied: Mapping[str, Floats]) -> None:
+def check_lanes(system: System, varied: Mapping[str, Floats]) -> None:
     """Raise a LaneError if `checked` refuses the variant of a lane, with the sentence for the first of them.
 
     Given the others, the values of a parameter that a model allows are an interval, or all but 0. Where the corners of
@@ -85,7 +85,7 @@ def spans(periods: Any, settle: Any) -> tuple[int, int]:
     return int(settle), measured
 
 
-def what_and_how(system: Any, measures: Any, method: Any) -> tuple[tuple[Any, ...], Method]:
+def what_and_how(system: System, measures: Any, method: Any) -> tuple[tuple[Any, ...], Method]:
     """Return the measures that are accumulated, and the method, whose steps resolve them."""
     accumulated, chosen = summed_measures(measures), method_of(system, method)
     k, orders = max(map(order_of, measures)), orders_of(system)
@@ -96,7 +96,7 @@ def what_and_how(system: Any, measures: Any, method: Any) -> tuple[tuple[Any, ..
     return accumulated, chosen
 
 
-def lanes_of(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], Floats, int]:
+def lanes_of(system: System, parameters: Any, y0: Any) -> tuple[dict[str, Floats], Floats, int]:
     """Return the values that vary by path, the states (states, lanes) and the number of lanes."""
     if not isinstance(parameters, dict):
         raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every lane")
@@ -144,7 +144,7 @@ def summed_measures(measures: Any) -> tuple[Any, ...]:
     return tuple(m for m in measures if not lacking(m, "update"))
 
 
-def method_of(system: Any, method: Any) -> Method:
+def method_of(system: System, method: Any) -> Method:
     """Return the method given, or the one that suits the system."""
     if method is None:
         kinks = breakpoints_of(system)

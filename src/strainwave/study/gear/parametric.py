@@ -19,9 +19,8 @@ import numpy as np
 
 from ...base.law import repeating
 from ...base.protocols import lacking, orders_of, with_parts
-from ...base.quantities import interval, replace
+from ...base.quantities import interval, leaf_of, replace
 from ...base.results import Floats
-from ...compile.tree import leaf_of
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Variation

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import breakpoints_of, is_spring
+from ...base.quantities import leaf_of
 from ...base.results import Floats
-from ...compile.tree import leaf_of
 from ...drive.response import TurnResponse, of_equation
 from ...drive.train_curve import of_train, torque_in
 from ...model.oscillator import Oscillator

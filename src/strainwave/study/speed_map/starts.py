@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import breakpoints_of, depends, spring_stiffness, states_of, torque_of
+from ...base.quantities import leaf_of
 from ...base.results import Floats
-from ...compile.tree import leaf_of
 from ...model.oscillator import Oscillator
 from ...numerics.attractors.attractors import box_at, starts_in
 from ...numerics.balance.fourier import with_velocity
