@@ -5,8 +5,6 @@ import pytest
 
 import strainwave as sw
 
-pytestmark = pytest.mark.compiled
-
 SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 
 
