@@ -140,13 +140,13 @@ def _wrapped(line: str) -> list[str]:
     return [line] if len(line) <= WIDTH else wrap(line, WIDTH, subsequent_indent="  ")
 
 
-def rounded(value: float, digits: int, way: int) -> float:
+def rounded(value: float, digits: int, side: int) -> float:
     """The value itself, or rounded down (-1) or up (1) to so many significant digits, and never coarser than to 1."""
-    if not way or not value or not math.isfinite(value):
+    if not side or not value or not math.isfinite(value):
         return value
     step = 10.0 ** min(0, math.floor(math.log10(abs(value))) + 1 - digits)
     steps = value / step
-    whole = round(steps) if abs(steps - round(steps)) < 1e-6 else math.floor(steps) if way < 0 else math.ceil(steps)
+    whole = round(steps) if abs(steps - round(steps)) < 1e-6 else math.floor(steps) if side < 0 else math.ceil(steps)
     return float(f"{whole * step:.12g}")
 
 

@@ -46,8 +46,8 @@ def axis_of(gear: str, mode: str, values: dict[str, float]) -> str:
 
 def data_of_catalogue() -> tuple[dict[str, Any], bytes]:
     """What the page knows of the gears that have a torsion law, and the machine code of the functions of all."""
-    data, own = data_of(from_text(axis_of(FIRST, MODES[0], {}), Path(f"{FIRST}.yaml")))
-    moves = {one["name"]: one["moves"] for one in data["sliders"] if one["name"] != SLIDERS[0].name}
+    data, code = data_of(from_text(axis_of(FIRST, MODES[0], {}), Path(f"{FIRST}.yaml")))
+    moves = {slider["name"]: slider["moves"] for slider in data["sliders"] if slider["name"] != SLIDERS[0].name}
     gears = [gear for gear in map(catalogue.gear, catalogue.names()) if gear.K2 is not None and gear.T1 is not None]
     rows = [
         {
@@ -59,12 +59,12 @@ def data_of_catalogue() -> tuple[dict[str, Any], bytes]:
     names = [gear.name for gear in gears]
     return data | {
         "title": TITLE, "gears": rows, "columns": COLUMNS, "project": AXIS,
-        "sliders": [one._replace(moves=moves.get(one.name, ())).data() for one in SLIDERS],
+        "sliders": [slider._replace(moves=moves.get(slider.name, ())).data() for slider in SLIDERS],
         "choices": [
             {"label": "gear", "options": names, "value": names.index(FIRST)},
             {"label": "motor", "options": ["held at its speed", "free"], "value": 0},
         ],
-    }, own  # fmt: skip
+    }, code  # fmt: skip
 
 
 def write_catalogue(path: Path) -> None:
