@@ -11,6 +11,7 @@ import numpy as np
 from ..base.quantities import Angle, AngularSpeed, Inertia, Ratio, Torque, checked, number
 from ..base.results import Floats
 from ..base.units import RPM
+from ..model.excitation import Harmonic, Harmonics
 from ..model.gears.limits import RATED, Finding
 from ..model.laws.hysteresis import Parallel
 from ..model.train.drive_train import DriveTrain
@@ -303,3 +304,14 @@ class Task(NamedTuple):
     window: float | None = None
     files: tuple[str, ...] = ()
     feedforward: Feedforward | None = None
+
+
+def mean_of(torque: Harmonics | None) -> float:
+    """Mean [N*m] of a torque; 0 of none."""
+    return 0.0 if torque is None else sum(term.mean for term in torque.terms)
+
+
+def with_mean(torque: Harmonics | None, mean: float) -> Harmonics:
+    """A torque with another mean [N*m]."""
+    mean = number("torque [N*m]", mean)
+    return Harmonics((*(torque.terms if torque else ()), Harmonic(0.0, mean=mean - mean_of(torque))))

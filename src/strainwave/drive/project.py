@@ -16,7 +16,7 @@ from ..base.sentences import listed, on_screen
 from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
-from ..model.excitation import Harmonic, Harmonics, KinematicError
+from ..model.excitation import Harmonics, KinematicError
 from ..model.gears.gear import Gear
 from ..model.orders import Arrangement
 from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, VaryingOscillator
@@ -24,7 +24,7 @@ from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
 from ..numerics.balance.harmonics import LARGEST
-from .asked import MotorLimits, Source, Task
+from .asked import MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .reductions import left_out
@@ -372,17 +372,6 @@ class Project:
         damping = None if self.damping is None else self.damping._replace(B=drive.B)
         loaded = self.load_torque if torque is None else with_mean(self.load_torque, torque)
         return replace(self, drive=drive, damping=damping, load_torque=loaded).system(reduced=True)
-
-
-def mean_of(torque: Harmonics | None) -> float:
-    """Mean [N*m] of a torque; 0 of none."""
-    return 0.0 if torque is None else sum(term.mean for term in torque.terms)
-
-
-def with_mean(torque: Harmonics | None, mean: float) -> Harmonics:
-    """A torque with another mean [N*m]."""
-    mean = number("torque [N*m]", mean)
-    return Harmonics((*(torque.terms if torque else ()), Harmonic(0.0, mean=mean - mean_of(torque))))
 
 
 def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:

@@ -16,8 +16,8 @@ from typing import Any
 from ..base.facts import Fact
 from ..base.law import spring_stiffness
 from ..base.units import ARCSEC, RPM, convert
-from ..drive.asked import Source
-from ..drive.project import Project, mean_of
+from ..drive.asked import Source, mean_of
+from ..drive.project import Project
 from ..drive.reductions import error_slope
 from ..model.gears.gear import NUMBERS, Gear
 from ..model.laws.friction import NO_FRICTION
