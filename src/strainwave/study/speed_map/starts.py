@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import breakpoints_of, depends, spring_stiffness, states_of, torque_of
+from ...base.law import breakpoints_of, depends, is_spring, spring_stiffness, states_of, torque_of
 from ...base.quantities import leaf_of
 from ...base.results import Floats
 from ...model.oscillator import Oscillator
@@ -18,7 +18,8 @@ from ...numerics.balance.second_order import second_order
 from ..analysis.resonances import active_orders
 from .motions import Motions, stable_runs
 
-RANDOM, PHASES, SEED = 4, 4, 14  # random starts at every speed, and phases of every free vibration
+RANDOM, SEED = 4, 14  # random starts at every speed
+PHASES, CLOSE = 4, 24  # of every free vibration; where a memory damps, few of them lead to the large motion
 TURNS, FREE = (1, 2, 3), 49  # periods of a line that a free vibration may take, and amplitudes of the backbone
 ASIDE, NEXT = (0.01, 0.02), 0.06  # of its speed: beside a motion that is not followed, up to the next one
 BEYOND = 2e-4, 6e-4, 2e-3  # relative distances from the end of a stable run at which others are looked for
@@ -65,7 +66,7 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     leaf = leaf_of(equation, "omega")
     problem = second_order(equation, leaf, leaf, highest_order(equation))
     rng = np.random.default_rng(SEED)
-    draws, phases = rng.random((4, RANDOM)), 2.0 * np.pi * (np.arange(PHASES) + 0.3) / PHASES
+    draws = rng.random((4, RANDOM))
     free = _free(
         equation, case.point.mean_torque, max((box_at(problem, float(w)).size for w in speeds[[0, -1]]), default=0.0)
     )
@@ -73,7 +74,10 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     lanes, blocks = [], []
     for omega in speeds.tolist():
         two = [starts_in(box_at(problem, omega), draws)]
+        driven = {k * omega for k in orders}
         for nu in sorted({k * omega / q for k in orders for q in TURNS}):
+            count = PHASES if nu not in driven or is_spring(case.equation) else CLOSE
+            phases = 2.0 * np.pi * (np.arange(count) + 0.3) / count
             for a in _crossings(free, nu):
                 two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
         both = np.concatenate(two, axis=1)
