@@ -107,16 +107,16 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
     SolveError
         If no stable periodic motion is found.
     """
-    found: DriveResponse | None
+    curve: DriveResponse | None
     if beats(case.equation.error) and (train := case.train or case.whole):
-        found = beating_response(train, span)
+        curve = beating_response(train, span)
     elif case.train is not None:
-        found = train_curve(case.train, span, coexisting=False)
+        curve = train_curve(case.train, span, coexisting=False)
     else:
-        found = exact_response(case.equation, span, coexisting=searched(case.equation.law), train=case.whole)
-    if found is None or found.sweep is None:
-        raise SolveError(NO_MOTION if found is None or len(found.curve) else found.message)
-    return found
+        curve = exact_response(case.equation, span, coexisting=searched(case.equation.law), train=case.whole)
+    if curve is None or curve.sweep is None:
+        raise SolveError(NO_MOTION if curve is None or len(curve.curve) else curve.message)
+    return curve
 
 
 def under_load(
