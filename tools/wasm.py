@@ -13,12 +13,12 @@ import numpy as np
 
 import strainwave as sw
 from strainwave.compile.address import MATRIX, VECTOR
-from strainwave.compile.tree import leaf_of
 from strainwave.compile.wasm import Wanted, compiled, linked, stamp
-from strainwave.numerics.addressed import FunctionAt, LawAt, OscillatorAt
-from strainwave.numerics.balance.second_order import SecondOrder, second_order
+from strainwave.numerics.addressed import LawAt
+from strainwave.numerics.balance.condensed.problem import Condensed
 from strainwave.numerics.balance.springs import Spring, SpringsAt
 from strainwave.numerics.curves.answer import answer
+from strainwave.numerics.curves.drive_numbers import drive_numbers, problem_for
 from strainwave.numerics.curves.inner_balance import Functions
 
 FOLDER = Path(__file__).parents[1] / "src" / "strainwave" / "app" / "page"
@@ -26,32 +26,27 @@ LAWS = sw.Cubic(1.0, 0.1), sw.PiecewiseLinear(1.0, 2.0, 3.0, 1.0, 2.0)  # sample
 
 
 def wanted() -> list[Wanted]:
-    """The kernel, and all that it calls by address but the functions of laws and excitations."""
-    two, function, slot = (VECTOR, VECTOR), FunctionAt(0, 0), np.zeros(1)
-    law, system = LawAt(0, 0, 0, 0, 0), OscillatorAt(1.0, 1.0, 1.0, 0, function, function, slot)
-    found = []
+    """The kernel, and all that it calls by address but the functions of laws."""
+    two, law, found = (VECTOR, VECTOR), LawAt(0, 0, 0, 0, 0), []
     for i, own in enumerate(LAWS):
-        oscillator = sw.Oscillator(1.0, 0.1, own, sw.Harmonic(1.0), 1.0)
-        leaf = leaf_of(oscillator, "omega")
-        problem = second_order(oscillator, leaf, leaf, 1)
+        problem = problem_for(sw.Oscillator(1.0, 0.1, own, sw.Harmonic(1.0), 1.0), (1.0, 2.0))
         spring = problem.springs.springs[0]._replace(law=law)
         found += [
             Wanted(f"torques{i}", Spring.torques, (spring,), (VECTOR, MATRIX, VECTOR)),
             Wanted(f"stiffness{i}", Spring.stiffness, (spring,), (int, int, MATRIX)),
             Wanted(f"slack{i}", Spring.slack, (spring,), ()),
-            Wanted(f"hill{i}", Spring.hill, (spring,), (float, float, float, VECTOR, VECTOR, VECTOR)),
         ]
     native = problem._replace(
-        system=system, leaf=2, omega_leaf=2, springs=SpringsAt(np.zeros((1, 5), np.int64), problem.springs.samples)
+        system=(), part=(), springs=SpringsAt(np.zeros((1, 5), np.int64), problem.springs.samples)
     )
     found += [
-        Wanted("equations", SecondOrder.equations, (native,), two),
-        Wanted("jacobian", SecondOrder.stiffness, (native,), (VECTOR, MATRIX)),
-        Wanted("slope", SecondOrder.by_speed, (native,), two),
+        Wanted("equations", Condensed.equations, (native,), two),
+        Wanted("jacobian", Condensed.stiffness, (native,), (VECTOR, MATRIX)),
+        Wanted("slope", Condensed.by_parameter, (native,), two),
     ]
     out = np.zeros((2, 6)), np.zeros((2, 2)), np.zeros(5)
-    numbers = 1.0, 2.0, 1.0, 40, 7, 63
-    return [*found, Wanted("answer", answer, (system, 2, law, Functions(*[0] * 8), *numbers, *out))]
+    arguments = drive_numbers(problem), Functions(0, 0, 0), 1.0, 2.0, 1.0, 40, 7, 63, 1
+    return [*found, Wanted("answer", answer, (*arguments, *out))]
 
 
 def main() -> None:

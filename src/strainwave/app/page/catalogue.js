@@ -4,7 +4,7 @@
 function ofGear(data, numbers, [load, damping, own], [gear, motor]) {
   const { ratio, inertia, fastest, law } = data.gears[gear], turning = ratio ** 2 * 1e-4 * (own + 1e4 * inertia);
   const J = motor ? (load * turning) / (load + turning) : load;
-  numbers.splice(0, 2 + law.length, J, 0.02 * damping * Math.sqrt(law[0] * J), ...law);
+  numbers.splice(0, 7 + law.length, J, 0, 0, J, 0, 0, 0.02 * damping * Math.sqrt(law[0] * J), ...law);
   numbers[numbers.length - 2] = Math.min(numbers.at(-2), fastest === null ? Infinity : fastest / data.scale);
   return numbers;
 }

@@ -6,7 +6,8 @@ from typing import Any
 
 from ...files.reading import from_text
 from ...model.gears import catalogue
-from .page import Slider, data_of, page_with, written
+from .page import data_of, page_with, written
+from .sliders import Slider
 
 TITLE = "Gears of the catalogue"
 AXIS = """\

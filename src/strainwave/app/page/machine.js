@@ -1,17 +1,20 @@
 "use strict";
-// Kernels in WebAssembly: `start` makes them ready, `run` calls one with numbers and arrays.
+// Kernels in WebAssembly: `start` makes them ready, `run` calls one with numbers and arrays, `answered` asks for a curve.
 
-/** A machine of the bytes of the kernels, and of a law of its own beside them; `kinds` are those of all arguments. */
+const COLUMNS = 6, BANDS = 64;
+
+/** A machine of the bytes of the kernels, and of laws of its own beside them; `kinds` are those of all arguments. */
 function start(bytes, kinds, own) {
-  const main = new WebAssembly.Instance(new WebAssembly.Module(bytes), {}).exports;
+  return renewed({ kinds, modules: [bytes, own].map((code) => new WebAssembly.Module(code)) });
+}
+
+/** The machine with memory of its own, as after a kernel that ended in its middle: nothing gives back what that took. */
+function renewed(machine) {
+  const main = new WebAssembly.Instance(machine.modules[0], {}).exports;
   main._initialize();
-  const table = main.__indirect_function_table, machine = { main, table, kinds, functions: { ...main }, places: new Map() };
-  if (own) {
-    const env = { ...main, __linear_memory: main.memory };
-    const beside = new WebAssembly.Instance(new WebAssembly.Module(own), { env }).exports;
-    Object.assign(machine.functions, beside);
-  }
-  return machine;
+  const beside = new WebAssembly.Instance(machine.modules[1], { env: { ...main, __linear_memory: main.memory } }).exports;
+  const table = main.__indirect_function_table, functions = { ...main, ...beside };
+  return Object.assign(machine, { main, table, functions, places: new Map() });
 }
 
 /** Address of a function for code that calls it: its place in the table. */
@@ -38,14 +41,55 @@ function run(machine, name, given) {
       flat.push(0, 0, BigInt(value.data.length), 8n, place, ...shape, ...steps);
     }
   };
-  const result = take(16);
-  machine.kinds[name].forEach((kind, i) => pass(kind, given[i]));
-  for (const [place, data] of arrays) new Float64Array(main.memory.buffer, place, data.length).set(data);
-  const code = machine.functions[name](result, result + 8, ...flat);
-  for (const [place, data] of arrays) data.set(new Float64Array(main.memory.buffer, place, data.length));
-  const number = Number(new BigInt64Array(main.memory.buffer, result, 1)[0]);
-  taken.forEach((place) => main.give(place));
-  if (code) throw new Error(`${name} ends with ${code}`);
-  return number;
+  const here = ([place, data]) => new data.constructor(main.memory.buffer, place, data.length);
+  try {
+    const result = take(16);
+    machine.kinds[name].forEach((kind, i) => pass(kind, given[i]));
+    for (const one of arrays) here(one).set(one[1]);
+    const code = machine.functions[name](result, result + 8, ...flat);
+    if (code) throw new Error(`${name} ends with ${code}`);
+    for (const one of arrays) one[1].set(here(one));
+    const number = Number(new BigInt64Array(main.memory.buffer, result, 1)[0]);
+    taken.forEach((place) => main.give(place));
+    return number;
+  } catch (error) {
+    renewed(machine);
+    throw error;
+  }
+}
+
+/** The numbers of the page at the values of its sliders, and of the gear that is chosen where it has all of them. */
+function numbersAt(data, values, chosen) {
+  const numbers = [...data.numbers], { sliders } = data;
+  sliders.forEach((slider, i) => slider.moves.forEach(([place, slope]) => (numbers[place] += slope * (values[i] - slider.value))));
+  for (const [place, terms] of data.terms)
+    numbers[place] = terms.reduce((sum, [factor, powers]) => sum + powers.reduce((term, [i, power]) => term * (values[i] / sliders[i].unity) ** power, factor), 0);
+  return chosen.length ? ofGear(data, numbers, values, chosen) : numbers;
+}
+
+/** The answer of the kernel: points, bands, and what is known of them. */
+function answered(machine, data, values, points, chosen = []) {
+  const numbers = numbersAt(data, values, chosen), [low, high, limit] = numbers.slice(-3), { laws } = data;
+  if (!(low > 0 && low < high)) return { count: -4, rows: [], bands: [], harmonics: 0 };
+  let next = 0;
+  const array = (...shape) => ({ shape, data: new Float64Array(shape.reduce((a, b) => a * b, 1)) }), at = (name) => addressOf(machine, name);
+  const parts = data.shapes.map((shape) => { const part = array(...shape); part.data.forEach((_, i) => (part.data[i] = numbers[next++])); return part; });
+  const places = laws.map(({ words }, j) => {
+    const place = machine.main.take(8 * words.length + 8), memory = new DataView(machine.main.memory.buffer, place);
+    let own = 0;
+    words.forEach((word, i) => typeof word === "string" ? memory.setBigInt64(8 * i, BigInt(word), true) : memory.setFloat64(8 * i, parts[3 + j].data[own++], true));
+    return place;
+  });
+  const rows = laws.flatMap(({ own, kinks, exact: e }, j) => [
+    BigInt(places[j]), at(`torques_of_law${own}`), at(`stiffnesses_of_law${own}`), kinks ? at(`breakpoints_of_law${own}`) : 0n, BigInt(kinks),
+    ...["torques", "stiffness", "slack"].map((name) => at(name + e)), 0n, BigInt(e),
+  ]);
+  const [matrices, disturbed, damping] = parts, drive = [matrices, disturbed, ...parts.slice(3 + laws.length, -1), damping.data[0], { shape: [laws.length, 10], data: BigInt64Array.from(rows) }, ...data.whole];
+  const curve = array(data.mostPoints, COLUMNS), bands = array(BANDS, 2), about = array(5), allowed = data.limited ? limit : Infinity;
+  const count = run(machine, "answer", [drive, ["equations", "jacobian", "slope"].map(at), low, high, allowed, points, ...data.begin, curve, bands, about]);
+  places.forEach((place) => machine.main.give(place));
+  const found = Array.from({ length: Math.max(0, count) }, (_, i) => Array.from(curve.data.subarray(COLUMNS * i, COLUMNS * (i + 1))));
+  const pairs = Array.from({ length: about.data[2] }, (_, i) => [bands.data[2 * i], bands.data[2 * i + 1]]);
+  return { count, rows: found, bands: pairs, harmonics: about.data[0], tail: about.data[1], top: about.data[3], others: about.data[4] > 0, low, high, limit: allowed };
 }
 if (typeof module === "object") module.exports = { start, addressOf, run };

@@ -1,49 +1,13 @@
 // The page of a drive: sliders move its numbers, the kernel answers, and the answer is drawn and told.
 
 const bytes = (text) => Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
-const COLUMNS = 6, BANDS = 64, DECAYS = 1 - 1e-10, STEPS = 500;
+const DECAYS = 1 - 1e-10, STEPS = 500;
 
 /** Step of a slider that has the number of the file, and the number at a step; one above zero goes by ratios. */
 const home = ({ low, high, value }) => Math.round(STEPS * (low > 0 ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low)));
 function valueAt(slider, step) {
   const { low, high, value } = slider;
   return step === home(slider) ? value : low > 0 ? low * (high / low) ** (step / STEPS) : low + ((high - low) * step) / STEPS;
-}
-
-/** The numbers of the page at the values of its sliders, and of the gear that is chosen where it has all of them. */
-function numbersAt(data, values, chosen) {
-  const numbers = [...data.numbers];
-  data.sliders.forEach((slider, i) => slider.moves.forEach(([place, slope]) => (numbers[place] += slope * (values[i] - slider.value))));
-  return chosen.length ? ofGear(data, numbers, values, chosen) : numbers;
-}
-
-/** The answer of the kernel: points, bands, and what is known of them. */
-function answered(machine, data, values, points, chosen = []) {
-  const numbers = numbersAt(data, values, chosen), [J, B] = numbers, [low, high, limit] = numbers.slice(-3);
-  if (!(low > 0 && low < high)) return { count: -4, rows: [], bands: [], harmonics: 0 };
-  let next = 2;
-  const place = {};
-  for (const [name, words] of Object.entries(data.words)) {
-    place[name] = machine.main.take(8 * words.length + 8);
-    const memory = new DataView(machine.main.memory.buffer, place[name]);
-    words.forEach((word, i) => typeof word === "string" ? memory.setBigInt64(8 * i, BigInt(word), true) : memory.setFloat64(8 * i, numbers[next++], true));
-  }
-  const at = (name) => addressOf(machine, name), e = data.exact, array = (...shape) => ({ shape, data: new Float64Array(shape.reduce((a, b) => a * b)) });
-  const system = [J, B, low, place.law, [place.excitation, at("excitation")], [place.error, at("error")], array(1)];
-  const law = [place.law, at("torques"), at("stiffnesses"), data.kinks ? at("breakpoints") : 0, data.kinks];
-  const called = ["torques", "stiffness", "slack", "hill"].map((name) => at(name + e));
-  const functions = [...called, at("equations"), at("jacobian"), at("slope"), e];
-  const curve = array(data.mostPoints, COLUMNS), bands = array(BANDS, 2), about = array(5);
-  const allowed = data.limited ? limit : Infinity;
-  let count;
-  try {
-    count = run(machine, "answer", [system, 2, law, functions, low, high, allowed, points, data.harmonics, data.most, curve, bands, about]);
-  } finally {
-    Object.values(place).forEach((one) => machine.main.give(one));
-  }
-  const rows = Array.from({ length: Math.max(0, count) }, (_, i) => Array.from(curve.data.subarray(COLUMNS * i, COLUMNS * (i + 1))));
-  const pairs = Array.from({ length: about.data[2] }, (_, i) => [bands.data[2 * i], bands.data[2 * i + 1]]);
-  return { count, rows, bands: pairs, harmonics: about.data[0], tail: about.data[1], top: about.data[3], others: about.data[4] > 0, low, high, limit: allowed };
 }
 
 const short = (value) => Number(value.toPrecision(4)).toString();

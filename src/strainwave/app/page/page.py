@@ -1,8 +1,7 @@
 """One HTML file of a drive whose response follows sliders, by the kernel `answer` in WebAssembly.
 
-The kernels are those of the package, made once (`tools/wasm.py`); the functions of the drive's own law, excitation and
-kinematic error are compiled beside them when the file is written. The page knows nothing of a project file: a slider
-moves numbers of the error equation, speeds or the limit along a line, and only numbers of the file that do so have one.
+The kernels are those of the package, made once (`tools/wasm.py`); the functions of the drive's own laws are compiled
+beside them when the file is written.
 """
 
 import base64
@@ -10,37 +9,34 @@ import gzip
 import json
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ...base.archive import atomic
 from ...base.facts import UNITS, Fact
-from ...base.law import breakpoints_of, is_spring
+from ...base.law import breakpoints_of, depends
 from ...base.quantities import shown
-from ...base.sentences import listed, sign
+from ...base.sentences import listed
 from ...base.units import ARCSEC
-from ...compile.address import VECTOR, words_of
-from ...compile.tree import leaves
+from ...compile.address import VECTOR, kind_of, words_of
 from ...compile.wasm import Wanted, beside, compiled
 from ...drive.project import Project
-from ...files.variants.names import nominal_of, numbers_of
-from ...files.variants.replaced import OF_RECORD, replaced
-from ...files.yaml_text import read
-from ...model.oscillator import Oscillator
-from ...numerics.addressed import _breakpoints, _stiffnesses, _torques, _values_of_error
+from ...drive.reductions import left_out
+from ...drive.train_curve import at_load, has_curve, without_gravity
+from ...model.laws.meshing import NO_FRICTION
+from ...model.laws.springs import Linear
+from ...model.train.controls import PositionLoop
+from ...model.train.drive_train import DriveTrain
+from ...model.train.shafts import NO_DRAG
+from ...numerics.addressed import _breakpoints, _stiffnesses, _torques
 from ...numerics.balance.piecewise import is_piecewise_linear
 from ...numerics.curves.answer import MOST_POINTS
 from ...numerics.curves.inner_balance import MOST_KINKS
-from ...numerics.curves.over_a_turn import MOST_OF_SPRING, SPRING, SPRING_WITH_KINKS
-from .folded import POINTS, folded
+from .folded import POINTS
+from .sliders import OnPage, sliders
 
 HERE = Path(__file__).parent
-STRAIGHT = 1e-12  # relative distance from a line at which a number still follows a slider along it
-SPAN, TRIED = 4.0, (0.5, 1.0, 1.7)  # a slider goes from a fourth of its value to four times it; where it is asked
-LEFT_OUT = ".order", ".T1", ".T2"  # whole numbers, and torques whose order the law asks for
-PARTS = "law", "excitation", "error"
-LOAD = "load.inertia"  # that every file gives
 
 FACTS = (
     Fact("largest.oscillation_arcsec", None, "largest oscillation {}"),
@@ -58,22 +54,6 @@ FACTS = (
     Fact("tail", None, "the harmonics left out hold more than 0.1 % of the response"),
     Fact("no_simd", None, "this browser has no WebAssembly with SIMD, which the page computes with: take a newer one"),
 )  # fmt: skip
-
-
-class Slider(NamedTuple):
-    """A number of the project file, and what of the page's numbers it moves: place and change in a unit."""
-
-    name: str
-    label: str
-    value: float
-    unit: str
-    low: float
-    high: float
-    moves: tuple[tuple[int, float], ...]
-
-    def data(self) -> dict[str, Any]:
-        """The slider as the page has it, with the unit as it is printed."""
-        return self._asdict() | {"shown": sign(self.unit.replace("^", "**"))}
 
 
 def write_page(project: Project, path: Path) -> None:
@@ -112,8 +92,6 @@ def page_with(data: dict[str, Any], own: bytes, *scripts: str) -> str:
 def refused_parts(project: Project) -> list[str]:
     """Parts of a drive that no page holds."""
     parts = []
-    if project.train is not None:
-        parts.append("a motor with its loop, couplings or friction")
     if project.has_memory:
         parts.append("a law with friction or memory")
     if project.damping is not None or project.stiffness is not None:
@@ -124,60 +102,73 @@ def refused_parts(project: Project) -> list[str]:
         parts.append("loads in postures")
     if project.beats:
         parts.append("a line of the output's turn")
+    if project.train is not None and not parts:
+        parts += rough_parts(project.train)
     return parts
 
 
-def error_equation(project: Project) -> tuple[Oscillator, list[float], int]:
-    """The equation of a page, its speeds [rad/s] and the limit [rad], and how often its period is in a turn."""
-    own, g = folded(project)
-    system: Any = own.system()
-    limit = project.limit if project.limit is not None else 0.0
-    return system, [*own.speeds.limits, limit], g
+def rough_parts(train: DriveTrain) -> list[str]:
+    """Parts of a train that are neither linear nor laws of their own twists."""
+    end, smooth = train.load.end(), PositionLoop(1.0, 1.0)
+    load = train.load.with_end(end._replace(drag=NO_DRAG))
+    plain = train._replace(
+        motor=train.motor._replace(drag=NO_DRAG, control=smooth), friction=NO_FRICTION, load=load, law=Linear(1.0)
+    )
+    parts = {
+        "a loop that is not linear": plain._replace(motor=plain.motor._replace(control=train.motor.control)),
+        "friction of the motor": plain._replace(motor=plain.motor._replace(drag=train.motor.drag)),
+        "friction of the meshing": plain._replace(friction=train.friction),
+        "friction of the load": plain._replace(load=without_gravity(train).load),
+    }
+    if not has_curve(train):
+        return [f"{listed(left_out(train))} beside a free motor"] if left_out(train) else []
+    rough = [name for name, one in parts.items() if at_load(one).linear_part() is None]
+    return rough if at_load(train).linear_part() is None else []
 
 
 def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
     """What the page knows of a project, and the machine code of its own functions."""
     if parts := refused_parts(project):
         raise ValueError(
-            f"a page holds a gear with a spring and a rigid load, the motor ideally held or free; this drive has "
-            f"{listed(parts)}: take `strainwave app` or `strainwave report`, or leave it out of the project"
+            f"a page holds drives that are linear around springs; this drive has {listed(parts)}: take "
+            "`strainwave app` or `strainwave report`, or leave it out of the project"
         )
-    system, ends, g = error_equation(project)
-    corners = len(breakpoints_of(system.law))
-    if not is_spring(system) or corners > MOST_KINKS:
+    drive = OnPage(project)
+    if any(depends(law) != 1 or len(breakpoints_of(law)) > MOST_KINKS for law in drive.laws):
         raise ValueError(f"a page holds laws of the torsion alone with at most {MOST_KINKS} breakpoints; take the app")
-    top = max((1, *system.orders()))
-    begin = max(top, SPRING_WITH_KINKS) if corners else SPRING * top
-    most = max(MOST_OF_SPRING, top + 2)
-    _, moved = sliders(project)
-    described = json.loads(_text("kernels.json"))
-    speeds = project.speeds
-    data = {
-        "title": project.title, "speedName": speeds.name, "speedUnit": speeds.unit, "scale": speeds.scale / g,
-        "arcsec": ARCSEC, "numbers": leaves((*_own(system), *ends)), 
-        "words": {name: _words(getattr(system, name)) for name in PARTS}, "limited": project.limit is not None,
-        "exact": int(is_piecewise_linear(system.law)), "kinks": corners, "points": POINTS, "most": most,
-        "harmonics": min(begin, most), "mostPoints": MOST_POINTS, "sliders": [one.data() for one in moved],
-        "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},
-        "kinds": described["arguments"], "project": project.text,
-    }  # fmt: skip
-    return data, beside(_functions(system, corners))
-
-
-def _own(system: Any) -> tuple[Any, ...]:
-    """Numbers of an equation in the order in which the page keeps them: inertia, damping, and those of the parts."""
-    return float(system.J), float(system.B), *(getattr(system, name) for name in PARTS)
-
-
-def _functions(system: Any, corners: int) -> bytes:
-    two = VECTOR, VECTOR
-    exports = [
-        Wanted("torques", _torques, (system.law,), two), Wanted("stiffnesses", _stiffnesses, (system.law,), two),
-        Wanted("excitation", _torques, (system.excitation,), two),
-        Wanted("error", _values_of_error, (system.error,), two),
+    base, moved, terms = sliders(project)
+    numbers, kinds = OnPage(base).numbers, list(dict.fromkeys(map(kind_of, drive.laws)))
+    laws = [
+        {
+            "own": kinds.index(kind_of(law)), "words": _words(law), "kinks": len(breakpoints_of(law)),
+            "exact": int(is_piecewise_linear(law)),
+        }
+        for law in drive.laws
     ]  # fmt: skip
-    if corners:
-        exports.append(Wanted("breakpoints", _breakpoints, (system.law,), (corners,)))
+    speeds, whole = project.speeds, drive.drive
+    data = {
+        "title": project.title, "speedName": speeds.name, "speedUnit": speeds.unit, "scale": speeds.scale,
+        "arcsec": ARCSEC, "numbers": numbers.tolist(), "terms": terms, "laws": laws,
+        "shapes": [array.shape for array in drive.arrays],
+        "whole": [whole.follows, whole.loose, whole.controls, whole.every], "limited": project.limit is not None,
+        "points": POINTS, "begin": drive.begin, "mostPoints": MOST_POINTS, "sliders": [one.data() for one in moved],
+        "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},
+        "kinds": json.loads(_text("kernels.json"))["arguments"], "project": project.text,
+    }  # fmt: skip
+    return data, beside(_functions(drive.laws, kinds))
+
+
+def _functions(laws: tuple[Any, ...], kinds: list[Any]) -> bytes:
+    """Code of the functions of laws, of each kind once."""
+    exports, two = [], (VECTOR, VECTOR)
+    for i, kind in enumerate(kinds):
+        law = next(law for law in laws if kind_of(law) == kind)
+        exports += [
+            Wanted(f"torques_of_law{i}", _torques, (law,), two),
+            Wanted(f"stiffnesses_of_law{i}", _stiffnesses, (law,), two),
+        ]
+        if corners := len(breakpoints_of(law)):
+            exports.append(Wanted(f"breakpoints_of_law{i}", _breakpoints, (law,), (corners,)))
     return compiled(*exports).code
 
 
@@ -196,70 +187,6 @@ def _kinds(thing: Any) -> list[type]:
     if isinstance(thing, np.ndarray):
         raise ValueError(f"a page holds models of numbers, and this one has an array, {shown(thing)}; take the app")
     return [float if isinstance(thing, float | np.floating) else int]
-
-
-def sliders(project: Project) -> tuple[Project, list[Slider]]:
-    """Numbers of the file that move those of the page along lines, each others than the rest; and their project.
-
-    A damping that the file gives as a ratio is there a number, as in `replaced`.
-    """
-    content = read(project.text).content
-    names = [name for name in numbers_of(content) if not name.endswith(LEFT_OUT)]
-    value, unit = nominal_of(content, project.gear, LOAD)
-    base = project
-    for factor in (1.5, 1.0):  # what is no other number stays as it is, and is a number then
-        base = replaced(base, {LOAD: _quantity(factor * value, unit)})
-    content = read(base.text).content
-    if base.gear is not None and isinstance(content.get("gear"), str):
-        names += [f"gear.{name}" for name in OF_RECORD]
-    rows: list[Slider] = []
-    places: set[int] = set()
-    for name in [*numbers_of(content), *(name for name in names if name.startswith("gear."))]:
-        if name.endswith(LEFT_OUT):
-            continue
-        one = _slider(base, content, name)
-        if one is not None and places.isdisjoint(place for place, _ in one.moves):
-            rows.append(one)
-            places |= {place for place, _ in one.moves}
-    return base, rows
-
-
-def _slider(project: Project, content: dict[str, Any], name: str) -> Slider | None:
-    """The slider of a number of the file; None where it has none."""
-    try:
-        value, unit = nominal_of(content, project.gear, name)
-    except ValueError:
-        return None
-    step = abs(value) or (1.0 if "N" not in unit else 0.1 * (project.rated_torque or 10.0))
-    places = [value + (factor - 1.0) * step for factor in TRIED]
-    try:
-        numbers = [_numbers(replaced(project, {name: _quantity(place, unit)})) for place in places]
-    except ValueError:
-        return None
-    if len({len(some) for some in numbers}) > 1:
-        return None
-    low, here, high = map(np.array, numbers)
-    slope = (here - low) / (places[1] - places[0])
-    if np.any(np.abs(here + slope * (places[2] - places[1]) - high) > STRAIGHT * np.abs(high)) or not np.any(slope):
-        return None
-    moves = tuple((int(i), float(slope[i])) for i in np.flatnonzero(slope))
-    ends = (value / SPAN, value * SPAN) if value > 0.0 else (value - 5.0 * step, value + 5.0 * step)
-    return Slider(name, _label(name), value, unit, *ends, moves)
-
-
-def _label(name: str) -> str:
-    """A name as a person reads it: "kinematic error 1 amplitude" for the first one."""
-    words = name.removeprefix("excitation.").replace("_", " ").split(".")
-    return " ".join(str(int(word) + 1) if word.isdigit() else word for word in words)
-
-
-def _numbers(project: Project) -> list[float]:
-    system, ends, _ = error_equation(project)
-    return [float(number) for number in leaves((*_own(system), *ends))]
-
-
-def _quantity(value: float, unit: str) -> str:
-    return f"{value!r} {unit}".rstrip()
 
 
 def _text(name: str) -> str:

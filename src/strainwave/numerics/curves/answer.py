@@ -1,4 +1,4 @@
-"""The response of an oscillator as one kernel: from its numbers to curve, stability, torque and speeds above a limit.
+"""The response of a drive as one kernel: from its numbers to curve, stability, torque and speeds above a limit.
 
 All that is between the kernels of a curve (first guess, number of harmonics, crests, bands) is inside, so that the same
 code answers in Python and, compiled for a browser, in a page. It follows the one curve that joins both ends of a range.
@@ -6,7 +6,6 @@ code answers in Python and, compiled for a browser, in a page. It follows the on
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -20,11 +19,11 @@ from ..balance.truncation import MATTERS
 from ..continuation.arc_length import ROWS, SCALE, Z1, follow
 from ..continuation.trace import AIM, LEAST, MEAN, ONE, REACH, ROUNDS, SETTLED
 from ..labels import DECAYS, END, START, TOP
-from ..stability.second_order import stability
-from .inner_balance import grid_steps, linear_guess, problem_of, synthesis_of, tail_of
+from .inner_balance import displaced, law_of, linear_guess, problem_of, synthesis_of, tail_of
+from .inner_stability import growths
 
 PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one
-MOST_POINTS, MOST_CRESTS = 1500, 32
+MOST_POINTS, MOST_CRESTS, MOST_TRIES = 1500, 32, 20
 OMEGA, OSCILLATION, PEAK, GROWTH, TORQUE, LABEL = range(6)  # columns of a curve
 HARMONICS, TAIL, BANDS, TOP_ROW, OTHERS = range(5)  # entries of `about`
 LOST, TURNED, UNKNOWN = -1, -2, -3  # in the place of the number of points: no curve, not to the end, no stability
@@ -68,7 +67,7 @@ def apart(a: Floats, b: Floats) -> float:
 
 @routine
 def across(
-    problem: Any, equations: Any, law: Any, low: float, high: float, step: float, points: Floats, labels: Any
+    problem: Any, equations: Any, drive: Any, low: float, high: float, step: float, points: Floats, labels: Any
 ) -> Any:  # fmt: skip
     """Follow the curve from one end of a range to the other; returns the number of its points, by ascending speed.
 
@@ -77,13 +76,13 @@ def across(
     n, reason, end = points.shape[1] - 1, LOST, np.empty(points.shape[1])
     for turn in range(2):
         begin, far, direction = (low, high, 1.0) if turn == 0 else (high, low, -1.0)
-        guess = linear_guess(problem, law, begin)
+        guess = linear_guess(problem, drive, begin)
         count, outcome = traced_from(equations, guess, direction, low, high, step, points, labels)
         if count > 0:
             reason = TURNED
         if outcome != END or points[count - 1, n] != far:
             continue
-        known = solved_at(equations, linear_guess(problem, law, far), end)
+        known = solved_at(equations, linear_guess(problem, drive, far), end)
         second = known and apart(end, points[count - 1]) > ONE
         if turn == 1:
             for i in range(count // 2):
@@ -107,27 +106,18 @@ def waves_of(h: int) -> Floats:
 
 
 @routine
-def displaced(error: Floats, point: Floats, from_mean: bool, out: Floats) -> None:
-    """Write the coefficients mean, cos 1, sin 1, ... of x = u + e at a point, without the mean if `from_mean`."""
-    h = len(error) // 2
-    out[0] = 0.0 if from_mean else point[0] + error[0]
-    for k in range(1, h + 1):
-        out[2 * k - 1], out[2 * k] = point[k] + error[k], point[h + k] + error[h + k]
-
-
-@routine
-def sizes_along(equations: Any, points: Floats, count: int, from_mean: bool, waves: Floats) -> Floats:
-    """Largest |x|, or |x - mean|, over the period at every point."""
-    series, sizes = np.empty((count, len(equations.error))), np.empty(count)
-    for i in range(count):
-        displaced(equations.error, points[i], from_mean, series[i])
+def sizes_of(errors: Floats, from_mean: bool, waves: Floats, sizes: Floats) -> None:
+    """Write the largest |x|, or |x - mean|, of series (n, 2H+1) over the period."""
+    series = errors.copy()
+    if from_mean:
+        series[:, 0] = 0.0
     largest_in(series, waves, sizes)
-    return sizes
 
 
 @routine
 def crest_at(
-    equations: Any, points: Floats, count: int, i: int, size: float, from_mean: bool, waves: Floats, crest: Floats
+    problem: Any, drive: Any, equations: Any, points: Floats, count: int, errors: Floats, i: int, size: float,
+    from_mean: bool, waves: Floats, crest: Floats,
 ) -> float:  # fmt: skip
     """Write the crest next to point i, as `continuation.trace` finds it; returns on which side it is, 0 without one."""
     n, m, side, peak = points.shape[1], 0, 0.0, np.empty(2)
@@ -135,10 +125,10 @@ def crest_at(
     fill(1.0 / max(dot(points[i, : n - 1], points[i, : n - 1]) ** 0.5, 1e-300), scale)
     scale[n - 1] = 1.0 / max(abs(points[i, n - 1]), 1e-300)
     most = 2 * REACH + 1 + ROUNDS
-    window, series, arc = np.empty((most, n)), np.empty((most, n - 1)), np.zeros(most)
+    window, series, arc = np.empty((most, n)), np.empty((most, errors.shape[1])), np.zeros(most)
     for j in range(first, min(i + REACH + 1, count)):
         copy(points[j], window[m])
-        displaced(equations.error, points[j], False, series[m])
+        copy(errors[j], series[m])
         if m > 0:
             arc[m] = arc[m - 1] + np.sum(((window[m] - window[m - 1]) * scale) ** 2) ** 0.5
         m += 1
@@ -146,7 +136,7 @@ def crest_at(
     low, centre, high = arc[mid - 1], arc[mid], arc[mid + 1]
     if min(centre - low, high - centre) <= ONE * arc[m - 1]:
         return 0.0
-    row, value, point = np.empty((1, n - 1)), np.empty(1), np.empty(n)
+    row, value, point = np.empty((1, errors.shape[1])), np.empty(1), np.empty(n)
     for _ in range(ROUNDS):
         highest_in(arc[:m], series[:m], waves, low, high, from_mean, peak)
         s, top = peak[0], peak[1]
@@ -159,8 +149,8 @@ def crest_at(
             break
         if np.sum(((point - guess) * scale) ** 2) ** 0.5 > 0.1 * min(centre - low, high - centre):
             break
-        displaced(equations.error, point, from_mean, row[0])
-        largest_in(row, waves, value)
+        displaced(problem, drive, point, row[0])
+        sizes_of(row, from_mean, waves, value)
         if value[0] >= size:
             size, side = value[0], s - centre
             copy(point, crest)
@@ -172,28 +162,34 @@ def crest_at(
             place -= 1
         arc[place] = s
         copy(point, window[place])
-        displaced(equations.error, point, False, series[place])
+        copy(row[0], series[place])
         m += 1
     return float(side)
 
 
 @routine
-def with_crests(equations: Any, points: Floats, labels: Any, count: int, waves: Floats) -> int:
+def with_crests(
+    problem: Any, drive: Any, equations: Any, points: Floats, labels: Any, count: int, waves: Floats
+) -> int:  # fmt: skip
     """Insert the crests of |x| and of |x - mean| among the points of a curve; returns how many there are then."""
     n, number = points.shape[1], 0
     crests, after, crest = np.empty((MOST_CRESTS, n)), np.empty(MOST_CRESTS, np.int64), np.empty(n)
-    sizes, measures = sizes_along(equations, points, count, False, waves), 1
+    errors = np.empty((count, len(waves) + 1))
+    sizes, measures = np.empty(count), 1
     for i in range(count):
-        if abs(points[i, 0] + equations.error[0]) > MEAN * sizes[i]:
+        displaced(problem, drive, points[i], errors[i])
+    sizes_of(errors, False, waves, sizes)
+    for i in range(count):
+        if abs(errors[i, 0]) > MEAN * sizes[i]:
             measures = 2
     for measure in range(measures):
         if measure > 0:
-            sizes = sizes_along(equations, points, count, True, waves)
+            sizes_of(errors, True, waves, sizes)
         least = LEAST * np.max(sizes)
         for i in range(1, count - 1):
             if not (sizes[i] >= sizes[i - 1] and sizes[i] > sizes[i + 1] and sizes[i] > least and number < MOST_CRESTS):
                 continue
-            side = crest_at(equations, points, count, i, sizes[i], measure > 0, waves, crest)
+            side = crest_at(problem, drive, equations, points, count, errors, i, sizes[i], measure > 0, waves, crest)
             place = i if side > 0.0 else i - 1
             near = side == 0.0 or apart(crest, points[place]) <= ONE or apart(crest, points[place + 1]) <= ONE
             for j in range(number):
@@ -218,20 +214,19 @@ def with_crests(equations: Any, points: Floats, labels: Any, count: int, waves: 
 
 
 @routine
-def largest_torque(problem: Any, law: Any, table: Floats, point: Floats, work: Floats) -> float:
+def largest_torque(drive: Any, h: int, table: Floats, point: Floats, work: Floats) -> float:
     """Largest |T(u) + B u'| [N*m] over the period; `table` is a synthesis, `work` (4, samples) a buffer.
 
     As `base.series.largest_of_samples` of its samples.
     """
-    n, samples, best = len(problem.tau), table.shape[1], 0
-    h, rate = n // 2, np.zeros(n)
+    samples, best, rate, w = table.shape[1], 0, np.zeros(2 * h + 1), drive.every * point[-1]
     for k in range(1, h + 1):
-        rate[k], rate[h + k] = k * point[n] * point[h + k], -k * point[n] * point[k]
+        rate[k], rate[h + k] = k * w * point[h + k], -k * w * point[k]
     row_times(point, table, work[0])
     row_times(rate, table, work[1])
-    torques(law, work[0], work[2])
+    torques(law_of(drive, 0), work[0], work[2])
     for j in range(samples):
-        work[3, j] = abs(work[2, j] + problem.system.B * work[1, j])
+        work[3, j] = abs(work[2, j] + drive.damping * work[1, j])
         if work[3, j] > work[3, best]:
             best = j
     five = np.empty(5)
@@ -247,43 +242,65 @@ def largest_torque(problem: Any, law: Any, table: Floats, point: Floats, work: F
 
 
 @routine
-def growth_of(trace: float, decay: float) -> float:
-    """Largest modulus of the Floquet multipliers from the trace of Hill's period map and exp(-B period/(2J))."""
-    half = abs(0.5 * trace)
-    return float(decay * (half + ((half - 1.0) * (half + 1.0)) ** 0.5 if half >= 1.0 else 1.0))
-
-
-@routine
 def described(
-    problem: Any, equations: Any, law: Any, exact: int, points: Floats, labels: Any, count: int, waves: Floats,
-    curve: Floats,
+    problem: Any, drive: Any, points: Floats, labels: Any, count: int, waves: Floats, curve: Floats
 ) -> bool:  # fmt: skip
     """Write the rows of a curve; whether the stability of all points is known."""
-    n = len(problem.tau)
-    h, J, B = n // 2, problem.system.J, problem.system.B
-    traces, peaks = np.empty(count), np.empty(count)
-    grid = synthesis_of(h, grid_steps(problem, law, exact, points, count))
-    stability(problem, grid, points[:count], traces, peaks)
-    oscillation = sizes_along(equations, points, count, True, waves)
-    table = synthesis_of(h, PER_HARMONIC * max(FEWEST, h))
-    work, finite = np.empty((4, table.shape[1])), True
+    size = problem.blocks.shape[1]
+    errors, sizes, growth = np.empty((count, size)), np.empty((2, count)), np.empty(count)
     for i in range(count):
-        omega = points[i, n]
-        decay = math.exp(-math.pi * B / (J * omega))
-        curve[i, OMEGA], curve[i, OSCILLATION], curve[i, PEAK] = omega, oscillation[i], peaks[i]
-        curve[i, GROWTH] = growth_of(traces[i], decay)
-        curve[i, TORQUE] = largest_torque(problem, law, table, points[i], work)
-        curve[i, LABEL] = labels[i]
-        finite = finite and math.isfinite(curve[i, GROWTH])
-    return finite
+        displaced(problem, drive, points[i], errors[i])
+    sizes_of(errors, True, waves, sizes[0])
+    sizes_of(errors, False, waves, sizes[1])
+    known = growths(problem, drive, points, count, growth)
+    table = synthesis_of(size // 2, PER_HARMONIC * max(FEWEST, size // 2))
+    work = np.empty((4, table.shape[1]))
+    for i in range(count):
+        curve[i, OMEGA], curve[i, OSCILLATION], curve[i, PEAK] = points[i, -1], sizes[0, i], sizes[1, i]
+        curve[i, GROWTH], curve[i, LABEL] = growth[i], labels[i]
+        curve[i, TORQUE] = largest_torque(drive, size // 2, table, points[i], work)
+    return known
 
 
 @routine
-def bands_above(curve: Floats, count: int, limit: float, bands: Floats) -> int:
-    """Write the speeds (n, 2) at which stable motions of a curve are above a limit, ascending and apart; returns n.
+def passing(
+    problem: Any, drive: Any, equations: Any, points: Floats, count: int, i: int, curve: Floats, limit: float,
+    waves: Floats,
+) -> float:  # fmt: skip
+    """Speed at which the curve passes a limit of the oscillation between points i and i + 1; by false position."""
+    n, first, last = points.shape[1], max(i - 1, 0), min(i + 3, count)
+    arc, row, value, point = np.zeros(last - first), np.empty((1, len(waves) + 1)), np.empty(1), np.empty(n)
+    for j in range(first + 1, last):
+        arc[j - first] = arc[j - first - 1] + apart(points[j], points[j - 1])
+    low, high, side = arc[i - first], arc[i - first + 1], 0
+    reach = high - low
+    before, after = curve[i, OSCILLATION] - limit, curve[i + 1, OSCILLATION] - limit
+    speed = curve[i, OMEGA] + before / (before - after) * (curve[i + 1, OMEGA] - curve[i, OMEGA])
+    for _ in range(MOST_TRIES):
+        s = (low * after - high * before) / (after - before)
+        weights, guess = weights_at(arc, s), np.zeros(n)
+        for j in range(first, last):
+            add(weights[j - first], points[j], guess)
+        if not solved_at(equations, guess, point) or apart(guess, point) > reach:
+            break
+        displaced(problem, drive, point, row[0])
+        sizes_of(row, True, waves, value)
+        speed, lack = point[n - 1], value[0] - limit
+        if abs(lack) <= SETTLED * limit:
+            break
+        if (lack > 0.0) == (before > 0.0):
+            low, before, after, side = s, lack, 0.5 * after if side < 0 else after, -1
+        else:
+            high, after, before, side = s, lack, 0.5 * before if side > 0 else before, 1
+    return float(speed)
 
-    Between two points the size is taken as linear in the speed.
-    """
+
+@routine
+def bands_above(
+    problem: Any, drive: Any, equations: Any, points: Floats, count: int, curve: Floats, limit: float, waves: Floats,
+    bands: Floats,
+) -> int:  # fmt: skip
+    """Write the speeds (n, 2) at which stable motions of a curve are above a limit, ascending and apart; returns n."""
     number = 0
     for i in range(count - 1):
         a, b = curve[i, OSCILLATION], curve[i + 1, OSCILLATION]
@@ -291,7 +308,7 @@ def bands_above(curve: Floats, count: int, limit: float, bands: Floats) -> int:
         if min(curve[i, GROWTH], curve[i + 1, GROWTH]) >= DECAYS or max(a, b) <= limit:
             continue
         if min(a, b) <= limit:
-            crossing = first + (limit - a) / (b - a) * (last - first)
+            crossing = passing(problem, drive, equations, points, count, i, curve, limit, waves)
             first, last = (crossing, last) if a <= limit else (first, crossing)
         low, high, j = min(first, last), max(first, last), 0
         while j < number:  # with all that it touches
@@ -314,28 +331,27 @@ def bands_above(curve: Floats, count: int, limit: float, bands: Floats) -> int:
 
 @kernel
 def answer(
-    system: Any, leaf: int, law: Any, functions: Any, low: float, high: float, limit: float, number: int,
-    harmonics: int, most: int, curve: Floats, bands: Floats, about: Floats,
+    drive: Any, functions: Any, low: float, high: float, limit: float, number: int, harmonics: int, most: int,
+    per: int, curve: Floats, bands: Floats, about: Floats,
 ) -> int:  # fmt: skip
-    """Steady motions of an oscillator through a range of speeds, with stability, torque and speeds above a limit.
+    """Steady motions of a drive through a range of speeds, with stability, torque and speeds above a limit.
 
     Parameters
     ----------
-    system : Oscillator, by its address in machine code
-        Its `leaf` is the speed, which is replaced.
-    law : NamedTuple
-        The law of its torsion, by its address in machine code.
+    drive : Drive
+        What is linear around the laws, and their addresses.
     functions : Functions
-        What machine code calls, and how the torque is found.
+        What machine code calls.
     low, high, limit : float
         The range [rad/s], and the largest oscillation |x - mean| [rad] that is allowed.
     number : int
         About how many points to place.
-    harmonics, most : int
-        Harmonics to begin with, and at most.
+    harmonics, most, per : int
+        Harmonics to begin with, and at most; `per` of them are one harmonic of the drive.
     curve : (MOST_POINTS, 6) array
-        Gets the points: OMEGA [rad/s], OSCILLATION and PEAK, the largest |x - mean| and |x| [rad], GROWTH, the largest
-        modulus of a Floquet multiplier, TORQUE, the largest torque in the gear [N*m], and LABEL.
+        Gets the points: OMEGA [rad/s], OSCILLATION and PEAK, the largest |x - mean| and |x| of the pointing error
+        [rad], GROWTH, the largest modulus of a Floquet multiplier, TORQUE, the largest torque in the gear [N*m], and
+        LABEL.
     bands : (n, 2) array
         Gets the speeds above the limit.
     about : (5,) array
@@ -347,27 +363,29 @@ def answer(
     int
         The number of points; LOST, TURNED or UNKNOWN without them.
     """
-    h = harmonics
+    wanted = harmonics
     while True:
-        problem, equations, memory = problem_of(system, leaf, law, functions, h)
-        points, labels = np.empty((MOST_POINTS, 2 * h + 2)), np.empty(MOST_POINTS, np.int64)
+        h = max(1, wanted // per)
+        problem, equations, memory = problem_of(drive, functions, h)
+        n = problem.blocks.size + 1
+        points, labels = np.empty((MOST_POINTS, n)), np.empty(MOST_POINTS, np.int64)
         count, second = across(
-            problem, equations, law, low, high, 4.0 / number, points[: MOST_POINTS - MOST_CRESTS], labels
+            problem, equations, drive, low, high, 4.0 / number, points[: MOST_POINTS - MOST_CRESTS], labels
         )
         if count < 0:
             return int(count)
-        tail = tail_of(problem, law, points, count)
-        if tail <= MATTERS or h >= most:
+        tail, worst = tail_of(problem, drive, points, count)
+        if worst <= MATTERS or wanted >= most:
             break
-        h = min(2 * h + 1, most)
+        wanted = min(2 * wanted + 1, most)
     waves = waves_of(h)
-    count = with_crests(equations, points, labels, count, waves)
-    if not described(problem, equations, law, functions.exact, points, labels, count, waves, curve):
+    count = with_crests(problem, drive, equations, points, labels, count, waves)
+    if not described(problem, drive, points, labels, count, waves, curve):
         return UNKNOWN
     top = -1
     for i in range(count):
         if curve[i, GROWTH] < DECAYS and (top < 0 or curve[i, OSCILLATION] > curve[top, OSCILLATION]):
             top = i
-    about[HARMONICS], about[TAIL], about[TOP_ROW], about[OTHERS] = h, tail, top, 1.0 if second else 0.0
-    about[BANDS] = bands_above(curve, count, limit, bands)
+    about[HARMONICS], about[TAIL], about[TOP_ROW], about[OTHERS] = h * drive.every, tail, top, 1.0 if second else 0.0
+    about[BANDS] = bands_above(problem, drive, equations, points, count, curve, limit, waves, bands)
     return int(count) + 0 * len(memory)  # which lives as long as the equations, that know it by its address

@@ -1,43 +1,71 @@
-"""The balance problem of an oscillator made inside a kernel, with its first guess and what it leaves out.
+"""The balance problem of a drive made inside a kernel, with its first guess and what it leaves out.
 
-To machine code all of it is at addresses, which the kernel writes itself; as Python it is a `SecondOrder`.
+A drive is what is linear around its laws, as matrices, and the laws by their addresses; the error equation of a gear is
+one with a single coordinate. All is at addresses, which the kernel writes itself.
 """
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.results import Floats
 from ...compile.address import write_words
-from ...compile.jit import inside, kernel_as, routine
-from ..addressed import EquationsAt, error_values, excitation_torques, kinks, stiffnesses, torques
-from ..balance.linear_algebra import dot, row_times
-from ..balance.linear_part import clean_mean
+from ...compile.jit import inside, routine
+from ..addressed import EquationsAt, LawAt, kinks, stiffnesses, torques
+from ..balance.condensed.gear import BEND, SLOPE, TORQUE, VALUE, Gear, sample_error
+from ..balance.condensed.pencil import Pencil, condense
+from ..balance.condensed.problem import Condensed
+from ..balance.linear_algebra import copy, row_times
 from ..balance.piecewise import MOST_CROSSINGS, Crossings
-from ..balance.second_order import SecondOrder, Work, second_order
 from ..balance.springs import Sampling, Spring, SpringsAt
-from ..stability.second_order import MOST_STEPS, PER_VIBRATION
+from ..balance.truncation import LOOKED_AT
+from ..stability.panel_map import eliminated
 
-LOOKED_AT = 12  # points of a curve where what is left out is estimated
 MOST_KINKS = 64  # breakpoints of a law
+EXACT = 9  # column of `Drive.laws`: whether the torque is exact, 1, or sampled, 0
+
+
+class Drive(NamedTuple):
+    """What is linear around the laws of a drive with n coordinates, and the laws.
+
+    `matrices` (3, n, n) are inertia, damping and stiffness, `disturbed` (3, m, m) those of disturbances; `forces`
+    (n, 2K+1) are coefficients in blocks, at every `every`-th harmonic, `pointing` (n,) tells the error that the answer
+    is about, `lines` are rows order, cosine, sine of the kinematic error, the mean first. `laws` (laws, 10) are
+    whole numbers: words, torques, stiffnesses, breakpoints and their number, the functions of a `Spring`, EXACT. The
+    others are as in a `Pencil` and a `Gear`.
+    """
+
+    matrices: Floats
+    disturbed: Floats
+    forces: Floats
+    per_speed: Floats
+    zero_mean: Floats
+    pointing: Floats
+    lines: Floats
+    damping: float
+    laws: Any
+    follows: int
+    loose: int
+    controls: int
+    every: int
 
 
 class Functions(NamedTuple):
-    """Addresses of the functions of a spring and of its balance, and whether the torque is exact: 1, or sampled: 0."""
+    """Addresses of the functions of a balance."""
 
-    torques_at: int
-    stiffness_at: int
-    slack_at: int
-    hill_at: int
     equations_at: int
     jacobian_at: int
     slope_at: int
-    exact: int
 
 
-inside(EquationsAt, SpringsAt)
+inside(EquationsAt, SpringsAt, Gear, Pencil, Condensed, LawAt)
+
+
+@routine
+def law_of(drive: Any, i: int) -> Any:
+    """A law of a drive by its addresses."""
+    return LawAt(drive.laws[i, 0], drive.laws[i, 1], drive.laws[i, 2], drive.laws[i, 3], drive.laws[i, 4])
 
 
 @routine
@@ -91,61 +119,51 @@ def spring_words(
         write_words(Spring(law, sampled, arena[:samples]), words)
 
 
-def _problem_loops(system: Any, leaf: int, law: Any, functions: Any, h: int) -> Any:
-    samples, n, turns = 8 * h + 8 if functions.exact > 0 else 4 * h + 4, 2 * h + 1, (2 * h + 1) // (2 * h + 1)
+@routine
+def problem_of(drive: Any, functions: Any, h: int) -> Any:
+    """The balance with h of the harmonics that a drive has, whose parameter is the speed, its equations, its memory."""
+    laws, n, size, K = len(drive.laws), drive.matrices.shape[1], 2 * h + 1, drive.forces.shape[1] // 2
+    count, samples, one = laws + drive.follows, 4 * h + 4, size // size
+    if np.max(drive.laws[:, EXACT]) > 0:
+        samples = 8 * h + 8
     back, double = analysis_of(h, samples), analysis_of(2 * h, samples)
-    angles, work = np.empty(samples), np.empty(samples)
+    angles, forces = np.empty(samples), np.zeros((n, h + 1), np.complex128)
     for j in range(samples):
-        angles[j] = 2.0 * math.pi * j / samples
-    tau, error = np.empty(n), np.empty(n)
-    excitation_torques(system.excitation, angles, work)
-    row_times(work, back, tau)
-    clean_mean(tau)
-    error_values(system.error, angles, work)
-    row_times(work, back, error)
-    arena, product = np.zeros(40 * n + 4 * MOST_CROSSINGS + 8 * MOST_KINKS), np.empty((n, n))
-    words, block = np.zeros(64, np.int64), np.zeros(64, np.int64)
-    spring_words(law, h, functions.exact, back, double, product, arena, words)
-    places = np.empty((1, 5), np.int64)
-    places[0, 0], places[0, 1], places[0, 2] = words.ctypes.data, functions.torques_at, functions.stiffness_at
-    places[0, 3], places[0, 4] = functions.slack_at, functions.hill_at
-    springs, spare = SpringsAt(places, arena[:samples]), Work(work, np.empty(n), np.empty(n), np.zeros(n))
-    problem = SecondOrder(
-        system, leaf, leaf, turns, turns, synthesis_of(h, samples), back, angles, tau, error, springs, spare
+        angles[j] = 2.0 * math.pi * j / (drive.every * samples)
+    for i in range(n):
+        forces[i, 0] = drive.forces[i, 0]
+        for k in range(1, min(h, K) + 1):
+            forces[i, k] = complex(drive.forces[i, k], -drive.forces[i, K + k])
+    pencil = Pencil(
+        drive.matrices, forces, drive.per_speed, count, drive.loose, drive.zero_mean, drive.controls, 1.0 * drive.every
     )
+    rows, error = np.zeros((5, samples)), np.empty(size)
+    sample_error(drive.lines, 1.0, angles, rows[TORQUE], rows[VALUE], rows[SLOPE], rows[BEND])
+    row_times(rows[VALUE], back, error)
+    gear = Gear(
+        drive.follows, error, drive.lines, double, rows, np.empty((3, 2 * size - 1)), np.empty((2, size, size)),
+        np.empty(size), np.empty(count * size),
+    )  # fmt: skip
+    arena = np.zeros((laws, 2 * samples + 20 * size + 4 * MOST_CROSSINGS + 8 * MOST_KINKS))
+    product, words, places = np.empty((laws, size, size)), np.zeros((laws, 64), np.int64), np.empty((laws, 5), np.int64)
+    for i in range(laws):
+        spring_words(law_of(drive, i), h, drive.laws[i, EXACT], back, double, product[i], arena[i], words[i])
+        places[i, 0] = words[i].ctypes.data
+        for j in range(1, 5):
+            places[i, j] = drive.laws[i, 4 + j]
+    stiff, blocks = np.zeros((2, h + 1, n, n + 1), np.complex128), np.zeros((count, size))
+    problem = Condensed(
+        (), one - 1, one - 1, one, drive.every, 1.0, (), pencil, drive.damping, SpringsAt(places, arena[0, :samples]),
+        gear, synthesis_of(h, samples), back, angles, stiff, blocks,
+    )  # fmt: skip
+    block = np.zeros(128, np.int64)
     write_words(problem, block)
     place: Any = np.int64(block.ctypes.data)
     equations = EquationsAt(
-        place, 0 * turns, functions.equations_at, functions.jacobian_at, functions.slope_at, error,
-        np.empty(n),
+        place, one - 1, functions.equations_at, functions.jacobian_at, functions.slope_at, error,
+        np.empty(count * size),
     )  # fmt: skip
-    return problem, equations, (double, product, arena, words, block)
-
-
-@kernel_as(_problem_loops)
-def problem_of(system: Any, leaf: int, law: Any, functions: Any, h: int) -> Any:
-    """Balance of an oscillator with so many harmonics whose parameter is the speed, its equations, and their memory."""
-    problem = second_order(system, leaf, leaf, h)
-    return problem, problem, ()
-
-
-@routine
-def grid_steps(problem: Any, law: Any, exact: int, points: Floats, count: int) -> int:
-    """Steps of a period for the stability of all points, as `stability.second_order.steps_for`."""
-    n, slowest = len(problem.tau), 0
-    J, B, u, stiff = problem.system.J, problem.system.B, np.empty(32), np.empty(32)
-    for i in range(count):
-        if points[i, n] < points[slowest, n]:
-            slowest = i
-    if exact > 0:
-        return max(128, 8 * n)
-    row_times(points[slowest], synthesis_of(n // 2, 32), u)
-    stiffnesses(law, u, stiff)
-    rate = 0.0
-    for value in stiff:
-        rate = max(rate, abs(value / J - 0.25 * (B / J) ** 2))
-    wanted = min(PER_VIBRATION * math.sqrt(rate) / points[slowest, n], 1.0 * MOST_STEPS)
-    return int(max(128, 8 * n, math.ceil(wanted)))
+    return problem, equations, (product, arena, words, block)
 
 
 @routine
@@ -170,63 +188,171 @@ def carrying(law: Any, mean: float) -> float:
 
 
 @routine
-def linear_guess(problem: Any, law: Any, omega: float) -> Floats:
-    """Coefficients and speed of the response of the law's tangent at the operating point."""
-    n, J, B = len(problem.tau), problem.system.J, problem.system.B
-    h, guess, place, slope = n // 2, np.zeros(n + 1), np.zeros(1), np.zeros(1)
-    tau, error = problem.tau, problem.error
-    if tau[0] != 0.0:
-        place[0] = carrying(law, tau[0])
-    stiffnesses(law, place, slope)
-    guess[0], guess[n] = place[0], omega
+def response(s: Any, k: int, stiff: Floats, gear: float, force: Any, out: Any) -> None:
+    """Write the complex amplitudes (blocks,) of harmonic k under forces on the laws' tangents; 0 where there are none.
+
+    `gear` is the damping times the speed of harmonic 1; s is what `condense` left.
+    """
+    count = len(stiff)
+    m = np.empty((2 * count, 2 * count + 1))
+    for i in range(count):
+        for j in range(count):
+            a, b = s[k, i, j].real, s[k, i, j].imag
+            if i == j:
+                a += stiff[i]
+                b += gear * k if i == 0 else 0.0
+            m[i, j], m[i, count + j], m[count + i, j], m[count + i, count + j] = a, -b, b, a
+        m[i, 2 * count], m[count + i, 2 * count] = force[i].real, force[i].imag
+    eliminated(m)
+    for i in range(count):
+        x, y = m[i, 2 * count], m[count + i, 2 * count]
+        out[i] = complex(x, y) if math.isfinite(x) and math.isfinite(y) else complex(0.0, 0.0)
+
+
+@routine
+def linear_guess(problem: Any, drive: Any, omega: float) -> Floats:
+    """Coefficients and speed of the response of the laws' tangents at the operating point."""
+    count, size = problem.blocks.shape
+    h, n, laws, e = size // 2, drive.matrices.shape[1], len(drive.laws), problem.gear.error
+    guess, means, stiff = np.zeros(count * size + 1), np.zeros(count), np.zeros(count)
+    spot, slope = np.zeros(1), np.zeros(1)
+    force, out = np.zeros(count, np.complex128), np.zeros(count, np.complex128)
+    condense(problem.pencil, omega, 1.0, problem.stiff[0], problem.stiff[1])
+    s = problem.stiff[0]
+    for i in range(laws):
+        mean = s[0, i, n].real
+        spot[0] = means[i] = carrying(law_of(drive, i), mean) if mean != 0.0 else 0.0
+        stiffnesses(law_of(drive, i), spot, slope)
+        stiff[i] = slope[0]
     for k in range(1, h + 1):
-        inertia, loss = J * (k * omega) ** 2, B * k * omega
-        a, b = tau[k] + inertia * error[k], tau[h + k] + inertia * error[h + k]
-        real, size = slope[0] - inertia, 1e-18 * (abs(slope[0]) + inertia) ** 2
-        bottom = max(real * real + loss * loss, size)
-        guess[k], guess[h + k] = (a * real - b * loss) / bottom, (b * real + a * loss) / bottom
+        for i in range(count):
+            force[i] = s[k, i, n] - s[k, i, 0] * complex(e[k], -e[h + k])
+        response(s, k, stiff, problem.gear_damping * drive.every * omega, force, out)
+        for i in range(count):
+            guess[i * size + k], guess[i * size + h + k] = out[i].real, -out[i].imag
+    if count > laws and s[0, laws, laws].real != 0.0:
+        lacking = s[0, laws, n].real
+        for i in range(laws):
+            lacking -= s[0, laws, i].real * means[i]
+        means[laws] = lacking / s[0, laws, laws].real
+    for i in range(count):
+        guess[i * size] = means[i]
+    guess[count * size] = omega
     return guess
 
 
 @routine
-def left_out(problem: Any, law: Any, point: Floats) -> float:
-    """Share of a motion in the harmonics H+1 .. 3H+8, as `truncation.share_left_out`."""
-    n, J, B = len(problem.tau), problem.system.J, problem.system.B
-    h, w = n // 2, point[n]
-    most = 3 * h + 8
-    samples = 3 * most
-    u, work, series = np.empty(samples), np.empty(samples), np.empty(2 * most + 1)
-    row_times(point, synthesis_of(h, samples), u)
-    stiffnesses(law, u, work)
-    stiff = np.sum(work) / samples
-    torques(law, u, work)
-    row_times(work, analysis_of(most, samples), series)
-    beyond = 0.0
-    for k in range(h + 1, most + 1):
-        size = series[k] ** 2 + series[most + k] ** 2
-        beyond += size / ((stiff - J * (k * w) ** 2) ** 2 + (B * k * w) ** 2)
-    return float(min(1.0, (beyond / max(dot(point[:n], point[:n]), 1e-300)) ** 0.5))
+def seen_by(drive: Any, s: Any, k: int, p: Any) -> Any:
+    """Complex amplitude of harmonic k of the pointing error; p has the kept coordinates first, and gets the others."""
+    n, kept = len(drive.pointing), len(drive.laws) + drive.follows
+    for out in range(kept, n):
+        p[out] = 0.0
+        if k == 0 and drive.loose < out <= drive.loose + drive.controls and drive.loose >= 0:
+            continue
+        total = s[k, out, n]
+        for j in range(out):
+            total -= s[k, out, j] * p[j]
+        p[out] = total / s[k, out, out]
+    value = 0.0 * p[0]
+    for j in range(n):
+        value += drive.pointing[j] * p[j]
+    return value
 
 
 @routine
-def tail_of(problem: Any, law: Any, points: Floats, count: int) -> float:
-    """Largest share left out at some points of a curve."""
-    worst, largest, place, n = 0.0, 0.0, 0, points.shape[1] - 1
+def displaced(problem: Any, drive: Any, point: Floats, out: Floats) -> None:
+    """Write the coefficients mean, cos 1, sin 1, ... of the pointing error."""
+    count, size = problem.blocks.shape
+    h, p = size // 2, np.zeros(len(drive.pointing), np.complex128)
+    condense(problem.pencil, point[count * size], 1.0, problem.stiff[0], problem.stiff[1])
+    problem.gear.positions((problem.synthesis, problem.analysis, problem.angles), 1.0, point, problem.blocks[0])
+    for i in range(1, count):
+        copy(point[i * size : (i + 1) * size], problem.blocks[i])
+    for k in range(h + 1):
+        for i in range(count):
+            p[i] = complex(problem.blocks[i, k], -problem.blocks[i, h + k] if k > 0 else 0.0)
+        value = seen_by(drive, problem.stiff[0], k, p)
+        if k == 0:
+            out[0] = value.real
+        else:
+            out[2 * k - 1], out[2 * k] = value.real, -value.imag
+
+
+@routine
+def left_out(problem: Any, drive: Any, point: Floats, share: Floats) -> None:
+    """Write the sizes in the harmonics H+1 .. 3H+8, of the pointing error and the blocks; see `truncation`."""
+    count, size = problem.blocks.shape
+    h, n, laws, w = size // 2, drive.matrices.shape[1], len(drive.laws), point[count * size]
+    most = 3 * h + 8
+    samples = 3 * most
+    table, back, u, work = synthesis_of(h, samples), analysis_of(most, samples), np.empty(samples), np.empty(samples)
+    series, stiff = np.zeros((count, 2 * most + 1)), np.zeros(count)
+    for i in range(laws):
+        row_times(point[i * size : (i + 1) * size], table, u)
+        stiffnesses(law_of(drive, i), u, work)
+        stiff[i] = np.sum(work) / samples
+        torques(law_of(drive, i), u, work)
+        row_times(work, back, series[i])
+    s, d = np.zeros((most + 1, n, n + 1), np.complex128), np.zeros((most + 1, n, n + 1), np.complex128)
+    pencil = problem.pencil
+    quiet = Pencil(
+        pencil.matrices, np.zeros((n, most + 1), np.complex128), np.zeros(n), pencil.kept, pencil.loose,
+        pencil.zero_mean, pencil.controls, pencil.rate,
+    )  # fmt: skip
+    condense(quiet, w, 1.0, s, d)
+    p, force = np.zeros(n, np.complex128), np.zeros(count, np.complex128)
+    share[:] = 0.0
+    for k in range(h + 1, most + 1):
+        for i in range(count):
+            force[i] = complex(-series[i, k], series[i, most + k])
+        response(s, k, stiff, problem.gear_damping * drive.every * w, force, p)
+        for i in range(count):
+            share[1 + i] += abs(p[i]) ** 2
+        share[0] += abs(seen_by(drive, s, k, p)) ** 2
+    for i in range(count + 1):
+        share[i] = share[i] ** 0.5
+
+
+@routine
+def norm_of(series: Floats) -> float:
+    """Euclidean norm."""
+    return float(np.sum(series * series) ** 0.5)
+
+
+@routine
+def tail_of(problem: Any, drive: Any, points: Floats, count: int) -> Any:
+    """Share left out of the error, and the largest of it and the blocks; as `truncation.tail_along`.
+
+    The error of a single coordinate is its torsion.
+    """
+    blocks, size = problem.blocks.shape
+    h, n = size // 2, blocks * size
+    largest, floor, place, worst, own = 0.0, np.zeros(blocks), 0, 0.0, 0.0
     for i in range(count):
+        for b in range(blocks):
+            floor[b] = max(floor[b], 1e-6 * norm_of(points[i, b * size : (b + 1) * size]))
         for k in range(n):
             if abs(points[i, k]) > largest:
                 largest, place = abs(points[i, k]), i
-    for i in range(0, count, max(1, count // LOOKED_AT)):
-        worst = max(worst, left_out(problem, law, points[i]))
-    return float(max(worst, left_out(problem, law, points[place])))
-
-
-def functions_of(system: Any, leaf: int, words: Callable[[Any], int]) -> Functions:
-    """The functions of an oscillator's spring and balance in this process."""
-    problem = second_order(system, leaf, leaf, 1)
-    native, equations = problem.native(words), problem.addressed(words)
-    torque, stiffness, slack, hill = native.springs.places[0, 1:].tolist()
-    exact = 0 if problem.springs.is_sampled() else 1
-    return Functions(
-        torque, stiffness, slack, hill, equations.equations_at, equations.stiffness_at, equations.slope_at, exact
+    for i in range(count):
+        for b in range(blocks):
+            series = points[i, b * size : (b + 1) * size]
+            last = np.sum(series[max(1, h - 1) : h + 1] ** 2) + np.sum(series[max(1, 2 * h - 1) :] ** 2)
+            worst = max(worst, last**0.5 / max(norm_of(series), floor[b], 1e-300))
+    step, single, share, error = (
+        max(1, count // LOOKED_AT),
+        len(drive.pointing) == 1,
+        np.empty(blocks + 1),
+        np.empty(size),
     )
+    few = (count + step - 1) // step
+    for j in range(few + 1):
+        point = points[place if j == few else j * step]
+        left_out(problem, drive, point, share)
+        displaced(problem, drive, point, error)
+        for b in range(blocks):
+            part = min(1.0, share[1 + b] / max(norm_of(point[b * size : (b + 1) * size]), floor[b], 1e-300))
+            worst, own = max(worst, part), max(own, part) if single else own
+        if not single:
+            own = max(own, min(1.0, share[0] / max(norm_of(error), 1e-300)))
+    return own, max(worst, own)
