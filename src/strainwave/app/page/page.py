@@ -24,7 +24,7 @@ from ...compile.wasm import Wanted, beside, compiled
 from ...drive.project import Project
 from ...drive.reductions import left_out
 from ...drive.train_curve import at_load, has_curve, without_gravity
-from ...model.laws.meshing import NO_FRICTION
+from ...model.laws.friction import NO_FRICTION
 from ...model.laws.springs import Linear
 from ...model.train.controls import PositionLoop
 from ...model.train.drive_train import DriveTrain
