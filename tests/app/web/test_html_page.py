@@ -308,10 +308,11 @@ def test_a_live_report_has_the_page_folded_away_or_says_why_not(offline, tmp_pat
         inside.get_by_text("This page as a file").click()
     given.value.save_as(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == html.page_of(project)
-    loop = HELD.replace("LAW", LAWS["hardening"]).replace("mode: held", "loop: {bandwidth: 30 Hz, damping: 0.7}")
+    drag = "loop: {bandwidth: 30 Hz, damping: 0.7}, drag: {type: coulomb, T_c: 0.01 N*m, width: 2 rad/s}"
+    loop = HELD.replace("LAW", LAWS["hardening"]).replace("mode: held", drag)
     loop = from_text(loop.replace("}, {order: 4, amplitude: 6 arcsec, phase: 40 deg}", "}"), tmp_path / "loop.yaml")
     report = write(loop, tmp_path / "loop", sections=(), live=True)
-    assert "no curve that follows sliders: a page holds a gear" in report.summary
+    assert "no curve that follows sliders: a page holds drives" in report.summary
     page = (tmp_path / "loop" / "report.html").read_text(encoding="utf-8")
     assert "No curve that follows sliders" in page
     assert "script" not in page
