@@ -173,8 +173,8 @@ def tables_of(disturbed: Any, lengths: Floats, number: int) -> Any:
     """The `panel_map.Tables` of some lengths [s]."""
     a, b, c = disturbed.a, disturbed.b, disturbed.c
     n, r, q = len(a), b.shape[1], len(c)
-    seen, answers = np.zeros((number, PLACES, q, n)), np.zeros((number, PLACES, q, PLACES, r))
-    flow, gains = np.zeros((number, n, n)), np.zeros((number, n, PLACES, r))
+    seen, answers = np.zeros((number, PLACES, q, n)), np.zeros((number, PLACES, q, PLACES * r))
+    flow, gains = np.zeros((number, n, n)), np.zeros((number, n, PLACES * r))
     power, other = np.empty((n, n)), np.empty((n, n))
     inputs, outputs, both = np.empty((n, r)), np.empty((q, n)), np.empty((q, r))
     for k in range(number):
@@ -194,14 +194,14 @@ def tables_of(disturbed: Any, lengths: Floats, number: int) -> Any:
                     weight = length * disturbed.answers[i, j, p]
                     for o in range(q):
                         for d in range(r):
-                            answers[k, i, o, j, d] += weight * both[o, d]
+                            answers[k, i, o, j * r + d] += weight * both[o, d]
             for i in range(n):
                 for j in range(n):
                     flow[k, i, j] += disturbed.own[PLACES, p] * power[i, j]
                 for j in range(PLACES):
                     weight = length * disturbed.answers[PLACES, j, p]
                     for d in range(r):
-                        gains[k, i, j, d] += weight * inputs[i, d]
+                        gains[k, i, j * r + d] += weight * inputs[i, d]
             reach *= disturbed.rate * length / (p + 1.0)
             if reach < 1e-18:
                 break
