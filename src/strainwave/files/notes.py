@@ -63,13 +63,13 @@ def _arranged(project: Project) -> Iterator[str]:
     if arrangement is None:
         return
     signed = arrangement.ratio(arrangement.teeth(R))
-    way = "with" if signed > 0 else "against"
+    sense = "with" if signed > 0 else "against"
     j, k = arrangement.lobes(arrangement.output, 2)
     oval = f"an oval {arrangement.output} gives the order {{wave_generator: {j}, output: {k if signed > 0 else -k}}}"
     if arrangement.driven == "wave generator":
         oval = f"an oval {arrangement.fixed} gives order 2, {oval}"
     yield (
-        f"gear.fixed: the {arrangement.fixed} is fixed and the {arrangement.output} turns {way} the motor, once in "
+        f"gear.fixed: the {arrangement.fixed} is fixed and the {arrangement.output} turns {sense} the motor, once in "
         f"{R:g} turns; {oval}."
     )
 

@@ -201,13 +201,13 @@ def _row(parameters: str, system: Oscillator, case: Case) -> list[Cell]:
     system = system._replace(omega=case.multiple * omega_0 if case.multiple else case.omega.value)
     numerical, (analytical, second), (rms, second_rms) = _from_rest(system, case.resonance, mu)
     place = ("Table 4", case.name, parameters)
-    why = _why(parameters, case)
+    reasons = _why(parameters, case)
     cells = [
         _compared(place, quantity, unit, value, printed, reason)
         for quantity, unit, value, printed, reason in (
             ("omega", "rad/s", system.omega, case.omega, MULTIPLE),
-            ("largest |x|, integration", "rad", numerical, case.numerical, why),
-            ("largest |x|, multiple scales", "rad", analytical, case.analytical, why),
+            ("largest |x|, integration", "rad", numerical, case.numerical, reasons),
+            ("largest |x|, multiple scales", "rad", analytical, case.analytical, reasons),
             ("normalised RMS difference", "%", 100.0 * rms, case.rms, _why_rms(parameters, case, 100.0 * rms)),
         )
     ]

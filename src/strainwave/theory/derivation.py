@@ -295,12 +295,13 @@ def derive_arrangement(arrangement: Arrangement) -> ArrangedEquations:
     s = _symbols()
     T, T_f, theta_f = sp.symbols("T T_f theta_f", real=True)
     angles = {arrangement.driven: s.theta_m, arrangement.fixed: theta_f, arrangement.output: sp.Symbol("theta_o")}
-    wave, flex, circular = (angles[member] for member in MEMBERS)
+    wave, flex, circular = [angles[member] for member in MEMBERS]
     teeth = sp.Eq(2 * s.N * (flex - wave), (2 * s.N + 2) * (circular - wave))
     rigid = sp.solve(teeth, angles[arrangement.output])[0]
     torsion = rigid - s.theta_l - s.e(s.theta_m - theta_f)
     held = {theta_f: 0}
-    by_motor, by_housing = (sp.factor(sp.diff(torsion, q).subs(held).doit()) for q in (s.theta_m, theta_f))
+    by_motor = sp.factor(sp.diff(torsion, s.theta_m).subs(held).doit())
+    by_housing = sp.factor(sp.diff(torsion, theta_f).subs(held).doit())
     return ArrangedEquations(
         s, sp.factor(1 / sp.diff(rigid, s.theta_m)), torsion.subs(held), T, T_f,
         sp.Eq(s.J_m * s.theta_m_acceleration + by_motor * T, s.T_m), sp.Eq(s.J_l * s.theta_l_acceleration - T, s.T_l),

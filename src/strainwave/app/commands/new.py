@@ -232,18 +232,18 @@ def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
     return f"{{{', '.join(f'{groups[name]}: {ASSUMED}' for name in usual)}}}" if usual else ""
 
 
-def _of_catalogue(name: str, of: str) -> str:
+def _of_catalogue(name: str, gear_name: str) -> str:
     """Field of a project file that takes a number of the catalogue (ValueError if the catalogue lacks the number)."""
-    record = gear(of)
+    record = gear(gear_name)
     if name == "motor_inertia":
         if record.input_inertia is None:
-            raise ValueError(f"the catalogue has no inertia of the wave generator of {of}; write it in kg*cm^2")
+            raise ValueError(f"the catalogue has no inertia of the wave generator of {gear_name}; write it in kg*cm^2")
         return ""
     if name == "speed_to":
         return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
     if record.accuracy is None:
         other = "or none" if name == "budget" else "the amplitude of order 2"
-        raise ValueError(f"the catalogue has no accuracy of {of}; write {other} in arcsec")
+        raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {other} in arcsec")
     return "catalogue" if name == "kinematic_error" else f"{record.accuracy / ARCSEC:.3g} arcsec"
 
 

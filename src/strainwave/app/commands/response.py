@@ -141,13 +141,13 @@ def _beat(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
     if curve.envelope is None or curve.beat is None:
         return ()
     smallest, period = float(curve.envelope[top, 1]), 2.0 * math.pi * curve.beat / float(curve.omega[top])
-    said = (
+    sentence = (
         f"the error beats every {number(curve.beat)} turns of the motor, there {number(period, 3)} s: "
         f"{angle_unit(smallest).text(smallest, project.digits())} in the turn where it is smallest"
     )
     return (
         Fact("beat.turns", curve.beat), Fact("beat.period_s", period), Fact("beat.smallest_arcsec", smallest),
-        Fact("", (said,), "{}"),
+        Fact("", (sentence,), "{}"),
     )  # fmt: skip
 
 

@@ -165,41 +165,44 @@ def _slider(project: Project, content: dict[str, Any], name: str) -> tuple[Slide
 
 def _groups(moved: list[tuple[Slider, set[int]]]) -> list[tuple[list[int], tuple[int, ...]]]:
     """Numbers with the sliders that move them, together where they are the same; `moves` are of one slider alone."""
-    of: dict[int, tuple[int, ...]] = {}
+    movers: dict[int, tuple[int, ...]] = {}
     for i, (_, places) in enumerate(moved):
         for place in places:
-            of[place] = (*of.get(place, ()), i)
+            movers[place] = (*movers.get(place, ()), i)
     groups: dict[tuple[int, ...], list[int]] = {}
-    for place, group in sorted(of.items()):
+    for place, group in sorted(movers.items()):
         if len(group) > 1 or moved[group[0]][0].powers != (1,):
             groups.setdefault(group, []).append(place)
     for i, (row, places) in enumerate(moved):
-        own = tuple(move for move in row.moves if of[move[0]] == (i,))
+        own = tuple(move for move in row.moves if movers[move[0]] == (i,))
         moved[i] = row._replace(moves=own), places
     return [(places, group) for group, places in groups.items()]
 
 
 def _terms(project: Project, rows: list[Slider], group: tuple[int, ...], places: list[int]) -> list[Any]:
     """Terms of numbers that a group of sliders moves, from a grid of as many places as there are terms."""
-    own = [rows[i] for i in group]
-    ratios = [RATIOS[: 1 + len(row.powers)] for row in own]
+    row_of = [rows[i] for i in group]
+    ratios = [RATIOS[: 1 + len(row.powers)] for row in row_of]
     shape = tuple(map(len, ratios))
     if np.prod(shape) > MOST:
         return []
     values = np.empty((*shape, len(places)))
-    for at in product(*map(range, shape)):
-        changes = {row: row.at(ratio[i]) for row, ratio, i in zip(own, ratios, at, strict=True)}
-        values[at] = _with(project, changes).numbers[places]
-    for axis, (row, ratio) in enumerate(zip(own, ratios, strict=True)):
+    for cell in product(*map(range, shape)):
+        changes = {row: row.at(ratio[i]) for row, ratio, i in zip(row_of, ratios, cell, strict=True)}
+        values[cell] = _with(project, changes).numbers[places]
+    for axis, (row, ratio) in enumerate(zip(row_of, ratios, strict=True)):
         table = np.array([[(row.at(r) / row.unity) ** p for p in (0, *row.powers)] for r in ratio])
         values = np.moveaxis(np.tensordot(np.linalg.inv(table), values, axes=(1, axis)), 0, axis)
     terms = []
     for j, place in enumerate(places):
         factors = values[..., j]
         sums = [
-            (float(factors[at]), [(i, (0, *row.powers)[k]) for i, row, k in zip(group, own, at, strict=True) if k])
-            for at in product(*map(range, shape))
-            if abs(factors[at]) > SMALL * np.max(np.abs(factors))
+            (
+                float(factors[cell]),
+                [(i, (0, *row.powers)[k]) for i, row, k in zip(group, row_of, cell, strict=True) if k],
+            )
+            for cell in product(*map(range, shape))
+            if abs(factors[cell]) > SMALL * np.max(np.abs(factors))
         ]
         terms.append((place, sums))
     return terms
@@ -223,14 +226,16 @@ def _first_wrong(project: Project, rows: list[Slider], terms: list[Any]) -> int 
 
 def moved_numbers(numbers: Floats, rows: list[Slider], terms: list[Any], values: list[float]) -> Floats:
     """The numbers of a page at values of its sliders, as the page finds them."""
-    out = numbers.copy()
+    moved = numbers.copy()
     for row, value in zip(rows, values, strict=True):
         for place, slope in row.moves:
-            out[place] += slope * (value - row.value)
+            moved[place] += slope * (value - row.value)
     shares = [value / row.unity for row, value in zip(rows, values, strict=True)]
     for place, sums in terms:
-        out[place] = sum(factor * float(np.prod([shares[i] ** float(p) for i, p in powers])) for factor, powers in sums)
-    return out
+        moved[place] = sum(
+            factor * float(np.prod([shares[i] ** float(p) for i, p in powers])) for factor, powers in sums
+        )
+    return moved
 
 
 def _with(project: Project, changes: dict[Slider, float]) -> OnPage:

@@ -252,14 +252,14 @@ def described(
         displaced(problem, drive, points[i], errors[i])
     sizes_of(errors, True, waves, sizes[0])
     sizes_of(errors, False, waves, sizes[1])
-    known = growths(problem, drive, points, count, growth)
+    complete = growths(problem, drive, points, count, growth)
     table = synthesis_of(size // 2, PER_HARMONIC * max(FEWEST, size // 2))
     work = np.empty((4, table.shape[1]))
     for i in range(count):
         curve[i, OMEGA], curve[i, OSCILLATION], curve[i, PEAK] = points[i, -1], sizes[0, i], sizes[1, i]
         curve[i, GROWTH], curve[i, LABEL] = growth[i], labels[i]
         curve[i, TORQUE] = largest_torque(drive, size // 2, table, points[i], work)
-    return known
+    return complete
 
 
 @routine
@@ -363,9 +363,9 @@ def answer(
     int
         The number of points; LOST, TURNED or UNKNOWN without them.
     """
-    wanted = harmonics
+    sought = harmonics
     while True:
-        h = max(1, wanted // per)
+        h = max(1, sought // per)
         problem, equations, memory = problem_of(drive, functions, h)
         n = problem.blocks.size + 1
         points, labels = np.empty((MOST_POINTS, n)), np.empty(MOST_POINTS, np.int64)
@@ -375,9 +375,9 @@ def answer(
         if count < 0:
             return int(count)
         tail, worst = tail_of(problem, drive, points, count)
-        if worst <= MATTERS or wanted >= most:
+        if worst <= MATTERS or sought >= most:
             break
-        wanted = min(2 * wanted + 1, most)
+        sought = min(2 * sought + 1, most)
     waves = waves_of(h)
     count = with_crests(problem, drive, equations, points, labels, count, waves)
     if not described(problem, drive, points, labels, count, waves, curve):

@@ -123,7 +123,7 @@ def spring_words(
 def problem_of(drive: Any, functions: Any, h: int) -> Any:
     """The balance with h of the harmonics that a drive has, whose parameter is the speed, its equations, its memory."""
     laws, n, size, K = len(drive.laws), drive.matrices.shape[1], 2 * h + 1, drive.forces.shape[1] // 2
-    count, samples, one = laws + drive.follows, 4 * h + 4, size // size
+    count, samples, unit = laws + drive.follows, 4 * h + 4, size // size
     if np.max(drive.laws[:, EXACT]) > 0:
         samples = 8 * h + 8
     back, double = analysis_of(h, samples), analysis_of(2 * h, samples)
@@ -153,14 +153,14 @@ def problem_of(drive: Any, functions: Any, h: int) -> Any:
             places[i, j] = drive.laws[i, 4 + j]
     stiff, blocks = np.zeros((2, h + 1, n, n + 1), np.complex128), np.zeros((count, size))
     problem = Condensed(
-        (), one - 1, one - 1, one, drive.every, 1.0, (), pencil, drive.damping, SpringsAt(places, arena[0, :samples]),
+        (), unit - 1, unit - 1, unit, drive.every, 1.0, (), pencil, drive.damping, SpringsAt(places, arena[0, :samples]),
         gear, synthesis_of(h, samples), back, angles, stiff, blocks,
     )  # fmt: skip
     block = np.zeros(128, np.int64)
     write_words(problem, block)
     place: Any = np.int64(block.ctypes.data)
     equations = EquationsAt(
-        place, one - 1, functions.equations_at, functions.jacobian_at, functions.slope_at, error,
+        place, unit - 1, functions.equations_at, functions.jacobian_at, functions.slope_at, error,
         np.empty(count * size),
     )  # fmt: skip
     return problem, equations, (product, arena, words, block)
@@ -188,7 +188,7 @@ def carrying(law: Any, mean: float) -> float:
 
 
 @routine
-def response(s: Any, k: int, stiff: Floats, gear: float, force: Any, out: Any) -> None:
+def response(s: Any, k: int, stiff: Floats, gear: float, force: Any, result: Any) -> None:
     """Write the complex amplitudes (blocks,) of harmonic k under forces on the laws' tangents; 0 where there are none.
 
     `gear` is the damping times the speed of harmonic 1; s is what `condense` left.
@@ -206,7 +206,7 @@ def response(s: Any, k: int, stiff: Floats, gear: float, force: Any, out: Any) -
     eliminated(m)
     for i in range(count):
         x, y = m[i, 2 * count], m[count + i, 2 * count]
-        out[i] = complex(x, y) if math.isfinite(x) and math.isfinite(y) else complex(0.0, 0.0)
+        result[i] = complex(x, y) if math.isfinite(x) and math.isfinite(y) else complex(0.0, 0.0)
 
 
 @routine
@@ -216,7 +216,7 @@ def linear_guess(problem: Any, drive: Any, omega: float) -> Floats:
     h, n, laws, e = size // 2, drive.matrices.shape[1], len(drive.laws), problem.gear.error
     guess, means, stiff = np.zeros(count * size + 1), np.zeros(count), np.zeros(count)
     spot, slope = np.zeros(1), np.zeros(1)
-    force, out = np.zeros(count, np.complex128), np.zeros(count, np.complex128)
+    force, result = np.zeros(count, np.complex128), np.zeros(count, np.complex128)
     condense(problem.pencil, omega, 1.0, problem.stiff[0], problem.stiff[1])
     s = problem.stiff[0]
     for i in range(laws):
@@ -227,9 +227,9 @@ def linear_guess(problem: Any, drive: Any, omega: float) -> Floats:
     for k in range(1, h + 1):
         for i in range(count):
             force[i] = s[k, i, n] - s[k, i, 0] * complex(e[k], -e[h + k])
-        response(s, k, stiff, problem.gear_damping * drive.every * omega, force, out)
+        response(s, k, stiff, problem.gear_damping * drive.every * omega, force, result)
         for i in range(count):
-            guess[i * size + k], guess[i * size + h + k] = out[i].real, -out[i].imag
+            guess[i * size + k], guess[i * size + h + k] = result[i].real, -result[i].imag
     if count > laws and s[0, laws, laws].real != 0.0:
         lacking = s[0, laws, n].real
         for i in range(laws):
@@ -245,14 +245,14 @@ def linear_guess(problem: Any, drive: Any, omega: float) -> Floats:
 def seen_by(drive: Any, s: Any, k: int, p: Any) -> Any:
     """Complex amplitude of harmonic k of the pointing error; p has the kept coordinates first, and gets the others."""
     n, kept = len(drive.pointing), len(drive.laws) + drive.follows
-    for out in range(kept, n):
-        p[out] = 0.0
-        if k == 0 and drive.loose < out <= drive.loose + drive.controls and drive.loose >= 0:
+    for coordinate in range(kept, n):
+        p[coordinate] = 0.0
+        if k == 0 and drive.loose < coordinate <= drive.loose + drive.controls and drive.loose >= 0:
             continue
-        total = s[k, out, n]
-        for j in range(out):
-            total -= s[k, out, j] * p[j]
-        p[out] = total / s[k, out, out]
+        total = s[k, coordinate, n]
+        for j in range(coordinate):
+            total -= s[k, coordinate, j] * p[j]
+        p[coordinate] = total / s[k, coordinate, coordinate]
     value = 0.0 * p[0]
     for j in range(n):
         value += drive.pointing[j] * p[j]
@@ -260,7 +260,7 @@ def seen_by(drive: Any, s: Any, k: int, p: Any) -> Any:
 
 
 @routine
-def displaced(problem: Any, drive: Any, point: Floats, out: Floats) -> None:
+def displaced(problem: Any, drive: Any, point: Floats, result: Floats) -> None:
     """Write the coefficients mean, cos 1, sin 1, ... of the pointing error."""
     count, size = problem.blocks.shape
     h, p = size // 2, np.zeros(len(drive.pointing), np.complex128)
@@ -273,9 +273,9 @@ def displaced(problem: Any, drive: Any, point: Floats, out: Floats) -> None:
             p[i] = complex(problem.blocks[i, k], -problem.blocks[i, h + k] if k > 0 else 0.0)
         value = seen_by(drive, problem.stiff[0], k, p)
         if k == 0:
-            out[0] = value.real
+            result[0] = value.real
         else:
-            out[2 * k - 1], out[2 * k] = value.real, -value.imag
+            result[2 * k - 1], result[2 * k] = value.real, -value.imag
 
 
 @routine
@@ -327,7 +327,7 @@ def tail_of(problem: Any, drive: Any, points: Floats, count: int) -> Any:
     """
     blocks, size = problem.blocks.shape
     h, n = size // 2, blocks * size
-    largest, floor, place, worst, own = 0.0, np.zeros(blocks), 0, 0.0, 0.0
+    largest, floor, place, worst, of_error = 0.0, np.zeros(blocks), 0, 0.0, 0.0
     for i in range(count):
         for b in range(blocks):
             floor[b] = max(floor[b], 1e-6 * norm_of(points[i, b * size : (b + 1) * size]))
@@ -352,7 +352,7 @@ def tail_of(problem: Any, drive: Any, points: Floats, count: int) -> Any:
         displaced(problem, drive, point, error)
         for b in range(blocks):
             part = min(1.0, share[1 + b] / max(norm_of(point[b * size : (b + 1) * size]), floor[b], 1e-300))
-            worst, own = max(worst, part), max(own, part) if single else own
+            worst, of_error = max(worst, part), max(of_error, part) if single else of_error
         if not single:
-            own = max(own, min(1.0, share[0] / max(norm_of(error), 1e-300)))
-    return own, max(worst, own)
+            of_error = max(of_error, min(1.0, share[0] / max(norm_of(error), 1e-300)))
+    return of_error, max(worst, of_error)

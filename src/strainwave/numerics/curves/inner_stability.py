@@ -40,14 +40,14 @@ inside(Disturbed)
 
 
 @routine
-def product(a: Floats, b: Floats, out: Floats) -> None:
+def product(a: Floats, b: Floats, result: Floats) -> None:
     """Write a @ b."""
     for i in range(a.shape[0]):
         for j in range(b.shape[1]):
             total = 0.0
             for k in range(a.shape[1]):
                 total += a[i, k] * b[k, j]
-            out[i, j] = total
+            result[i, j] = total
 
 
 @routine
@@ -113,13 +113,13 @@ def first_order_of(M: Floats, C: Floats, K: Floats, loaded: int, a: Floats, b: F
 
 
 @routine
-def weights_of(own: Floats, answers: Floats) -> None:
+def weights_of(values: Floats, answers: Floats) -> None:
     """Write `panel_map._weights`: the places and the end of a panel (PLACES + 1, TERMS), and of its feedbacks."""
     for i in range(PLACES + 1):
         c = AT[i] if i < PLACES else 1.0
         term = 1.0
         for p in range(TERMS):
-            own[i, p] = term
+            values[i, p] = term
             part, total = term * c / (p + 1.0), 0.0
             for j in range(PLACES):
                 total, piece = 0.0, part
@@ -173,10 +173,10 @@ def tables_of(disturbed: Any, lengths: Floats, number: int) -> Any:
     """The `panel_map.Tables` of some lengths [s]."""
     a, b, c = disturbed.a, disturbed.b, disturbed.c
     n, r, q = len(a), b.shape[1], len(c)
-    seen, answers = np.zeros((number, PLACES, q, n)), np.zeros((number, PLACES, q, PLACES * r))
+    observed, answers = np.zeros((number, PLACES, q, n)), np.zeros((number, PLACES, q, PLACES * r))
     flow, gains = np.zeros((number, n, n)), np.zeros((number, n, PLACES * r))
-    power, other = np.empty((n, n)), np.empty((n, n))
-    inputs, outputs, both = np.empty((n, r)), np.empty((q, n)), np.empty((q, r))
+    power, next_power = np.empty((n, n)), np.empty((n, n))
+    inputs, outputs, answer = np.empty((n, r)), np.empty((q, n)), np.empty((q, r))
     for k in range(number):
         length, reach = lengths[k], 1.0
         for i in range(n):
@@ -185,16 +185,16 @@ def tables_of(disturbed: Any, lengths: Floats, number: int) -> Any:
         for p in range(TERMS):
             product(power, b, inputs)
             product(c, power, outputs)
-            product(c, inputs, both)
+            product(c, inputs, answer)
             for i in range(PLACES):
                 for o in range(q):
                     for j in range(n):
-                        seen[k, i, o, j] += disturbed.own[i, p] * outputs[o, j]
+                        observed[k, i, o, j] += disturbed.own[i, p] * outputs[o, j]
                 for j in range(PLACES):
                     weight = length * disturbed.answers[i, j, p]
                     for o in range(q):
                         for d in range(r):
-                            answers[k, i, o, j * r + d] += weight * both[o, d]
+                            answers[k, i, o, j * r + d] += weight * answer[o, d]
             for i in range(n):
                 for j in range(n):
                     flow[k, i, j] += disturbed.own[PLACES, p] * power[i, j]
@@ -205,11 +205,11 @@ def tables_of(disturbed: Any, lengths: Floats, number: int) -> Any:
             reach *= disturbed.rate * length / (p + 1.0)
             if reach < 1e-18:
                 break
-            product(power, a, other)
+            product(power, a, next_power)
             for i in range(n):
                 for j in range(n):
-                    power[i, j] = length * other[i, j]
-    return seen, answers, flow, gains
+                    power[i, j] = length * next_power[i, j]
+    return observed, answers, flow, gains
 
 
 @routine

@@ -83,13 +83,13 @@ def polyval(x: Floats, c: Floats) -> Floats:
 
 def states_at(problem: Torus, points: Floats, phase: Floats) -> list[Floats]:
     """States (states, n) of the system in each of some motions at base angles (n,) [rad]."""
-    part, turned, out = problem.part, np.exp(1j * np.outer(problem.orders, phase)), []
+    part, turned, result = problem.part, np.exp(1j * np.outer(problem.orders, phase)), []
     for z in points:
         waves = problem.coordinates(z)
         rates = waves * (1j * problem.orders * z[-1])[:, None]
         state = part.values @ waves.T + part.rates @ rates.T
-        out.append(state.real @ turned.real - state.imag @ turned.imag)
-    return out
+        result.append(state.real @ turned.real - state.imag @ turned.imag)
+    return result
 
 
 def along_turns(problem: Torus, points: Floats, beats: int) -> tuple[Floats, list[Floats]]:
@@ -121,13 +121,13 @@ def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
     if abs(float(exact) - problem.ratio) > 1e-12 * problem.ratio:
         count = math.ceil(problem.ratio * first / q)
     flows, steps = _first_order(problem, flow, points)
-    out = np.empty(len(points))
+    result = np.empty(len(points))
     for number in np.unique(steps).tolist():
         most = max(1, ENTRIES // (2 * starts * number * flows[0].shape[0] ** 2))
         at = np.flatnonzero(steps == number)
         for part in np.array_split(at, math.ceil(len(at) / most)):
-            out[part] = _rates(problem, flows, points[part], number, starts if 2 * starts < count else count, count)
-    return np.asarray(out * first * points[:, -1] / (2.0 * np.pi * count))
+            result[part] = _rates(problem, flows, points[part], number, starts if 2 * starts < count else count, count)
+    return np.asarray(result * first * points[:, -1] / (2.0 * np.pi * count))
 
 
 def _rates(problem: Torus, flows: Any, points: Floats, steps: int, starts: int, count: int) -> Floats:

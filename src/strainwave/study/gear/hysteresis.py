@@ -107,7 +107,8 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
         at_zero.append(zero)
         work.append(float(state[-1]))
         ends.append(float(state[0]))
-    torques, torsions = (np.concatenate(parts) for parts in zip(*branches, strict=True))
+    torques = np.concatenate([t for t, _ in branches])
+    torsions = np.concatenate([x for _, x in branches])
     return HysteresisLoop(torques, torsions, at_zero[1] - at_zero[2], ends[2] - ends[1], work[2] - work[0])
 
 

@@ -209,7 +209,8 @@ def _resonance(linear: Any, omega_0: float, free: float, base: int, g: int, caus
     feeding = (trace if trace > LARGE else math.acosh(max(1.0, 0.5 * math.expm1(trace)))) / turn
     loss = -float(decays[0]) / turn
     unstable = bool(beyond(np.array([centre]))[0] > ROUNDING)
-    first, last = (_crossing(beyond, centre, end) / g if unstable else math.nan for end in (low, high))
+    edges = [_crossing(beyond, centre, end) / g if unstable else math.nan for end in (low, high)]
+    first, last = edges
     return ParametricResonance(
         centre / g, base, cause, feeding - loss, unstable, first, last, loss / omega_0, feeding / omega_0, 1 + base % 2
     )
