@@ -16,7 +16,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from ..base.results import Floats
-from ..drive.steady import settle
 from ..model.drive import HDC_40_050
 from ..model.excitation import Harmonic
 from ..model.laws.springs import Cubic
@@ -24,6 +23,7 @@ from ..model.oscillator import Oscillator
 from ..numerics.integration.simulate import simulate
 from ..theory.slow_flow.flow import slow_flow
 from ..theory.slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
+from .steady import settle
 
 MOTOR_TORQUE = 10.0  # N*m, Table 3
 ALPHA = 0.1  # 1/rad^2, Table 3 ("assumed")

@@ -153,8 +153,8 @@ def problem_of(drive: Any, functions: Any, h: int) -> Any:
             places[i, j] = drive.laws[i, 4 + j]
     stiff, blocks = np.zeros((2, h + 1, n, n + 1), np.complex128), np.zeros((count, size))
     problem = Condensed(
-        (), unit - 1, unit - 1, unit, drive.every, 1.0, (), pencil, drive.damping, SpringsAt(places, arena[0, :samples]),
-        gear, synthesis_of(h, samples), back, angles, stiff, blocks,
+        (), unit - 1, unit - 1, unit, drive.every, 1.0, (), pencil, drive.damping,
+        SpringsAt(places, arena[0, :samples]), gear, synthesis_of(h, samples), back, angles, stiff, blocks,
     )  # fmt: skip
     block = np.zeros(128, np.int64)
     write_words(problem, block)

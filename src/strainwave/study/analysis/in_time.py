@@ -24,13 +24,13 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...drive.response import loses_energy, settling_time
 from ...drive.run import waiting
-from ...drive.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ...drive.train_curve import at_load, refuse_free, torque_in
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import behind_gear
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
+from ..steady import SteadyMotion, finished_or_interrupted, settle, settled
 from .resonances import OperatingPoint, operating_point
 
 CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow

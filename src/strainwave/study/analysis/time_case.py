@@ -20,11 +20,11 @@ from ...drive.response import (
     no_multiple_scales,
     settling_time,
 )
-from ...drive.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ...model.gears.limits import cubic_mean
 from ...numerics.integration.simulate import simulate
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
+from ..steady import SteadyMotion, finished_or_interrupted, settle, settled
 from .in_time import RunUp
 from .resonances import OperatingPoint, Regime
 from .validity import Comparison, compare_with_integration

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.results import Floats, SolveError, Status, largest_between
-from ...drive.steady import finished_or_interrupted
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
 from ...model.train.train_forms import behind_gear
 from ...numerics.integration.attempts import watched_ends
 from ...numerics.integration.methods import AdaptiveStep, Method
 from ...numerics.integration.simulate import simulate
+from ..steady import finished_or_interrupted
 from .servo import on_segment
 
 MOST = 3_000_000  # steps in all: a GB of samples

@@ -21,7 +21,6 @@ from ...base.units import ARCSEC, RPM
 from ...drive.asked import PEAK, Feedforward, MotorLimits, Payload, Task
 from ...drive.run import INPUTS, waiting
 from ...drive.state_space import state_space
-from ...drive.steady import finished_or_interrupted
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
 from ...model.gears.limits import Finding, check_limits
@@ -29,6 +28,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
+from ..steady import finished_or_interrupted
 from .follow import Followed, Path, follow
 from .mover import Motion, Mover, move_findings, mover_of, refuse_heavy, standing_torque
 from .profiles import path_of

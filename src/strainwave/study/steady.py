@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..base.results import Floats, Status, Trajectory
+from ..drive.response import settling_time
 from ..numerics.balance.harmonics import highest_order
 from ..numerics.integration.methods import Dopri5
 from ..numerics.integration.simulate import simulate
-from .response import settling_time
 
 TIGHT = Dopri5()
 SAMPLES = 256  # per period of the base angle
