@@ -275,8 +275,7 @@ class Condensed(NamedTuple):
 
     def with_harmonics(self, h: int) -> "Condensed":
         """The same problem with h of its harmonics."""
-        lines = self.gear.lines if self.part.follows else None
-        return assembled(self.system, self.part, lines, self.leaf, self.omega_leaf, h, self.turns, self.every)
+        return assembled(self.system, self.part, self.gear.lines, self.leaf, self.omega_leaf, h, self.turns, self.every)
 
     def strongest(self) -> float:
         return strongest(self)
