@@ -125,8 +125,8 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
             going = going[keep]
             if not len(going):
                 break
-    # a small z keeps the rounding of hard lines
-    rounding = EPSILON * np.sum(np.abs(flow.setting.hard), axis=-1) / np.abs(best)
+    # a small z keeps the rounding of hard lines, in sums whose order is that of the processor
+    rounding = 8.0 * EPSILON * np.sum(np.abs(flow.setting.hard), axis=-1) / np.abs(best)
     return np.where(size <= np.maximum(MET, np.minimum(rounding, 1e-3)), best, np.nan)
 
 
