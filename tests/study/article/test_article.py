@@ -121,11 +121,11 @@ def test_every_case_of_both_sets_has_the_same_quantities(result):
     [(0.1549, "reproduced"), (0.1551, "close"), (0.1451, "reproduced"), (0.17, "not reproducible")],
 )
 def test_rule_takes_half_the_last_digit_then_six_and_a_half_percent(value, verdict):
-    assert _compared("t", "c", "p", "q", "rad", value, Printed(0.15, 5e-3), "because").verdict == verdict
+    assert _compared(("t", "c", "p"), "q", "rad", value, Printed("0.15"), "because").verdict == verdict
 
 
 def test_an_rms_difference_is_never_called_close():
-    assert _compared("t", "c", "p", "q", "%", 3.397, Printed(3.5, 0.05), "because").verdict == "not reproducible"
+    assert _compared(("t", "c", "p"), "q", "%", 3.397, Printed("3.5"), "because").verdict == "not reproducible"
 
 
 def test_both_parameter_sets_have_the_same_forcing():
