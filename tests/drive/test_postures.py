@@ -9,8 +9,10 @@ import pytest
 import sympy as sp
 
 import strainwave as sw
-from strainwave.app.report.verdict import postures_left_out
+from strainwave.app.report.verdict import posture_said
 from strainwave.drive.asked import WEIGHT
+from strainwave.study.analysis.analyze import over_postures
+from strainwave.study.analysis.verdict import Answer, judged
 
 PROJECT = """\
 title: Arm
@@ -74,11 +76,29 @@ def test_postures_are_rows_of_the_file_of_a_table_or_of_an_arm_and_are_written_b
     rows = sw.study.two_link(*links, np.radians([[0.0, 90.0], [30.0, 0.0]]), joint=2, payload=2.0)
     np.testing.assert_allclose([row[:2] for row in arm.postures], [row[:2] for row in rows], rtol=1e-12, atol=1e-12)
     assert arm.postures[0].name == "0 and 90 deg"
-    assert "speed-map` judges its 2 postures" in postures_left_out(SimpleNamespace(project=arm))
     assert any("2 postures" in note and "for the load of the file" in note for note in arm.notes)
     for found in (inline, table, arm):
         (tmp_path / "again.yaml").write_text(sw.project_text(replace(found, title="Changed")), encoding="utf-8")
         assert sw.read_project(tmp_path / "again.yaml").postures == found.postures
+
+
+def test_the_verdict_counts_every_posture_and_names_the_worst(tmp_path):
+    rows = "[{inertia: 1 kg*m^2}, {name: out, inertia: 4 kg*m^2, torque: -60 N*m}, {name: in, inertia: 2 kg*m^2}]"
+    arm = project(tmp_path, rows)
+    found = [drive.response() for drive in (arm, *(row.on(arm) for row in arm.postures))]
+    sizes = [float(response.oscillation[response.top]) for response in found]
+    arm = replace(arm, limit=(sizes[0] * sizes[2]) ** 0.5)
+    before = judged(arm, found[0]).verdict
+    assert before.answer is Answer.ALL_RIGHT
+    verdict, worst = over_postures(arm, before, lambda _: None)
+    assert (worst.number, worst.rows, worst.name) == (2, 3, "out")
+    assert worst.peak == pytest.approx(max(sizes), rel=1e-3)
+    assert verdict.answer is worst.answer is Answer.BUT
+    assert any(low <= found[2].omega[found[2].top] <= high for low, high in verdict.speeds)
+    assert "postures the worst is posture 2 (out)" in posture_said(
+        SimpleNamespace(analysis=SimpleNamespace(posture=worst))
+    )
+    assert over_postures(replace(arm, postures=()), before, lambda _: None) == (before, None)
 
 
 def test_a_posture_changes_the_load_and_keeps_loop_and_damping(tmp_path):

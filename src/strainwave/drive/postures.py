@@ -47,6 +47,11 @@ class Posture(NamedTuple):
         return replace(loaded, train=train, whole=whole)
 
 
+def titled(number: float, name: str) -> str:
+    """Number of a posture, from 1 on, and its name."""
+    return f"posture {number:g}" + (f" ({name})" if name else "")
+
+
 def _coupled(train: DriveTrain | None, K: float) -> DriveTrain:
     load = train and train.load
     if train is None or not isinstance(load, Elastic) or "K" not in getattr(load.law, "_fields", ()):

@@ -84,8 +84,8 @@ def posture_note(project: Project) -> Iterator[str]:
     """Which answers are about the postures of a project, where it has any."""
     if project.postures:
         yield (
-            f"The {len(project.postures)} postures are those of the speed map, of `move --postures` and of `tune`; "
-            "response and analysis are for the load of the file."
+            f"The {len(project.postures)} postures are those of `analyze`, speed map, `move --postures` and `tune`; "
+            "a response is for the load of the file."
         )
 
 

@@ -87,6 +87,8 @@ def _headline(view: View, verdict: Verdict) -> str:
     sweep = view.analysis.response.sweep
     if not why and sweep is not None and sweep.jumping:
         why.append("the motion jumps")
+    if (worst := view.analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
+        why.append(f"{worst.title} of {worst.rows} fails")
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
         return "; ".join(["Some speeds are to be avoided", *why, NO_LIMIT])
     return "; ".join(["Fail at some speeds" if verdict.answer is Answer.BUT else "Fail", *(why or [NO_LIMIT])])
@@ -99,13 +101,17 @@ def _sentence(view: View, verdict: Verdict) -> Sentence:
         begin = "OK except " + ranges(verdict.speeds)
     elif verdict.answer is Answer.NOT:
         begin = "Not all right"
-    return Sentence("{}: {}; {}.", begin, _oscillation(view), torque_said(view, verdict)) + postures_left_out(view)
+    return Sentence("{}: {}; {}.", begin, _oscillation(view), torque_said(view, verdict)) + posture_said(view)
 
 
-def postures_left_out(view: View) -> str:
-    """That the verdict is not about the postures of the file; empty where it has none."""
-    count = len(view.project.postures)
-    return f" This is for the load of the file; `strainwave speed-map` judges its {count} postures." if count else ""
+def posture_said(view: View) -> Sentence:
+    """The worst posture of the file, with its largest oscillation; empty where it has none."""
+    worst = view.analysis.posture
+    if worst is None:
+        return Sentence("")
+    size = Sentence("oscillation {} at {}", Angle(worst.peak), Speed(worst.omega, digits=5))
+    said = " That is for the load of the file; of its {} postures the worst is {}, {}: {}."
+    return Sentence(said, worst.rows, worst.title, worst.answer, NOTHING_STABLE if math.isnan(worst.peak) else size)
 
 
 def _oscillation(view: View) -> Sentence:

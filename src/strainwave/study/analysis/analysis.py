@@ -28,7 +28,7 @@ from .remedies import Remedy
 from .resonances import OperatingPoint, Regime
 from .time_case import TimeCase
 from .train_study import MotorCase, Ramp, TrainStudy
-from .verdict import Verdict
+from .verdict import Verdict, WorstPosture
 
 LESS = 1.001  # relative difference of two largest errors below which the steady one is named
 
@@ -203,7 +203,8 @@ class Analysis(Result):
     not_tried : tuple of str
         What else would have been tried, and why it was not.
     verdict : Verdict
-        Whether the drive is all right at its speeds, and the smallest change that brings it under its limit.
+        Whether the drive is all right at its speeds, in every posture, and the smallest change that brings it under its
+        limit under the load of the file.
     remarks : tuple of str
         Why a part is missing.
     doubts : tuple of str
@@ -212,6 +213,8 @@ class Analysis(Result):
         What the steady motions and the run-up ask of the motor; None where it is not known.
     other_damping : tuple of Remedy
         The largest oscillation with two thirds and with five thirds of the gear's damping; empty without advice.
+    posture : WorstPosture or None
+        The posture of the project in which the drive is judged worst, which counts in the verdict.
     """
 
     system: Oscillator | VaryingOscillator
@@ -239,6 +242,7 @@ class Analysis(Result):
     doubts: tuple[str, ...] = ()
     motor: MotorUse | None = None
     other_damping: tuple[Remedy, ...] = ()
+    posture: WorstPosture | None = None
 
     def coordinates(self) -> Labelled:
         """As of the response."""

@@ -18,24 +18,25 @@ from ...base.results import SolveError
 from ...base.sentences import Angle, Sentence, Speed
 from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
+from ...drive.postures import titled
 from ...drive.project import Project
 from ...drive.response import exact_response
 from ...drive.standstill import standing
-from ...drive.train_curve import refuse_free
+from ...drive.train_curve import FEW, refuse_free
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
-from .avoid import HALF_POWER, LoadCase, in_run, load_cases, over_all, searched, speeds_to_avoid
+from .avoid import HALF_POWER, LoadCase, between, in_run, load_cases, merged, over_all, searched, speeds_to_avoid
 from .in_time import RunUp, run_up
 from .knobs import Subject
 from .remedies import what_helps, with_other_damping
 from .resonances import OperatingPoint, Regime, operating_point, regimes
 from .time_case import TimeCase, speeds_in_time, time_case, usage
 from .train_study import TrainStudy, motor_cases, train_study
-from .verdict import smallest_change, verdict_of
+from .verdict import Answer, Verdict, WorstPosture, judged, smallest_change, verdict_of
 
 Told = Callable[[str, float], None]
 
@@ -208,12 +209,43 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     verdict = verdict_of(
         limits, curves, avoid, largest, findings, change, motor, sheet=project.motor_limits, needs=needs
     )
+    verdict, worst = over_postures(project, verdict, lambda title: progress(title, 0.95))
     return Analysis(
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
         tuple(implausible(project.gear, project.rated_torque, loop, largest)), motor,
-        with_other_damping(subject, drive, avoid, by_load) if advice else (),
+        with_other_damping(subject, drive, avoid, by_load) if advice else (), worst,
     )  # fmt: skip
+
+
+def over_postures(
+    project: Project, verdict: Verdict, progress: Callable[[str], None]
+) -> tuple[Verdict, WorstPosture | None]:  # fmt: skip
+    """A verdict with the postures of a project counted in, and the worst of them; None where it has none.
+
+    The speeds to keep out of are those of all postures. `progress` is told every posture before its curve is computed.
+    """
+    rows: list[WorstPosture] = []
+    bands, ranks = [*verdict.speeds], list(Answer)
+    for number, posture in enumerate(project.postures, 1):
+        progress(titled(number, posture.name))
+        posed, place = posture.on(project), (number, len(project.postures), posture.name)
+        try:
+            found = posed.response(coexisting=False, points=FEW)
+            one, top = judged(posed, found).verdict, found.top
+            rows.append(WorstPosture(*place, one.answer, float(found.oscillation[top]), float(found.omega[top])))
+            bands += one.speeds
+        except SolveError:
+            rows.append(WorstPosture(*place, Answer.NOT, math.nan, math.nan))
+            bands.append(project.speeds.limits)
+    if not rows:
+        return verdict, None
+    worst = max(rows, key=lambda row: (ranks.index(row.answer), row.peak if row.peak > 0.0 else math.inf))
+    whole = merged(bands)
+    allowed = between(whole, project.speeds.limits, 1e-9)
+    answer = max(verdict.answer, worst.answer, key=ranks.index)
+    answer = answer if allowed else Answer.NOT
+    return replace(verdict, answer=answer, speeds=whole, allowed=allowed), worst
 
 
 def _resonances(

@@ -20,6 +20,7 @@ from ...base.results import Floats, SolveError
 from ...base.units import RPM
 from ...drive.asked import BRAKE, MotorLimits, Need
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
+from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
 from .avoid import Avoid, LoadCase, Motions, Speeds, between, merged, out_of_reach, speeds_to_avoid
@@ -233,6 +234,25 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     jumps = project.limit is not None and response.sweep is not None and bool(response.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
     return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found)
+
+
+class WorstPosture(NamedTuple):
+    """The posture in which a drive is judged worst: its number from 1 on, of so many rows, its name, and its answer.
+
+    `peak` is its largest oscillation [rad], nan where no motion is stable, and `omega` the base-angle speed [rad/s].
+    """
+
+    number: int
+    rows: int
+    name: str
+    answer: Answer
+    peak: float
+    omega: float
+
+    @property
+    def title(self) -> str:
+        """Its number and name."""
+        return titled(self.number, self.name)
 
 
 def _avoid(project: Project, found: DriveResponse) -> Avoid | None:

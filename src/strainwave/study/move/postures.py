@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ...base.facts import Fact, lines
-from ...drive.postures import Posture
+from ...drive.postures import Posture, titled
 from ...drive.project import Project
 from .move import move
 from .result import Move
@@ -29,8 +29,7 @@ class PostureMoves(NamedTuple):
 
     def title(self, i: int) -> str:
         """Number of a posture, from 1 on, with its name."""
-        name = self.postures[i].name
-        return f"posture {i + 1}" + (f" ({name})" if name else "")
+        return titled(i + 1, self.postures[i].name)
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of the moves, once."""

@@ -13,6 +13,7 @@ from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import number, sign
 from ...base.units import ARCSEC, RPM
+from ...drive.postures import titled
 from .rules import Rules, VendorRule, common, listed, swept, vendor_sentence
 from .under_load import CampbellLine
 
@@ -25,7 +26,7 @@ def load_text(load: float, name: str, title: str = "") -> str:
     """A load with its unit, or a posture with its number and title."""
     if name != POSTURE:
         return f"{number(load, 3)} {sign(UNITS[name].replace('^', '**'))}"
-    return f"posture {load:g}" + (f" ({title})" if title else "")
+    return titled(load, title)
 
 
 class JumpSpeed(NamedTuple):
