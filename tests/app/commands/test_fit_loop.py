@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from loop_machines import loop
-from strainwave.app.commands.identification.error_scan import project_lines
+from strainwave.app.commands.identification.scans import project_lines
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
