@@ -20,10 +20,10 @@ from ..drive.asked import Source, mean_of
 from ..drive.project import Project
 from ..drive.reductions import error_slope
 from ..model.gears.gear import NUMBERS, Gear
+from ..model.gears.limits import RATCHETING
 from ..model.laws.friction import NO_FRICTION
 from ..model.train.controls import USUAL, PositionLoop, SpeedLoop, core_of
 from ..model.train.shafts import NO_DRAG
-from ..study.analysis.analyze import RATCHETING
 from .fields.groups import ASSUMED, CATALOGUE, MEASURED, YOURS
 from .fields.rows import inside
 from .fields.schema import ProjectSpec

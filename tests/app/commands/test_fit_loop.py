@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from loop_machines import loop
-from strainwave.app.commands.identification.scans import project_lines
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.app.commands.identification.scans import project_lines
 from strainwave.files.reading import from_text
 
 ARCMIN = math.pi / 10800.0

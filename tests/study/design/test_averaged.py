@@ -80,7 +80,7 @@ def test_harmonic_balance_of_the_whole_drive_lies_within_the_bounds(loop, torque
     found = largest(drives)
     for i in range(3):
         exact = balanced(train(drives, i), drives.speeds)
-        more = 1.0 + worth(drives, found, i).size
+        more = 1.0 + worth(drives, found, i)
         assert found.low[i] / more <= exact.oscillation <= found.high[i] * more
 
 

@@ -17,8 +17,6 @@ from ...drive.project import Project
 from ...drive.standstill import standing
 from ...files.notes import load_remark, posture_note, remarks, source_facts, sources_said, unsaid
 from ...files.reading import read_project
-from ...files.variants.comparison import compare as compare_projects
-from ...files.variants.scatter import exceedance as exceeded
 from ...plot import axes
 from ...plot.drive import HEIGHT, comparison_panels, drive_panels, reference
 from ...plot.panels import named
@@ -219,6 +217,8 @@ def _hysteresis(speeds: Speeds, band: Any) -> str:
 @json_option
 def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
     """Put responses of projects side by side: table, figure."""
+    from ...files.variants.comparison import compare as compare_projects
+
     drives = [read_project(path) for path in projects]
     if len({drive.speeds.by_motor for drive in drives}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
@@ -245,6 +245,8 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
 @json_option
 def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
     """Say how probable it is that a drive exceeds its limit. The scatter of its numbers is that of the file."""
+    from ...files.variants.scatter import exceedance as exceeded
+
     drive = read_project(project)
     allowed = None if limit is None else quantity("--limit", limit, "rad")
     with Progress(drive.title) as progress:

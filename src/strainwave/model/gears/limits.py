@@ -11,6 +11,7 @@ from ...base.quantities import number, numbers, shown
 from ...base.units import RPM
 from .gear import Gear
 
+RATCHETING = 16.0  # times the rated torque: CSF/CSG catalogue, p. 14, has 4.8 (CSG-17-120) to 15.7 (CSG-14-50)
 DUTY = "average_rpm"  # a limit of the mean over a duty cycle: no speed by itself says how long it lasts
 RATED = "motor rated speed"  # the same of a motor
 

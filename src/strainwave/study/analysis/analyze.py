@@ -24,6 +24,7 @@ from ...drive.response import exact_response
 from ...drive.standstill import standing
 from ...drive.train_curve import FEW, refuse_free
 from ...model.gears.gear import Gear
+from ...model.gears.limits import RATCHETING
 from ...model.train.drive_train import DriveTrain
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
@@ -47,7 +48,6 @@ FAINT = 1e-4  # of the largest |x|: a smaller component is no resonance to place
 
 LOSS = 3.0 * math.pi / 10800.0  # 3 arcmin: the largest hysteresis loss that catalogues print, of ratio 30
 ROUNDING = 1.05  # of a fit to the printed value
-RATCHETING = 16.0  # times the rated torque: CSF/CSG catalogue, p. 14, has 4.8 (CSG-17-120) to 15.7 (CSG-14-50)
 
 
 def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, run_usage: Usage) -> Iterator[str]:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from ...base.law import check_law, states_of
 from ...base.protocols import lacking
@@ -207,6 +206,8 @@ def fit_hysteresis(
     SolveError
         If the values cannot be met; the sentence says by how much and why.
     """
+    from scipy.optimize import least_squares  # half a second that a loop without a fit need not wait
+
     if not isinstance(spring, PiecewiseLinear):
         raise TypeError(
             f"the spring is {shown(spring)}; it must be the datasheet's PiecewiseLinear(K1, K2, K3, T1, T2), for "
