@@ -143,7 +143,7 @@ def damping(spec: ProjectSpec, drive: Drive) -> float:
 def friction(spec: ProjectSpec, gear: Gear | None) -> LoadFriction | NoFriction:
     """Friction of the meshing: a share of the torque, or that of the gear's efficiency."""
     if spec.load_friction == CATALOGUE and gear is not None:
-        return gear.friction
+        return replace(gear, ratio=round(spec.ratio(gear))).friction
     return LoadFriction(float(spec.load_friction)) if spec.load_friction else NO_FRICTION
 
 

@@ -68,7 +68,8 @@ class Arrangement(NamedTuple):
         for N in guesses:
             if N <= LARGEST_RATIO and abs(abs(float(self.ratio(N))) - ratio) <= SAME_ORDER * ratio:
                 return N
-        means = {50: "N", 51: "N + 1"}.get(int(abs(self.ratio(50))), "1 + 1/N")
+        of_teeth = {Fraction(50): "N", Fraction(51): "N + 1", Fraction(51, 50): "1 + 1/N"}
+        means = of_teeth.get(abs(self.ratio(50)), "what the teeth give")
         raise ValueError(
             f"{ratio:.6g} is no ratio with the {self.fixed} fixed and z1 = 2 N and z2 = 2 N + 2 teeth; it is {means} "
             "of a whole N from 2 on"

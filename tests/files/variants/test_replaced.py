@@ -9,6 +9,7 @@ from twelve_projects import PROJECTS
 import strainwave as sw
 from strainwave.files.reading import from_text, read_project
 from strainwave.files.variants.replaced import replaced, tuning
+from strainwave.model.gears.gear import load_friction
 from strainwave.study.analysis.knobs import Subject
 from strainwave.study.analysis.remedies import with_gear
 
@@ -170,3 +171,18 @@ def test_the_scatter_of_a_notation_is_that_of_the_number_that_is_kept(read):
     assert found.correlation == ((1.0, 0.5), (0.5, 1.0))
     assert "Gains take the place of loop.bandwidth, whose scatter is left out." in found.notes[-1]
     assert sw.replaced(read(text), {"load.inertia": "2 kg*m^2"}, retune=True).scatter[1] == ("loop.bandwidth", 0.05)
+
+
+def test_another_gear_keeps_the_member_that_is_fixed(read):
+    text = BUILT.replace("gear: SHG-32-100", "gear: {name: CSG-40-50, fixed: flexspline}").replace("3000", "1000")
+    project = read(text)
+    subject = Subject(project.system(reduced=True), project.train, project.speeds.limits, project)
+    for name, ratio in (("CSG-45-50", 51.0), ("CSG-40-80", 81.0)):
+        found = with_gear(subject, project, sw.catalogue.gear(name))
+        assert pytest.approx(ratio, rel=1e-15) == found.train.N
+        assert found.speeds == pytest.approx([ratio / 51.0 * speed for speed in subject.speeds])
+    gear = sw.catalogue.gear("RT1-H-CS-14-100")
+    rubbing = read(
+        text.replace("name: CSG-40-50", "name: RT1-H-CS-14-100") + "load_friction: catalogue\n"
+    ).train.friction
+    assert rubbing == load_friction(gear.efficiency, gear.rated_torque, gear.ratio + 1.0, gear.running_torque or 0.0)

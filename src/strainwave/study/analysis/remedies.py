@@ -71,7 +71,8 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
     """The drive with another gear of the catalogue, or why it cannot have it."""
     drive, old, by_motor = project.drive, project.gear, project.speeds.by_motor
     assert old is not None
-    faster = gear.ratio / drive.N if by_motor else 1.0
+    ratio = float(gear.ratio) if project.arrangement is None else abs(float(project.arrangement.ratio(gear.ratio)))
+    faster = ratio / drive.N if by_motor else 1.0
     low, high = faster * subject.speeds[0], faster * subject.speeds[1]
     if not _holds(drive.law, old.law):
         return "the drive has another law than the catalogue's"
@@ -82,7 +83,7 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
         J_m += gear.input_inertia - old.input_inertia
     if not J_m > 0.0:
         return "the motor's inertia is less than that of its gear's wave generator"
-    other = drive._replace(J_m=J_m, N=float(gear.ratio), law=swapped(drive.law, old.law, gear.law))
+    other = drive._replace(J_m=J_m, N=ratio, law=swapped(drive.law, old.law, gear.law))
     inertia, before = (other.J, drive.J) if project.motor == "free" else (other.J_l, drive.J_l)
     other = other._replace(B=drive.B * sqrt(gear.law.K1 / old.law.K1 * inertia / before))
     changed = subject.of_drive(other)._replace(speeds=(low, high))
@@ -335,8 +336,8 @@ class Trial:
     def largest(self, changed: Subject) -> tuple[float, float] | None:
         """Speed [rad/s] and size [rad] of the largest oscillation of a changed drive.
 
-        Coexisting motions are looked for where the peak has left its place: a change that moves a fold out of the
-        range of speeds leaves a curve that never meets the large motion.
+        Coexisting motions are looked for where the peak has left its place or has fallen by more than 30 %: a
+        change that moves a fold out of the range of speeds leaves a curve that never meets the large motion.
         """
         harmonics, coexisting = self.how
         top = changed.largest(harmonics, coexisting)

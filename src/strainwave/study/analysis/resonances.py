@@ -186,7 +186,7 @@ def regimes(system: Any, point: OperatingPoint, speeds: tuple[float, float]) -> 
     kinds = [(1, 1), (3, 1), (1, 3)] + ([] if point.odd else [(2, 1), (1, 2)])
     by_resonance: dict[Resonance, Regime] = {}
     for p, q in kinds:
-        for order in [int(k) for k in active_orders(system) if not k % 1]:
+        for order in active_orders(system):
             resonance = Resonance(order * p, q).checked()
             if resonance not in by_resonance:
                 by_resonance[resonance] = _regime(system, point, speeds, NAMES[p, q], order, resonance)

@@ -19,7 +19,7 @@ from ..analysis.resonances import active_orders
 from .motions import Motions, stable_runs
 
 RANDOM, SEED = 4, 14  # random starts at every speed
-PHASES, CLOSE = 4, 24  # of every free vibration; where a memory damps, few of them lead to the large motion
+PHASES, CLOSE = 4, 24  # of a free vibration; of a driven one with memory, where few lead to the large motion
 TURNS, FREE = (1, 2, 3), 49  # periods of a line that a free vibration may take, and amplitudes of the backbone
 ASIDE, NEXT = (0.01, 0.02), 0.06  # of its speed: beside a motion that is not followed, up to the next one
 BEYOND = 2e-4, 6e-4, 2e-3  # relative distances from the end of a stable run at which others are looked for
@@ -70,13 +70,13 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     free = _free(
         equation, case.point.mean_torque, max((box_at(problem, float(w)).size for w in speeds[[0, -1]]), default=0.0)
     )
-    orders = active_orders(equation)
+    orders, spring = active_orders(equation), is_spring(case.equation)
     lanes, blocks = [], []
     for omega in speeds.tolist():
         two = [starts_in(box_at(problem, omega), draws)]
-        driven = {k * omega for k in orders}
+        driven = set() if spring else {k * omega for k in orders}
         for nu in sorted({k * omega / q for k in orders for q in TURNS}):
-            count = PHASES if nu not in driven or is_spring(case.equation) else CLOSE
+            count = CLOSE if nu in driven else PHASES
             phases = 2.0 * np.pi * (np.arange(count) + 0.3) / count
             for a in _crossings(free, nu):
                 two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))

@@ -8,7 +8,7 @@ and nothing of it is expanded in the detuning or the damping. First order takes 
 small harmonics w_1 that every other harmonic of n drives, and z'' from the flow itself: z' = R/(2 i Omega + mu + f'),
 f' the derivative of R/(2 i Omega + mu) (Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 2.3.3; Krack & Gross 2019,
 Harmonic Balance for Nonlinear Vibration Problems, ch. 2). Steady states are therefore the zeros of R. A law with a
-square and a cube under one line has formulas (`second_order_forms`, n' w_1 for what the small harmonics do to E); a law
+square and a cube under one line has formulas (`closed_forms`, n' w_1 for what the small harmonics do to E); a law
 with friction or memory is followed along its closed loops (`memory`), every other law is sampled, along w and along
 w + w_1.
 """
