@@ -9,7 +9,6 @@ from twelve_projects import PROJECTS
 import strainwave as sw
 from strainwave.files.reading import from_text, read_project
 from strainwave.files.variants.replaced import replaced, tuning
-from strainwave.model.gears.gear import load_friction
 from strainwave.study.analysis.knobs import Subject
 from strainwave.study.analysis.remedies import with_gear
 
@@ -181,8 +180,3 @@ def test_another_gear_keeps_the_member_that_is_fixed(read):
         found = with_gear(subject, project, sw.catalogue.gear(name))
         assert pytest.approx(ratio, rel=1e-15) == found.train.N
         assert found.speeds == pytest.approx([ratio / 51.0 * speed for speed in subject.speeds])
-    gear = sw.catalogue.gear("RT1-H-CS-14-100")
-    rubbing = read(
-        text.replace("name: CSG-40-50", "name: RT1-H-CS-14-100") + "load_friction: catalogue\n"
-    ).train.friction
-    assert rubbing == load_friction(gear.efficiency, gear.rated_torque, gear.ratio + 1.0, gear.running_torque or 0.0)
