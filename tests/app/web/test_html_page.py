@@ -18,18 +18,37 @@ from strainwave.app.page.folded import POINTS, folded
 from strainwave.app.page.sliders import _quantity, sliders
 from strainwave.app.report.report import write
 from strainwave.app.web.views import solved
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.compile.wasm import stamp
 from strainwave.files.reading import from_text, read_project
 from strainwave.files.variants.replaced import replaced
+from strainwave.model.gears.catalogue import gear as gear_of
 from strainwave.numerics.labels import FOLD, TOP
 
 NODE = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
-ANSWERS = """
+MACHINE = """
 const { readFileSync } = require("fs"), [data, kernels, own, positions] = JSON.parse(readFileSync(0));
 const machine = start(bytes(kernels), data.kinds, bytes(own));
 const answer = ([values, ...chosen]) => answered(machine, data, values, data.points, chosen);
-const size = () => machine.main.memory.buffer.byteLength;
-console.log(JSON.stringify(positions.map((position) => [answer(position), size()])));
+const print = (thing) => console.log(JSON.stringify(thing));
+"""
+ANSWERS = "print(positions.map((position) => [answer(position), machine.main.memory.buffer.byteLength]));"
+ROWS = """
+print(positions.map((position) => {
+  const [values, ...chosen] = position;
+  return [answer(position), rowOf(machine, data, values, ...chosen), projectOf(data, values, chosen)];
+}));
+"""
+TRAPS = """
+const traps = [() => { throw new WebAssembly.RuntimeError("unreachable"); }, () => 1]; // 1 is the code of an exception
+print(traps.map((trap) => {
+  machine.functions.answer = trap;
+  const lost = answer(positions[0]);
+  return [lost, told(data, lost), answer(positions[0])];
+}));
+"""
+CURVES = """
+print(positions.map((found) => [allowed(found), told(data, { ...found, top: 0, harmonics: 9, tail: 0, count: 9 })]));
 """
 HELD = """\
 title: page
@@ -67,9 +86,9 @@ def in_node(project, positions):
     return of_page(*html.data_of(project), [[values] for values in positions])
 
 
-def of_page(data, own, positions, *scripts):
+def of_page(data, own, positions, *scripts, asked=ANSWERS):
     given = [data, html._packed(html.kernels()), html._packed(own), positions]
-    script = "".join(map(html._text, ("machine.js", *scripts, "page.js"))) + ANSWERS
+    script = "".join(map(html._text, ("machine.js", *scripts, "page.js"))) + MACHINE + asked
     done = subprocess.run(["node", "-e", script], input=json.dumps(given), capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr[-2000:]
     return json.loads(done.stdout)
@@ -183,24 +202,74 @@ def test_a_band_ends_where_the_oscillation_is_the_limit(tmp_path):
 def test_the_catalogue_has_the_numbers_of_the_project_file_that_it_gives(tmp_path):
     rng, path = np.random.default_rng(6), tmp_path / "project.yaml"
     data, own = catalogue.data_of_catalogue()
-    positions, compared = [], 0
+    positions, compared, names = [], 0, [gear["name"] for gear in data["gears"]]
     for motor in (0, 1) * 4:
         values = [one.value * float(f) for one, f in zip(catalogue.SLIDERS, rng.uniform(0.7, 1.3, 7), strict=True)]
         positions.append([values, int(rng.integers(len(data["gears"]))), motor])
-    for (values, gear, motor), (found, _) in zip(positions, of_page(data, own, positions, "catalogue.js"), strict=True):
-        numbers = {one.name: value for one, value in zip(catalogue.SLIDERS, values, strict=True)}
-        record = data["gears"][gear]
-        numbers["motor.inertia"] += 1e4 * (record["inertia"] or 0.0)
-        numbers["speed.to"] = min(numbers["speed.to"], record["fastest"] or np.inf)
-        text = catalogue.axis_of(record["name"], catalogue.MODES[motor], numbers)
-        equation = from_text(text, path).system(reduced=True)
-        numbers["load.inertia"] = equation.J
-        text = catalogue.axis_of(record["name"], "held", numbers)
+    positions.append([[one.value for one in catalogue.SLIDERS], names.index("CSG-25-100"), 0])
+    rows = of_page(data, own, positions, "catalogue.js", asked=ROWS)
+    for (_, gear, _), (found, row, text) in zip(positions, rows, strict=True):
+        record = gear_of(names[gear])
+        project = from_text(text, path)
+        assert (project.speeds.limits[1] / RPM) <= (record.max_rpm or np.inf) * (1.0 + 1e-12)
+        equation = project.system(reduced=True)
+        assert row[5] == pytest.approx(0.5 * np.sqrt(record.K1 / equation.J) / RPM, rel=1e-9)
+        text = re.sub("(load: {inertia: )[^}]*", rf"\g<1>{equation.J!r} kg*m^2", text).replace(
+            "mode: free", "mode: held"
+        )
         text = re.sub("ratio: .* %", f"B: {equation.B!r} N*m*s/rad", text)  # a free motor in folded speeds
         if not found["others"]:  # the page leaves a curve that turns outside the range to the command, and says so
-            same(found, from_text(text, path), None)  # points at a corner may change places
+            held = from_text(text, path)
+            same(found, held, None)  # points at a corner may change places
+            response = folded(held)[0].response(coexisting=False, points=POINTS)  # with the harmonics of the page
+            assert row[6] * ARCSEC == pytest.approx(max(response.oscillation[response.stable]), rel=1e-5)
             compared += 1
+    assert round(rows[-1][1][5]) == 841
     assert compared >= 5
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_a_kernel_that_ends_in_its_middle_gives_a_sentence_and_the_next_answer_is_whole(tmp_path):
+    project = project_of(tmp_path, "hardening")
+    data, own = html.data_of(project)
+    position = [[one["value"] for one in data["sliders"]]]
+    ((whole, _),) = of_page(data, own, [position])
+    for lost, words, found in of_page(data, own, [position], asked=TRAPS):
+        assert (lost["count"], lost["rows"], lost["bands"]) == (-1, [], [])
+        assert words == ["no steady motion was found with these numbers"]
+        assert found == whole
+
+
+def curve(speeds, growths, labels, bands):
+    rows = [
+        [speed, 1e-4, 1e-4, growth, 1.0, label] for speed, growth, label in zip(speeds, growths, labels, strict=True)
+    ]
+    return {"low": speeds[0], "high": speeds[-1], "bands": bands, "rows": rows}
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_speeds_without_a_stable_motion_are_not_within_the_limit(tmp_path):
+    data, own = html.data_of(project_of(tmp_path, "hardening"))
+    data |= {"scale": 1.0}
+    doubled = curve([100.4, 140.7, 150, 160, 170.2, 200.7], [0.5, 0.5, 1.2, 1.2, 0.5, 0.5], [1] * 6, [])
+    above = doubled | {"bands": [[180.00049, 190.0006]]}
+    bent = curve([100, 150, 160, 130, 120, 200], [0.5, 0.5, 1.0, 1.2, 1.0, 0.5], [1, 1, FOLD, 1, FOLD, 1], [])
+    none = curve([100, 200], [1.2, 1.2], [1, 1], [])
+    found, words = zip(*of_page(data, own, [doubled, above, bent, none], asked=CURVES), strict=True)
+    assert found[0] == [[100.4, 140.7], [170.2, 200.7]]
+    assert found[1] == [[100.4, 140.7], [170.2, 180.00049], [190.0006, 200.7]]
+    assert found[2] == [[100, 200]]
+    assert found[3] == []
+    never = "speeds at which no motion of the curve is stable: 140.7 to 170.2 rpm"
+    assert never in words[0]
+    assert "speeds within it: 100.4 to 140.7, 170.2 to 180, 190.1 to 200.7 rpm" in words[1]
+    assert "speeds at which the oscillation exceeds the limit: 180 to 190.1 rpm" in words[1]
+    assert "the oscillation stays within the limit" in words[2]
+    assert "speeds at which no motion of the curve is stable: 100 to 200 rpm" in words[3]
 
 
 @pytest.mark.slow
@@ -265,7 +334,9 @@ def test_the_page_of_the_catalogue_sorts_chooses_and_gives_a_project_file(offlin
     assert done.output == f"Gears of the catalogue: html in {path}\n"
     assert path.stat().st_size <= 1_000_000
     offline.goto(path.as_uri())
+    offline.get_by_text(re.compile(r"^computing the gears: \d+ of \d+$")).wait_for()
     offline.wait_for_selector("#all:not(.stale)", timeout=300_000)
+    assert offline.inner_text("#progress") == ""
     rows = offline.locator("#rows tr")
     column = lambda i: rows.evaluate_all("(rows, i) => rows.map((row) => row.cells[i].textContent)", i)  # noqa: E731
     assert rows.count() == len(catalogue.data_of_catalogue()[0]["gears"])
@@ -280,6 +351,8 @@ def test_the_page_of_the_catalogue_sorts_chooses_and_gives_a_project_file(offlin
     offline.get_by_role("button", name="CSG-40-50", exact=True).click()
     assert offline.inner_text("#said") != before
     assert offline.locator("[aria-current] button").inner_text() == "CSG-40-50"
+    assert "dashed motions are unstable" in offline.inner_text("#said")
+    assert offline.locator("[aria-current] td").first.inner_text() == "CSG-40-50 *"
     assert offline.input_value("#input0") == offline.evaluate(
         "String(DATA.gears.findIndex((g) => g.name === 'CSG-40-50'))"
     )

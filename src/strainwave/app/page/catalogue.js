@@ -9,12 +9,22 @@ function ofGear(data, numbers, [load, damping, own], [gear, motor]) {
   return numbers;
 }
 
-/** What the table says of a gear: its record, and its answer in the axis of the sliders. */
+/** Project file of a gear in the axis of the sliders; its speeds end at the gear's largest. */
+function projectOf(data, values, [gear, motor]) {
+  const { name, inertia, fastest } = data.gears[gear], numbers = Object.fromEntries(data.sliders.map((slider, i) => [slider.name, values[i]]));
+  numbers["motor.inertia"] += 1e4 * inertia;
+  numbers["speed.to"] = Math.min(numbers["speed.to"], fastest ?? Infinity);
+  const texts = { gear: name, mode: ["held", "free"][motor], ...Object.fromEntries(data.sliders.map((slider) => [slider.name, `${numbers[slider.name]} ${slider.unit}`])) };
+  return data.project.replace(/@([a-z_.0]+)@/g, (_, key) => texts[key]);
+}
+
+/** What the table says of a gear: its record, and its answer in the axis of the sliders; a star where that is not whole. */
 function rowOf(machine, data, values, gear, motor) {
   const { name, ratio, torque, fastest, law } = data.gears[gear], found = answered(machine, data, values, data.points, [gear, motor]), { scale } = data;
-  const [J] = numbersAt(data, values, [gear, motor]), top = found.rows[found.top];
-  const speeds = found.count <= 0 ? told(data, found)[0] : ranges(data, allowed(found)) || "none";
-  return [name, ratio, torque, fastest, law[0] / 1e3, scale * Math.sqrt(law[0] / J), top ? top[1] / data.arcsec : null, speeds];
+  const [J] = numbersAt(data, values, [gear, motor]), top = found.rows[found.top], resonance = (scale * Math.sqrt(law[0] / J)) / 2;
+  const speeds = found.count <= 0 ? told(data, found)[0] : !top ? "no stable motion" : ranges(data, allowed(found), INWARD) || "none";
+  const star = found.count > 0 && (found.others || found.tail > 1e-3 || !found.rows.every(decays)) ? " *" : "";
+  return [name + star, ratio, torque, fastest, law[0] / 1e3, resonance, top ? top[1] / data.arcsec : null, speeds];
 }
 
 const byColumn = (column, way) => (one, other) => {
@@ -38,18 +48,17 @@ function gearsAt(machine, data, values, [chosen, motor], inputs) {
       return head;
     }));
     by("rows").replaceChildren(...table.rows.toSorted(byColumn(table.column, table.way)).map(({ gear, cells: [name, ...more] }) => {
-      const button = element("button", { type: "button", textContent: name });
+      const alone = data.gears[gear].name, button = element("button", { type: "button", textContent: alone });
       button.addEventListener("click", () => { inputs[0].value = gear; inputs[0].dispatchEvent(new Event("input")); scrollTo(0, 0); });
-      const row = element("tr", {}, element("td", {}, button), ...more.map((cell) => element("td", {}, cell === null ? "–" : typeof cell === "number" ? short(cell) : cell)));
+      const row = element("tr", {}, element("td", {}, button, name.slice(alone.length)), ...more.map((cell) => element("td", {}, cell === null ? "–" : typeof cell === "number" ? short(cell) : cell)));
       if (gear === inputs[0].selectedIndex) row.setAttribute("aria-current", "true");
       return row;
     }));
   };
-  const gear = data.gears[chosen], of = JSON.stringify([values, motor]);
-  const texts = { gear: gear.name, mode: ["held", "free"][motor], ...Object.fromEntries(data.sliders.map(({ name, unit }, i) => [name, `${values[i]} ${unit}`])), "motor.inertia": `${values[2] + 1e4 * gear.inertia} kg*cm^2` };
+  const of = JSON.stringify([values, motor]);
   URL.revokeObjectURL(by("file").href);
-  by("file").href = URL.createObjectURL(new Blob([data.project.replace(/@([a-z_.0]+)@/g, (_, name) => texts[name])]));
-  by("file").download = `${gear.name}.yaml`;
+  by("file").href = URL.createObjectURL(new Blob([projectOf(data, values, [chosen, motor])]));
+  by("file").download = `${data.gears[chosen].name}.yaml`;
   clearTimeout(table.timer);
   if (of === table.of) return paint();
   inputs[data.choices.length + 2].disabled = !motor; // inertia of the motor
@@ -58,6 +67,7 @@ function gearsAt(machine, data, values, [chosen, motor], inputs) {
   const rows = [], slice = () => {
     const end = performance.now() + 30;
     while (rows.length < data.gears.length && performance.now() < end) rows.push({ gear: rows.length, cells: rowOf(machine, data, values, rows.length, motor) });
+    by("progress").textContent = rows.length < data.gears.length ? `computing the gears: ${rows.length} of ${data.gears.length}` : "";
     if (rows.length < data.gears.length) return void (table.timer = setTimeout(slice));
     Object.assign(table, { rows, of });
     by("all").className = "";
@@ -65,4 +75,4 @@ function gearsAt(machine, data, values, [chosen, motor], inputs) {
   };
   table.timer = setTimeout(slice, 300);
 }
-if (typeof document !== "object") module.exports = { ...module.exports, rowOf };
+if (typeof document !== "object") module.exports = { ...module.exports, rowOf, projectOf };

@@ -47,7 +47,7 @@ function run(machine, name, given) {
     machine.kinds[name].forEach((kind, i) => pass(kind, given[i]));
     for (const one of arrays) here(one).set(one[1]);
     const code = machine.functions[name](result, result + 8, ...flat);
-    if (code) throw new Error(`${name} ends with ${code}`);
+    if (code) throw new WebAssembly.RuntimeError(`${name} ends with ${code}`);
     for (const one of arrays) one[1].set(here(one));
     const number = Number(new BigInt64Array(main.memory.buffer, result, 1)[0]);
     taken.forEach((place) => main.give(place));
@@ -67,10 +67,11 @@ function numbersAt(data, values, chosen) {
   return chosen.length ? ofGear(data, numbers, values, chosen) : numbers;
 }
 
-/** The answer of the kernel: points, bands, and what is known of them. */
+/** The answer of the kernel: points, bands, and what is known of them; none where the kernel ends in its middle. */
 function answered(machine, data, values, points, chosen = []) {
   const numbers = numbersAt(data, values, chosen), [low, high, limit] = numbers.slice(-3), { laws } = data;
-  if (!(low > 0 && low < high)) return { count: -4, rows: [], bands: [], harmonics: 0 };
+  const none = { count: -4, rows: [], bands: [], harmonics: 0 };
+  if (!(low > 0 && low < high)) return none;
   let next = 0;
   const array = (...shape) => ({ shape, data: new Float64Array(shape.reduce((a, b) => a * b, 1)) }), at = (name) => addressOf(machine, name);
   const parts = data.shapes.map((shape) => { const part = array(...shape); part.data.forEach((_, i) => (part.data[i] = numbers[next++])); return part; });
@@ -86,7 +87,13 @@ function answered(machine, data, values, points, chosen = []) {
   ]);
   const [matrices, disturbed, damping] = parts, drive = [matrices, disturbed, ...parts.slice(3 + laws.length, -1), damping.data[0], { shape: [laws.length, 10], data: BigInt64Array.from(rows) }, ...data.whole];
   const curve = array(data.mostPoints, COLUMNS), bands = array(BANDS, 2), about = array(5), allowed = data.limited ? limit : Infinity;
-  const count = run(machine, "answer", [drive, ["equations", "jacobian", "slope"].map(at), low, high, allowed, points, ...data.begin, curve, bands, about]);
+  let count = -1;
+  try {
+    count = run(machine, "answer", [drive, ["equations", "jacobian", "slope"].map(at), low, high, allowed, points, ...data.begin, curve, bands, about]);
+  } catch (error) {
+    if (!(error instanceof WebAssembly.RuntimeError)) throw error;
+    return { ...none, count }; // in memory of its own the machine has no places to give back
+  }
   places.forEach((place) => machine.main.give(place));
   const found = Array.from({ length: Math.max(0, count) }, (_, i) => Array.from(curve.data.subarray(COLUMNS * i, COLUMNS * (i + 1))));
   const pairs = Array.from({ length: about.data[2] }, (_, i) => [bands.data[2 * i], bands.data[2 * i + 1]]);

@@ -1,7 +1,7 @@
 // The page of a drive: sliders move its numbers, the kernel answers, and the answer is drawn and told.
 
 const bytes = (text) => Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
-const DECAYS = 1 - 1e-10, STEPS = 500;
+const DECAYS = 1 - 1e-10, FOLD = 2, STEPS = 500;
 
 /** Step of a slider that has the number of the file, and the number at a step; one above zero goes by ratios. */
 const home = ({ low, high, value }) => Math.round(STEPS * (low > 0 ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low)));
@@ -11,13 +11,42 @@ function valueAt(slider, step) {
 }
 
 const short = (value) => Number(value.toPrecision(4)).toString();
-const ranges = (data, bands) => bands.map(([a, b]) => `${short(data.scale * a)} to ${short(data.scale * b)}`).join(", ");
+const OUTWARD = [Math.floor, Math.ceil], INWARD = [Math.ceil, Math.floor];
 
-/** Speeds between the bands above the limit. */
-function allowed({ low, high, bands }) {
-  const ends = [low, ...bands.flat(), high], gaps = ends.flatMap((end, i) => (i % 2 ? [] : [[end, ends[i + 1]]]));
-  return gaps.filter(([a, b]) => b > a * (1 + 1e-6));
+/** An end of a band, rounded to one side by Math.floor or Math.ceil, and never coarser than to 1. */
+function toward(way, value) {
+  const step = 10 ** Math.min(0, Math.floor(Math.log10(value)) - 3), steps = value / step, near = Math.round(steps);
+  return Number(((Math.abs(steps - near) < 1e-6 ? near : way(steps)) * step).toPrecision(12));
 }
+
+/** Bands of speeds in words, each end to the side of its way; a band between two numbers that are printed is none. */
+function ranges({ scale }, bands, [from, to]) {
+  const ends = bands.map(([a, b]) => [toward(from, scale * a), toward(to, scale * b)]);
+  return ends.filter(([a, b]) => a < b).map(([a, b]) => `${a} to ${b}`).join(", ");
+}
+
+/** Whether a motion decays after a disturbance, and whether motions do between two points of a curve. */
+const decays = (row) => row[3] < DECAYS, decay = (...two) => two.some(decays) && two.every((row) => decays(row) || row[5] === FOLD);
+
+/** Speeds of a range outside bands of it. */
+function outside({ low, high }, bands) {
+  const gaps = [];
+  let end = low;
+  for (const [a, b] of [...bands.toSorted(([one], [other]) => one - other), [high, high]]) {
+    if (a > end * (1 + 1e-6)) gaps.push([end, a]);
+    end = Math.max(end, b);
+  }
+  return gaps;
+}
+
+/** Speeds at which no motion of a curve is stable. */
+function unstableSpeeds(found) {
+  const pairs = found.rows.slice(1).map((row, i) => [found.rows[i], row]).filter((two) => decay(...two));
+  return outside(found, pairs.map(([[a], [b]]) => [Math.min(a, b), Math.max(a, b)]));
+}
+
+/** Speeds at which a motion is stable and none that is exceeds the limit. */
+const allowed = (found) => outside(found, [...found.bands, ...unstableSpeeds(found)]);
 
 /** Sentences of an answer, in the words and units of the project. */
 function told(data, found) {
@@ -25,10 +54,12 @@ function told(data, found) {
   if (found.count <= 0) return [facts[{ "-1": "lost", "-2": "turned", "-3": "unknown", "-4": "range" }[found.count] ?? "lost"]];
   const texts = [], top = found.rows[found.top], speed = (omega) => `${short(scale * omega)} ${speedUnit}`;
   if (top) texts.push(`${fill("largest.oscillation_arcsec", `${short(top[1] / arcsec)} arcsec`)} ${fill("largest.speed", speed(top[0]))}`);
-  if (top) texts.push(fill("largest.torque_N_m", `${short(Math.max(...found.rows.filter((row) => row[3] < DECAYS).map((row) => row[4])))} ${data.units._N_m}`));
-  if (data.limited && !found.bands.length) texts.push(facts.none_above);
-  else if (data.limited) for (const [key, bands] of [["above", found.bands], ["allowed", allowed(found)]]) if (bands.length) texts.push(fill(key, `${ranges(data, bands)} ${speedUnit}`));
-  if (found.rows.some((row) => row[3] >= DECAYS)) texts.push(facts.unstable);
+  if (top) texts.push(fill("largest.torque_N_m", `${short(Math.max(...found.rows.filter(decays).map((row) => row[4])))} ${data.units._N_m}`));
+  const unstable = unstableSpeeds(found), say = (key, bands, ways) => { const text = ranges(data, bands, ways); if (text) texts.push(fill(key, `${text} ${speedUnit}`)); };
+  if (data.limited && !found.bands.length && !unstable.length) texts.push(facts.none_above);
+  else if (data.limited) { say("above", found.bands, OUTWARD); say("allowed", allowed(found), INWARD); }
+  say("none_stable", unstable, OUTWARD);
+  if (!found.rows.every(decays)) texts.push(facts.unstable);
   if (found.others) texts.push(facts.others);
   if (found.tail > 1e-3) texts.push(facts.tail);
   return texts;
@@ -56,7 +87,7 @@ function drawn(data, found, width, pins, { column, size, name, limit }) {
     }
   };
   for (const one of pins) lines(one.rows.filter(([omega]) => omega >= found.low && omega <= found.high), () => "pin");
-  lines(found.rows, (...two) => (two.every((row) => row[3] < DECAYS) ? "stable" : "unstable"));
+  lines(found.rows, (...two) => (decay(...two) ? "stable" : "unstable"));
   if (limit <= most) parts.push(`<line class="limit" x1="${L}" x2="${W - R}" y1="${y(limit)}" y2="${y(limit)}"/>`);
   parts.push(`<text x="${(L + W - R) / 2}" y="${H - 6}" text-anchor="middle">${data.speedName} [${data.speedUnit}]</text>`);
   parts.push(`<text transform="translate(14 ${(T + H - D) / 2}) rotate(-90)" text-anchor="middle">${name}</text>`);
@@ -128,4 +159,4 @@ function show() {
   update();
 }
 if (typeof document === "object") show();
-else module.exports = { ...module.exports, answered, told };
+else module.exports = { ...module.exports, answered, told, allowed };

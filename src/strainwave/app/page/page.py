@@ -45,6 +45,7 @@ FACTS = (
     Fact("above", None, "speeds at which the oscillation exceeds the limit: {}"),
     Fact("allowed", None, "speeds within it: {}"),
     Fact("none_above", None, "the oscillation stays within the limit"),
+    Fact("none_stable", None, "speeds at which no motion of the curve is stable: {}"),
     Fact("unstable", None, "dashed motions are unstable: the drive leaves them"),
     Fact("others", None, "there is another motion at an end of the range: `strainwave analyze` follows it"),
     Fact("lost", None, "no steady motion was found with these numbers"),
