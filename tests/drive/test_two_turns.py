@@ -219,7 +219,9 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     most = float(found.omega[found.top])
     slow = two_turn_motion(project.whole, found.omega[-1])
     np.testing.assert_allclose(found.curve.envelope[-1], [slow.largest[0], slow.smallest[0]], rtol=1e-4)
-    ((low, high),) = sw.speed_map(project, search=False).forbidden[0]
+    mapped = sw.speed_map(project, search=False)
+    assert {line.order for line in mapped.lines if line.excited} == {2, 2 + 2 / 50}
+    ((low, high),) = mapped.forbidden[0]
     edge = two_turn_motion(project.whole, low)
     assert edge.largest[0] == pytest.approx(project.limit, rel=1e-3)
     assert low < most < high

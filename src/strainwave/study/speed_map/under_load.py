@@ -19,7 +19,7 @@ from ...drive.response import exact_response
 from ...drive.state_space import state_space
 from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
 from ...drive.two_turns import VARIES, beating_response, beats
-from ...model.excitation import Harmonic, NoError
+from ...model.excitation import Harmonic, KinematicError, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
@@ -69,7 +69,12 @@ class Case(NamedTuple):
 
 def equation_orders(equation: Any) -> tuple[float, ...]:
     """Orders that the error equation excites, those of two turns included."""
-    return (*active_orders(equation), *(k for k in equation.orders() if k % 1))
+    if not beats(equation.error):
+        return active_orders(equation)
+    lines = [line for line in equation.error.lines if line.amplitude]
+    whole = tuple(line for line in lines if not line.order % 1)
+    once = equation._replace(error=KinematicError(whole) if whole else NoError())
+    return (*active_orders(once), *(line.order for line in lines if line.order % 1))
 
 
 def slowest(case: Case) -> float:
