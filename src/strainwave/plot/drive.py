@@ -40,26 +40,31 @@ LONGEST = 44  # letters of a title in the legend
 def fine(response: DriveResponse) -> DriveResponse:
     """Draw a curve with cubics between its points.
 
-    Speed and harmonics are smooth along the arc where the largest |x| has corners, so they are what is interpolated.
-    Computed points stay what they are.
+    Speed and harmonics are smooth along the arc where the largest |x| has corners, so they are what is interpolated,
+    and with them the sizes of motions that beat. Computed points stay what they are.
     """
     curve = response.curve
     if len(curve) < 3:
         return response
-    speed, size = np.ptp(curve.omega), np.max(np.ptp(curve.coefficients, axis=0))
+    waves, table = curve.coefficients.shape[1], curve.coefficients
+    if curve.envelope is not None:
+        table = np.column_stack([table, curve.envelope, curve.peak])
+    speed, size = np.ptp(curve.omega), np.max(np.ptp(table, axis=0))
     if not (speed > 0.0 and size > 0.0):
         return response
-    points = _between(np.column_stack([curve.omega / speed, curve.coefficients / size])) * np.array(
-        [speed, *[size] * curve.coefficients.shape[1]]
+    points = _between(np.column_stack([curve.omega / speed, table / size])) * np.array(
+        [speed, *[size] * table.shape[1]]
     )
-    points[::PARTS] = np.column_stack([curve.omega, curve.coefficients])
-    series = to_blocks(points[:, 1:].T).T
-    peak = np.max(np.abs(series @ synthesis(series.shape[1] // 2, SAMPLES * (series.shape[1] // 2))), axis=1)
-    peak[::PARTS] = curve.peak
+    points[::PARTS] = np.column_stack([curve.omega, table])
+    coefficients, envelope, peak = points[:, 1 : waves + 1], points[:, waves + 1 : -1], points[:, -1]
+    if curve.envelope is None:
+        series = to_blocks(coefficients.T).T
+        peak = np.max(np.abs(series @ synthesis(series.shape[1] // 2, SAMPLES * (series.shape[1] // 2))), axis=1)
+        peak[::PARTS] = curve.peak
     steps = np.arange(len(points)) // PARTS  # a step is drawn as its first point is
     drawn = replace(
-        curve, values=points[:, 0], omega=points[:, 0], coefficients=points[:, 1:], peak=peak,
-        multipliers=curve.multipliers[steps], stable=curve.stable[steps],
+        curve, values=points[:, 0], omega=points[:, 0], coefficients=coefficients, peak=peak,
+        envelope=None if curve.envelope is None else envelope, multipliers=curve.multipliers[steps], stable=curve.stable[steps],
     )  # fmt: skip
     return replace(response, curve=drawn)
 
@@ -97,7 +102,7 @@ class Drawn(NamedTuple):
 
 def reference(project: Project) -> Drawn:
     """The curve of the drive with its motor held, where it is another one, and what assumed numbers leave open."""
-    held = project.train is not None and project.motor == "held"
+    held = project.train is not None and project.motor == "held" and not project.beats
     return Drawn(reduced=project.equation_response(coexisting=False) if held else None, sure=project.sureness)
 
 

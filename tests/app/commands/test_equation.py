@@ -11,7 +11,9 @@ from direct_project import project_of
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
+from strainwave.app.web.views import sureness
 from strainwave.files.reading import read_project
+from strainwave.plot.drive import HELD
 
 ARCSEC = math.pi / 648000.0
 PROJECT = """\
@@ -36,6 +38,7 @@ COUPLING = (
     "inertia: 1 kg*m^2",
     "inertia: 1 kg*m^2, coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}",
 )
+BEAT = ("{order: 2, amplitude: 10 arcsec}", "{order: {wave_generator: 2, output: 2}, amplitude: 10 arcsec}")
 
 
 @pytest.fixture
@@ -99,6 +102,15 @@ def test_the_response_is_of_the_whole_drive(written):
     told = invoke("response", path)
     assert told.exit_code == 0, told.stderr
     assert "pointing error, largest oscillation" in told.stdout
+
+
+@pytest.mark.parametrize("more", [GRAVITY, COUPLING, MOTOR_DRAG], ids=["gravity", "coupling", "drag"])
+def test_the_figure_of_a_beat_is_without_the_error_equation_which_has_no_such_line(written, more):
+    path = written(more, BEAT)
+    told = invoke("response", path, "-o", str(path.parent / "curve.svg"))
+    assert told.exit_code == 0, told.stderr
+    assert HELD not in (path.parent / "curve.svg").read_text()
+    assert sureness(read_project(path))["held"] is None
 
 
 @pytest.mark.parametrize(

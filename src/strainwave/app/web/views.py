@@ -140,7 +140,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
 def sureness(project: Project) -> dict[str, Any]:
     """What stands beside the response after a pause: the band of assumed numbers, and the curve of the held motor."""
     sure, scale, held = how_sure(project, _turning), project.speeds.scale, None
-    if project.train is not None and project.motor == "held":
+    if project.train is not None and project.motor == "held" and not project.beats:
         curve = project.equation_response(coexisting=False, points=POINTS)
         held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
     sentences = sure.sentences(project.limit)
