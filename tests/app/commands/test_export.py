@@ -89,6 +89,10 @@ def test_a_law_of_the_project_that_branches_is_one_sentence(tmp_path):
         (("--to", "mat", "-o", "a.nc"), "strainwave: the file is 'a.nc'; give it a name that ends in .mat\n"),
         (("--to", "fmu2", "-o", "none/a.fmu"), "strainwave: there is no folder none; make it, or save elsewhere\n"),
         (("--to", "c", "-o", "a.c", "--step", "1 s"), "give a shorter one\n"),
+        (
+            ("--to", "html", "-o", "a.html", "--step", "1 ms"),
+            "strainwave: --step is the length of a step of C and FMU, and html has none; leave it out\n",
+        ),
     ],
 )
 def test_bad_input_is_one_sentence(given, sentence, path, tmp_path, monkeypatch):
@@ -98,3 +102,15 @@ def test_bad_input_is_one_sentence(given, sentence, path, tmp_path, monkeypatch)
     assert run.stderr.endswith(sentence)
     assert run.stderr.count("\n") == 1
     assert os.listdir(tmp_path) == ["axis.yaml"]
+
+
+def test_the_catalogue_goes_to_no_other_program(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for given, sentence in (
+        (("--to", "c", "-o", "gears.c"), "the catalogue is exported as a page; take --to html"),
+        (("--to", "html", "-o", "gears.html", "--step", "1 ms"), "html has none; leave it out"),
+    ):
+        run = invoke("catalogue", *given)
+        assert (run.exit_code, run.stderr.count("\n")) == (1, 1)
+        assert run.stderr.endswith(f"{sentence}\n")
+    assert os.listdir(tmp_path) == []

@@ -18,6 +18,7 @@ from strainwave.app.page.folded import POINTS, folded
 from strainwave.app.page.sliders import _quantity, sliders
 from strainwave.app.report.report import write
 from strainwave.app.web.views import solved
+from strainwave.base.results import SolveError
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.compile.wasm import stamp
 from strainwave.files.reading import from_text, read_project
@@ -391,6 +392,18 @@ def test_a_live_report_has_the_page_folded_away_or_says_why_not(offline, tmp_pat
     assert "script" not in page
 
 
+@pytest.mark.compiled
+@pytest.mark.parametrize("kind", [ValueError, TypeError, SolveError])
+def test_a_page_that_cannot_be_made_leaves_the_report_whole(kind, tmp_path, monkeypatch):
+    def fail(_):
+        raise kind("the law cannot carry 4 N*m")
+
+    monkeypatch.setattr("strainwave.app.report.report.page_of", fail)
+    write(project_of(tmp_path, "hardening"), tmp_path / "held", sections=(), live=True)
+    page = (tmp_path / "held" / "report.html").read_text(encoding="utf-8")
+    assert "No curve that follows sliders: the law cannot carry 4 N*m" in page
+
+
 @pytest.mark.slow
 @pytest.mark.interpreted
 def test_a_browser_without_vectors_gets_a_sentence(browser, tmp_path):
@@ -439,7 +452,15 @@ def test_random_positions_leave_no_trap_and_take_no_memory(tmp_path):
 )
 def test_a_drive_that_no_page_holds_is_refused_by_its_part(old, new, named, tmp_path):
     text = HELD.replace("LAW", LAWS["hardening"]).replace(old, new)
-    with pytest.raises(ValueError, match=f"this drive has .*{named}.*: take `strainwave app`"):
+    words = f"this drive has .*{named}.*: take `strainwave app` or `strainwave analyze`, or leave it out"
+    with pytest.raises(ValueError, match=words):
+        html.page_of(from_text(text, tmp_path / "project.yaml"))
+
+
+def test_all_parts_that_no_page_holds_are_named(tmp_path):
+    text = HELD.replace("LAW", LAWS["hardening"]).replace("mean: -4 N*m", "mean: {from: -10 N*m, to: 10 N*m}")
+    text = text.replace("{order: 2,", "{order: {wave_generator: 2, output: 2},")
+    with pytest.raises(ValueError, match="a range of load torques and a line of the output's turn: .* leave them out"):
         html.page_of(from_text(text, tmp_path / "project.yaml"))
 
 

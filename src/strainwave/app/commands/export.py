@@ -30,7 +30,11 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
     """Take motor, gear and load to another program."""
     if form in ("mat", "html") and output.suffix != f".{form}":
         raise ValueError(f"the file is {output.name!r}; give it a name that ends in .{form}")
-    if form == "html" and str(project) == "catalogue":
+    if form in ("mat", "html") and step is not None:
+        raise ValueError(f"--step is the length of a step of C and FMU, and {form} has none; leave it out")
+    if str(project) == "catalogue":
+        if form != "html":
+            raise ValueError("the catalogue is exported as a page; take --to html")
         from ..page.catalogue import TITLE, write_catalogue
 
         write_catalogue(output)

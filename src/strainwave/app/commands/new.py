@@ -82,7 +82,8 @@ QUESTIONS = (
     Question("damping", "Damping ratio", "%", "3 %", "Share of the critical damping; 1 to 5 % are usual."),
     Question(
         "budget", "Budget of the oscillation", "arcsec", "catalogue",
-        "Largest distance of the pointing error from its mean; catalogue takes the accuracy, none no limit.",
+        "Largest distance of the pointing error from its mean; catalogue takes the accuracy class, peak-to-peak, which "
+        "is twice the error in slow rotation; none takes no limit.",
     ),
     Question("speed_from", "Lowest speed", "rpm", "500 rpm", "Of the motor."),
     Question("speed_to", "Highest speed", "rpm", "catalogue",
@@ -342,7 +343,7 @@ def _one(gear: Gear, as_json: bool) -> None:
 
 
 def _fit(gear: Gear) -> dict[str, float] | None:
-    if None in (gear.K1, gear.K2, gear.K3, gear.T1, gear.T2):
+    if not gear.has_law:
         return None
     fit = gear.fit(3)
     return {"K": gear.cubic.K, "alpha": gear.cubic.alpha, "relative_rms": fit.relative, "reach": fit.reach}

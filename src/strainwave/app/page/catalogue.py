@@ -49,7 +49,7 @@ def data_of_catalogue() -> tuple[dict[str, Any], bytes]:
     """What the page knows of the gears that have a torsion law, and the machine code of the functions of all."""
     data, code = data_of(from_text(axis_of(FIRST, MODES[0], {}), Path(f"{FIRST}.yaml")))
     moves = {slider["name"]: slider["moves"] for slider in data["sliders"] if slider["name"] != SLIDERS[0].name}
-    gears = [gear for gear in map(catalogue.gear, catalogue.names()) if gear.K2 is not None and gear.T1 is not None]
+    gears = [gear for gear in map(catalogue.gear, catalogue.names()) if gear.has_law]
     rows = [
         {
             "name": gear.name, "ratio": gear.ratio, "torque": gear.rated_torque, "fastest": gear.max_rpm,

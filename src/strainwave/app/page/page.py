@@ -130,9 +130,10 @@ def rough_parts(train: DriveTrain) -> list[str]:
 def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
     """What the page knows of a project, and the machine code of its own functions."""
     if parts := refused_parts(project):
+        them = "it" if len(parts) == 1 else "them"
         raise ValueError(
             f"a page holds drives that are linear around springs; this drive has {listed(parts)}: take "
-            "`strainwave app` or `strainwave report`, or leave it out of the project"
+            f"`strainwave app` or `strainwave analyze`, or leave {them} out of the project"
         )
     drive = OnPage(project)
     if any(depends(law) != 1 or len(breakpoints_of(law)) > MOST_KINKS for law in drive.laws):

@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 from ... import __version__
 from ...base.arguments import silent
+from ...base.results import SolveError
 from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
@@ -132,7 +133,7 @@ def _computing(project: Project) -> tuple[str, str]:
     """Page of the drive that computes, and why there is none."""
     try:
         return page_of(project), ""
-    except ValueError as error:
+    except (ValueError, TypeError, SolveError) as error:  # the report is finished, whatever its page lacks
         return "", f"no curve that follows sliders: {error}"
 
 

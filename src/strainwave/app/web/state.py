@@ -228,7 +228,7 @@ def yaml_of(project: Project) -> str:
 
 @lru_cache(256)
 def first_text(name: str) -> str:
-    """A first project of a gear: an axis in a cascade, with twice the limit that its accuracy is in slow rotation.
+    """First project of a gear: an axis in a cascade, whose limit is twice what its accuracy class is in slow rotation.
 
     Order 2 meets the resonance of the load, the motor held, at half of the largest speed. The stiffness is K1. Orders
     of the kinematic error share the accuracy class as the catalogue's makers report it: two thirds are order 2.

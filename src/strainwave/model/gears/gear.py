@@ -171,6 +171,11 @@ class Gear:
         return tuple(dict.fromkeys(note for name, note in self.doubts if name in names))
 
     @property
+    def has_law(self) -> bool:
+        """Whether the sources give all numbers of the torsion law."""
+        return all(getattr(self, name) is not None for name in PiecewiseLinear._fields)
+
+    @property
     def law(self) -> PiecewiseLinear:
         """The vendors' three-slope torsion law.
 

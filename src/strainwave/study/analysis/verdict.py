@@ -36,7 +36,7 @@ class Answer(StrEnum):
     """What the verdict is."""
 
     ALL_RIGHT = "all right"
-    BUT = "all right but for some speeds"
+    BUT = "OK except for some speeds"
     NOT = "not all right"
 
 
