@@ -14,6 +14,7 @@ from test_extension import Dogleg
 from strainwave.app.commands.cli import cli
 from strainwave.app.page import catalogue
 from strainwave.app.page import page as html
+from strainwave.app.page import sliders as page_sliders
 from strainwave.app.page.folded import POINTS, folded
 from strainwave.app.page.sliders import _quantity, sliders
 from strainwave.app.report.report import write
@@ -460,7 +461,7 @@ def test_a_drive_that_no_page_holds_is_refused_by_its_part(old, new, named, tmp_
 def test_all_parts_that_no_page_holds_are_named(tmp_path):
     text = HELD.replace("LAW", LAWS["hardening"]).replace("mean: -4 N*m", "mean: {from: -10 N*m, to: 10 N*m}")
     text = text.replace("{order: 2,", "{order: {wave_generator: 2, output: 2},")
-    with pytest.raises(ValueError, match="a range of load torques and a line of the output's turn: .* leave them out"):
+    with pytest.raises(ValueError, match=r"a range of load torques and a line of the output's turn: .* leave them out"):
         html.page_of(from_text(text, tmp_path / "project.yaml"))
 
 
@@ -480,6 +481,34 @@ def test_sliders_do_not_depend_on_the_number_that_comes_first(tmp_path):
     )
     assert sorted(one[:4] for one in rows) == sorted(one[:4] for one in others)
     assert pytest.approx(float(base.drive.B), rel=1e-12) == other.drive.B
+
+
+def test_sliders_that_no_place_together_can_check_are_left_out(tmp_path, monkeypatch):
+    changed = page_sliders._with
+
+    def at_most_three(project, changes):
+        if len(changes) > 3:
+            raise ValueError("too many at once")
+        return changed(project, changes)
+
+    monkeypatch.setattr(page_sliders, "_with", at_most_three)
+    _, rows, terms = sliders(project_of(tmp_path, "hardening"))
+    assert (len(rows), terms) == (3, [])
+
+
+@pytest.mark.parametrize("most", [2.0, 3.9])
+def test_a_number_that_ends_within_its_slider_has_none(most, tmp_path, monkeypatch):
+    changed = page_sliders._with
+
+    def bounded(project, changes):
+        bound = {row: min(value, most * row.value) for row, value in changes.items() if row.name == "damping.B"}
+        return changed(project, changes | bound)
+
+    monkeypatch.setattr(page_sliders, "_with", bounded)
+    _, rows, _ = sliders(project_of(tmp_path, "hardening"))
+    names = {row.name for row in rows}
+    assert "load.inertia" in names
+    assert "damping.B" not in names
 
 
 def test_a_title_that_looks_like_a_place_of_the_page_stays_a_title(tmp_path):

@@ -4,6 +4,7 @@ A page knows nothing of a project file. A slider moves numbers along a line, or 
 of what sliders have, as a gain times another is; only numbers of the file for which that holds have a slider.
 """
 
+from contextlib import suppress
 from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple
@@ -51,6 +52,11 @@ class Slider(NamedTuple):
         """The slider as the page has it, with the unit as it is printed."""
         return self._asdict() | {"shown": sign(self.unit.replace("^", "**"))}
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Ratios of `at` at the ends of the slider."""
+        return 1.0 + (self.low - self.value) / self.unity, 1.0 + (self.high - self.value) / self.unity
+
     def at(self, ratio: float) -> float:
         """Value at a ratio to that of the file; as far from 0 where that is none."""
         return self.value + (ratio - 1.0) * self.unity
@@ -74,10 +80,10 @@ class OnPage:
     def arrays(self) -> list[Floats]:
         """Arrays of the page in their order: matrices, numbers of the laws, what drives, speeds and limit."""
         drive = self.drive
-        first = [drive.matrices, drive.disturbed, np.array(drive.damping)]
+        system = [drive.matrices, drive.disturbed, np.array(drive.damping)]
         laws = [np.array(leaves(law), float) for law in self.laws]
-        then = [drive.forces, drive.per_speed, drive.zero_mean, drive.pointing, drive.lines]
-        return [*first, *laws, *then, np.array(self.ends)]
+        excitation = [drive.forces, drive.per_speed, drive.zero_mean, drive.pointing, drive.lines]
+        return [*system, *laws, *excitation, np.array(self.ends)]
 
     @cached_property
     def numbers(self) -> Floats:
@@ -125,11 +131,10 @@ def sliders(project: Project) -> tuple[Project, list[Slider], list[Any]]:
     while True:
         rows = [row for row, _ in moved]
         terms = [term for places, group in _groups(moved) for term in _terms(base, rows, group, places)]
-        wrong = _first_wrong(base, rows, terms)
-        if wrong is None:
+        missed = _missed(base, rows, terms)
+        if missed is None:
             return base, rows, terms
-        last = max(i for i, (row, places) in enumerate(moved) if wrong in places or wrong in dict(row.moves))
-        del moved[last]
+        del moved[max(i for i, (_, places) in enumerate(moved) if places & missed)]
 
 
 def _slider(project: Project, content: dict[str, Any], name: str) -> tuple[Slider, set[int]] | None:
@@ -145,11 +150,16 @@ def _slider(project: Project, content: dict[str, Any], name: str) -> tuple[Slide
         drives = [_with(project, {slider: slider.at(ratio)}) for ratio in RATIOS]
     except ValueError:
         return None
+    ratios = [*RATIOS]
+    for ratio in slider.ends:  # which may be refused, as a speed below the lowest is
+        with suppress(ValueError):
+            drives.append(_with(project, {slider: slider.at(ratio)}))
+            ratios.append(ratio)
     if any(drive.kind != drives[0].kind for drive in drives[1:]):
         return None
     numbers = np.array([drive.numbers for drive in drives])
     close = EXACT * np.max([drive.sizes for drive in drives], axis=0)
-    share = np.array([slider.at(ratio) / step for ratio in RATIOS])
+    share = np.array([slider.at(ratio) / step for ratio in ratios])
     places = {*np.flatnonzero(np.any(np.abs(numbers - numbers[0]) > close, axis=0)).tolist()}
     for powers in POWERS[: None if value > 0.0 else 3]:
         if value <= 0.0 and min(powers) < 0:
@@ -174,8 +184,7 @@ def _groups(moved: list[tuple[Slider, set[int]]]) -> list[tuple[list[int], tuple
         if len(group) > 1 or moved[group[0]][0].powers != (1,):
             groups.setdefault(group, []).append(place)
     for i, (row, places) in enumerate(moved):
-        own = tuple(move for move in row.moves if movers[move[0]] == (i,))
-        moved[i] = row._replace(moves=own), places
+        moved[i] = row._replace(moves=tuple(move for move in row.moves if movers[move[0]] == (i,))), places
     return [(places, group) for group, places in groups.items()]
 
 
@@ -208,20 +217,22 @@ def _terms(project: Project, rows: list[Slider], group: tuple[int, ...], places:
     return terms
 
 
-def _first_wrong(project: Project, rows: list[Slider], terms: list[Any]) -> int | None:
-    """First number that the terms and moves of all sliders miss somewhere."""
-    first_numbers = OnPage(project).numbers
-    for shift in range(3):
-        changes = {row: row.at(RATIOS[1 + (3 * i + shift) % 6]) for i, row in enumerate(rows)}
+def _missed(project: Project, rows: list[Slider], terms: list[Any]) -> set[int] | None:
+    """The first number that terms and moves of all sliders miss somewhere, or all if no place has a drive; or None."""
+    base, places = OnPage(project).numbers, 0
+    shares = [[RATIOS[1 + (3 * i + shift) % 6] for i in range(len(rows))] for shift in range(3)]
+    for ratios in (*shares, *zip(*(row.ends for row in rows), strict=True)):
+        changes = {row: row.at(ratio) for row, ratio in zip(rows, ratios, strict=True)}
         try:
             changed = _with(project, changes)
         except ValueError:
             continue
-        numbers = moved_numbers(first_numbers, rows, terms, [*changes.values()])
+        places += 1
+        numbers = moved_numbers(base, rows, terms, [*changes.values()])
         wrong = np.flatnonzero(np.abs(numbers - changed.numbers) > AGREES * changed.sizes)
         if len(wrong):
-            return int(wrong[0])
-    return None
+            return {int(wrong[0])}
+    return None if places or not rows else {*range(len(base))}
 
 
 def moved_numbers(numbers: Floats, rows: list[Slider], terms: list[Any], values: list[float]) -> Floats:
