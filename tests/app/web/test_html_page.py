@@ -15,10 +15,10 @@ from strainwave.app.commands.cli import cli
 from strainwave.app.page import catalogue
 from strainwave.app.page import page as html
 from strainwave.app.page import sliders as page_sliders
-from strainwave.app.page.folded import POINTS, folded
+from strainwave.app.page.page import POINTS
 from strainwave.app.page.sliders import _quantity, sliders
 from strainwave.app.report.report import write
-from strainwave.app.web.views import solved
+from strainwave.app.web.views import folded, solved
 from strainwave.base.results import SolveError
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.compile.wasm import stamp

@@ -1,8 +1,8 @@
 // The page of the catalogue: the numbers of a gear in the axis of the sliders, and all gears in a table that sorts.
 
 /** The numbers of a page with those of a gear; its motor is held at its speed, or free. */
-function ofGear(data, numbers, [load, damping, own], [gear, motor]) {
-  const { ratio, inertia, fastest, law } = data.gears[gear], turning = ratio ** 2 * 1e-4 * (own + 1e4 * inertia);
+function ofGear(data, numbers, [load, damping, drive], [gear, motor]) {
+  const { ratio, inertia, fastest, law } = data.gears[gear], turning = ratio ** 2 * 1e-4 * (drive + 1e4 * inertia);
   const J = motor ? (load * turning) / (load + turning) : load;
   numbers.splice(0, 7 + law.length, J, 0, 0, J, 0, 0, 0.02 * damping * Math.sqrt(law[0] * J), ...law);
   numbers[numbers.length - 2] = Math.min(numbers.at(-2), fastest === null ? Infinity : fastest / data.scale);

@@ -3,9 +3,9 @@
 
 const COLUMNS = 6, BANDS = 64;
 
-/** A machine of the bytes of the kernels, and of laws of its own beside them; `kinds` are those of all arguments. */
-function start(bytes, kinds, own) {
-  return renewed({ kinds, modules: [bytes, own].map((code) => new WebAssembly.Module(code)) });
+/** A machine of the bytes of the kernels, and of those of laws beside them; `kinds` are those of all arguments. */
+function start(bytes, kinds, laws) {
+  return renewed({ kinds, modules: [bytes, laws].map((code) => new WebAssembly.Module(code)) });
 }
 
 /** The machine with memory of its own, as after a kernel that ended in its middle: nothing gives back what that took. */
@@ -77,12 +77,12 @@ function answered(machine, data, values, points, chosen = []) {
   const parts = data.shapes.map((shape) => { const part = array(...shape); part.data.forEach((_, i) => (part.data[i] = numbers[next++])); return part; });
   const places = laws.map(({ words }, j) => {
     const place = machine.main.take(8 * words.length + 8), memory = new DataView(machine.main.memory.buffer, place);
-    let own = 0;
-    words.forEach((word, i) => typeof word === "string" ? memory.setBigInt64(8 * i, BigInt(word), true) : memory.setFloat64(8 * i, parts[3 + j].data[own++], true));
+    let number = 0;
+    words.forEach((word, i) => typeof word === "string" ? memory.setBigInt64(8 * i, BigInt(word), true) : memory.setFloat64(8 * i, parts[3 + j].data[number++], true));
     return place;
   });
-  const rows = laws.flatMap(({ own, kinks, exact: e }, j) => [
-    BigInt(places[j]), at(`torques_of_law${own}`), at(`stiffnesses_of_law${own}`), kinks ? at(`breakpoints_of_law${own}`) : 0n, BigInt(kinks),
+  const rows = laws.flatMap(({ kind, kinks, exact: e }, j) => [
+    BigInt(places[j]), at(`torques_of_law${kind}`), at(`stiffnesses_of_law${kind}`), kinks ? at(`breakpoints_of_law${kind}`) : 0n, BigInt(kinks),
     ...["torques", "stiffness", "slack"].map((name) => at(name + e)), 0n, BigInt(e),
   ]);
   const [matrices, disturbed, damping] = parts, drive = [matrices, disturbed, ...parts.slice(3 + laws.length, -1), damping.data[0], { shape: [laws.length, 10], data: BigInt64Array.from(rows) }, ...data.whole];

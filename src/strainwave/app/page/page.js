@@ -114,7 +114,7 @@ const element = (tag, fields, ...children) => { const made = Object.assign(docum
 function show() {
   const by = (id) => document.getElementById(id), data = DATA, alone = location.protocol !== "about:"; // else in a report
   if (!hasVectors()) return void (by("said").textContent = data.facts.no_simd);
-  const machine = start(bytes(KERNELS), data.kinds, bytes(OWN)), choices = data.choices ?? [], first = choices.length;
+  const machine = start(bytes(KERNELS), data.kinds, bytes(LAWS)), choices = data.choices ?? [], number = choices.length;
   by("file").href = URL.createObjectURL(new Blob([data.project]));
   if (!alone) by("file").after(" ", element("a", { textContent: "This page as a file", download: `${data.title}.html`, href: URL.createObjectURL(new Blob([frameElement.srcdoc], { type: "text/html" })) }));
   const outputs = data.sliders.map(() => element("output", {}));
@@ -129,7 +129,7 @@ function show() {
     input.id = `input${i}`;
     input.value = whole ? held[i] : homes[i];
     if (input.selectedIndex === -1) input.value = homes[i];
-    by("values").append(element("label", { htmlFor: input.id }, ...(i < first ? [label] : [`${label}: `, outputs[i - first]]), input));
+    by("values").append(element("label", { htmlFor: input.id }, ...(i < number ? [label] : [`${label}: `, outputs[i - number]]), input));
   });
   let found, pins = [];
   const quantities = [{ column: 1, size: data.arcsec, name: "oscillation [arcsec]" }, { column: 4, size: 1, name: `torque in the gear [${data.units._N_m}]` }];
@@ -139,9 +139,9 @@ function show() {
     if (!alone) frameElement.style.height = `${document.documentElement.offsetHeight + 8}px`;
   };
   const update = () => {
-    const chosen = inputs.slice(0, first).map((input) => input.selectedIndex);
-    const values = data.sliders.map((slider, i) => valueAt(slider, Number(inputs[first + i].value))), begun = performance.now();
-    outputs.forEach((output, i) => inputs[first + i].setAttribute("aria-valuetext", (output.textContent = `${short(values[i])} ${data.sliders[i].shown}`)));
+    const chosen = inputs.slice(0, number).map((input) => input.selectedIndex);
+    const values = data.sliders.map((slider, i) => valueAt(slider, Number(inputs[number + i].value))), begun = performance.now();
+    outputs.forEach((output, i) => inputs[number + i].setAttribute("aria-valuetext", (output.textContent = `${short(values[i])} ${data.sliders[i].shown}`)));
     found = answered(machine, data, values, data.points, chosen);
     const taken = performance.now() - begun;
     by("said").textContent = `${told(data, found).join("; ")}.`;

@@ -33,10 +33,10 @@ from ...numerics.addressed import _breakpoints, _stiffnesses, _torques
 from ...numerics.balance.piecewise import is_piecewise_linear
 from ...numerics.curves.answer import MOST_POINTS
 from ...numerics.curves.inner_balance import MOST_KINKS
-from .folded import POINTS
 from .sliders import OnPage, sliders
 
 HERE = Path(__file__).parent
+POINTS = 40  # about; ends of bands and torques are those of 400 points within 0.2 %
 
 FACTS = (
     Fact("largest.oscillation_arcsec", None, "largest oscillation {}"),
@@ -79,12 +79,12 @@ def page_of(project: Project) -> str:
     return page_with(*data_of(project))
 
 
-def page_with(data: dict[str, Any], own: bytes, *scripts: str) -> str:
-    """Text of a page of data and of the code of its own functions; `scripts` are files that it has besides."""
+def page_with(data: dict[str, Any], laws: bytes, *scripts: str) -> str:
+    """Text of a page of data and of the code of its laws; `scripts` are files that it has besides."""
     put = {
         "TITLE": _escaped(data["title"]), "STYLE": _text("page.css"),
         "CODE": "".join(map(_text, ("machine.js", *scripts, "page.js"))),
-        "DATA": json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"), "OWN": _packed(own),
+        "DATA": json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"), "LAWS": _packed(laws),
         "KERNELS": _packed(kernels()), "GEARS": _text("catalogue.html") if scripts else "",
     }  # fmt: skip
     return re.sub(r"@([A-Z]+)@", lambda found: put[found[1]], _text("page.html"))
@@ -104,11 +104,11 @@ def refused_parts(project: Project) -> list[str]:
     if project.beats:
         parts.append("a line of the output's turn")
     if project.train is not None and not parts:
-        parts += rough_parts(project.train)
+        parts += nonlinear_parts(project.train)
     return parts
 
 
-def rough_parts(train: DriveTrain) -> list[str]:
+def nonlinear_parts(train: DriveTrain) -> list[str]:
     """Parts of a train that are neither linear nor laws of their own twists."""
     end, smooth = train.load.end(), PositionLoop(1.0, 1.0)
     load = train.load.with_end(end._replace(drag=NO_DRAG))
@@ -123,8 +123,8 @@ def rough_parts(train: DriveTrain) -> list[str]:
     }
     if not has_curve(train):
         return [f"{listed(left_out(train))} beside a free motor"] if left_out(train) else []
-    rough = [name for name, one in parts.items() if at_load(one).linear_part() is None]
-    return rough if at_load(train).linear_part() is None else []
+    nonlinear = [name for name, one in parts.items() if at_load(one).linear_part() is None]
+    return nonlinear if at_load(train).linear_part() is None else []
 
 
 def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
@@ -142,7 +142,7 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
     numbers, kinds = OnPage(base).numbers, list(dict.fromkeys(map(kind_of, drive.laws)))
     laws = [
         {
-            "own": kinds.index(kind_of(law)), "words": _words(law), "kinks": len(breakpoints_of(law)),
+            "kind": kinds.index(kind_of(law)), "words": _words(law), "kinks": len(breakpoints_of(law)),
             "exact": int(is_piecewise_linear(law)),
         }
         for law in drive.laws

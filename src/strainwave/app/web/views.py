@@ -3,6 +3,7 @@
 The curve that follows a slider: fewer points, over the shortest period that all of the excitation repeats with.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ from ...drive.project import Project
 from ...files.notes import load_remark, unsaid
 from ...files.variants.replaced import replaced, tuning
 from ...files.variants.sureness import how_sure
+from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.avoid import without_stable
 from ...study.analysis.in_time import drive_motion
@@ -24,7 +26,7 @@ from ...study.compensation.compensate import compensate
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
-from ..page.folded import POINTS, folded, orders_of
+from ..page.page import POINTS
 
 Progress = Callable[..., None]  # of a stage and a share, and of a part of the result where one is known
 MOST_SHOWN = 4000  # samples of a run
@@ -61,12 +63,47 @@ def solved(project: Project, whole: bool = False) -> Curve:
     own, g = folded(project)
     if g == 1:
         return Curve(own.response(coexisting=False, points=POINTS), own, scale)
-    h = max([FEWEST, *orders_of(own)])
+    h = max([FEWEST, *_orders_of(own)])
     while True:
         found = own.response(h, coexisting=False, points=POINTS)
         if found.curve.tail <= MATTERS or h >= MOST:
             return Curve(_as_fast(found, g) if own.motor == "held" else found, own, scale / g)
         h = min(2 * h + 1, MOST)
+
+
+def folded(project: Project) -> tuple[Project, int]:
+    """The project over the shortest period of its excitation, and how often that is in a turn of the base angle."""
+    orders = _orders_of(project)
+    g = 1 if any(order % 1 for order in orders) else math.gcd(*map(int, orders))
+    others = (project.train, project.damping, project.stiffness)  # these do not repeat with it, or need not
+    if g < 2 or project.has_memory or any(one is not None for one in others):
+        return project, 1
+    error = project.kinematic_error
+    if error is not None:
+        error = error._replace(lines=tuple(line._replace(order=line.order // g) for line in error.lines))
+    low, high = project.speeds.limits
+    single = tuple(g * omega for omega in project.speeds.single)
+    whole = project.whole
+    if whole is not None and whole.motor.held:
+        whole = whole._replace(N=g * whole.N, error=error or whole.error)
+    return replace(
+        project, speeds=replace(project.speeds, limits=(g * low, g * high), single=single), kinematic_error=error,
+        motor_torque=_slower(project.motor_torque, g), load_torque=_slower(project.load_torque, g), whole=whole,
+    ), g  # fmt: skip
+
+
+def _slower(torque: Harmonics | None, g: int) -> Harmonics | None:
+    """A torque over an angle that is g times as fast; a term without amplitude is its mean alone."""
+    if torque is None:
+        return None
+    return Harmonics(tuple(term._replace(order=max(1, term.order // g)) for term in torque.terms))
+
+
+def _orders_of(project: Project) -> list[int]:
+    """Orders of the excitation on the base angle; of torques those with an amplitude."""
+    lines = () if project.kinematic_error is None else project.kinematic_error.lines
+    terms = [term for torque in (project.motor_torque, project.load_torque) if torque for term in torque.terms]
+    return [line.order for line in lines] + [term.order for term in terms if term.amplitude]
 
 
 def _as_fast(found: DriveResponse, g: int) -> DriveResponse:
