@@ -64,7 +64,8 @@ def fine(response: DriveResponse) -> DriveResponse:
     steps = np.arange(len(points)) // PARTS  # a step is drawn as its first point is
     drawn = replace(
         curve, values=points[:, 0], omega=points[:, 0], coefficients=coefficients, peak=peak,
-        envelope=None if curve.envelope is None else envelope, multipliers=curve.multipliers[steps], stable=curve.stable[steps],
+        multipliers=curve.multipliers[steps], stable=curve.stable[steps],
+        envelope=None if curve.envelope is None else envelope,
     )  # fmt: skip
     return replace(response, curve=drawn)
 
