@@ -94,7 +94,8 @@ def states_at(problem: Torus, points: Floats, phase: Floats) -> list[Floats]:
 
 def along_turns(problem: Torus, points: Floats, beats: int) -> tuple[Floats, list[Floats]]:
     """Angles (n,) [rad] of the motor until motions repeat, and the states (states, n) of each at them."""
-    count = math.ceil(turns_of(problem.ratio) / beats)
+    count = turns_of(problem.ratio)
+    count //= math.gcd(count, beats)
     places = max(LEAST, PER_WAVE * math.ceil(float(np.max(_highest(problem, points)))))
     angles: Floats = 2.0 * np.pi / places * np.arange(float(count * places))
     return angles, states_at(problem, points, angles)
