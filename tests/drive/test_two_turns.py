@@ -95,6 +95,18 @@ def test_envelopes_are_those_of_fine_samples():
     np.testing.assert_allclose(motion.oscillations[0], sizes, rtol=1e-5)
 
 
+def test_the_part_that_repeats_with_every_turn_is_that_of_the_spectrum():
+    motion = two_turn_motion(HELD, HELD.omega)
+    assert motion.amplitude(2, 8)[0] > 1e-4 * motion.largest[0]
+    turns, places = int(N), 128
+    error = motion.states(0, 2.0 * np.pi * np.arange(turns * places) / places)[0]
+    whole = (np.fft.rfft(error) / len(error))[::turns]
+    found = motion.branch((40.0, 50.0)).coefficients[0]
+    highest, size = len(found) // 2, np.max(np.abs(error))
+    expected = np.column_stack([2.0 * whole.real, -2.0 * whole.imag])[1 : highest + 1].ravel()
+    np.testing.assert_allclose(found, [whole[0].real, *expected], rtol=0, atol=1e-9 * size)
+
+
 def test_disturbances_grow_as_by_the_drives_equations():
     short = HELD._replace(B=0.1 * B)  # its disturbances last
     period = 2.0 * np.pi * N / short.omega
@@ -183,8 +195,9 @@ limit: {oscillation: 120 arcsec}
 """
 
 
-def joint(path, order="{wave_generator: 2, output: 2}", size="6 arcsec", motor="mode: held"):
+def joint(path, order="{wave_generator: 2, output: 2}", size="6 arcsec", motor="mode: held", ratio="50", more=""):
     text = PROJECT.replace("ORDER", order).replace("SIZE", size).replace("MOTOR", motor)
+    text = text.replace("ratio: 50", f"ratio: {ratio}").replace("limit:", f"{more}limit:")
     return from_text(text, path / "joint.yaml")
 
 
@@ -213,7 +226,10 @@ def test_a_pair_of_one_turn_alone_is_its_whole_order(tmp_path):
 def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_path):
     project = joint(tmp_path)
     found = project.response()
-    told = {fact.key: fact.value for fact in facts(project, found)}
+    answers = facts(project, found)
+    told = {fact.key: fact.value for fact in answers}
+    assert "waves of two turns; each one left out carries at most 0.01 % of the motion" in [f.value for f in answers]
+    assert found.message == "reached both ends; motions apart from the curve are not looked for"
     assert told["beat.turns"] == found.curve.beat == 25.0
     assert not told["passes"]
     most = float(found.omega[found.top])
@@ -225,6 +241,40 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     edge = two_turn_motion(project.whole, low)
     assert edge.largest[0] == pytest.approx(project.limit, rel=1e-3)
     assert low < most < high
+
+
+def test_means_are_those_of_all_turns_after_which_motions_repeat(tmp_path):
+    project = joint(tmp_path, size="15 arcsec", ratio="51, fixed: flexspline")
+    found = project.response()
+    assert found.curve.beat == 25.5
+    motion, law = two_turn_motion(project.whole, found.omega[0]), project.drive.law
+    theta = 2.0 * np.pi * np.arange(51 * 200) / 200
+    x, v = motion.states(0, theta)[:2]
+    error = project.kinematic_error
+    torque = law.torque(x - error.value(theta)) + project.drive.B * (v - motion.omega[0] * error.slope(theta))
+    assert found.mean_torque[0] == pytest.approx(np.mean(np.abs(torque) ** 3) ** (1 / 3), rel=1e-4)
+    assert found.motor_mean[0] == pytest.approx(np.mean((1 / 51 - error.slope(theta)) * torque), rel=1e-6)
+
+
+def test_harmonics_are_refused_where_motions_beat(tmp_path):
+    project = joint(tmp_path)
+    for count, sentence in (
+        (-3, "it must be a whole number of at least 1"),
+        (9, "waves of motions that beat are grown"),
+    ):
+        with pytest.raises(ValueError, match=f"harmonics is {count}[;,] .*{sentence}"):
+            project.response(count)
+
+
+def test_a_map_of_a_free_motor_has_the_motions_of_its_train(tmp_path):
+    project = joint(tmp_path, motor="mode: free", more="  motor_torque: {mean: 0.08 N*m}\n")
+    mapped = sw.speed_map(project, speeds=(119.0, 122.0), load_inertias=[0.2, 1.0], search=False)
+    motion = two_turn_motion(project.whole, mapped.speeds[-1])
+    assert motion.stable[0]
+    assert mapped.oscillation[1, -1] == pytest.approx(motion.largest[0], rel=1e-3)
+    assert "no stable steady motion is known with a load inertia of 0.2" in mapped.remarks
+    with pytest.raises(sw.SolveError, match="no steady motion of this drive is stable in this range; drive_run has"):
+        sw.speed_map(project, speeds=(32.0, 33.0), search=False)
 
 
 def test_gravity_beats_with_the_lines_of_a_response(tmp_path):
@@ -265,7 +315,9 @@ def test_the_corners_of_a_catalogue_gear_are_rounded_and_said(tmp_path):
         text.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "1e-7 arcsec"), tmp_path / "joint.yaml"
     )
     one, two = alone.response(coexisting=False), beat.response()
-    assert "the corners of the law are rounded over 2" in two.message
+    assert two.rounding.startswith("the corners of the law are rounded over 2")
+    assert two.message.endswith(f"looked for; {two.rounding}")
+    assert two.rounding in sw.speed_map(beat, speeds=(40.0, 45.0), search=False).remarks
     folds = [[fold.omega for fold in found.folds] for found in (one, two)]
     np.testing.assert_allclose([min(folds[1]), max(folds[1])], [min(folds[0]), max(folds[0])], rtol=1.5e-2)
     assert np.max(two.oscillation) == pytest.approx(np.max(one.oscillation), rel=3e-3)

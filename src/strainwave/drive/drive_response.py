@@ -136,6 +136,8 @@ class DriveResponse(Result):
     motor_torque, motor_mean, motor_rms : (n,) arrays or None
         Largest size, mean and root mean square over a turn of the torque of the motor [N*m, motor side], at every
         point; of a free motor that which it is given. None where the ratio is not known.
+    rounding : str
+        How wide the corners of the law are rounded for the curve, a sentence; empty where they are not.
     """
 
     curve: Branch
@@ -148,6 +150,7 @@ class DriveResponse(Result):
     motor_torque: Floats | None = None
     motor_mean: Floats | None = None
     motor_rms: Floats | None = None
+    rounding: str = ""
 
     method: ClassVar[str] = "harmonic balance"
 
@@ -212,7 +215,7 @@ class DriveResponse(Result):
     @property
     def message(self) -> str:
         """One sentence on the curve."""
-        return self.curve.message
+        return "; ".join(filter(None, (self.curve.message, self.rounding)))
 
     @cached_property
     def swept(self) -> NDArray[np.int64]:

@@ -31,7 +31,7 @@ from .reductions import left_out
 from .response import POINTS, exact_response
 from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
 from .train_curve import POINTS as OF_TRAIN
-from .two_turns import VARIES, beating_response, beats
+from .two_turns import beating_response, beats
 
 MOST_POINTS = 10_000  # of a response curve
 OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode")
@@ -256,7 +256,7 @@ class Project:
 
     @property
     def other_loads(self) -> tuple[float, float]:
-        """The same of a curve that is about the mean load: without torques of its angle where motions beat."""
+        """Least and largest torque [N*m] on the load beside the curve's: without those of its angle in a beat."""
         mean = self.mean_load_torque
         return (self.mean_range or (mean, mean)) if self.beats else self.load_torques
 
@@ -290,29 +290,32 @@ class Project:
     ) -> DriveResponse:  # fmt: skip
         """Steady motions of the whole drive through its speeds, with jumps; the pointing error of the load leads.
 
+        Where motions beat `coexisting` and `points` do not count: motions apart from the curve are not looked for.
+
         Parameters
         ----------
         harmonics : int, optional
-            Highest harmonic of the base angle. Default: grown until those left out are negligible.
+            Highest harmonic of the base angle. Default: grown until those left out are negligible, in a beat always.
         coexisting : bool
             Whether motions that do not join the curve are looked for at the ends of the range, which takes most of the
             time.
         points : int, optional
-            About so many points, and more where the curve bends; crests and folds are among them at any number.
-            Default: 100, of a whole train 60.
+            About so many, 100 (of a whole train 60) by default, more at bends; crests and folds are always among them.
 
         Raises
         ------
         ValueError
-            If `points` (at most 10 000) or `harmonics` is not a positive whole number, or if the motor is free and the
-            drive has parts that the error equation leaves out.
+            If `points` (at most 10 000) or `harmonics` is not a positive whole number or given where motions beat,
+            or if the motor is free and the drive has parts that the error equation leaves out.
         SolveError
             If no periodic motion is found.
         """
         points = None if points is None else positive_count("points", points, MOST_POINTS)
-        if self.beats:
-            return self.beating
         harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
+        if self.beats:
+            if harmonics is not None:
+                raise ValueError(f"harmonics is {harmonics}, but waves of motions that beat are grown; leave it out")
+            return self.beating
         if self.train is not None:
             refuse_free(self.train)
             if has_curve(self.train):
@@ -333,8 +336,6 @@ class Project:
     @cached_property
     def beating(self) -> DriveResponse:
         """The response of a drive whose motions beat; see `beating_response`."""
-        if self.whole is None:
-            raise ValueError(VARIES)
         return beating_response(self.whole, self.speeds.limits)
 
     def train_response(

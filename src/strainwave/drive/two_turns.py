@@ -44,8 +44,6 @@ MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at
 
 WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
-
-
 VARIES = (
     "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
     "forcing; leave the variation out and give the speeds of the motor or the load, or integrate with simulate"
@@ -130,13 +128,13 @@ class TwoTurnCurve:
 
     def branch(self, span: tuple[float, float]) -> Branch:
         """The curve as others are, over a span of speeds [rad/s]: what repeats with every turn, and the envelope."""
-        highest = max(1, int(np.max(self.pairs[self.pairs[:, 1] == 0, 0])))
-        coefficients = np.zeros((len(self.omega), 2 * highest + 1))
-        for i in np.flatnonzero(self.pairs[:, 1] == 0).tolist():
-            j, wave = int(self.pairs[i, 0]), self.waves[:, i]
-            coefficients[:, max(0, 2 * j - 1)] = wave.real
-            if j:
-                coefficients[:, 2 * j] = -wave.imag
+        whole = np.flatnonzero(self.pairs[:, 1] % self.ratio == 0.0)
+        orders = np.rint(self.pairs[whole] @ np.array([1.0, 1.0 / self.ratio])).astype(int).tolist()
+        coefficients = np.zeros((len(self.omega), 2 * max(1, *map(abs, orders)) + 1))
+        for order, wave in zip(orders, self.waves[:, whole].T, strict=True):
+            coefficients[:, max(0, 2 * abs(order) - 1)] += wave.real
+            if order:
+                coefficients[:, 2 * abs(order)] -= math.copysign(1.0, order) * wave.imag
         peak = oscillations(self.waves, self.pairs, self.ratio, about_mean=False).max(axis=1)
         multipliers = np.exp(self.growth * 2.0 * np.pi / self.omega)[:, None].astype(complex)
         folds = [
@@ -201,21 +199,24 @@ def two_turn_response(system: Any, speeds: tuple[float, float], *, ratio: float 
     return _described(driven, flow, problem, found.points, folds, how if whole or not how[0] else lacking_waves)
 
 
-def beating_response(train: DriveTrain, speeds: tuple[float, float]) -> DriveResponse:
+def beating_response(train: DriveTrain | None, speeds: tuple[float, float]) -> DriveResponse:
     """The motions of a train in two turns through a range of speeds [rad/s], with a sweep and their torques.
 
     The oscillation of a motion is that of the turn of the motor in which it is largest; its coefficients are the part
     that repeats with every turn of the motor. Gravity is in it exactly, its stiffness too. Corners of a law of
     three slopes are rounded as widely as they lie apart: in a CSG-40-50 that moves a fold by 1 %, the top by 0.1 %.
+    No train, as where damping or stiffness vary, is refused (ValueError).
     """
-    rounded = ""
+    if train is None:
+        raise ValueError(VARIES)
+    rounding = ""
     if isinstance(train.law, PiecewiseLinear):
         law = train.law
         first, second = law.T1 / law.K1, (law.T2 - law.T1) / law.K2
         train = train._replace(law=RoundedPiecewiseLinear(*law, min(2.0 * first, second)))
-        rounded = f"; the corners of the law are rounded over {train.law.width / ARCSEC:.3g} arcsec"
+        rounding = f"the corners of the law are rounded over {train.law.width / ARCSEC:.3g} arcsec"
     found = two_turn_response(train, speeds)
-    found = replace(found, message=found.message + rounded)
+    found = replace(found, message=f"{found.message}; motions apart from the curve are not looked for")
     curve = found.branch(speeds)
     angles, states = along_turns(found.problem, found.points, found.beats)
     system, sizes = AtLoad(without_gravity(train), train.omega), []
@@ -226,7 +227,7 @@ def beating_response(train: DriveTrain, speeds: tuple[float, float]) -> DriveRes
     across, torque, motor = map(np.array, zip(*sizes, strict=True))
     return DriveResponse(
         curve, sweep_on(curve), largest_of_samples(across), largest_of_samples(torque), cubic_means(torque),
-        not train.motor.free, False, **sizes_of(motor),
+        not train.motor.free, False, **sizes_of(motor), rounding=rounding,
     )  # fmt: skip
 
 
@@ -234,9 +235,9 @@ def _described(
     driven: TwoTurns, flow: Any, problem: Torus, points: Floats, folds: tuple[float, ...], how: tuple[Status, str]
 ) -> TwoTurnCurve:  # fmt: skip
     waves = np.array([problem.coordinates(z) @ driven.part.values[0] for z in points])
-    beats = math.gcd(*(k for _, k in driven.pairs)) or 1
+    count = math.gcd(*(k for _, k in driven.pairs)) or 1
     return TwoTurnCurve(
-        points[:, -1], problem.pairs, waves, folds, driven.ratio, beats, *how, problem, points, flow
+        points[:, -1], problem.pairs, waves, folds, driven.ratio, count, *how, problem, points, flow
     )  # fmt: skip
 
 

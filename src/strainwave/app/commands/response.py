@@ -104,7 +104,10 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
     if motor is not None:
         least = {"speed": speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding}
     bands = sweep.bands if sweep else ()
-    left_out = f"the rest carry {number(100.0 * known['left_out_relative'], 2)} % of the motion"
+    share, waves = f"{number(100.0 * known['left_out_relative'], 2)} % of the motion", f"{known['harmonics']} harmonics"
+    left_out = f"{waves}; the rest carry {share}"
+    if curve.envelope is not None:
+        left_out = f"waves of two turns; each one left out carries at most {share}"
     return (
         Fact("failures", tuple(judged.failures), "FAIL: {}"),
         Fact("", f"{name}, {found.message}", "response, motor: {}"),
@@ -123,7 +126,7 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
         Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands)),
         Fact("", tuple(_hysteresis(speeds, band) for band in bands) or (NOT_BISTABLE if judged.whole else ()), "{}"),
         *(Fact(key, value) for key, value in known.items()),
-        Fact("", f"{known['harmonics']} harmonics; {left_out}", "{}"),
+        Fact("", left_out, "{}"),
         *(() if sure is None else sure.facts(project.limit)),
         Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"), Fact("", WHAT_X_IS, "{}"),
         *(() if resting is None else resting.facts()),

@@ -68,10 +68,11 @@ class Motions:
 
     @cached_property
     def table(self) -> Floats:
-        """Speed, oscillation, torque, least and largest error, peak and rms of the motor's torque (n, 7) of points."""
+        """Speed, oscillation, torque, least and largest error, peak and rms of the motor's torque (n, 7) of points.
+
+        Where motions beat the least and largest errors are those of what repeats with every turn.
+        """
         low, high = extremes(self.branch.coefficients)
-        if self.branch.envelope is not None:
-            low, high = low - self.branch.oscillation, high + self.branch.oscillation
         torque, of_motor = self.found.torque, (self.found.motor_torque, self.found.motor_rms)
         motor = [0.0 * torque if size is None else size for size in of_motor]
         own = self.branch.omega, self.branch.oscillation, torque, low, high, *motor

@@ -18,6 +18,7 @@ from ...base.results import Floats, Interrupted, SolveError
 from ...base.units import ARCSEC, RPM
 from ...drive.postures import Posture
 from ...drive.project import Project
+from ...drive.two_turns import beats
 from ..analysis.avoid import out_of_reach
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
@@ -380,9 +381,9 @@ def _remarks(
 ) -> tuple[str, ...]:  # fmt: skip
     """What a reader must know, each once."""
     remarks = [remark for loaded in by_load if loaded.curves for remark in loaded.remarks]
-    if still := [f"{loaded.load:g}" for loaded in by_load if not loaded.curves]:
-        listing = ", ".join(still)
-        remarks.append(f"no stable steady motion that repeats with every turn is known with a {name} of {listing}")
+    if still := ", ".join(f"{loaded.load:g}" for loaded in by_load if not loaded.curves):
+        repeats = "" if beats(cases[0].equation.error) else " that repeats with every turn"
+        remarks.append(f"no stable steady motion{repeats} is known with a {name} of {still}")
     if not search or not all(case.searched for case in cases):
         remarks.append("separate branches (subharmonics) were not searched")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}

@@ -18,7 +18,7 @@ from ...drive.reductions import left_out
 from ...drive.response import exact_response
 from ...drive.state_space import state_space
 from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
-from ...drive.two_turns import VARIES, beating_response, beats
+from ...drive.two_turns import beating_response, beats
 from ...model.excitation import Harmonic, KinematicError, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
@@ -39,6 +39,7 @@ LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift 
 APART = 0.025  # relative distance of the speeds of the search
 HIGHEST = 100  # harmonic of an order that may still meet a resonance
 BEATS = "the oscillation is that of the turn of the motor in which a beat is largest"
+NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run has its motion in time"
 TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
 
 
@@ -99,9 +100,8 @@ def case_of(project: Project, load: float, span: Span) -> Case:
     if train is not None:
         refuse_free(train)
         train = without_gravity(train)._replace(omega=equation.omega) if has_curve(train) else None
-    elif beats(equation.error) and project.whole is None:
-        raise ValueError(VARIES)
-    return Case(load, equation, point, train, project.whole if project.train is None else None)
+    followed = project.train is None or beats(equation.error)
+    return Case(load, equation, point, train, project.whole if train is None and followed else None)
 
 
 def main_curve(case: Case, span: Span) -> DriveResponse:
@@ -113,14 +113,15 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
         If no stable periodic motion is found.
     """
     curve: DriveResponse | None
-    if beats(case.equation.error) and (train := case.train or case.whole):
-        curve = beating_response(train, span)
+    if beats(case.equation.error):
+        curve = beating_response(case.train or case.whole, span)
     elif case.train is not None:
         curve = train_curve(case.train, span, coexisting=False)
     else:
         curve = exact_response(case.equation, span, coexisting=searched(case.equation.law), train=case.whole)
     if curve is None or curve.sweep is None:
-        raise SolveError(NO_MOTION if curve is None or len(curve.curve) else curve.message)
+        none = NONE_STABLE if beats(case.equation.error) else NO_MOTION
+        raise SolveError(none if curve is None or len(curve.curve) else curve.message)
     return curve
 
 
@@ -144,9 +145,9 @@ def under_load(
         (float(jump.value), up, jump.after > jump.before)
         for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
-    said = () if response.status else (f"{response.message}; a speed without a known motion is forbidden",)
+    said = () if response.status else (f"{response.curve.message}; a speed without a known motion is forbidden",)
     if beats(case.equation.error):
-        said = (*said, BEATS)
+        said = (*said, BEATS, *filter(None, (response.rounding,)))
     jumping = () if sweep is None else tuple((band.low, band.high) for band in sweep.jumping)
     loaded = UnderLoad(case.load, curves, slow, jumps, jumping, doubled_spans(response.curve), (), said)
     if apart is None or not case.searched:

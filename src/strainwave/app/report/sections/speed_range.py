@@ -64,7 +64,7 @@ def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
         "left_out_relative": curve.tail,
         "complete": curve.status.found,
         "rough": curve.status is Status.TRUNCATED,
-        "message": curve.message,
+        "message": exact.message,
         "folds": [place(speeds, fold.omega) | sizes(fold.peak) for fold in curve.folds],
         "jump_up": jump(sweep.jump_up if sweep else math.nan),
         "jump_down": jump(sweep.jump_down if sweep else math.nan),
