@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.compile.jit import run
-from strainwave.compile.tree import leaf_of
 from strainwave.drive.response import of_equation, turn_response
 from strainwave.numerics.curves import answer as kernel
-from strainwave.numerics.curves.inner_balance import Functions
+from strainwave.numerics.curves.drive_numbers import answered
 from strainwave.numerics.labels import DECAYS, FOLD
+
+pytestmark = pytest.mark.compiled
 
 LAWS = {
     "linear": sw.Linear(1.0),
@@ -19,14 +19,9 @@ LAWS = {
 }
 
 
-def asked(system, low, high, limit=np.inf, harmonics=15):
-    exact = int(bool(system.law.breakpoints())) if hasattr(system.law, "breakpoints") else 0
-    curve, bands, about = np.zeros((kernel.MOST_POINTS, 6)), np.zeros((16, 2)), np.zeros(5)
-    count = run(
-        kernel.answer, system, leaf_of(system, "omega"), system.law, Functions(*[0] * 7, exact), low, high, limit, 40,
-        harmonics, 63, curve, bands, about,
-    )  # fmt: skip
-    return count, curve[: max(0, count)], bands[: int(about[kernel.BANDS])], about
+def asked(system, low, high, limit=np.inf):
+    curve, bands, about, count = answered(system, (low, high), limit, 40)
+    return count, curve, bands, about
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -42,10 +37,11 @@ def test_the_kernel_finds_the_motions_of_the_response(law):
         expected = of_equation(system, turn_response(system, (0.4, 1.9), 40, int(about[0]), False).curve)
         assert count == len(expected.omega)
         np.testing.assert_allclose(curve[:, kernel.OMEGA], expected.omega, rtol=1e-9)
-        np.testing.assert_allclose(curve[:, kernel.OSCILLATION], expected.oscillation, rtol=1e-9)
-        np.testing.assert_allclose(curve[:, kernel.PEAK], expected.peak, rtol=1e-9)
-        np.testing.assert_allclose(curve[:, kernel.TORQUE], expected.torque, rtol=1e-9)
-        np.testing.assert_array_equal(curve[:, kernel.GROWTH] < DECAYS, expected.stable)
+        for column in (kernel.OSCILLATION, kernel.PEAK, kernel.TORQUE):  # sizes change faster than speeds near a fold
+            name = {kernel.OSCILLATION: "oscillation", kernel.PEAK: "peak", kernel.TORQUE: "torque"}[column]
+            np.testing.assert_allclose(curve[:, column], getattr(expected, name), rtol=1e-8)
+        inside = curve[:, kernel.LABEL] != FOLD  # at a fold a multiplier is 1
+        np.testing.assert_array_equal(curve[inside, kernel.GROWTH] < DECAYS, expected.stable[inside])
         folds = curve[curve[:, kernel.LABEL] == FOLD, kernel.OMEGA]
         np.testing.assert_allclose(folds, [fold.omega for fold in expected.folds], rtol=1e-9)
 
@@ -56,7 +52,7 @@ def test_the_speeds_above_a_limit_are_those_of_a_linear_spring():
     _, curve, bands, about = asked(system, 0.3, 2.0, limit)
     middle = 1.0 - 2.0 * zeta**2  # (1 - w^2)^2 + (2 zeta w)^2 = 1/limit^2
     half = np.sqrt(middle**2 - 1.0 + 1.0 / limit**2)
-    np.testing.assert_allclose(bands, [np.sqrt([middle - half, middle + half])], rtol=2e-3)  # between two points a line
+    np.testing.assert_allclose(bands, [np.sqrt([middle - half, middle + half])], rtol=1e-9)
     top = curve[int(about[kernel.TOP_ROW])]
     assert top[kernel.OSCILLATION] == pytest.approx(0.5 / (zeta * np.sqrt(1.0 - zeta**2)), rel=1e-9)
     assert top[kernel.OMEGA] == pytest.approx(np.sqrt(middle), rel=1e-5)
@@ -65,6 +61,6 @@ def test_the_speeds_above_a_limit_are_those_of_a_linear_spring():
 def test_a_range_that_ends_between_folds_says_that_there_is_another_motion():
     system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.5), sw.Harmonic(0.2), 1.0)
     folds = [fold.omega for fold in sw.frequency_response(system, (0.4, 3.0)).folds]
-    beyond, between = asked(system, 0.4, 3.0, harmonics=7)[3], asked(system, 0.4, sum(folds) / 2.0, harmonics=7)[3]
+    beyond, between = asked(system, 0.4, 3.0)[3], asked(system, 0.4, sum(folds) / 2.0)[3]
     assert beyond[kernel.OTHERS] == 0.0
     assert between[kernel.OTHERS] == 1.0

@@ -163,8 +163,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         )
     if train is not None:
         refuse_free(train)
-    limits = speeds.limits
-    system: Any = project.system(reduced=True)
+    system, limits = project.system(reduced=True), speeds.limits
     progress("operating point and stability", 0.0)
     point = operating_point(system)
     stability = _proof(system, point)
