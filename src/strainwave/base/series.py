@@ -148,11 +148,14 @@ def largest_of_samples(values: NDArray[np.float64]) -> NDArray[np.float64]:
     That is the vertex of the parabola through the largest sample and those beside it, or that sample where the bends
     there and next to it differ by more than a factor of 2, as beside a jump or a corner.
     """
-    sizes = np.abs(values)
-    places = np.argmax(sizes, axis=1)[:, None] + np.arange(-2, 3)
-    near = np.take_along_axis(sizes, places % sizes.shape[1], axis=1)
-    bends = 2.0 * near[:, 1:4] - near[:, :3] - near[:, 2:]
-    low, high = np.min(bends, axis=1), np.max(bends, axis=1)
-    smooth = (low > 0.0) & (high <= 2.0 * low)
-    rise = (near[:, 3] - near[:, 1]) ** 2 / (8.0 * np.where(smooth, bends[:, 1], 1.0))
-    return np.asarray(near[:, 2] + np.where(smooth, rise, 0.0))
+    return np.array([largest_sample(sizes) for sizes in np.abs(values)])
+
+
+@kernel
+def largest_sample(sizes: Any) -> float:
+    """Largest of samples (places,), as `largest_of_samples` has it."""
+    i, n = int(np.argmax(sizes)), len(sizes)
+    a, b, c, d, e = sizes[i - 2], sizes[i - 1], sizes[i], sizes[i + 1 - n], sizes[i + 2 - n]
+    left, bend, right = 2.0 * b - a - c, 2.0 * c - b - d, 2.0 * d - c - e
+    low, high = min(left, bend, right), max(left, bend, right)
+    return float(c + (d - b) ** 2 / (8.0 * bend) if low > 0.0 and high <= 2.0 * low else c)

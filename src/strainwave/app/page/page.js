@@ -62,6 +62,7 @@ function told(data, found) {
   if (!found.rows.every(decays)) texts.push(facts.unstable);
   if (found.others) texts.push(facts.others);
   if (found.tail > 1e-3) texts.push(facts.tail);
+  if (data.gravity) texts.push(facts.gravity);
   return texts;
 }
 

@@ -23,7 +23,7 @@ from ...compile.address import VECTOR, kind_of, words_of
 from ...compile.wasm import Wanted, beside, compiled
 from ...drive.project import Project
 from ...drive.reductions import left_out
-from ...drive.train_curve import at_load, has_curve, without_gravity
+from ...drive.train_curve import at_load, follows_its_angle, has_curve, without_gravity
 from ...model.laws.friction import NO_FRICTION
 from ...model.laws.springs import Linear
 from ...model.train.controls import PositionLoop
@@ -48,6 +48,7 @@ FACTS = (
     Fact("none_stable", None, "speeds at which no motion of the curve is stable: {}"),
     Fact("unstable", None, "dashed motions are unstable: the drive leaves them"),
     Fact("others", None, "there is another motion at an end of the range: `strainwave analyze` follows it"),
+    Fact("gravity", None, "without the torque that follows the load's own angle, as gravity does"),
     Fact("lost", None, "no steady motion was found with these numbers"),
     Fact("turned", None, "the curve does not reach the other end of the range: `strainwave analyze` says why"),
     Fact("unknown", None, "the speeds are too low, or the damping too high, for the stability of the page's method"),
@@ -156,6 +157,7 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
         "points": POINTS, "begin": drive.begin, "mostPoints": MOST_POINTS, "sliders": [one.data() for one in moved],
         "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},
         "kinds": json.loads(_text("kernels.json"))["arguments"], "project": project.text,
+        "gravity": project.train is not None and follows_its_angle(project.train),
     }  # fmt: skip
     return data, beside(_functions(drive.laws, kinds))
 

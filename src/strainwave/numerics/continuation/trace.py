@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from ...base.protocols import Balance
 from ...base.results import Branch, Floats, Orbit, Status
 from ...base.series import highest_between, largest_size, oscillation, weights_at
+from ...compile.jit import routine
 from ..balance.first_order import linearised
 from ..balance.fourier import from_blocks
+from ..balance.linear_algebra import add
 from ..balance.rates import base_speed
 from ..balance.truncation import Tail, tail_along
 from ..labels import (
@@ -179,31 +181,33 @@ def trace(
                 pieces[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
     points, kinds = np.concatenate(pieces), np.concatenate(labels)
     if most is None:
-        points, kinds = with_missed_folds(problem, *in_order(points, kinds))
+        put_in_order(points, kinds, len(kinds))
+        points, kinds = with_missed_folds(problem, points, kinds)
         if outcome == CLOSED:
             points[-1] = points[0]  # the last step went a little past the start
     return Trace(points, kinds, outcome)
 
 
-def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
-    """Put folds and amplitude maxima in the order of the arc.
+@routine
+def put_in_order(points: Floats, labels: Any, count: int) -> None:
+    """Put folds and amplitude maxima among `count` points in the order of the arc.
 
     They are listed before the end of the step in which they were found, the fold first, but may lie just outside it.
     """
-    order = np.arange(len(labels))
-    special = np.flatnonzero((labels == FOLD) | (labels == TOP))
-    at = np.concatenate([special, special - 1])
-    at = at[(at > 0) & (at < len(labels) - 2)]
-    if not np.any(np.sum((points[at + 1] - points[at]) * (points[at + 2] - points[at - 1]), axis=1) < 0.0):
-        return points, labels
-    for i in special:
+    before, step = labels[:count].copy(), np.empty(points.shape[1])
+    for i in range(count):
         for a in (i, i - 1):  # with its right neighbour, then with its left one
-            if 0 < a < len(order) - 2:
-                near, first, second, far = points[order[a - 1 : a + 3]]
-                ahead = far - near
-                if (second - first) @ ahead < 0.0 and np.linalg.norm(second - near) < np.linalg.norm(first - near):
-                    order[a], order[a + 1] = order[a + 1], order[a]
-    return points[order], labels[order]
+            if (before[i] != FOLD and before[i] != TOP) or not 0 < a < count - 2:
+                continue
+            back, nearer = 0.0, 0.0
+            for j in range(len(step)):
+                step[j] = points[a + 1, j] - points[a, j]
+                back += step[j] * (points[a + 2, j] - points[a - 1, j])
+                nearer += step[j] * (points[a + 1, j] + points[a, j] - 2.0 * points[a - 1, j])
+            if back < 0.0 and nearer < 0.0:
+                add(1.0, step, points[a])
+                add(-1.0, step, points[a + 1])
+                labels[a], labels[a + 1] = labels[a + 1], labels[a]
 
 
 def with_crests(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, Any]:
@@ -223,7 +227,7 @@ def with_crests(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, 
                 continue
             place = i if crest[0] > 0.0 else i - 1
             neighbours = [points[place], points[place + 1], *(point for index, _, point in crests if index == place)]
-            if all(_apart(crest[1], point) > ONE for point in neighbours):  # often the two crests are one
+            if all(apart(crest[1], point) > ONE for point in neighbours):  # often the two crests are one
                 crests.append((place, TOP, crest[1]))
     if not crests:
         return points, labels
@@ -248,35 +252,37 @@ def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Mea
     window = points[max(i - REACH, 0) : i + REACH + 1] * scale
     centre = min(i, REACH)
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(window, axis=0), axis=1)))
-    apart = np.diff(arc) > SAME * arc[-1]
-    first, last, mid = arc[centre - 1], arc[centre + 1], arc[centre]
-    if not (apart[centre - 1] and apart[centre]):
+    first, mid, last, least = arc[centre - 1], arc[centre], arc[centre + 1], SAME * arc[-1]
+    distinct = np.append(True, np.diff(arc) > least)
+    if not (distinct[centre] and distinct[centre + 1]):
         return None
-    distinct = np.append(True, apart)
     reach, size, crest = 0.1 * min(mid - first, last - mid), float(sizes[i]), None
     window, arc = window[distinct], arc[distinct]
     series = _series(problem, window / scale)
     for _ in range(ROUNDS):
         s, top = highest_between(arc, series, first, last, measure is oscillation)
-        if top - size <= SETTLED * top or not first < s < last or np.any(s == arc):
+        if top - size <= SETTLED * top or not first < s < last or np.min(np.abs(arc - s)) <= least:
             break
         guess = weights_at(arc, s) @ window / scale
         point = solve(problem, guess)
         if point is None or float(np.linalg.norm((point - guess) * scale)) > reach:
             break
         solved = _series(problem, point[None])
-        value, place = float(measure(solved)[0]), int(np.searchsorted(arc, s))
+        value = float(measure(solved)[0])
         if value >= size:
             size, crest = value, (s - mid, point)
-        arc, window = np.insert(arc, place, s), np.insert(window, place, point * scale, axis=0)
-        series = np.insert(series, place, solved, axis=0)
+        arc, window, series = np.append(arc, s), np.vstack([window, point * scale]), np.vstack([series, solved])
     return crest
 
 
-def _apart(a: Floats, b: Floats) -> float:
+@routine
+def apart(a: Floats, b: Floats) -> float:
     """Distance of two points, of the motion and of the speed, relative to their sizes."""
-    motion = float(np.linalg.norm(a[:-1] - b[:-1])) / max(float(np.linalg.norm(b[:-1])), 1e-300)
-    return motion + abs(float(a[-1] / b[-1]) - 1.0)
+    n, total, size = len(a) - 1, 0.0, 0.0
+    for i in range(n):
+        total += (a[i] - b[i]) ** 2
+        size += b[i] ** 2
+    return float((total / max(size, 1e-300)) ** 0.5 + abs(a[n] / b[n] - 1.0))
 
 
 def _series(problem: Balance, points: Floats) -> Floats:

@@ -6,18 +6,20 @@ code answers in Python and, compiled for a browser, in a page. It follows the on
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
 """
 
+import math
 from typing import Any
 
 import numpy as np
 
 from ...base.results import Floats
-from ...base.series import highest_in, largest_in, weights_at
+from ...base.series import highest_in, largest_in, largest_sample, weights_at
 from ...compile.jit import kernel, routine
 from ..addressed import torques
+from ..balance.condensed.gear import sample_error
 from ..balance.linear_algebra import add, copy, dot, fill, row_times
 from ..balance.truncation import MATTERS
 from ..continuation.arc_length import ROWS, SCALE, Z1, follow
-from ..continuation.trace import AIM, LEAST, MEAN, ONE, REACH, ROUNDS, SETTLED
+from ..continuation.trace import AIM, LEAST, MEAN, ONE, REACH, ROUNDS, SAME, SETTLED, apart, put_in_order
 from ..labels import DECAYS, END, START, TOP
 from .inner_balance import displaced, law_of, linear_guess, problem_of, synthesis_of, tail_of
 from .inner_stability import growths
@@ -43,6 +45,7 @@ def traced_from(
     count, outcome, _ = follow(
         equations, state, direction, START, low, high, first, max(step, first), AIM, buffers, points, labels
     )
+    put_in_order(points, labels, count)
     return count, outcome
 
 
@@ -53,16 +56,6 @@ def solved_at(equations: Any, guess: Floats, point: Floats) -> bool:
     count, _ = traced_from(equations, guess, 1.0, guess[-1], guess[-1], 1.0, points, labels)
     copy(points[0], point)
     return bool(count > 0)
-
-
-@routine
-def apart(a: Floats, b: Floats) -> float:
-    """Distance of two points, of the motion and of the speed, relative to their sizes."""
-    n, total, size = len(a) - 1, 0.0, 0.0
-    for i in range(n):
-        total += (a[i] - b[i]) ** 2
-        size += b[i] ** 2
-    return float((total / max(size, 1e-300)) ** 0.5 + abs(a[n] / b[n] - 1.0))
 
 
 @routine
@@ -134,35 +127,34 @@ def crest_at(
         m += 1
     mid = i - first
     low, centre, high = arc[mid - 1], arc[mid], arc[mid + 1]
-    if min(centre - low, high - centre) <= ONE * arc[m - 1]:
+    reach, least, last, first, m = min(centre - low, high - centre), SAME * arc[m - 1], arc[0], m, 1
+    if reach <= least:
         return 0.0
+    for j in range(1, first):  # what is nearer to the one before is left out
+        if arc[j] - last > least:
+            copy(window[j], window[m])
+            copy(series[j], series[m])
+            arc[m], m = arc[j], m + 1
+        last = arc[j]
     row, value, point = np.empty((1, errors.shape[1])), np.empty(1), np.empty(n)
     for _ in range(ROUNDS):
         highest_in(arc[:m], series[:m], waves, low, high, from_mean, peak)
         s, top = peak[0], peak[1]
-        if top - size <= SETTLED * top or not low < s < high or np.min(np.abs(arc[:m] - s)) == 0.0:
+        if top - size <= SETTLED * top or not low < s < high or np.min(np.abs(arc[:m] - s)) <= least:
             break
         weights, guess = weights_at(arc[:m], s), np.zeros(n)
         for j in range(m):
             add(weights[j], window[j], guess)
-        if not solved_at(equations, guess, point):
-            break
-        if np.sum(((point - guess) * scale) ** 2) ** 0.5 > 0.1 * min(centre - low, high - centre):
+        if not solved_at(equations, guess, point) or np.sum(((point - guess) * scale) ** 2) ** 0.5 > 0.1 * reach:
             break
         displaced(problem, drive, point, row[0])
         sizes_of(row, from_mean, waves, value)
         if value[0] >= size:
             size, side = value[0], s - centre
             copy(point, crest)
-        place = m
-        while arc[place - 1] > s:
-            arc[place] = arc[place - 1]
-            copy(window[place - 1], window[place])
-            copy(series[place - 1], series[place])
-            place -= 1
-        arc[place] = s
-        copy(point, window[place])
-        copy(row[0], series[place])
+        arc[m] = s
+        copy(point, window[m])
+        copy(row[0], series[m])
         m += 1
     return float(side)
 
@@ -214,31 +206,27 @@ def with_crests(
 
 
 @routine
-def largest_torque(drive: Any, h: int, table: Floats, point: Floats, work: Floats) -> float:
-    """Largest |T(u) + B u'| [N*m] over the period; `table` is a synthesis, `work` (4, samples) a buffer.
+def largest_torque(problem: Any, drive: Any, table: Floats, angles: Floats, point: Floats, work: Floats) -> float:
+    """Largest |T(u) + B u'| [N*m] over the period, u = x - e with all of e; `work` (7, samples) is a buffer.
 
-    As `base.series.largest_of_samples` of its samples.
+    It follows `displaced`. `table` is a synthesis and `angles` are those of the base.
     """
-    samples, best, rate, w = table.shape[1], 0, np.zeros(2 * h + 1), drive.every * point[-1]
-    for k in range(1, h + 1):
-        rate[k], rate[h + k] = k * w * point[h + k], -k * w * point[k]
-    row_times(point, table, work[0])
-    row_times(rate, table, work[1])
-    torques(law_of(drive, 0), work[0], work[2])
+    size, w, x = problem.blocks.shape[1], drive.every * point[-1], problem.blocks[0]
+    samples, h, at, rate = len(angles), size // 2, len(drive.laws) * size, np.zeros(size)
+    for i in range(1 + drive.follows):  # x, and the motor's deviation
+        series = x if i == 0 else point[at : at + size]
+        for k in range(1, h + 1):
+            rate[k], rate[h + k] = k * w * series[h + k], -k * w * series[k]
+        row_times(series, table, work[2 * i])
+        row_times(rate, table, work[2 * i + 1])
+    sample_error(drive.lines, 1.0, angles, work[2], work[4], work[5], work[6])
     for j in range(samples):
-        work[3, j] = abs(work[2, j] + drive.damping * work[1, j])
-        if work[3, j] > work[3, best]:
-            best = j
-    five = np.empty(5)
-    for j in range(5):
-        five[j] = work[3, (best + j - 2) % samples]
-    low, high = 1e300, -1e300
-    for j in range(1, 4):
-        bend = 2.0 * five[j] - five[j - 1] - five[j + 1]
-        low, high = min(low, bend), max(high, bend)
-    middle = 2.0 * five[2] - five[1] - five[3]
-    smooth = low > 0.0 and high <= 2.0 * low
-    return float(five[2] + ((five[3] - five[1]) ** 2 / (8.0 * middle) if smooth else 0.0))
+        work[0, j] -= work[4, j]
+        work[1, j] -= work[5, j] * (point[-1] + work[3, j])
+    torques(law_of(drive, 0), work[0], work[4])
+    for j in range(samples):
+        work[6, j] = abs(work[4, j] + drive.damping * work[1, j])
+    return float(largest_sample(work[6]))
 
 
 @routine
@@ -248,17 +236,19 @@ def described(
     """Write the rows of a curve; whether the stability of all points is known."""
     size = problem.blocks.shape[1]
     errors, sizes, growth = np.empty((count, size)), np.empty((2, count)), np.empty(count)
+    table = synthesis_of(size // 2, PER_HARMONIC * max(FEWEST, size // 2))
+    work, angles = np.zeros((7, table.shape[1])), np.empty(table.shape[1])
+    for j in range(len(angles)):
+        angles[j] = 2.0 * math.pi * j / (drive.every * len(angles))
     for i in range(count):
         displaced(problem, drive, points[i], errors[i])
+        curve[i, TORQUE] = largest_torque(problem, drive, table, angles, points[i], work)
     sizes_of(errors, True, waves, sizes[0])
     sizes_of(errors, False, waves, sizes[1])
     complete = growths(problem, drive, points, count, growth)
-    table = synthesis_of(size // 2, PER_HARMONIC * max(FEWEST, size // 2))
-    work = np.empty((4, table.shape[1]))
     for i in range(count):
         curve[i, OMEGA], curve[i, OSCILLATION], curve[i, PEAK] = points[i, -1], sizes[0, i], sizes[1, i]
         curve[i, GROWTH], curve[i, LABEL] = growth[i], labels[i]
-        curve[i, TORQUE] = largest_torque(drive, size // 2, table, points[i], work)
     return complete
 
 
