@@ -83,8 +83,8 @@ def page_of(project: Project) -> str:
 def page_with(data: dict[str, Any], laws: bytes, *scripts: str) -> str:
     """Text of a page of data and of the code of its laws; `scripts` are files that it has besides."""
     put = {
-        "TITLE": _escaped(data["title"]), "STYLE": _text("page.css"),
-        "CODE": "".join(map(_text, ("machine.js", *scripts, "page.js"))),
+        "TITLE": _escaped(data["title"]), "STYLE": _lean("page.css"),
+        "CODE": "".join(map(_lean, ("machine.js", *scripts, "page.js"))),
         "DATA": json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"), "LAWS": _packed(laws),
         "KERNELS": _packed(kernels()), "GEARS": _text("catalogue.html") if scripts else "",
     }  # fmt: skip
@@ -195,6 +195,11 @@ def _kinds(thing: Any) -> list[type]:
 
 def _text(name: str) -> str:
     return (HERE / name).read_text(encoding="utf-8")
+
+
+def _lean(name: str) -> str:
+    """A script or a style without its comments and what lines are indented by."""
+    return re.sub(r"^ */\*\*.*\*/\n|^ *//.*\n|^ +", "", _text(name), flags=re.MULTILINE)
 
 
 def kernels() -> bytes:
