@@ -4,6 +4,7 @@ Random drives at the numbers of their files, and one cascade at random positions
 memory that grows. It prints what differs by more than 1e-9, and CPU times of the kernel.
 """
 
+import gzip
 import json
 import subprocess
 import sys
@@ -17,9 +18,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from random_projects import drive_at_random
+from strainwave.app.page.folded import POINTS, folded
 
 from strainwave.app.page import page
-from strainwave.app.page.folded import POINTS, folded
 from strainwave.app.page.sliders import sliders
 from strainwave.files.reading import from_text, read_project
 
@@ -49,7 +50,8 @@ console.log(JSON.stringify(out));
 def in_node(pages: list[Any]) -> list[Any]:
     """Answers of pages (data, code, positions), one after another."""
     script = page._text("machine.js") + page._text("page.js") + NODE
-    given = json.dumps([page._packed(page.kernels()), [(data, page._packed(own), at) for data, own, at in pages]])
+    kernels = gzip.decompress((page.HERE / "kernels.wasm.gz").read_bytes())
+    given = json.dumps([page._packed(kernels), [(data, page._packed(own), at) for data, own, at in pages]])
     with tempfile.NamedTemporaryFile("w", suffix=".js") as file:
         file.write(script)
         file.flush()

@@ -1,6 +1,7 @@
 // The page of a drive: sliders move its numbers, the kernel answers, and the answer is drawn and told.
 
 const bytes = (text) => Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+const unpacked = async (text) => new Uint8Array(await new Response(new Blob([bytes(text)]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer());
 const DECAYS = 1 - 1e-10, FOLD = 2, STEPS = 500;
 
 /** Step of a slider that has the number of the file, and the number at a step; one above zero goes by ratios. */
@@ -98,7 +99,7 @@ function drawn(data, found, width, pins, { column, size, name, limit }) {
 
 /** Whether this browser has the vectors that the kernels take. */
 function hasVectors() {
-  return typeof WebAssembly === "object" && WebAssembly.validate(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]));
+  return typeof DecompressionStream === "function" && typeof WebAssembly === "object" && WebAssembly.validate(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]));
 }
 
 /** The motion of an answer next to the place of a pointer in a picture, in words. */
@@ -112,10 +113,10 @@ function pointed(data, found, svg, { clientX }) {
 const element = (tag, fields, ...children) => { const made = Object.assign(document.createElement(tag), fields); made.append(...children); return made; };
 
 /** Build the choices and sliders and answer whenever one moves; the address of the page holds them. */
-function show() {
+async function show() {
   const by = (id) => document.getElementById(id), data = DATA, alone = location.protocol !== "about:"; // else in a report
   if (!hasVectors()) return void (by("said").textContent = data.facts.no_simd);
-  const machine = start(bytes(KERNELS), data.kinds, bytes(LAWS)), choices = data.choices ?? [], number = choices.length;
+  const machine = start(await unpacked(KERNELS), data.kinds, bytes(LAWS)), choices = data.choices ?? [], number = choices.length;
   by("file").href = URL.createObjectURL(new Blob([data.project]));
   if (!alone) by("file").after(" ", element("a", { textContent: "This page as a file", download: `${data.title}.html`, href: URL.createObjectURL(new Blob([frameElement.srcdoc], { type: "text/html" })) }));
   const outputs = data.sliders.map(() => element("output", {}));

@@ -5,7 +5,6 @@ beside them when the file is written.
 """
 
 import base64
-import gzip
 import json
 import re
 from pathlib import Path
@@ -86,7 +85,8 @@ def page_with(data: dict[str, Any], laws: bytes, *scripts: str) -> str:
         "TITLE": _escaped(data["title"]), "STYLE": _lean("page.css"),
         "CODE": "".join(map(_lean, ("machine.js", *scripts, "page.js"))),
         "DATA": json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"), "LAWS": _packed(laws),
-        "KERNELS": _packed(kernels()), "GEARS": _text("catalogue.html") if scripts else "",
+        "KERNELS": _packed((HERE / "kernels.wasm.gz").read_bytes()),
+        "GEARS": _text("catalogue.html") if scripts else "",
     }  # fmt: skip
     return re.sub(r"@([A-Z]+)@", lambda found: put[found[1]], _text("page.html"))
 
@@ -200,11 +200,6 @@ def _text(name: str) -> str:
 def _lean(name: str) -> str:
     """A script or a style without its comments and what lines are indented by."""
     return re.sub(r"^ */\*\*.*\*/\n|^ *//.*\n|^ +", "", _text(name), flags=re.MULTILINE)
-
-
-def kernels() -> bytes:
-    """The numerical kernels as a module of WebAssembly."""
-    return gzip.decompress((HERE / "kernels.wasm.gz").read_bytes())
 
 
 def _packed(code: bytes) -> str:
