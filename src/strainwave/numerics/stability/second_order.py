@@ -39,6 +39,7 @@ FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the loga
 
 FINER, ENOUGH = 4, 2048  # Numerov steps: four times those along a branch (256 times less error), or enough
 NOISE = 1e-7  # of the products: below this a multiplier sits at 1 for good (as inside a gap)
+ONE_PLACE = 1e-9  # relative distance of the parameter at a fold and at a branch point that are one
 
 
 def _stability_loops(problem: Any, table: Floats, points: Floats, traces: Floats, peaks: Floats) -> None:
@@ -231,7 +232,9 @@ def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, de
         crossings += _located(problem, points, i, DOUBLING)
     for i in np.flatnonzero(crossing[1:] * crossing[:-1] < 0.0).tolist():
         if _passes_one(crossing, labels, i):
-            crossings += _located(problem, points, i, BRANCH_POINT)
+            turns = points[labels == FOLD, -1]  # a fold beside a point on it is no branch point
+            crossed = _located(problem, points, i, BRANCH_POINT)
+            crossings += [c for c in crossed if np.all(np.abs(turns - c[2][-1]) > ONE_PLACE * abs(c[2][-1]))]
     if not crossings:
         return points, labels, 0
     points, labels, _, _ = inserted(points, labels, crossings)
