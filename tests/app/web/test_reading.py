@@ -72,7 +72,11 @@ def test_address_of_a_view_gives_its_picture_again_and_its_data(page, address, v
     assert page.evaluate(SHOWN) == shown
     assert page.locator("#answer").inner_text() == said
     assert all(re.search(r"\d", label) for _, label, _ in shown)  # a sentence with figures stands for the picture
-    for name in (one[0].removeprefix("plot-") for one in shown):
+    for i, name in enumerate(one[0].removeprefix("plot-") for one in shown):
+        if i == 3:  # Chromium holds back more than ten downloads of one page
+            page.goto("about:blank")
+            page.goto(where)
+            page.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
         for ending, begins in (("csv", b'"'), ("svg", b"<svg"), ("png", b"\x89PNG")):
             with page.expect_download() as found:
                 page.locator(f'[aria-label="Save {name} as {ending.upper()}"]').click()
