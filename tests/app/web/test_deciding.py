@@ -21,7 +21,7 @@ def test_the_answer_stays_in_sight_at_every_slider(page, width, height):
         page.locator("#small").wait_for()
     inside = "height => { const box = answer.getBoundingClientRect(); return box.top >= 0 && box.bottom <= height; }"
     page.wait_for_function(inside, arg=height)
-    assert page.evaluate("() => document.documentElement.scrollWidth") <= width
+    page.wait_for_function("width => document.documentElement.scrollWidth <= width", arg=width)  # pictures are redrawn
     if width == 375:
         assert page.locator("#small").bounding_box()["y"] < 0.4 * height
     assert not last.is_visible()  # the stiffnesses of the catalogue are folded
