@@ -1,4 +1,4 @@
-"""Pages against Python: `python benchmarks/page.py [PROJECTS] [POSITIONS]`, with node.
+"""Pages against Python: `python benchmarks/page.py [PROJECTS] [POSITIONS] [SEED]`, with node.
 
 Random drives at the numbers of their files, and one cascade at random positions of its sliders: no trap, no NaN, no
 memory that grows. It prints what differs by more than 1e-9, and CPU times of the kernel.
@@ -18,10 +18,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from random_projects import drive_at_random
-from strainwave.app.page.folded import POINTS, folded
 
 from strainwave.app.page import page
+from strainwave.app.page.page import POINTS
 from strainwave.app.page.sliders import sliders
+from strainwave.app.web.views import folded
 from strainwave.files.reading import from_text, read_project
 
 FIRST = Path(page.__file__).parents[1] / "projects" / "CSG-40-50.yaml"
@@ -74,10 +75,10 @@ def difference(project: Any, answer: Any) -> float:
     return float(max(np.min(np.max(np.abs(found - row), axis=1)) for row in wanted))
 
 
-def projects(number: int) -> None:
+def projects(number: int, seed: int) -> None:
     """Random drives at the numbers of their files."""
     page._functions = _once(page._functions)
-    rng, pages, kept, refused = np.random.default_rng(37), [], [], Counter[str]()
+    rng, pages, kept, refused = np.random.default_rng(seed), [], [], Counter[str]()
     while len(kept) < number:
         text = drive_at_random(rng)
         project = from_text(text, Path("random.yaml"))
@@ -109,12 +110,12 @@ def _once(function: Any) -> Any:
     return lambda laws, kinds: known((tuple(laws), tuple(kinds)))
 
 
-def positions(number: int) -> None:
+def positions(number: int, seed: int) -> None:
     """One cascade at random positions of its sliders, and CPU times at its own."""
     project = read_project(FIRST)
     data, own = page.data_of(project)
     _, rows, _ = sliders(project)
-    rng, home = np.random.default_rng(38), [row.value for row in rows]
+    rng, home = np.random.default_rng(seed), [row.value for row in rows]
     at = [[[float(rng.uniform(row.low, row.high)) for row in rows], POINTS] for _ in range(number)]
     answers = in_node([(data, own, at)])
     counts = Counter("curves" if one["count"] > 0 else str(one["count"]) for one in answers)
@@ -129,5 +130,7 @@ def positions(number: int) -> None:
 
 
 if __name__ == "__main__":
-    projects(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
-    positions(int(sys.argv[2]) if len(sys.argv) > 2 else 10_000)
+    given = [int(text) for text in sys.argv[1:]]
+    drives, places, first = (*given, *(200, 10_000, 37)[len(given) :])
+    projects(drives, first)
+    positions(places, first)

@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from all_results import DUFFING, RESULTS, branch, run
 from scipy.io import loadmat, savemat, whosmat
 
 import strainwave as sw
-from strainwave.base import archive
+from strainwave.base import archive, formats
 from strainwave.base.records import Result
 
 pytestmark = pytest.mark.compiled
@@ -245,6 +246,23 @@ def test_a_mat_file_of_others_that_is_damaged_is_refused(tmp_path, monkeypatch):
             sw.read_log("damaged.mat")
 
 
+@pytest.mark.parametrize("cause", ["no program", "no memory", "no SciPy"])
+def test_a_mat_file_of_others_that_no_process_can_read_is_not_called_damaged(cause, tmp_path, monkeypatch):
+    savemat(tmp_path / "log.mat", {"time": 0.1 * np.arange(9.0), "torque": np.ones(9)})
+    if cause == "no program":
+        monkeypatch.setattr(formats.sys, "executable", str(tmp_path / "none"))
+        words = "No such file"
+    elif cause == "no SciPy":
+        monkeypatch.setattr(formats, "CHILD", "import scipy_that_nobody_has")
+        words = "No module named"
+    else:
+        words = "Cannot allocate memory"
+        monkeypatch.setattr(formats.subprocess, "run", Mock(side_effect=OSError(12, words)))
+    for reader in (sw.load, sw.read_log):
+        with pytest.raises(ChildProcessError, match=rf"log\.mat is read by .*, which does not run \(.*{words}.*; let "):
+            reader(tmp_path / "log.mat")
+
+
 def test_a_missing_chunk_of_a_zarr_store_is_seen(tmp_path):
     path = branch().save(tmp_path / "curve.zarr")
     next(file for file in (path / "peak" / "c").rglob("*") if file.is_file()).unlink()
@@ -289,7 +307,17 @@ def test_a_file_of_a_later_version_says_which(tmp_path):
     path = edited(
         RESULTS["Orbit"]().save(tmp_path / "o.npz"), lambda about: about["content"]["of"].update(colour="blue")
     )
-    with pytest.raises(ValueError, match=r"has a Orbit of the fields .*colour, which this version"):
+    with pytest.raises(ValueError, match=r"has a Orbit with colour, as another version of .*; load it with .*, or com"):
+        sw.load(path)
+
+
+def test_a_design_of_motor_inertias_says_that_another_version_wrote_it(tmp_path):
+    def before(about):  # its candidates counted the rotor alone as the motor
+        fields = about["content"]["of"]["specification"]["of"]
+        fields["motor_inertias"] = fields.pop("rotor_inertias")
+
+    path = edited(RESULTS["Design"]().save(tmp_path / "d.npz"), before)
+    with pytest.raises(ValueError, match=r"has a Specification with motor_inertias, as another version"):
         sw.load(path)
 
 

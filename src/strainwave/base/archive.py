@@ -150,6 +150,8 @@ def load(path: str | os.PathLike[str]) -> Any:
         If there is none.
     TypeError
         If the path is none.
+    ChildProcessError
+        If a MAT-file of others cannot be read, as no process can be started.
     """
     path = as_file(path)
     if path.suffix not in ENDINGS:
@@ -158,6 +160,8 @@ def load(path: str | os.PathLike[str]) -> Any:
         raise FileNotFoundError(f"there is no {path}; check the name and the folder")
     try:
         stored, attributes = READERS[path.suffix](path)
+    except ChildProcessError:
+        raise
     except Exception as error:  # whatever a damaged file makes its reader raise
         said = " ".join(str(error).split())[:200]
         raise ValueError(
@@ -253,13 +257,15 @@ def _unpacked(packed: Any, arrays: Arrays, path: Path) -> Any:
     if "member" in packed:
         return cls[packed["member"]]
     values = {name: _unpacked(value, arrays, path) for name, value in packed["of"].items()}
+    names = {*getattr(cls, "_fields", ()), *getattr(cls, "__dataclass_fields__", ())}
+    unknown = values.keys() - names
     try:
-        former = "of_former" in vars(cls) and values.keys() - {field.name for field in fields(cls)}
-        return cls.of_former(**values) if former else cls(**values)
+        return cls.of_former(**values) if unknown and "of_former" in vars(cls) else cls(**values)
     except TypeError:
+        others = f"with {', '.join(unknown)}" if unknown else "of other fields"
         raise ValueError(
-            f"{path} has a {cls.__name__} of the fields {', '.join(values)}, which this version of strainwave "
-            f"({version()}) does not know; load it with the version that wrote it"
+            f"{path} has a {cls.__name__} {others}, as another version of strainwave wrote it than this ({version()}); "
+            "load it with that version, or compute the result again"
         ) from None
 
 

@@ -103,10 +103,21 @@ def mat_variables(path: Path, *, squeezed: bool = False) -> dict[str, Any]:
         If the file is of version 7.3.
     ValueError
         If it is damaged.
+    ChildProcessError
+        If that process cannot be started, or cannot import SciPy.
     """
     # -P: no module of the working folder stands in for one of these
-    command = [sys.executable, "-P", "-c", CHILD, os.fspath(path), str(squeezed)]
-    child = subprocess.run(command, capture_output=True, check=False)
+    command = [sys.executable or "python", "-P", "-c", CHILD, os.fspath(path), str(squeezed)]
+    try:
+        child = subprocess.run(command, capture_output=True, check=False)
+        cause = child.stderr.decode(errors="replace").strip() if child.returncode == 1 else ""
+    except OSError as error:
+        cause = str(error)
+    if cause:
+        raise ChildProcessError(
+            f"{path} is read by a process of its own, {command[0]}, which does not run ({cause.splitlines()[-1]}); let "
+            "this program start processes, or save the data as .npz"
+        )
     if child.returncode:
         raise ValueError(f"SciPy's reader ended with the code {child.returncode}")
     answer = pickle.loads(child.stdout)

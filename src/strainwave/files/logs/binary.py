@@ -29,6 +29,8 @@ def read_mat(path: Path) -> Read:
     """Variables and fields of structs of a MATLAB file."""
     try:
         content = mat_variables(path, squeezed=True)
+    except ChildProcessError:
+        raise
     except NotImplementedError:
         raise refuse(path, "is a MATLAB file of version 7.3; save it with -v7") from None
     except Exception as error:  # as above
