@@ -259,7 +259,7 @@ def test_a_mat_file_of_others_that_no_process_can_read_is_not_called_damaged(cau
         words = "Cannot allocate memory"
         monkeypatch.setattr(formats.subprocess, "run", Mock(side_effect=OSError(12, words)))
     for reader in (sw.load, sw.read_log):
-        with pytest.raises(ChildProcessError, match=rf"log\.mat is read by .*, which does not run \(.*{words}.*; let "):
+        with pytest.raises(RuntimeError, match=rf"log\.mat is read by .*, which does not run \(.*{words}.*; let "):
             reader(tmp_path / "log.mat")
 
 

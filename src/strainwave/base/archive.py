@@ -19,7 +19,7 @@ from uuid import uuid4
 import numpy as np
 
 from ..compile.tree import is_model, shown
-from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, plain, stored_name
+from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, NoReader, plain, stored_name
 
 FORMAT = 1
 MOVED = dict(
@@ -150,7 +150,7 @@ def load(path: str | os.PathLike[str]) -> Any:
         If there is none.
     TypeError
         If the path is none.
-    ChildProcessError
+    RuntimeError
         If a MAT-file of others cannot be read, as no process can be started.
     """
     path = as_file(path)
@@ -160,7 +160,7 @@ def load(path: str | os.PathLike[str]) -> Any:
         raise FileNotFoundError(f"there is no {path}; check the name and the folder")
     try:
         stored, attributes = READERS[path.suffix](path)
-    except ChildProcessError:
+    except NoReader:
         raise
     except Exception as error:  # whatever a damaged file makes its reader raise
         said = " ".join(str(error).split())[:200]

@@ -45,6 +45,10 @@ pickle.dump(answer, sys.stdout.buffer)
 """
 
 
+class NoReader(RuntimeError):
+    """No process can be started that reads a MAT-file."""
+
+
 def write_mat(data: Any, path: str, parts: tuple[str, str]) -> None:
     """Write an xarray dataset; two real arrays whose names end in `parts` become a complex one."""
     from scipy.io import savemat
@@ -103,7 +107,7 @@ def mat_variables(path: Path, *, squeezed: bool = False) -> dict[str, Any]:
         If the file is of version 7.3.
     ValueError
         If it is damaged.
-    ChildProcessError
+    RuntimeError
         If that process cannot be started, or cannot import SciPy.
     """
     # -P: no module of the working folder stands in for one of these
@@ -114,7 +118,7 @@ def mat_variables(path: Path, *, squeezed: bool = False) -> dict[str, Any]:
     except OSError as error:
         cause = str(error)
     if cause:
-        raise ChildProcessError(
+        raise NoReader(
             f"{path} is read by a process of its own, {command[0]}, which does not run ({cause.splitlines()[-1]}); let "
             "this program start processes, or save the data as .npz"
         )

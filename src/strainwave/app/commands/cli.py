@@ -21,7 +21,7 @@ from ...base.above import thing
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (
     "SolveError", "ValueError", "TypeError", "RuntimeError", "ModuleNotFoundError", "FileNotFoundError", "Unrecordable",
-    "ChildProcessError",
+    "NoReader",
 )  # fmt: skip
 
 # Name if it is given, function, and the first sentence of its help, in the text of a command's file.

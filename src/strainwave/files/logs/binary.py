@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.formats import mat_variables
+from ...base.formats import NoReader, mat_variables
 from ...base.results import Floats
 from .names import canonical, epoch_unit, named
 from .table import Column, refuse
@@ -29,7 +29,7 @@ def read_mat(path: Path) -> Read:
     """Variables and fields of structs of a MATLAB file."""
     try:
         content = mat_variables(path, squeezed=True)
-    except ChildProcessError:
+    except NoReader:
         raise
     except NotImplementedError:
         raise refuse(path, "is a MATLAB file of version 7.3; save it with -v7") from None
