@@ -176,6 +176,9 @@ def fault(error):
     return "" if len(str(error).split()) > 3 and len(str(error)) <= LONGEST else f"no sentence: {said}"
 
 
+NONE = {"Standstill": ("period", "size"), "CompensatedRunup": ("jump",)}  # without hunting, without a jump
+
+
 def nan_in(result, depth=0, place="result"):
     """Places of a result that have NaN."""
     if isinstance(result, float | complex):
@@ -184,12 +187,18 @@ def nan_in(result, depth=0, place="result"):
         return {place} if result.dtype.kind in "fc" and bool(np.isnan(result).any()) else set()
     if hasattr(result, "_asdict"):
         items = result._asdict()
+    elif isinstance(result, tuple) and result and isinstance(result[-1], str) and result[-1]:
+        items = {}  # the last item says why there is none
     elif isinstance(result, list | tuple):
         items = dict(enumerate(result))
     elif isinstance(result, sw.results.LoopRun):
         items = {}  # a loop that grows has no number from some sample on
     elif isinstance(result, Result):
-        items = {k: v for k, v in vars(result).items() if not k.startswith("jump_")}  # none where the curve has none
+        items = {
+            k: v
+            for k, v in vars(result).items()
+            if not k.startswith("jump_") and k not in NONE.get(type(result).__name__, ())
+        }  # none where the curve has none
     else:
         items = result if isinstance(result, Mapping) else {}
     return (

@@ -46,6 +46,8 @@ VALID = {
     "doctor": "--json",
     "error-scan": "scan.csv --ratio 50 --orders 2 --false-alarm 0.01",
     "exceedance": "axis.yaml --count 32 --seed 0 --limit 100arcsec",
+    "export, catalogue": "catalogue --to html -o gears.html",
+    "export, html": "axis.yaml --to html -o axis.html",
     "export": "axis.yaml --to c -o plant.c --step 1e-4s",
     "fit-bode": "axis.yaml bode.csv --free J_m,K --quantity plant",
     "fit-loop": "loop.csv --rated-torque 90N*m --ratio 50",
@@ -59,6 +61,7 @@ VALID = {
     "response": "axis.yaml -o out.csv",
     "schema": "--markdown",
     "speed-map": "axis.yaml -o out --loads 0N*m --speeds 960rpm..1000rpm --limit 100arcsec",
+    "tune": "axis.yaml -o out --goal compliance --gain K_p --load 0N*m",
     "sweep": "axis.yaml --grid load.inertia=1.3kg*m^2 -o out --periods 1 --settle 1",
 }
 TEXTS = (
@@ -74,7 +77,8 @@ TEXTS = (
 def hostile_command(name, seed):
     """Arguments of a command, one or two of which make no sense."""
     rng = Random(f"{name} {seed}")
-    arguments = [name, *VALID[name].split()]
+    name, row = name.partition(",")[0], VALID[name]
+    arguments = [name, *row.split()]
     options = [
         option for option in command(name).params if option.param_type_name == "option" and option.name != "help"
     ]

@@ -15,12 +15,21 @@ from canonical import DISSIPATIVE, ERRORS, EXCITATIONS, LAWS, PROFILES, REFERENC
 import strainwave as sw
 from strainwave.base.protocols import state_count
 from strainwave.base.quantities import checked
+from strainwave.files.reading import from_text
 
 TIMES = 0.01 * np.arange(200)
 TURN = np.linspace(0.0, 4.0 * np.pi, 240, endpoint=False)
 SWEEP = np.tile(np.cos(0.05 * np.arange(50) ** 2), 4)
 GEAR = sw.catalogue.gear("CSG-40-50")
 LOOP = sw.train.PositionLoop(50.0, 0.5)
+CASCADE = sw.train.CascadeLoop(20.0, 0.2, 0.05)
+FILTERS = {
+    "LowPassFilter": sw.train.LowPassFilter(200.0, 0.7),
+    "NotchFilter": sw.train.NotchFilter(200.0, 50.0, 0.1),
+    "BiquadFilter": sw.train.BiquadFilter(200.0, 0.7, 300.0, 0.1),
+}
+LINK = {"mass": 8.0, "length": 0.4, "centre": 0.2, "inertia": 0.1}
+POSTURES = "inertia [kg*m^2],torque [N*m],coupling [N*m/rad]\n1,-5,2e5\n2,-9,1e5\n"
 QUICK = sw.Rk4(8)
 COARSE = sw.Rk4(steps_per_period=8)
 LIGHT = DUFFING._replace(excitation=sw.Harmonic(0.0))
@@ -38,6 +47,16 @@ limit: {oscillation: 100 arcsec}
 excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
 scatter: {load.inertia: 3 %}
 """
+TWO_TURNS = """
+gear: {ratio: 50, fixed: flexspline, law: {type: linear, K: 1e5 N*m/rad}}
+motor: {inertia: 4.5 kg*cm^2, loop: {type: cascade, bandwidth: 30 Hz}}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 120 rad/s, to: 130 rad/s, shaft: motor}
+limit: {oscillation: 100 arcsec}
+excitation:
+  kinematic_error: [{order: 2, amplitude: 9 arcsec}, {order: {wave_generator: 2, output: -2}, amplitude: 9 arcsec}]
+"""
 
 
 @cache
@@ -45,6 +64,11 @@ def project():
     """A project of a gear of the catalogue, with a loop, a limit and a scatter."""
     Path("axis.yaml").write_text(AXIS.replace("{name: CSG-40-50}", "CSG-40-50"), encoding="utf-8")
     return sw.read_project("axis.yaml")
+
+
+def beating():
+    """A project whose motions beat, with a cascade and the flexspline fixed."""
+    return from_text(TWO_TURNS, Path("beating.yaml"))
 
 
 @cache
@@ -109,6 +133,7 @@ def used(kind, model):
         "damping": lambda: sw.gears.VaryingOscillator(1.0, model, sw.Cubic(1.0, 0.1), sw.Harmonic(0.3), 1.2),
         "reference": lambda: whole._replace(motor=sw.train.Motor(0.2, control=LOOP), reference=model),
         "control": lambda: whole._replace(motor=sw.train.Motor(0.2, control=model)),
+        "filter": lambda: whole._replace(motor=sw.train.Motor(0.2, control=sw.train.Filtered(CASCADE, model))),
         "motor": lambda: whole._replace(motor=model),
         "load": lambda: whole._replace(load=model),
         "friction": lambda: whole._replace(friction=model),
@@ -132,10 +157,16 @@ def model_calls():
         "control": {
             "PositionLoop": LOOP,
             "SpeedLoop": sw.train.SpeedLoop(0.3, 0.2, 0.05),
+            "CascadeLoop": CASCADE,
+            "PositionIntegral": sw.train.PositionIntegral(CASCADE, 1.0),
+            "LoadEncoder": sw.train.LoadEncoder(CASCADE),
+            "MixedEncoders": sw.train.MixedEncoders(CASCADE, 60.0),
+            "Filtered": sw.train.Filtered(CASCADE, FILTERS["NotchFilter"]),
             "Lagged": sw.train.Lagged(sw.train.SpeedLoop(0.3, 0.2, 0.05), 0.1),
         },
         "motor": {"Motor": sw.train.Motor(0.2, sw.Harmonic(0.1), sw.laws.Viscous(0.01), LOOP)},
         "load": {"Elastic": whole.load, "Load": sw.train.Load(1.5, sw.Harmonic(0.1), sw.laws.Viscous(0.01))},
+        "filter": FILTERS,
         "friction": {"LoadFriction": sw.laws.LoadFriction(0.1, 0.2)},
         "system": {
             "Oscillator": STRONG,
@@ -457,7 +488,42 @@ CALLS = {
     "no_load_drag": call(sw.gears.no_load_drag, running_torque=0.1, starting_torque=0.05, speed=200.0),
     "bearing_life": call(sw.gears.bearing_life, gear=GEAR, average_torque=20.0, average_speed=100.0),
     "on_output_turn": call(sw.gears.on_output_turn, excitation=ERRORS["KinematicError"], N=50.0),
-    "order_map": call(sw.gears.order_map, N=50.0),
+    "order_map": call(sw.gears.order_map, N=50.0, arrangement=sw.gears.Arrangement("flexspline", "circular spline"), cogging=12),
+    "Arrangement": call(
+        lambda **k: sw.gears.Arrangement(**k).ratio(50.0), fixed="flexspline", output="circular spline"
+    ),
+    "Arrangement.ratio": call(sw.gears.Arrangement().ratio, N=50.0),
+    "Arrangement.teeth": call(sw.gears.Arrangement().teeth, ratio=50.0),
+    "Arrangement.torques": call(sw.gears.Arrangement().torques, N=50.0),
+    "Arrangement.turn": call(sw.gears.Arrangement().turn, member="flexspline"),
+    "Arrangement.lobes": call(sw.gears.Arrangement().lobes, spline="flexspline", times=2),
+    "derive_arrangement": call(sw.theory.derive_arrangement, arrangement=sw.gears.Arrangement()),
+    "Posture": call(lambda **k: sw.Posture(**k).on(axis()).system(120.0), inertia=2.0, torque=-5.0, coupling=None, name="out"),
+    "Link": call(
+        lambda **k: sw.study.two_link(sw.study.Link(**k), sw.study.Link(**LINK), [(0.0, 1.0)])[0].on(axis()), **LINK
+    ),
+    "Link.rod": call(sw.study.Link.rod, mass=8.0, length=0.4),
+    "two_link": call(
+        sw.study.two_link, first=sw.study.Link(**LINK), second=sw.study.Link(**LINK), angles=[(0.0, 1.0), (1.0, 0.5)],
+        joint=1, payload=3.0, gravity=9.8,
+    ),
+    "read_postures": lambda: (sw.read_postures, {"path": written("postures.csv", POSTURES)}),
+    "move_postures": call(
+        sw.move_postures, "project", project=project, profile=sw.Trapezoid(0.01, 0.002), postures=(sw.Posture(2.0, -5.0),),
+        tail=1e-3, method=sw.Dopri5(1e-3, 1e-5),
+    ),
+    "tune": call(
+        sw.tune, "project", project=project, goals=("compliance",), gains=("K_p",), peak_sensitivity=2.0, gain_margin=1.5,
+        phase_margin=0.5, loads=(0.0,), units=(), share=1.0, delay=1e-3, notch=False,
+    ),
+    "read_project, two turns": lambda: (sw.read_project, {"path": written("two.yaml", TWO_TURNS)}),
+    "Project.response, two turns": lambda: (
+        beating().response, {"harmonics": None, "points": 10, "coexisting": False}
+    ),
+    "speed_map, two turns": call(
+        sw.speed_map, "project", project=beating, speeds=(120.0, 125.0), loads=[0.0], load_inertias=None, limit=3e-4,
+        amplification=None, margin=None, orders=(), units=(), search=False, threads=1,
+    ),
     "static_sources": call(sw.gears.static_sources, N=50.0),
     "catalogue.gear": call(sw.catalogue.gear, name="CSG-40-50"),
     "Gear.drive": call(GEAR.drive, load_inertia=1.3, motor_inertia=4.5e-4, B=20.0),

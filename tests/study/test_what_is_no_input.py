@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from all_results import axis
 
 import strainwave as sw
 
 S = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.1)
 T = np.arange(2000) / 1000.0
+SPEEDS = np.array([-20.0, -10.0, -5.0, -2.0, 2.0, 5.0, 10.0, 20.0])
 HUGE = 10**400
 SPEC = {
     "load_inertias": (1.3,), "speeds": (0.5, 3.0), "limit": 4e-4, "rotor_inertias": (5e-4,), "damping_ratio": 0.03,
@@ -23,6 +25,13 @@ def monitor(**changes):
 
 def design(**changes):
     return sw.design(sw.Specification(**SPEC | changes), gears=[sw.catalogue.gear("CSG-40-50")])
+
+
+LINK = sw.study.Link.rod(8.0, 0.4)
+
+
+def arm(**changes):
+    return sw.study.two_link(**{"first": LINK, "second": LINK, "angles": [(0.0, 1.0)]} | changes)
 
 
 @pytest.mark.parametrize(
@@ -42,8 +51,8 @@ def design(**changes):
         (lambda: monitor(orders=3), "orders is 3; it must be a list or tuple"),
         (lambda: monitor(angle=1.0), r"angle has the shape \(\)"),
         (lambda: monitor(angle="x"), "angle is 'x'; it must be an array of numbers"),
-        (lambda: monitor(signal=[HUGE] * 2000), "signal is .*; it must be an array of numbers"),
-        (lambda: monitor(signal=["1"] * 2000), "signal is .*; it must be an array of numbers"),
+        (lambda: monitor(signal=[HUGE] * 2000), "signal is .*; it must be an array of"),
+        (lambda: monitor(signal=["1"] * 2000), "signal is .*; it must be an array of"),
         (lambda: design(load_inertias=b"x"), "load_inertias is b'x'; it must be a list or a tuple"),
         (lambda: design(ratios=50), "ratios is 50; it must be a list or tuple"),
         (lambda: design(ratios=("x",)), "it must be a list or tuple, each item a whole"),
@@ -59,6 +68,35 @@ def design(**changes):
         ),
         (lambda: sw.fit.fit_decay(T, np.cos(T), S, free=(np.ones(2),)), "it must be the paths"),
         (lambda: sw.numerics.orbit_diagram(S, "B", "12", (0.0, 0.0)), "values is '12'; it must be one or more finite"),
+        (lambda: sw.gears.Arrangement("flexspline", 2).ratio(50), "fixed is 'flexspline' and output 2; give two of"),
+        (lambda: sw.gears.Arrangement(np.ones(2)).driven, "fixed is .* and output 'flexspline'; give two of"),
+        (lambda: sw.gears.Arrangement().teeth("50"), "ratio is '50'; it must be a positive finite number"),
+        (lambda: sw.gears.Arrangement().turn("spline"), "member is 'spline'; it must be 'wave generator', "),
+        (lambda: sw.gears.Arrangement().lobes("flexspline", b"2"), "times is b'2'; it must be a whole number"),
+        (lambda: sw.gears.order_map(50, cogging=np.full(3, 12)), "cogging is .*; it must be a whole number"),
+        (lambda: sw.theory.derive_arrangement("flexspline"), "arrangement is 'flexspline'; give an Arrangement"),
+        (lambda: sw.study.Link.rod("8", 0.4), r"mass \[kg\] is '8'; it must be a positive finite number"),
+        (lambda: arm(first=LINK._replace(mass=-1.0)), "Link.mass is -1; it must be positive"),
+        (lambda: arm(second=LINK._replace(centre="x")), "Link.centre must be a number, not 'x'"),
+        (lambda: arm(second=3), "second is 3; give a Link"),
+        (
+            lambda: arm(angles=[(0.0, 1.0, 2.0)]),
+            r"angles \[rad\] is .*; it must be finite numbers of the shape \(n, 2\)",
+        ),
+        (lambda: arm(gravity="x"), "gravity is 'x'; it must be a finite number"),
+        (lambda: arm(payload=-1.0), "payload is -1 kg; it must be 0 or positive"),
+        (lambda: sw.move_postures(axis(), sw.Trapezoid(0.3, 0.3), postures=(3,)), "each item a Posture"),
+        (lambda: sw.move_postures(3), "project is 3; give what read_project returns"),
+        (lambda: sw.study.error_parts(S._replace(error=ERROR), "orbit"), "orbit is 'orbit'; give what find_orbit"),
+        (
+            lambda: sw.OrderTable.of(sw.KinematicError(3.0), sign="error"),
+            "has no lines of orders; give a KinematicError",
+        ),
+        (lambda: sw.fit.fit_friction(SPEEDS, SPEEDS, deviation=S), "deviation .* is .*; it must be an array of"),
+        (
+            lambda: sw.order_scan([sw.Run(T, 10.0 * T, np.cos(20.0 * T), "rad")], orders=[5e-324], highest=10.0),
+            "does not tell the orders 4.94066e-324 apart; take longer runs",
+        ),
     ],
 )
 def test_what_is_no_input_is_refused_by_its_name(ask, words):

@@ -9,7 +9,8 @@ from dataclasses import replace
 from math import cos
 from typing import NamedTuple
 
-from ..base.quantities import Inertia, Torque, TorsionalStiffness, number
+from ..base.arguments import typed
+from ..base.quantities import Inertia, Torque, TorsionalStiffness, array_of, checked, number
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import Elastic
 from .asked import WEIGHT, Length, Mass
@@ -73,9 +74,17 @@ class Link(NamedTuple):
     @classmethod
     def rod(cls, mass: float, length: float) -> "Link":
         """A uniform rod."""
+        mass, length = number("mass [kg]", mass, positive=True), number("length [m]", length, positive=True)
         return cls(mass, length, 0.5 * length, mass * length**2 / 12.0)
 
+    def check(self) -> None:
+        """Refuse a mass, a length or a centre that is not positive, and a negative inertia (ValueError)."""
+        for name, value in zip(self._fields, self, strict=True):
+            if not (value > 0.0 or (name == "inertia" and value == 0.0)):
+                raise ValueError(f"Link.{name} is {value:g}; it must be positive")
 
+
+@typed
 def two_link(
     first: Link, second: Link, angles: Iterable[tuple[float, float]], *, joint: int = 1, payload: float = 0.0,
     gravity: float = WEIGHT,
@@ -95,19 +104,28 @@ def two_link(
     gravity : float
         Acceleration [m/s^2] in the plane of the arm.
 
+    Raises
+    ------
+    TypeError, ValueError
+        If a link, an angle, the joint, the payload or the gravity is none.
+
     References
     ----------
     Spong, Hutchinson & Vidyasagar 2006, Robot Modeling and Control, sec. 7.3.2: d11, d22, phi1 and phi2.
     """
     if joint not in (1, 2):
         raise ValueError(f"joint is {joint!r}; it is 1, at the base, or 2, between the links")
+    first, second, gravity = checked(first), checked(second), number("gravity [m/s^2]", gravity)
+    payload = number("payload [kg]", payload)
+    if payload < 0.0:
+        raise ValueError(f"payload is {payload:g} kg; it must be 0 or positive")
     outer = second.mass * second.centre + payload * second.length  # first moment about the second joint
     moved = second.inertia + second.mass * second.centre**2 + payload * second.length**2
     tip, carried = first.length, second.mass + payload
     base = first.inertia + first.mass * first.centre**2 + carried * tip**2
     inner = first.mass * first.centre + carried * tip
     rows = []
-    for q_1, q_2 in angles:
+    for q_1, q_2 in array_of("angles [rad]", list(angles), None, 2).tolist():
         lever = outer * cos(q_1 + q_2)
         inertia = moved
         if joint == 1:

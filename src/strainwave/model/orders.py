@@ -17,7 +17,8 @@ from fractions import Fraction
 from math import pi
 from typing import Any, Literal, NamedTuple
 
-from ..base.quantities import checked, number, positive_count, shown
+from ..base.arguments import typed
+from ..base.quantities import checked, number, positive_count, shown, whole
 from ..base.sentences import on_screen
 from .excitation import Harmonic, Harmonics, KinematicError
 
@@ -43,7 +44,8 @@ class Arrangement(NamedTuple):
         ValueError
             If the gear has no such members, or one is both.
         """
-        others = [member for member in MEMBERS if member not in (self.fixed, self.output)]
+        ends = [member for member in (self.fixed, self.output) if isinstance(member, str)]
+        others = [member for member in MEMBERS if member not in ends]
         if len(others) != 1:
             raise ValueError(
                 f"fixed is {shown(self.fixed)} and output {shown(self.output)}; give two of {', '.join(MEMBERS)}"
@@ -52,9 +54,9 @@ class Arrangement(NamedTuple):
 
     def ratio(self, N: float) -> Fraction:
         """Motor turns per output turn, negative where the output turns the other way; N of the teeth, z1 = 2 N."""
-        z1 = 2 * whole_ratio(N)
+        z1, driven = 2 * whole_ratio(N), self.driven
         weights = {"flexspline": z1, "circular spline": -z1 - 2, "wave generator": 2}
-        return Fraction(-weights[self.output], weights[self.driven])
+        return Fraction(-weights[self.output], weights[driven])
 
     def teeth(self, ratio: float) -> int:
         """N = z1/2 of a gear with so many motor turns per output turn, whichever way the output turns.
@@ -64,6 +66,7 @@ class Arrangement(NamedTuple):
         ValueError
             If no teeth give this ratio.
         """
+        ratio = number("ratio", ratio, positive=True)
         guesses = [round(x) for x in (ratio, ratio - 1.0, 1.0 / (ratio - 1.0) if ratio > 1.0 else 0.0) if x >= 1.5]
         for N in guesses:
             if N <= LARGEST_RATIO and abs(abs(float(self.ratio(N))) - ratio) <= SAME_ORDER * ratio:
@@ -83,13 +86,15 @@ class Arrangement(NamedTuple):
         R = self.ratio(N)
         return {self.output: Fraction(1), self.driven: -1 / R, self.fixed: 1 / R - 1}
 
+    @typed
     def turn(self, member: Member) -> Pair:
         """Turns of the motor and of the output that a member makes in the housing."""
         return int(member == self.driven), int(member == self.output)
 
+    @typed
     def lobes(self, spline: Member, times: int) -> Pair:
         """Pair of what repeats so many times per turn of the wave generator against a spline."""
-        (a, b), (c, d) = self.turn("wave generator"), self.turn(spline)
+        (a, b), (c, d), times = self.turn("wave generator"), self.turn(spline), int(times)
         j, k = times * (a - c), times * (b - d)
         return (j, k) if (j, k) > (0, 0) else (-j, -k)
 
@@ -217,7 +222,7 @@ def order_map(N: float, arrangement: Arrangement = USUAL, *, cogging: int = 0) -
     if not isinstance(arrangement, Arrangement):
         raise TypeError(f"arrangement is {shown(arrangement)}; give an Arrangement(fixed, output)")
     n, ratio = whole_ratio(N), arrangement.ratio(N)
-    cogging = positive_count("cogging", cogging, 10_000) if cogging else 0
+    cogging = positive_count("cogging", cogging, 10_000) if whole("cogging", cogging) else 0
     first: Member = "flexspline" if arrangement.fixed == "flexspline" else "circular spline"
     second: Member = "circular spline" if first == "flexspline" else "flexspline"
     teeth = {"flexspline": 2 * n, "circular spline": 2 * n + 2}

@@ -11,6 +11,7 @@ dissipation function); Ghorbel, Gandhi & Alpeter 2001 (kinematic error). Only th
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from ..base.arguments import typed
 from ..model.orders import MEMBERS, Arrangement
 
 try:
@@ -280,6 +281,7 @@ class ArrangedEquations(NamedTuple):
     reaction: Any
 
 
+@typed
 def derive_arrangement(arrangement: Arrangement) -> ArrangedEquations:
     """Derive what a gear does to motor, load and housing in an arrangement, from its teeth and d'Alembert's principle.
 

@@ -289,6 +289,6 @@ def _mean_of(thing: object) -> float:
 
 def _lines_of(thing: object) -> tuple[Line, ...]:
     lines = _terms_of(thing)
-    if lines is None or not all(hasattr(line, "order") for line in lines):
+    if not isinstance(lines, Sequence) or not all(hasattr(line, "order") for line in lines):
         raise TypeError(f"{shown(thing)} has no lines of orders; give a KinematicError, an ErrorScan, or lines")
     return positive([Line(_whole(line.order), float(line.amplitude), float(line.phase)) for line in lines])

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.law import repeating
-from ...base.quantities import checked, positive_count, shown
+from ...base.quantities import checked, positive_count
 from ...base.results import Floats, Orbit
 from ...model.gears.error_spectrum import extremes
 from ...model.oscillator import Oscillator
@@ -67,6 +68,7 @@ class ErrorParts:
         )
 
 
+@typed
 def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
     """Separate the error between motor and load into the pure kinematic error and the torsion.
 
@@ -94,8 +96,6 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
     ----------
     Ghorbel, Gandhi & Alpeter 2001, J. Mech. Des. 123(1), 90-97 (pure kinematic error and torsional flexibility).
     """
-    if not isinstance(system, Oscillator):
-        raise TypeError(f"{shown(system)} is no Oscillator; give the error equation of the drive")
     system = repeating("error_parts", checked(system))
     orders = [int(k) for k in system.orders()] or [1]
     if orbit is None:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.quantities import numbers, shown
+from ...base.quantities import numbers, several, shown
 from ...base.records import Labelled
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
@@ -235,7 +235,7 @@ class Identified(Fitted):
 
     def _first(self, start: Any) -> Any:
         if isinstance(start, tuple | list | np.ndarray):
-            return tuple(start)
+            return several("start", start)
         given = channels_of(start)
         missing = [name for name in self.experiment.outputs.values() if name not in given]
         if missing:

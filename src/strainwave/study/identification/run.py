@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.quantities import LARGEST, reals, shown
+from ...base.quantities import LARGEST, samples_of
 from ...base.results import Floats
 
 CANONICAL = {
@@ -86,9 +86,7 @@ class Run:
 
 def column(name: str, values: Any, item: str = "sample") -> Floats:
     """Finite real numbers as a new array, or say which of the samples is none (ValueError)."""
-    array = reals(values)
-    if array.size == 0 and np.size(values) > 0:
-        raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")
+    array = samples_of(name, values)
     good = np.abs(array) <= LARGEST
     if not np.all(good):
         i = int(np.flatnonzero(~good)[0])

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ...base.arguments import refuse, typed
 from ...base.facts import Fact, lines
 from ...drive.postures import Posture, titled
 from ...drive.project import Project
@@ -61,6 +62,7 @@ class PostureMoves(NamedTuple):
         return (Fact("posture", i + 1), *load, *numbers, Fact("passes", self.moves[i].within_limits))
 
 
+@typed
 def move_postures(
     project: Project, profile: Any = None, *, postures: Sequence[Posture] = (),
     progress: Callable[[float], None] = lambda _: None, **options: Any,
@@ -88,6 +90,8 @@ def move_postures(
         If there is no posture, or as of `move`.
     """
     rows = tuple(postures) or project.postures
+    for row in rows:
+        refuse("postures", row, Posture)
     if not rows:
         raise ValueError("there are no postures; give Posture(inertia, torque), or `postures` in the project file")
     moves, asked = [], project.move and project.move._replace(payload=None)

@@ -218,13 +218,14 @@ def fit_run(
     turns = [2.0 * np.pi * f * (run.time - run.time[0]) for f in frequencies]
     nuisances = np.column_stack([slow, *(wave(x) for x in turns for wave in (np.cos, np.sin))])
     columns = np.column_stack([nuisances, *waves])
-    u, s, vt = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
+    sizes = np.linalg.norm(columns, axis=0)
+    u, s, vt = np.linalg.svd(columns / np.where(sizes > 0.0, sizes, 1.0), full_matrices=False)
     if s[0] > WORST * s[-1]:
         raise ValueError(
             f"a run over {run.turns:.3g} turns does not tell the orders {', '.join(f'{k:g}' for k in orders)} apart; "
             "take longer runs, or orders further apart"
         )
-    back = (vt.T / s) / np.linalg.norm(columns, axis=0)[:, None]
+    back = (vt.T / s) / sizes[:, None]
     shares = back @ (u.T @ run.value)
     residual = run.value - columns @ shares
     ascending = np.sign(run.travel) * run.angle
