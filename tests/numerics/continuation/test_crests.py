@@ -1,14 +1,20 @@
 """Crests of a curve of orbits: the largest |x| and |x - mean| among their neighbours."""
 
 import math
+from itertools import cycle
 
 import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.base.series import highest_between, largest_size
 from strainwave.compile.tree import leaf_of
+from strainwave.drive.train_curve import FEW, at_load
 from strainwave.numerics.balance.choice import balance_of
+from strainwave.numerics.balance.fourier import from_blocks
+from strainwave.numerics.continuation import trace
 from strainwave.numerics.continuation.trace import solve, with_crests
+from strainwave.numerics.curves.over_a_turn import traced_turn
 from strainwave.numerics.labels import STEP, TOP
 
 
@@ -22,3 +28,29 @@ def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():
     found, labels = with_crests(problem, points, np.full(len(points), STEP))
     assert len(found) == len(points) + 1
     assert found[labels == TOP, -1] == pytest.approx([math.sqrt(1.0 - 2.0 * ratio**2)], abs=1e-6)
+
+
+def test_a_crest_is_not_refined_beyond_the_digits_of_its_size(monkeypatch):
+    # a polynomial through points that rounding cannot tell apart has no digits left: its crest is anywhere
+    def noisy(*given):
+        place, size = highest_between(*given)
+        return place + next(off), size * (1.0 + 1e-10)
+
+    def solved(problem, guess):
+        point = solve(problem, guess)
+        sizes.append(float(largest_size(from_blocks(problem.displacements(point[None]).T).T)[0]))
+        return point
+
+    off = cycle((3e-7, -3e-7, 6e-7, -6e-7, 9e-7, -9e-7))
+    control = sw.train.Lagged(sw.train.CascadeLoop(13.0, 0.09, 0.0146), 5e-4)
+    error, load = sw.KinematicError((sw.Line(2, 1.1e-4),)), sw.Harmonics((sw.Harmonic(0.0, mean=-38.8),))
+    drive = sw.Drive(4.5e-4, 0.65, 50.0, 11.4, sw.Cubic(3e4, 1e4))
+    train = drive.train(control=control, load_torque=load, kinematic_error=error, omega=150.0)
+    problem, found, _, _ = traced_turn(at_load(train), (50.0, 310.0), FEW, 16, False)
+    values = largest_size(from_blocks(problem.displacements(found.points).T).T)
+    monkeypatch.setattr(trace, "highest_between", noisy)
+    monkeypatch.setattr(trace, "solve", solved)
+    for i in trace.crests_of(values):
+        sizes = []
+        trace._crest(problem, found.points, i, values, largest_size)
+        assert np.all(np.abs(np.diff(sizes[:-1])) > 1e-12 * values[i]), sizes

@@ -269,8 +269,11 @@ def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Mea
             break
         solved = _series(problem, point[None])
         value = float(measure(solved)[0])
-        if value >= size:
+        rise = value - size
+        if rise >= 0.0:
             size, crest = value, (s - mid, point)
+        if abs(rise) <= SETTLED * size:  # the polynomial's own rise is rounding from here on
+            break
         arc, window, series = np.append(arc, s), np.vstack([window, point * scale]), np.vstack([series, solved])
     return crest
 
