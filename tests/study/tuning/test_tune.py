@@ -12,7 +12,7 @@ import strainwave as sw
 from strainwave.drive.margins import MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
-from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
+from strainwave.study.tuning.linear import UNSTABLE, OpenLoop, control_parts
 from strainwave.study.tuning.search import PROOF, moves
 from strainwave.study.tuning.tune import ASSUMED, rule
 
@@ -53,7 +53,7 @@ def test_the_figures_are_those_of_margins_and_of_the_linear_train(name):
     whole = TRAINS[name]
     given = OpenLoop(whole._replace(motor=whole.motor._replace(control=sw.train.PositionLoop(30.0, 0.3))))
     given = OpenLoop(whole) if name.startswith("hysteresis") else given  # whose state depends on no gain
-    found, at = given.figures(whole.motor.control), sw.study.operating_state(whole, whole.omega)
+    found, at = given.figures(control_parts(whole.motor.control)), sw.study.operating_state(whole, whole.omega)
     margins, loop = sw.margins(whole, at=at, speed=whole.omega), MotorLoop(whole, at, whole.omega)
     assert found.phase_margin == pytest.approx(abs(margins.phase_margin), abs=1e-3)
     assert found.gain_margin == pytest.approx(margins.gain_margin, rel=1e-3)
@@ -74,8 +74,8 @@ def test_the_figures_are_those_of_margins_and_of_the_linear_train(name):
 def test_a_loop_is_unstable_from_the_delay_on_that_its_margins_give():
     whole = TRAINS["cascade with lag and notch"]
     most = sw.margins(whole, at=sw.study.operating_state(whole, whole.omega), speed=whole.omega).delay_margin
-    assert OpenLoop(whole, 1.001 * most).figures(whole.motor.control) == UNSTABLE
-    assert OpenLoop(whole, 0.999 * most).figures(whole.motor.control).peak_sensitivity > 100.0
+    assert OpenLoop(whole, 1.001 * most).figures(control_parts(whole.motor.control)) == UNSTABLE
+    assert OpenLoop(whole, 0.999 * most).figures(control_parts(whole.motor.control)).peak_sensitivity > 100.0
 
 
 def test_the_rule_is_the_symmetric_optimum():
@@ -150,7 +150,7 @@ def test_no_step_of_one_or_two_gains_is_better_and_the_rule_is_worse(tuned):
     for change in steps:
         gains = np.array(tuned.recommended.gains) * change
         control = sw.train.Lagged(sw.train.SpeedLoop(*gains), 5e-4)
-        if linear.figures(control).peak_sensitivity <= 2.0:
+        if linear.figures(control_parts(control)).peak_sensitivity <= 2.0:
             assert closed_form(gains) > 0.98 * best  # 1 %, and as much for what the closed form leaves out
     for point in (tuned.before, tuned.rule, tuned.recommended):
         assert point.goals[0] == pytest.approx(closed_form(point.gains), rel=0.01)
@@ -197,7 +197,7 @@ def test_gains_of_a_position_loop_have_their_units_and_keep_the_torque_of_the_mo
     for gain, change in ((s.gain, s.up) for s in free.sensitivities if s.up is not None):
         at = free.gains.index(gain)
         gains = [value * (1.05 if i == at else 1.0) for i, value in enumerate(free.recommended.gains)]
-        figures = OpenLoop(whole.train, ASSUMED).figures(sw.train.PositionLoop(*gains))
+        figures = OpenLoop(whole.train, ASSUMED).figures(control_parts(sw.train.PositionLoop(*gains)))
         assert figures.compliance / free.recommended.figures.compliance - 1.0 == pytest.approx(change, rel=1e-6)
 
 

@@ -82,10 +82,9 @@ class OpenLoop:
         waves = self.plant.poles[self.plant.poles.imag > 0.0]
         return float(np.abs(waves)[np.argmax(waves.real / np.abs(waves))]) if len(waves) else 0.0
 
-    def figures(self, control: Any) -> LoopFigures:
-        """Margins and disturbance response with a control."""
-        count = states_of(control)
-        parts = linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
+    def figures(self, parts: tuple[Any, ...]) -> LoopFigures:
+        """Margins and disturbance response with the `control_parts` of a control."""
+        count = len(parts[3])
         poles, vectors = np.linalg.eig(self._closed(parts))
         moving = np.abs(poles) > AT_REST * np.max(np.abs(poles))
         if np.sum(~moving) > self.memory or np.any(poles[moving].real >= 0.0):
@@ -122,6 +121,12 @@ class OpenLoop:
         against = (by_angle * self.seen + by_speed * self.rate + inertia * self.rate @ self.plant.A) / heavy
         top = np.hstack([self.plant.A - np.outer(self.motor, against), -np.outer(self.motor, C[0] / heavy)])
         return np.vstack([top, np.hstack([B @ np.vstack([self.seen, self.rate]), A])])
+
+
+def control_parts(control: Any) -> tuple[Any, ...]:
+    """A control, linear about rest, as `linear_control` gives it."""
+    count = states_of(control)
+    return linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
 
 
 def _open(parts: tuple[Any, ...], omega: Floats, answer: Complexes) -> Complexes:

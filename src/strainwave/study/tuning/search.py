@@ -4,7 +4,7 @@ All is deterministic. A gain is a logarithm in here; the measure is the mean of 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import combinations, product
+from itertools import combinations, islice, product
 from math import inf
 
 import numpy as np
@@ -54,8 +54,8 @@ class Search:
     def run(self, starts: Sequence[Floats], progress: Callable[[str, float], None]) -> Floats:
         """Best place of all, from the starts and points of the box; the starts have a place in the box."""
         sown = self.low + qmc.Halton(len(self.low), scramble=False).random(SPREAD + 1)[1:] * (self.high - self.low)
-        fit = [x for x in sown if self.trial.broken(x) <= 1.0]
-        ranked = sorted([*starts, *fit[:TRIED]], key=self.measure)
+        fit = islice((x for x in sown if self.trial.fits(x)), TRIED)
+        ranked = sorted([*starts, *fit], key=self.measure)
         places = []
         for i, x in enumerate(ranked[:STARTS]):
             progress(f"descent {i + 1} of {STARTS}", 0.2 + 0.15 * i)

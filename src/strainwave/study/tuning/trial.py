@@ -12,7 +12,7 @@ from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.project import Project
 from ...drive.train_curve import FEW, largest_oscillation, train_curve
 from ..move.move import move
-from .linear import LoopFigures, OpenLoop
+from .linear import UNSTABLE, LoopFigures, OpenLoop, control_parts
 
 SHORT = 1e-4  # s: a move that is settled at its end counts as settled then
 
@@ -99,6 +99,8 @@ class Trial:
         self.setting, self.control, self.drives = setting, control, drives
         self.loaded = [loads_of(drive, setting.loads) for drive in drives]
         self.loops = [[OpenLoop(case.train, setting.delay) for case in cases if case.train] for cases in self.loaded]
+        self.order = list(range(len(drives)))  # those that refused gains last come first
+        self.last: tuple[bytes, Any, dict[int, list[LoopFigures]]] = (b"", None, {})
         self.moved = any(GOALS[name].of_move for name in setting.goals)
         self.harmonics: int | None = None
         motor = setting.limits.motor
@@ -107,14 +109,38 @@ class Trial:
 
     def linear(self, x: Floats) -> TuningPoint:
         """The linear figures alone; goals are infinite."""
-        control = self.control(x)
-        units = [np.max([_inverse(loop.figures(control)) for loop in loops], axis=0) for loops in self.loops]
+        units = [np.max(list(map(_inverse, self._figures(i, x))), axis=0) for i in range(len(self.drives))]
         figures = LoopFigures(*_inverse(self._over(units)).tolist())
         return TuningPoint(tuple(np.exp(x).tolist()), (inf,) * len(self.setting.goals), figures)
 
     def broken(self, x: Floats) -> float:
         """Largest share of a limit of the linear loop that gains take; above 1 it is broken."""
         return max(self.linear(x).used(self.setting.limits).values())
+
+    def fits(self, x: Floats) -> bool:
+        """Whether the linear loop of every drive that counts keeps the limits."""
+        if self.setting.share < 1.0:
+            return self.broken(x) <= 1.0
+        for i in self.order:
+            used = [TuningPoint((), (), figures).used(self.setting.limits) for figures in self._figures(i, x)]
+            if max(share for shares in used for share in shares.values()) > 1.0:
+                self._first(i)
+                return False
+        return True
+
+    def _figures(self, i: int, x: Floats) -> list[LoopFigures]:
+        """Figures of the loops of a drive; those of the last gains are at hand."""
+        key = x.tobytes()
+        if key != self.last[0]:
+            self.last = key, control_parts(self.control(x)), {}
+        _, parts, figures = self.last
+        if i not in figures:
+            figures[i] = [loop.figures(parts) for loop in self.loops[i]]
+        return figures[i]
+
+    def _first(self, i: int) -> None:
+        self.order.remove(i)
+        self.order.insert(0, i)
 
     def point(self, x: Floats) -> TuningPoint:
         """All that gains give, also where they break a limit."""
@@ -125,16 +151,18 @@ class Trial:
 
         None where what the first drives and loads give is a `surplus`.
         """
+        if surplus and not self.fits(x):
+            return TuningPoint(tuple(np.exp(x).tolist()), (inf,) * len(self.setting.goals), UNSTABLE)
         point = self.linear(x)
-        allowed = self.setting.limits if surplus else TuningLimits(1e300)
-        if max(point.used(allowed).values()) > 1.0:
+        if not isfinite(point.figures.peak_sensitivity):
             return point
         worst = np.full((len(self.drives), 2 + len(self.setting.goals)), nan)
-        for i, drive in enumerate(self.drives):
-            for left, row in self._rows(drive, self.loaded[i], point):
+        for i in tuple(self.order):
+            for left, row in self._rows(self.drives[i], self.loaded[i], point):
                 worst[i] = np.fmax(worst[i], row)
-                last = i == len(self.drives) - 1 and not left
+                last = i == self.order[-1] and not left
                 if surplus and self.setting.share == 1.0 and not last and surplus(np.fmax.reduce(worst)[2:]):
+                    self._first(i)
                     return None
         torque, share, *goals = self._over(worst).tolist()
         return point._replace(goals=tuple(goals), motor_torque=torque, motor_share=share)
