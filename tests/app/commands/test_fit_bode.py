@@ -56,3 +56,19 @@ def test_a_comparison_alone_and_what_is_not_clear_in_options(files):
     run = invoke(files / "axis.yaml", files / "none.csv")
     assert run.exit_code == 3
     assert "is it Hz or rad/s? --unit frequency=Hz" in run.output
+
+
+def test_the_blocks_to_paste_are_the_numbers_fitted_with_their_source(files):
+    run = invoke(files / "axis.yaml", files / "units.csv")
+    blocks = run.stdout.partition("for a project file, into its groups:\n")[2]
+    blocks = blocks.replace("kg*m^2}", "kg*m^2, loop: {type: speed, bandwidth: 20 Hz, damping: 1}}", 1)  # of the motor
+    kept = [line for line in PROJECT.splitlines() if line.split(":")[0] in ("speed", "excitation")]
+    (files / "pasted.yaml").write_text("\n".join([*kept, blocks]), encoding="utf-8")
+    pasted = sw.read_project(files / "pasted.yaml")
+    fit = sw.fit.fit_bode(sw.read_frd(files / "units.csv"), sw.read_project(files / "axis.yaml"))
+    train = pasted.train
+    found = {"J_m": train.motor.J, "J_l": train.load.J, "K": train.law.K, "B": train.B}
+    assert train.N == 100.0
+    assert found == {name: fit.values[name] for name in found}
+    words = {source.name: source.word for source in pasted.sources}
+    assert {words[name] for name in ("motor.inertia", "load.inertia", "gear.law.K", "damping.B")} == {"measured"}

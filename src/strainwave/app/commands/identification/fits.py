@@ -65,7 +65,8 @@ def fit_bode(
     fit = bode_fitted(measured, drive, free=names, speed=value_of("--speed", speed, "rad/s"))
     if output is not None:
         _write(drive.title, fit, output)
-    written = [] if output is None else [f"written: {output}/bode.svg, bode.csv, bode.json"]
+    written = [f"for a project file, into its groups:\n{fit.yaml}".rstrip()] if fit.yaml else []
+    written += [] if output is None else [f"written: {output}/bode.svg, bode.csv, bode.json"]
     click.echo(reported(drive.title, fit.facts(), as_json, *written))
 
 

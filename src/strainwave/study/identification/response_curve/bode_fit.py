@@ -28,6 +28,12 @@ from ..intervals import Spread, spread
 from .measured_bode import Complexes, MeasuredBode
 
 UNITS = {"J_m": "kg*m^2", "J_l": "kg*m^2", "K": "N*m/rad", "B": "N*m*s/rad", "delay": "s", "gain": ""}
+BLOCKS = {  # of a project file: number, block with it, and what has the source "measured"
+    "J_m": ("motor: {{inertia: {!r} kg*m^2}}", "motor.inertia"),
+    "J_l": ("load: {{inertia: {!r} kg*m^2}}", "load.inertia"),
+    "K": ("gear: {{ratio: RATIO, law: {{type: linear, K: {!r} N*m/rad}}}}", "gear.law"),
+    "B": ("damping: {{B: {!r} N*m*s/rad}}", "damping.B"),
+}
 USUAL = ("J_m", "J_l", "K", "B", "delay")
 STARTS = (1.0, 0.4, 2.5)  # of the stiffness
 DAMPED = 0.01  # damping ratio of a start without damping
@@ -119,6 +125,8 @@ class BodeFit(Fit):
         Root mean square of what the fit leaves over the noise; nan where the noise is not known.
     loop : str
         What drives the motor, in words.
+    ratio : float
+        Ratio of the gear, for `yaml`.
     dependence : tuple of str
         What changes with the amplitude, where two were measured.
     """
@@ -136,7 +144,16 @@ class BodeFit(Fit):
     model: Complexes
     missed: float
     loop: str
+    ratio: float
     dependence: tuple[str, ...] = ()
+
+    @property
+    def yaml(self) -> str:
+        """Numbers fitted as blocks of a project file with their source; empty for a comparison."""
+        blocks = [(line.format(self.values[n]), part) for n, (line, part) in BLOCKS.items() if n in self.values]
+        lines = [line.replace("RATIO", f"{self.ratio:g}") for line, _ in blocks]
+        sources = ", ".join(f"{part}: measured" for _, part in blocks)
+        return "\n".join([*lines, f"sources: {{{sources}}}\n"]) if blocks else ""
 
     def coordinates(self) -> Labelled:
         """Frequencies."""
@@ -162,7 +179,7 @@ class BodeFit(Fit):
         return (
             *facts, Fact("left_over_noise", self.missed, LACKS if lacks else ""),
             Fact("unidentified", tuple(self.unidentified.values()), "{}"),
-            Fact("dependence_on_amplitude", self.dependence, "{}"),
+            Fact("dependence_on_amplitude", self.dependence, "{}"), Fact("project", self.yaml),
         )  # fmt: skip
 
     def _row(self, name: str) -> tuple[Fact, ...]:
@@ -235,7 +252,8 @@ def fit_bode(
     noisy = bool(np.all(plot.deviation > 0.0))
     missed = float(np.sqrt(np.mean(modelled.off(computed) ** 2))) if noisy else nan
     return BodeFit(
-        plot, values, scatter.covariance, scatter.freedom, unknown, start, computed, model, missed, loop, dependence
+        plot, values, scatter.covariance, scatter.freedom, unknown, start, computed, model, missed, loop, train.N,
+        dependence,
     )  # fmt: skip
 
 
