@@ -34,6 +34,7 @@ OPTIONS = {
     "json": {},
     "csv": {},
     "points": {},
+    "grid": {},
     "c": {},
     "st": {},
     "hal": {},

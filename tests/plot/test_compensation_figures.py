@@ -78,3 +78,12 @@ def test_the_share_of_units_reaches_all_of_them():
     assert curve.y[-1] == pytest.approx(100.0)
     assert curve.x[-1] == pytest.approx(np.max(units.after.rms), rel=1e-12)
     assert panel.xlog
+
+
+def test_runs_of_unequal_length_share_one_scale():
+    runs = [
+        figures.Motion(name, np.linspace(0.0, 2.0, n), np.linspace(0.0, 1e-4, n)) for name, n in (("a", 9), ("b", 8))
+    ]
+    above, below = figures.error_panels(runs[0], runs)
+    assert [len(named(below, name).y) for name in "ab"] == [9, 8]
+    assert above.xlim == (0.0, 2.0)

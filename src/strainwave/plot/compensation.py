@@ -1,6 +1,7 @@
 """Figures of a compensation: the error in time, controllers over the speed, orders before and after, many units."""
 
 from collections.abc import Mapping, Sequence
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from ..study.compensation.runup import CompensatedRunup
 from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREEN, GREY, LOOKS, ORANGE
 from .panels import MOTOR, TIME, Axis, Panel, angle, panels_of
 
-TURNS = 2  # of the motor that are shown
+TURNS = 2  # of the motor that are shown, or those of a beat
 PLAIN = "loop"
 AFTER = ((BLUE, "", 1.8), (BLACK, DOT_DASH, 1.3), (GREEN, DOTS, 1.3))  # of the controllers of one figure
 PARTED = 0.07  # of an order: distance of the stems of one order
@@ -38,18 +39,18 @@ def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
     """The last turns under a controller, by its name in `COMPENSATORS`, at a motor speed [rad/s]."""
     built = COMPENSATORS[controller].on(bench, speed)
     settle, _ = times_of(bench, speed, own_rate(bench, speed, built))
-    turn = 2.0 * np.pi / abs(speed)
-    run = run_loop(bench.closed(built, speed), settle + TURNS * turn, y0=bench.start(speed))
-    late = run.time >= run.time[-1] - TURNS * turn
+    turn, turns = 2.0 * np.pi / abs(speed), max(TURNS, ceil(bench.repeat))
+    run = run_loop(bench.closed(built, speed), settle + turns * turn, y0=bench.start(speed))
+    late = run.time >= run.time[-1] - turns * turn
     time, error = run.time[late], run.error[late]
     return Motion(name, (time - time[0]) / turn, error - np.mean(error))
 
 
 def error_panels(before: Motion, after: Sequence[Motion]) -> list[Panel]:
     """The error before and after on one scale, and the residual error alone."""
-    x, ends = Axis("turns of the motor"), (0.0, float(TURNS))
+    x, ends = Axis("turns of the motor"), (0.0, float(np.round(before.turns[-1])))
     error = Panel("pointing error of the load about its mean", x, angle("", before.error), xlim=ends)
-    residual = Panel("what is left of it", x, angle("", [run.error for run in after]), xlim=ends)
+    residual = Panel("what is left of it", x, angle("", np.concatenate([run.error for run in after])), xlim=ends)
     error.line(before.turns, before.error, ORANGE, before.name, DASHES)
     for run, (colour, dash, width) in zip(after, AFTER, strict=False):
         for panel in (error, residual):

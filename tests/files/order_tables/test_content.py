@@ -180,6 +180,36 @@ def test_a_wrong_table_is_refused_in_one_sentence(fields, said):
     assert "\n" not in str(refusal.value)
 
 
+BEATING = (sw.Line(2, 20e-6, 0.3), sw.Line(1.96, 17e-6, -1.0), sw.Line(4, 3e-6, 0.1))
+
+
+def test_lines_of_both_turns_count_on_the_output_whose_pairs_are_said():
+    table = sw.OrderTable.of(BEATING, ratio=50.0)
+    assert (table.turn, table.orders, table.pairs) == ("output", (98, 100, 200), ((2, -2), (2, 0), (4, 0)))
+    error = sw.KinematicError(BEATING)
+    angle = np.linspace(0.0, 400.0, 1001)  # of the motor, more than a turn of the output
+    assert table.value(angle / 50.0) == pytest.approx(error.value(angle), abs=1e-17)
+    assert "ratio 50, pairs (motor, output)" in str(table)
+    assert "(2, -2)" in str(table)
+    assert table.keep((100, 200)).on_turn("motor").orders == (2, 4)
+    assert sw.OrderTable.of(BEATING[::2], ratio=50.0).turn == "motor"
+
+
+def test_lines_of_one_pair_are_added_and_pairs_of_no_table_are_refused():
+    twice = sw.OrderTable.of((*BEATING, sw.Line(1.96 + 1e-12, 17e-6, -1.0)), ratio=50.0)
+    assert twice.orders == (98, 100, 200)
+    assert twice.lines[0].amplitude == pytest.approx(34e-6)
+    for fields, said in (
+        ({}, "order 1.96 is a line of the output's turn; give the ratio, and the table counts there"),
+        ({"ratio": 50.0, "turn": "motor"}, "an order of an order table is 1.96; it must be a whole number"),
+        ({"ratio": 50.3}, "order 2 is 100.6 on the output turn at the ratio 50.3, no whole number"),
+        ({"ratio": 1.02}, "order 2 is 2.04 on the output turn at the ratio 1.02, no whole number"),
+        ({"ratio": -50.0}, "ratio of an order table is -50.0; it must be a positive finite number"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            sw.OrderTable.of(BEATING, **fields)
+
+
 def test_a_value_that_is_not_finite_is_refused():
     with pytest.raises(ValueError, match="not finite; hold the last value"):
         ANGLE.value(np.array([0.0, math.nan]))

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from order_machines import ANGLE, ARCSEC, DEGREE, NO_REMARKS, OPTIONS, TORQUE, TWO_WAYS, table_for
+from scipy.interpolate import RegularGridInterpolator
 
 import strainwave as sw
 from strainwave.files.order_tables.format import Held
@@ -223,6 +224,81 @@ def test_orders_left_out_are_named_and_counted(tmp_path):
     assert left.rms > ARCSEC / math.sqrt(2.0)
 
 
+BOTH = sw.OrderTable.of((sw.Line(2, 20 * ARCSEC, 0.3), sw.Line(1.96, 17 * ARCSEC, -1.0)), ratio=50.0, source="scan")
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "entries", "width"),
+    [("json", {}, 2, 24), ("c", {}, 2, 24), ("hal", {}, 2, 24), ("points", {}, 3200, 8), ("twincat", {}, 3201, 16),
+     ("sinumerik", {"capacity": 4000}, 3201, 8), ("linuxcnc", {}, 256, 24)],
+)  # fmt: skip
+def test_machines_at_the_output_hold_lines_of_both_turns(tmp_path, name, options, entries, width):
+    left = BOTH.write(tmp_path / "table.txt", name, **options)
+    assert (left.entries, left.size) == (entries, entries * width)
+    assert (
+        f"{'points' if left.points else 'lines'} in the machine: {entries}, {entries * width} bytes" in left.sentences()
+    )
+    size = math.hypot(20, 17) * ARCSEC / math.sqrt(2.0)
+    assert left.table == pytest.approx(size, rel=1e-12)
+    found = sw.OrderTable.read(tmp_path / "table.txt").on_turn("output")
+    assert [found.keep((98, 100)).orders, found.turn] == [(98, 100), "output"]
+    if name == "linuxcnc":  # 256 points are 2.6 a period: straight lines lose most
+        assert 0.3 < left.rms / size < 1.0
+    else:
+        assert left.rms < 5e-3 * size
+
+
+def test_a_table_on_two_angles_is_read_by_both_and_refused_where_it_is_too_large(tmp_path):
+    table = dataclasses.replace(BOTH, zero=0.3, mean=1e-6, backward=BOTH.lines[:1], mean_backward=-1e-6)
+    left = table.write(tmp_path / "grid.csv", "grid", motor_points=40, output_points=24)
+    assert (left.points, left.entries, left.size) == (960, 1920, 15_360)
+    motor, output, forward, backward = np.loadtxt(tmp_path / "grid.csv", delimiter=",", comments=("#", "m")).T
+    angle = np.linspace(-9.0, 9.0, 4001)  # of the output
+
+    def looked_up(values):
+        grid = np.pad(values.reshape(40, 24), ((0, 1), (0, 1)), mode="wrap")
+        axes = [np.append(axis, 2.0 * math.pi) for axis in (np.unique(motor), np.unique(output))]
+        places = [np.mod(turns * (angle - 0.3), 2.0 * math.pi) for turns in (50.0, 1.0)]
+        return RegularGridInterpolator(axes, grid)(np.transpose(places))
+
+    for values, rate in ((forward, 1.0), (backward, -1.0)):
+        missing = looked_up(values) - table.value(angle, rate)
+        assert np.max(np.abs(missing)) == pytest.approx(left.peak, rel=0.02 if rate > 0 else 0.5)
+        assert np.max(np.abs(missing)) < 0.08 * BOTH.rms * math.sqrt(2.0)
+    found = sw.OrderTable.read(tmp_path / "grid.csv")
+    assert found.pairs == ((2, -2), (2, 0))
+    for one, other in zip((*found.lines, *found.backward), (*table.lines, *table.backward), strict=True):
+        assert one == pytest.approx(other, abs=1e-13)
+    assert (found.mean, found.mean_backward) == pytest.approx((1e-6, -1e-6), abs=1e-18)
+    assert BOTH.residual("grid").entries == 64 * 64
+    for options, said in (
+        ({"capacity": 4000}, "a table of 64 by 64 points is more than the 4000 that the controller holds"),
+        ({"motor_points": 4}, "motor_points is 4 and a line repeats 2 times a turn; give more points"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            BOTH.residual("grid", **options)
+    with pytest.raises(ValueError, match="CSV over two turns needs a whole ratio"):
+        dataclasses.replace(BOTH, ratio=None).residual("grid")
+
+
+def test_machines_at_the_motor_say_what_they_leave_of_lines_of_both_turns(tmp_path):
+    torque = dataclasses.replace(BOTH, unit="N*m")
+    for name, options, entries, size in (("beckhoff", {}, 1, 12), ("moteus", {"torque_constant": 0.05}, 1024, 1024)):
+        with pytest.raises(
+            ValueError, match=r"order 98 is 1.96 on the motor turn .* leave it out with keep\(...\) or drop"
+        ):
+            torque.write(tmp_path / "table.txt", name, **options)
+        left = torque.write(tmp_path / "table.txt", name, drop=True, **options)
+        assert (left.dropped, left.entries, left.size) == ((1.96,), entries, size)
+        assert left.dropped_rms == pytest.approx(17 * ARCSEC / math.sqrt(2.0))
+        assert left.rms == pytest.approx(left.dropped_rms, rel=1e-4)
+        assert "of it by orders left out (1.96)" in str(left)
+    with pytest.raises(ValueError, match=r"would leave .* and so correct nothing"):
+        torque.keep((98,)).write(tmp_path / "table.txt", "beckhoff", drop=True)
+    with pytest.raises(ValueError, match=r"order 100 of the table is above 99, .*set MD38000"):
+        BOTH.write(tmp_path / "table.txt", "sinumerik")
+
+
 def test_remarks_state_the_residual_where_the_format_has_remarks(tmp_path):
     for name in set(OPTIONS) - set(NO_REMARKS) - {"json"}:
         text, left = written(tmp_path, name)
@@ -377,7 +453,7 @@ def test_any_table_comes_back_within_the_residual(tmp_path_factory, name, table)
     path = tmp_path_factory.mktemp("order") / "table.txt"
     if name in ("beckhoff", "moteus"):
         table = dataclasses.replace(table, unit="N*m", mean=0.0)
-    if name in ("sinumerik", "twincat"):
+    if name in ("sinumerik", "twincat", "grid"):
         table = dataclasses.replace(table, turn="output")
     options = OPTIONS[name] | ({"span": (0.0, 3.0)} if name == "linuxcnc" else {})
     left = table.write(path, name, **options)

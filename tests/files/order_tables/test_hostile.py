@@ -70,7 +70,7 @@ def test_a_file_that_is_cut_off_is_refused_or_has_lost_remarks_alone(tmp_path, n
 def test_numbers_that_are_none_are_refused(tmp_path, name, bad):
     text = text_of(tmp_path, name)
     number = {
-        "json": '"amplitude": ', "csv": "both,2,", "points": "0.0,", "c": "amplitude[] = {\n    ",
+        "json": '"amplitude": ', "csv": "both,2,", "points": "0.0,", "grid": "0.0,0.0,", "c": "amplitude[] = {\n    ",
         "st": "amplitudeForward : ARRAY[1..3] OF LREAL := [", "hal": "{2.0, ", "linuxcnc": "0.000000000 ",
         "twincat": "Compensation := ", "sinumerik": "[0,3,AX1]=", "onstepx": ":WR7,", "beckhoff": "REAL32 ",
         "moteus": "comp.5 ",

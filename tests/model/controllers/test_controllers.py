@@ -272,7 +272,7 @@ def test_a_load_with_several_drags_has_an_inverse_and_one_with_memory_none():
         ),
         (
             lambda: sw.controllers.AdaptiveCancellation(PD, N, 1.0, 0.0, 1.0, PERIOD, order=0),
-            r"order is 0; it must be at least 1",
+            r"order is 0; it must be above 0",
         ),
         (lambda: sw.controllers.Repetitive(PD, N, 1.0, 0.0, 1.5, 1.0, PERIOD), r"smooth is 1.5; it is a share"),
         (lambda: sw.controllers.Sampling(delay=2e-3), r"delay is 0.002 s; it must be at most 7 periods, 0.00175 s"),

@@ -63,7 +63,7 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
 @click.argument("target", metavar="OUT", type=written_type)
 @click.option(
     "--format", "form", required=True,
-    help="Format of OUT: json, csv, points, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx.",
+    help="Format of OUT: json, csv, points, grid, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx.",
 )  # fmt: skip
 @click.option("--from", "origin", help="Format of IN. Default: recognised by its content.")
 @click.option(

@@ -14,6 +14,7 @@ import numpy as np
 from ...base.quantities import number, positive_count, shown
 from ...base.results import Floats
 from ...model.excitation import HIGHEST, Line
+from ...model.orders import Pair, order_pair
 
 Unit = Literal["rad", "N*m"]
 Turn = Literal["motor", "output"]
@@ -182,6 +183,16 @@ class OrderContent:
         mean = 0.5 * (self.mean + self.mean_backward)
         return replace(self, **one_set | {"lines": merged(halves), "mean": mean})
 
+    @property
+    def pairs(self) -> tuple[Pair, ...] | None:
+        """Repeats (j, k) per turn of motor and output of every order j N + k of a table on the output's turn.
+
+        None where the orders count on the motor's turn, or the ratio is not known or not whole.
+        """
+        if self.turn == "motor" or self.ratio is None or self.ratio % 1:
+            return None
+        return tuple(order_pair(order / self.ratio, self.ratio) for order in self.orders)
+
     def on_turn(self, turn: Turn) -> Self:
         """The same table with its orders on the turn of the other shaft.
 
@@ -199,8 +210,8 @@ class OrderContent:
                 f"the orders count on the {self.turn} turn and are wanted on the {turn} turn; give the table its ratio"
             )
         factor = self.ratio if turn == "output" else 1.0 / self.ratio
-        lines = _counted(self.lines, factor, turn, self.ratio)
-        backward = None if self.backward is None else _counted(self.backward, factor, turn, self.ratio)
+        lines = counted(self.lines, factor, turn, self.ratio)
+        backward = None if self.backward is None else counted(self.backward, factor, turn, self.ratio)
         return replace(self, turn=turn, lines=lines, backward=backward, zero=self.zero / factor)
 
     def keep(self, orders: Iterable[int]) -> Self:
@@ -286,18 +297,20 @@ def _negative(lines: Sequence[Line], only: bool = False) -> tuple[Line, ...]:
     )
 
 
-def _counted(lines: Sequence[Line], factor: float, turn: str, ratio: float) -> tuple[Line, ...]:
+def counted(lines: Sequence[Line], factor: float, turn: str, ratio: float) -> tuple[Line, ...]:
+    """Lines with their orders times a factor, on the turn of the other shaft (ValueError)."""
     result = []
     for line in lines:
         order = line.order * factor
         if abs(order - round(order)) > NEARLY * max(1.0, order) or round(order) < 1:
             raise ValueError(
-                f"order {line.order} is {order:.6g} on the {turn} turn at the ratio {ratio:g}, no whole number; leave "
-                "it out with keep(...)"
+                f"order {line.order:.6g} is {order:.6g} on the {turn} turn at the ratio {ratio:g}, no whole number; "
+                "leave it out with keep(...) or drop"
             )
         if round(order) > HIGHEST:
             raise ValueError(
-                f"order {line.order} is {order:.6g} on the {turn} turn, above {HIGHEST}; leave it out with keep(...)"
+                f"order {line.order:.6g} is {order:.6g} on the {turn} turn, above {HIGHEST}; leave it out with "
+                "keep(...)"
             )
         result.append(line._replace(order=round(order)))
     return tuple(result)

@@ -21,7 +21,6 @@ from .content import OrderContent
 from .points import MARK, MOST_POINTS, Points, highest_order, motion, points_for, remarks, sampled
 
 QUANTITY = {"rad": "an angle in rad", "N*m": "a torque in N*m"}
-
 OVERSAMPLING = 15  # of the points, and of the period of the highest order; odd: halfway between points too
 MOST_SAMPLES = 1_000_000
 
@@ -73,10 +72,12 @@ class TableResidual(NamedTuple):
         Root mean square that straight lines between exact points leave.
     points : int or None
         Points in the file, where there are such.
-    dropped : tuple of int
-        Orders that were left out, as the format counts them.
+    dropped : tuple of float
+        Orders that were left out, as the format counts them: not whole where they are of the output's turn.
     dropped_rms : float
         Root mean square of these.
+    entries, size : int
+        Points or lines that the machine holds, both directions of motion together, and their bytes in it.
     """
 
     unit: str
@@ -87,8 +88,10 @@ class TableResidual(NamedTuple):
     quantisation: float
     interpolation: float
     points: int | None
-    dropped: tuple[int, ...]
+    dropped: tuple[float, ...]
     dropped_rms: float
+    entries: int = 0
+    size: int = 0
 
     def sentences(self) -> list[str]:
         """The residual in words, one line a fact."""
@@ -103,8 +106,11 @@ class TableResidual(NamedTuple):
                 f"of it by straight lines between {self.points} points: {self.interpolation:.3g} {self.unit} rms"
             )
         if self.dropped:
-            orders = ", ".join(map(str, self.dropped))
+            orders = ", ".join(f"{order:.6g}" for order in self.dropped)
             lines.append(f"of it by orders left out ({orders}): {self.dropped_rms:.3g} {self.unit} rms")
+        lines.append(
+            f"{'lines' if self.points is None else 'points'} in the machine: {self.entries}, {self.size} bytes"
+        )
         return lines
 
     def __str__(self) -> str:
@@ -114,29 +120,26 @@ class TableResidual(NamedTuple):
 def residual_of(
     whole: OrderContent, fitted: OrderContent, held: Held, dropped: tuple[int, ...], with_mean: bool
 ) -> TableResidual:
-    """Predict what is left of a table (`whole`) when a file holds what it can of `fitted`, on a fine grid."""
+    """Predict what is left of a table (`whole`) when a file holds what it can of `fitted`, on a fine grid.
+
+    A table over the output's turn may be held over that of the motor, as far as it repeats there.
+    """
+    turns = 1.0 if whole.turn == fitted.turn else whole.ratio or 1.0
     highest = max((*whole.orders, 1))
-    fine = OVERSAMPLING * max(highest * held.turns, held.points or 0)
+    fine = OVERSAMPLING * max(highest * held.turns, round(turns) * (held.points or 0))
     angle = 2.0 * math.pi * held.turns * (np.arange(min(fine, MOST_SAMPLES)) + 0.5) / min(fine, MOST_SAMPLES)
     parts = []
     for backward in (False, True) if whole.backward is not None or whole.direction != "both" else (False,):
-        table, kept = [content.one_direction(angle, backward) for content in (whole, fitted)]
-        stored, exact = held.stored(angle, backward), held.exact(angle, backward)
+        table, kept = whole.one_direction(angle, backward), fitted.one_direction(turns * angle, backward)
+        stored, exact = held.stored(turns * angle, backward), held.exact(turns * angle, backward)
         rows = np.array([table - stored, table, stored - exact, kept - exact])
         if not with_mean:
             rows -= np.mean(rows, axis=1, keepdims=True)
-        parts.append((*np.sqrt(np.mean(rows * rows, axis=1)).tolist(), float(np.max(np.abs(rows[0])))))
+        parts.append((*np.sqrt(np.mean(rows * rows, axis=1)), np.max(np.abs(rows[0]))))
     rms, size, rounding, straight, peak = np.max(np.array(parts), axis=0).tolist()
-    lost = whole.keep(dropped) if dropped else None
-    return TableResidual(
-        whole.unit, rms, peak, size, held.quantum, rounding, straight, held.points, dropped,
-        0.0 if lost is None else _lines_rms(lost),
-    )  # fmt: skip
-
-
-def _lines_rms(table: OrderContent) -> float:
-    sets = (table.lines, table.backward or ())
-    return max(math.hypot(*(line.amplitude / math.sqrt(2.0) for line in lines)) for lines in sets)
+    lost = dataclasses.replace(whole.keep(dropped), mean=0.0, mean_backward=0.0).rms
+    told = dropped if turns == 1.0 else tuple(order / turns for order in dropped)
+    return TableResidual(whole.unit, rms, peak, size, held.quantum, rounding, straight, held.points, told, lost)
 
 
 @dataclass(frozen=True)
@@ -157,6 +160,8 @@ class OrderFormat(ABC):
         Whether it can hold a delay and a constant part; where a constant has no effect, `needs_mean` is false.
     most_lines : int or None
         How many orders it holds at most.
+    width : int
+        Bytes of a line or a point in the machine.
     begin : str
         Pattern of the begin of a file without remarks.
     """
@@ -171,6 +176,7 @@ class OrderFormat(ABC):
     with_mean: ClassVar[bool] = True
     needs_mean: ClassVar[bool] = True
     most_lines: ClassVar[int | None] = None
+    width: ClassVar[int] = 24
     begin: ClassVar[str] = "(?!)"
 
     @abstractmethod
@@ -190,6 +196,11 @@ class OrderFormat(ABC):
         """Whether a text says at its head, or at its end, that it is of this format, or begins like a file of it."""
         mark = re.compile(rf"{MARK}: {cls.name}(?: \*\))?\n")
         return any(mark.search(part) for part in (text[:4000], text[-4000:])) or re.match(cls.begin, text) is not None
+
+    def entries(self, table: OrderContent, held: Held) -> int:
+        """Lines or points that the machine holds of a fitted table, both directions of motion together."""
+        sides = 1 if table.backward is None and table.direction == "both" else 2
+        return len(table.lines) + len(table.backward or ()) if held.points is None else sides * held.points
 
     def highest(self, table: OrderContent) -> int | None:
         """Highest order that the file can hold, if there is a limit."""
@@ -222,25 +233,26 @@ class OrderFormat(ABC):
                 f"the table has a delay of {table.delay:g} s, whose phase depends on the speed, and {self.title} knows "
                 "no speed; choose one with at_speed(...)"
             )
-        whole = table if self.own_sign else table.correction()
-        if self.turn is not None:
-            whole = whole.on_turn(self.turn)  # type: ignore[arg-type]
+        content = whole = table if self.own_sign else table.correction()
+        turns = (table.ratio or 1.0) if drop and (table.turn, self.turn) == ("output", "motor") else 1.0
+        if turns != 1.0:
+            content = whole.keep(order for order in whole.orders if order % turns == 0.0).on_turn("motor")
+        elif self.turn is not None:
+            content = whole = whole.on_turn(self.turn)  # type: ignore[arg-type]
         if self.needs_mean and not self.with_mean and (whole.mean or whole.mean_backward):
             raise ValueError(
                 f"the table has a constant part of {whole.mean:g} {whole.unit} and {self.title} holds none; "
                 "set mean to 0 and add it to the command elsewhere"
             )
-        dropped = self._too_high(whole, drop)
-        content = whole.keep(set(whole.orders) - set(dropped))
+        content = content.keep(set(content.orders) - set(self._too_high(content, drop)))
         if self.most_lines is not None and len(content.orders) > self.most_lines:
             if not drop:
                 raise ValueError(
                     f"the table has {len(content.orders)} orders and {self.title} holds {self.most_lines}; take "
                     f"strongest({self.most_lines}), or let the weakest be left out with drop"
                 )
-            strongest = content.strongest(self.most_lines)
-            dropped += tuple(set(content.orders) - set(strongest.orders))
-            content = strongest
+            content = content.strongest(self.most_lines)
+        dropped = set(whole.orders) - {round(turns * order) for order in content.orders}
         return whole, content, tuple(sorted(dropped))
 
     def _too_high(self, table: OrderContent, drop: bool) -> tuple[int, ...]:
@@ -270,6 +282,7 @@ class WithPoints(OrderFormat):
     """
 
     points: int | None
+    width: ClassVar[int] = 8
     ends: ClassVar[int] = 0
     more: ClassVar[str] = f"; give more points, at most {MOST_POINTS}"
 
@@ -352,7 +365,8 @@ def encoded(form: OrderFormat, table: OrderContent, drop: bool = False) -> tuple
     """
     whole, content, dropped = form.fitted(table, drop)
     held = form.store(content)
-    left = residual_of(whole, content, held, dropped, form.needs_mean)
+    left, count = residual_of(whole, content, held, dropped, form.needs_mean), form.entries(content, held)
+    left = left._replace(entries=count, size=count * form.width)
     if left.table > 0.0 and not left.rms < left.table:
         raise ValueError(
             f"{form.title} would leave {left.rms:.3g} {left.unit} rms of a table of {left.table:.3g} {left.unit} "

@@ -10,14 +10,15 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from ...base.archive import as_file, atomic
-from ...base.quantities import shown
+from ...base.quantities import number, shown
 from ...base.sentences import on_screen
 from ...model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..yaml_text import FileError, Problem, as_path, complaint, read_text
-from .content import OrderContent, positive
+from .content import OrderContent, counted, merged, positive
 from .format import OrderFormat, TableResidual, encoded, with_options
 from .formats.beckhoff import Beckhoff, TwinCat
 from .formats.code import CHeader, StructuredText
+from .formats.grid import CsvGrid
 from .formats.linuxcnc import HalComponent, LinuxCnc
 from .formats.plain import CsvLines, CsvPoints, JsonFile
 from .formats.points_a_turn import Moteus, OnStepX, Sinumerik
@@ -26,7 +27,7 @@ from .points import Unfit, said_by
 LARGEST = 16 * 1024 * 1024
 
 CLASSES: tuple[type[OrderFormat], ...] = (
-    JsonFile, CsvLines, CsvPoints, CHeader, StructuredText, Beckhoff, Moteus, LinuxCnc, HalComponent, TwinCat,
+    JsonFile, CsvLines, CsvPoints, CsvGrid, CHeader, StructuredText, Beckhoff, Moteus, LinuxCnc, HalComponent, TwinCat,
     Sinumerik, OnStepX,
 )  # fmt: skip
 FORMATS = MappingProxyType({cls.name: cls for cls in CLASSES})
@@ -90,7 +91,8 @@ class OrderTable(OrderContent):
         error, backward : KinematicError, ErrorScan, Harmonic, Harmonics, or sequence of Line
             What has `lines` with order, amplitude and phase, such lines, or a torque; `backward` where backward motion
             differs. Negative amplitudes become half a turn of phase, lines of one order are added. A delay that a fit
-            has found is that of its measurement and is not taken over.
+            has found is that of its measurement and is not taken over. Where one is of the output's turn, of order j +
+            k/N, the table counts on that turn, where its order is j N + k: it needs the ratio N.
         **fields
             The other attributes: unit, turn, ratio, zero, ... In rad by default, a torque in N*m; a kinematic error is
             its own correction, theta_m = N (theta_reference + e).
@@ -106,9 +108,19 @@ class OrderTable(OrderContent):
         """
         is_torque = isinstance(error, Harmonic | Harmonics)
         given: dict[str, Any] = {"unit": "N*m" if is_torque else "rad", "mean": _mean_of(error)}
+        sets = {"lines": _lines_of(error)}
         if backward is not None:
-            given |= {"backward": _lines_of(backward), "mean_backward": _mean_of(backward)}
-        return cls(**given | {"lines": _lines_of(error)} | fields)
+            sets["backward"], given["mean_backward"] = _lines_of(backward), _mean_of(backward)
+        broken = [line.order for lines in sets.values() for line in lines if line.order % 1]
+        if broken and "turn" not in fields:
+            if (ratio := fields.get("ratio")) is None:
+                raise ValueError(
+                    f"order {broken[0]:.6g} is a line of the output's turn; give the ratio, and the table counts there"
+                )
+            ratio = number("ratio of an order table", ratio, positive=True)
+            sets = {name: merged(counted(lines, ratio, "output", ratio)) for name, lines in sets.items()}
+            given["turn"] = "output"
+        return cls(**given | sets | fields)
 
     def torque(self) -> Harmonics:
         """The correction as a torque over the angle of the table, as `TorqueTable` adds it `delay` ahead.
@@ -163,8 +175,8 @@ class OrderTable(OrderContent):
         path : str or path
             File.
         format : str or OrderFormat, optional
-            json, csv, points, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx. Default: by the
-            ending .json, .csv (lines) or .h (C).
+            json, csv, points, grid, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx. Default: by
+            the ending .json, .csv (lines) or .h (C).
         drop : bool
             Whether orders that the format cannot hold are left out, the weakest first, in place of a refusal.
         **options
@@ -241,13 +253,17 @@ class OrderTable(OrderContent):
         rows = [
             f"Order table: {what} in {self.unit}, orders per turn of the {self.turn}"
             + ("" if self.ratio is None else f", ratio {self.ratio:g}")
+            + (", pairs (motor, output)" if self.pairs else "")
         ]
+        pairs = dict(zip(self.orders, self.pairs or (), strict=False))
         for name, mean, lines in (("forward", self.mean, self.lines), ("backward", self.mean_backward, self.backward)):
             if lines is None:
                 continue
             head = name if self.backward is not None else f"direction {self.direction}"
             rows.append(f"  {head}: " + (f"constant part {mean:.4g}, " if mean else "") + f"{len(lines)} orders")
-            rows += [f"{line.order:>8}  {line.amplitude:<12.4g} at {line.phase:.4f} rad" for line in lines]
+            for line in lines:
+                turns = f"  ({pairs[line.order][0]}, {pairs[line.order][1]})" if line.order in pairs else ""
+                rows.append(f"{line.order:>8}  {line.amplitude:<12.4g} at {line.phase:.4f} rad{turns}")
         rows.append(f"  encoder's index at {self.zero:.6g} rad, delay {self.delay:.4g} s")
         if self.speeds is not None or self.load is not None:
             low, high = self.speeds or (0.0, float("inf"))

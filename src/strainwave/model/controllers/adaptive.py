@@ -7,7 +7,7 @@ from math import pi
 from typing import Any, NamedTuple
 
 from ...base.choices import entry, select, with_entry
-from ...base.quantities import Angle, Ratio, Time, Torque
+from ...base.quantities import Angle, Order, Ratio, Time, Torque
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin, sqrt
 from ..laws.friction import positive
@@ -35,7 +35,7 @@ class AdaptiveCancellation(NamedTuple):
     phase: Angle
     most: Torque
     period: Time
-    order: int = 2
+    order: Order = 2
     on_load: int = 1
 
     def start(self) -> Any:
@@ -60,8 +60,8 @@ class AdaptiveCancellation(NamedTuple):
         """Refuse a loop that is none (TypeError), and a gain or a limit that is not positive (ValueError)."""
         is_controller("AdaptiveCancellation.loop", self.loop)
         positive(self, "gain", "most", "period")
-        if self.order < 1:
-            raise ValueError(f"AdaptiveCancellation.order is {self.order}; it must be at least 1")
+        if not self.order > 0:
+            raise ValueError(f"AdaptiveCancellation.order is {self.order}; it must be above 0")
 
 
 CELLS = 64  # of a turn of the motor

@@ -57,12 +57,14 @@ class TorqueTable(NamedTuple):
     """A torque [N*m] over the motor's angle is added to that of `loop`: lines by order, at the reference's angle.
 
     `table` is a `Harmonic` or `Harmonics`; it is taken `lead` seconds ahead. One that was found by a plant's phase in
-    forward motion is wrong backward, by twice that phase.
+    forward motion is wrong backward, by twice that phase. Its orders count on the turn of a shaft that makes `turns` in
+    one of the motor: 1/N is the output, on whose turn a line (j, k) of both turns has the order j N + k.
     """
 
     loop: Any
     table: Any
     lead: Time = 0.0
+    turns: Ratio = 1.0
 
     def start(self) -> Any:
         """Memory before the first sample."""
@@ -71,7 +73,7 @@ class TorqueTable(NamedTuple):
     def update(self, state: Any, m: Any) -> Any:
         """Memory after a sample, and the torque [N*m]."""
         state, torque = self.loop.update(state, m)
-        return state, torque + self.table.torque(m.reference + self.lead * m.speed)
+        return state, torque + self.table.torque(self.turns * (m.reference + self.lead * m.speed))
 
     def check(self) -> None:
         """Refuse a loop or a torque that is none (TypeError)."""

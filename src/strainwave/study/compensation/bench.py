@@ -1,5 +1,6 @@
 """The bench of a drive: its train under a sampled loop, what is known of it, and what may differ."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +18,7 @@ from ...model.controllers.loops import Cascade, Notch, SampledPD, sampled_filter
 from ...model.excitation import Harmonic, Harmonics
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
+from ...model.orders import order_pair
 from ...model.train.controls import USUAL, CascadeLoop, Commanded, Lagged, PositionLoop, SpeedLoop, from_bandwidth
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import Filtered, PositionIntegral, apart
@@ -56,9 +58,20 @@ class Bench:
     remarks: tuple[str, ...] = ()
 
     @property
-    def orders(self) -> tuple[int, ...]:
-        """Orders of the lines of the kinematic error, in ascending order."""
+    def orders(self) -> tuple[Any, ...]:
+        """Orders of the lines of the kinematic error, in ascending order; floats where one is of the output's turn."""
         return tuple(sorted({line.order for line in lines_of(self.model.error) if line.amplitude}))
+
+    @property
+    def repeat(self) -> float:
+        """Turns of the motor after which all lines repeat: 1, or those of a beat where one is of the output's turn."""
+        beats = math.gcd(*(order_pair(order, self.model.N)[1] for order in self.orders if order % 1))
+        return self.model.N / beats if beats else 1.0
+
+    @property
+    def table_turns(self) -> float:
+        """Turns of the shaft, in one of the motor, on whose turn all orders are whole: of the motor or the output."""
+        return 1.0 / self.model.N if self.repeat > 1.0 else 1.0
 
     @property
     def memory(self) -> int:
@@ -86,8 +99,8 @@ class Bench:
 
         It is that of the sampled loop about the state in which the mean torques hold it.
         """
-        loop, turn = self.closed(controller, speed, model=model), 2.0 * np.pi / abs(speed)
-        found, time = multipliers(loop, turn, at=self.start(speed, model=model))
+        loop, repeat = self.closed(controller, speed, model=model), 2.0 * np.pi * self.repeat / abs(speed)
+        found, time = multipliers(loop, repeat, at=self.start(speed, model=model))
         samples = round(time / self.sampling.period)
         largest = float(np.max(np.abs(self._moving(found, samples)), initial=1e-300))
         return float(np.log(largest)) / time
@@ -153,10 +166,13 @@ def bench_of(
             "...} in the project file"
         )
     if broken := [line.order for line in lines_of(train.error) if line.amplitude and line.order % 1]:
-        raise ValueError(
-            f"order {broken[0]:.6g} is a line of the output's turn, and a compensation has those of the motor's turn; "
-            "leave it out"
-        )
+        if train.N % 1 or train.N < 2:
+            raise ValueError(
+                f"order {broken[0]:.6g} is a line of both turns, which repeat together with the output's turn at a "
+                f"whole ratio from 2 on alone, and not at {train.N:.6g}; leave it out"
+            )
+        for order in broken:
+            order_pair(order, train.N)
     timing = _sampling(project, sampling, remarks)
     control, lag = train.motor.control, apart(train.motor.control)[1].get("lag", 0.0)
     if isinstance(control, Lagged):

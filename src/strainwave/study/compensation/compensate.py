@@ -21,7 +21,7 @@ from ...theory.lyapunov import mean_torque
 from ..analysis.knobs import stiffer
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
-from .gains import TURNS, refuse_unstable, times_of, units_of
+from .gains import refuse_unstable, times_of, turns_of, units_of
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
@@ -231,14 +231,15 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
     most = 2.0 * np.pi / (COARSE * bench.sampling.period * highest)
     if speed > most:
         raise ValueError(
-            f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order {highest} at "
+            f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order {highest:.6g} at "
             f"{speed / RPM:.4g} rpm, as a period of it needs {COARSE:g} of them: sample at least every "
             f"{1e6 * bench.sampling.period * most / speed:.3g} us, or stay below {most / RPM:.4g} rpm"
         )
-    least = TURNS * 2.0 * np.pi / (MOST_SAMPLES * bench.sampling.period)
+    turns = turns_of(bench)
+    least = turns * 2.0 * np.pi / (MOST_SAMPLES * bench.sampling.period)
     if speed < least:
         raise ValueError(
-            f"{TURNS} turns at {speed / RPM:.4g} rpm are more than the {MOST_SAMPLES:g} samples that are run every "
+            f"{turns:.6g} turns at {speed / RPM:.4g} rpm are more than the {MOST_SAMPLES:g} samples that are run every "
             f"{1e6 * bench.sampling.period:.4g} us; stay above {least / RPM:.3g} rpm, or sample more slowly"
         )
 
@@ -361,9 +362,9 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
     order = max(bench.orders)
     if order * abs(speed) > bandwidth:
         yield (
-            f"{design.name}: order {order} at {speed / RPM:.4g} rpm is {order * abs(speed) / HERTZ:.3g} Hz, beyond the "
-            f"loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, so that the motor follows the correction only in part; "
-            "'inverse' adds the torque that it lacks."
+            f"{design.name}: order {order:.6g} at {speed / RPM:.4g} rpm is {order * abs(speed) / HERTZ:.3g} Hz, beyond "
+            f"the loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, so that the motor follows the correction only in "
+            "part; 'inverse' adds the torque that it lacks."
         )
 
 

@@ -108,12 +108,13 @@ def _nonlinear(bench: Bench, _speed: float) -> Any:
     return InverseDynamics(bench.loop, bench.model, bench.sampling.lead)
 
 
-def table_against(bench: Bench, speed: float, amplitudes: Any) -> Harmonics:
-    """Torque lines [N*m] that cancel complex amplitudes [rad] of the error at the bench's orders, by its model."""
+def table_against(bench: Bench, speed: float, amplitudes: Any) -> TorqueTable:
+    """Torque table [N*m] that cancels complex amplitudes [rad] of the error at the bench's orders, by its model."""
     G = bench.response(speed).error_of_torque
     torque = -np.asarray(amplitudes) / (G if speed > 0.0 else np.conj(G))
-    lines = zip(bench.orders, torque, strict=True)
-    return Harmonics(tuple(Harmonic(float(abs(t)), k, float(np.angle(t))) for k, t in lines))
+    orders = [round(order / bench.table_turns) for order in bench.orders]
+    lines = [Harmonic(float(abs(t)), k, float(np.angle(t))) for k, t in zip(orders, torque, strict=True)]
+    return TorqueTable(bench.loop, Harmonics(tuple(lines)), turns=bench.table_turns)
 
 
 def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
@@ -123,7 +124,7 @@ def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
 
 
 def _table(bench: Bench, speed: float, *, model: bool) -> Any:
-    return TorqueTable(bench.loop, table_against(bench, speed, amplitudes_of(bench, speed, model=model)))
+    return table_against(bench, speed, amplitudes_of(bench, speed, model=model))
 
 
 _predicted, _measured = partial(_table, model=True), partial(_table, model=False)
@@ -244,10 +245,10 @@ def own_rate(bench: Bench, speed: float, controller: Any) -> float:
             output = None if inner.on_load else behind_of(bench)
             rates.append(0.5 * inner.gain * abs(bench.response(speed, [inner.order], output).error_of_torque[0]))
         elif isinstance(inner, Repetitive):
-            orders = np.array(bench.orders)
-            learned = np.real(-bench.response(speed).error_of_torque * np.exp(1j * orders * inner.lead))
+            orders = np.array([order for order in bench.orders if order % 1 == 0])
+            learned = np.real(-bench.response(speed, orders).error_of_torque * np.exp(1j * orders * inner.lead))
             forgotten = inner.smooth * (1.0 - np.cos(2.0 * pi * orders / CELLS)) / inner.period
-            rates.append(max(0.0, float(np.min(inner.gain * learned + forgotten))) / CELLS)
+            rates.append(max(0.0, float(np.min(inner.gain * learned + forgotten, initial=np.inf))) / CELLS)
         elif isinstance(inner, LoadIntegral):
             rates.append(inner.gain)
         inner = getattr(inner, "loop", None)

@@ -4,7 +4,7 @@ Units of one type under one controller: what scatter leaves of a compensation.
 """
 
 from collections.abc import Callable, Sequence
-from math import pi
+from math import ceil, pi
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ LEADS = 721  # leads that are tried
 STANDING = 1e-3  # of the response at its orders: a table moves the mean where the response is larger there
 GIVEN_UP = 0.9  # of the error before: a guard has tripped, or nothing is gained
 SCATTER = (0.15, 0.5)  # of stiffness and kinematic error from unit to unit, as shares; the phase is any
-TURNS = 4  # of the motor that are measured at least
+TURNS = 4  # of the motor, and periods of the lowest order, that are measured at least
 
 
 def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
@@ -71,8 +71,14 @@ def times_of(bench: Bench, speed: float, rate: float = 0.0) -> tuple[float, floa
     slowest, adapting = bench.response(speed).slowest, 1.0 / rate if rate else 0.0
     settle = 10.0 * (slowest + adapting)
     turn = 2.0 * pi / abs(speed)
-    turns = max(TURNS, int(np.ceil(max(0.5, slowest, adapting) / turn)))
-    return settle, settle + turns * turn
+    return settle, settle + turns_of(bench, max(0.5, slowest, adapting) / turn) * turn
+
+
+def turns_of(bench: Bench, least: float = 0.0) -> float:
+    """Turns of the motor that are measured, so many at least: whole turns, or whole beats in each of two halves."""
+    unit = 2.0 * bench.repeat if bench.repeat > 1.0 else 1.0
+    lowest: float = min(bench.orders)
+    return ceil(max(TURNS, TURNS / lowest, least) / unit) * unit
 
 
 def plain_run(bench: Bench, speed: float, *, model: bool) -> LoopEnsemble:
@@ -92,7 +98,7 @@ def rate_of(bench: Bench, speed: float) -> float:
     Control 39(9), 1994, 1939-1944): its loop stays `DISTANCE` away from the critical point.
     """
     response = refuse_unstable(bench, speed)
-    rate = min(QUICK / response.slowest, 0.1 * abs(speed) * min(bench.orders))
+    rate: float = min(QUICK / response.slowest, 0.1 * abs(speed) * min(bench.orders))
     for _ in range(HALVINGS):
         if distance(bench, speed, rate) >= DISTANCE:
             break
@@ -152,6 +158,12 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     decays with s c_k, c_k = 1 - cos(2 pi k/M): the error keeps s c_k/(r_k + s c_k) of itself. In a turn no order
     changes by more than half of itself.
     """
+    if bench.repeat > 1.0:
+        other = next(order for order in bench.orders if order % 1)
+        raise ValueError(
+            f"repetitive control learns over the motor's turn, and order {other:.6g} is a line of the output's turn; "
+            "use 'adaptive'"
+        )
     period, orders = bench.sampling.period, np.array(bench.orders)
     turn = 2.0 * pi / abs(speed)
     k = np.arange(int(min(CELLS // 2, 0.9 * pi / period / abs(speed))) + 1)
@@ -221,7 +233,7 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limit
     while isinstance(inner, AdaptiveCancellation):
         off = np.degrees(np.angle(np.exp(1j * inner.phase) / response.error_of_torque[bench.orders.index(inner.order)]))
         if abs(off) > 90.0:
-            return f"the plant's phase at order {inner.order} is {off:.0f} degrees off the model's, beyond 90"
+            return f"the plant's phase at order {inner.order:.6g} is {off:.0f} degrees off the model's, beyond 90"
         inner = inner.loop
     if limited > 0.0:
         return f"the torque meets its limit of {bench.sampling.limit:.4g} N*m in {100.0 * limited:.3g} % of the samples"

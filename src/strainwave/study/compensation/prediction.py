@@ -294,6 +294,11 @@ def prediction_table(
     if lacking(project, "response", "motors"):
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
     chosen = bench_of(project).orders if orders is None else several("orders", orders)
+    if broken := [order for order in chosen if orders is None and order % 1]:
+        raise ValueError(
+            f"order {broken[0]:.6g} is a line of the output's turn, and a prediction over the speed has those of the "
+            "motor's turn; give orders of that, or take the controller 'predicted-table' at single speeds"
+        )
     if speeds is not None:
         limits = interval("speeds [rad/s]", speeds, positive=True)
         project = replace(project, speeds=replace(project.speeds, limits=limits, single=()))

@@ -137,6 +137,11 @@ def compensate_run_up(
     bench = bench_of(project, sampling, loop, plant)
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     time = checked("time [s]", time, positive=True)
+    if bench.repeat > 1.0:
+        raise ValueError(
+            "a run-up beats with lines of the output's turn, so that both ways differ without a jump; take "
+            "sw.compensate at single speeds"
+        )
     chosen = on_the_way(bench, controllers)
     lowest = min(bench.orders)
     if time < 2.0 * np.pi / (lowest * low):

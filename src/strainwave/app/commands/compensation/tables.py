@@ -238,13 +238,15 @@ def left(bench: Bench, tables: Iterable[OrderTable], speed: float) -> float:
     """Rms of the pointing error [rad] about its mean at a motor speed [rad/s], under the plain loop and tables."""
     controller = bench.loop
     for table in tables:
-        fixed = table.at_speed(abs(speed))
+        turns = 1.0 / bench.model.N if table.turn == "output" else 1.0
+        fixed = table.at_speed(turns * abs(speed))
         lines = fixed.backward if speed < 0.0 and fixed.backward is not None else fixed.lines
         if table.unit == "rad":
-            controller = AngleFeedforward(controller, KinematicError(lines), bench.model.N)
+            error = KinematicError(tuple(line._replace(order=turns * line.order) for line in lines))
+            controller = AngleFeedforward(controller, error, bench.model.N)
         else:
             terms = tuple(Harmonic(line.amplitude, line.order, line.phase) for line in lines)
-            controller = TorqueTable(controller, Harmonics(terms))
+            controller = TorqueTable(controller, Harmonics(terms), turns=turns)
     settle, end = times_of(bench, speed)
     return float(loop_ensemble(bench.closed(controller, speed), {}, end, settle=settle, y0=bench.start(speed)).rms[0])
 
@@ -277,7 +279,8 @@ def tables_of(bench: Bench, case: Compensation) -> dict[str, OrderTable]:
         ahead = 0.0 if lines else round(bench.sampling.lead, DIGITS)
         tables["angle"] = OrderTable.of(controller.error, delay=ahead, **about)
     if isinstance(controller, TorqueTable):
-        tables["torque"] = OrderTable.of(controller.table, delay=controller.lead, **held)
+        turn = "motor" if controller.turns == 1.0 else "output"
+        tables["torque"] = OrderTable.of(controller.table, turn=turn, delay=controller.lead, **held)
     elif lines:
         tables["torque"] = OrderTable.of(lines[::-1], unit="N*m", **held)
     return tables

@@ -52,6 +52,7 @@ class Beckhoff(OrderFormat):
     turn: ClassVar[str | None] = "motor"
     with_mean: ClassVar[bool] = False
     most_lines: ClassVar[int | None] = COEFFICIENTS
+    width: ClassVar[int] = 12
     begin: ClassVar[str] = r"\s*0x3[26]CB:"
 
     def __post_init__(self) -> None:
@@ -183,6 +184,7 @@ class TwinCat(OfPoints):
     unit: ClassVar[str | None] = "rad"
     turn: ClassVar[str | None] = "output"
     both_ways: ClassVar[bool] = True
+    width: ClassVar[int] = 16
     ends: ClassVar[int] = 1
     more: ClassVar[str] = "; give more points"
     begin: ClassVar[str] = "(?s).{0,8000}ST_PositionCompensationTableElement"

@@ -126,6 +126,7 @@ class Code(WithPoints, Exact):
     own_sign: ClassVar[bool] = True
     both_ways: ClassVar[bool] = True
     with_delay: ClassVar[bool] = True
+    width: ClassVar[int] = 24
     end: ClassVar[tuple[str, int, str]]
 
     def lookup(self, table: OrderContent) -> tuple[Points, str]:

@@ -43,6 +43,7 @@ class LinuxCnc(OfPoints):
     title: ClassVar[str] = "LinuxCNC's COMP_FILE"
     unit: ClassVar[str | None] = "rad"
     both_ways: ClassVar[bool] = True
+    width: ClassVar[int] = 24
     ends: ClassVar[int] = 1
     decimals: ClassVar[int | None] = DIGITS
     more: ClassVar[str] = "; take a shorter span, or write the format hal"
@@ -59,6 +60,10 @@ class LinuxCnc(OfPoints):
     def most(self) -> int:
         """How many points the control holds."""
         return MOST
+
+    def entries(self, table: OrderContent, held: Held) -> int:
+        """Points, each of both directions of motion."""
+        return held.points or 0
 
     def size(self) -> float:
         """A degree."""

@@ -161,6 +161,7 @@ class Moteus(OrderFormat):
     title: ClassVar[str] = "moteus"
     unit: ClassVar[str | None] = "N*m"
     turn: ClassVar[str | None] = "motor"
+    width: ClassVar[int] = 1
     begin: ClassVar[str] = r"(?s).{0,4000}conf set motor\.cogging_dq_"
 
     def __post_init__(self) -> None:
@@ -245,6 +246,7 @@ class OnStepX(OrderFormat):
     unit: ClassVar[str | None] = "rad"
     turn: ClassVar[str | None] = "motor"
     needs_mean: ClassVar[bool] = False
+    width: ClassVar[int] = 1
     begin: ClassVar[str] = rf"\s*{ENTRY.pattern}"
 
     def __post_init__(self) -> None:
