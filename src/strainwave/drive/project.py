@@ -17,6 +17,7 @@ from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.excitation import Harmonics, KinematicError
+from ..model.gears.error_spectrum import error_under_torque
 from ..model.gears.gear import Gear
 from ..model.orders import Arrangement
 from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, VaryingOscillator
@@ -62,21 +63,17 @@ class Project:
     motor_torque, load_torque : Harmonics or None
         Torques [N*m] on the motor (motor side) and on the load (output side, a resisting load is negative).
     kinematic_error : KinematicError or None
-        Lines of the gear's kinematic error [rad, output side].
+        Lines of the gear's kinematic error [rad, output side], those under the mean torque of the load.
     notes : tuple of str
         Sentences for the reader: doubts about the catalogue data, a motor inertia that cannot be right. What the run
         asks of the gear beyond its limits is in the analysis.
-    damping : GearDamping or None
-        The damping, where it varies with angle, speed or temperature; its size is that of the drive.
-    stiffness : Variation or None
-        The factor of the stiffness over the base angle, where it varies.
+    damping, stiffness : GearDamping, Variation or None
+        The damping, and the factor of the stiffness over the base angle, where they vary; `drive` has the sizes.
     train : DriveTrain or None
         The whole drive train at constant speed, where the error equation leaves something of it out: a loop, friction
         on a shaft, gravity, a coupling, or the ripple of a free motor.
-    rated_torque : float or None
-        Rated torque [N*m] of the gear, where it is known.
-    limit : float or None
-        Largest oscillation of the error [rad] that the drive may have, where the file gives one.
+    rated_torque, limit : float or None
+        Rated torque [N*m] of the gear, and the largest oscillation of the error [rad] that the file allows, if known.
     mean_range : (float, float) or None
         Least and largest mean torque [N*m] on the load, where the file gives a range; `load_torque` has its middle.
     whole : DriveTrain or None
@@ -84,23 +81,21 @@ class Project:
         speeds of a forcing.
     motor_named : bool
         Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
-    scatter : tuple of (str, float)
-        Numbers of the file that scatter from drive to drive, and their standard deviations relative to themselves, of
-        phases in rad.
-    correlation : tuple of rows, or None
-        Correlation matrix of these numbers; None where they are independent.
+    scatter, correlation
+        Numbers of the file that scatter from drive to drive with their standard deviations relative to themselves, of
+        phases in rad; their correlation matrix, None where they are independent.
     motor_limits : MotorLimits or None
         Largest torque [N*m] and speed [rad/s] of the motor, where the file gives them.
-    move : Task or None
-        What the file asks of a move (`strainwave.move`).
-    sampling : Sampling or None
-        Samples and encoders of the drive's own controller, with the motor's largest torque (`strainwave.compensate`).
+    move, sampling : Task, Sampling or None
+        What the file asks of a move; samples and encoders of the drive's controller, with the motor's largest torque.
     postures : tuple of Posture
         Loads of the drive in the postures of the machine.
     arrangement : Arrangement or None
         Members of the gear that are fixed and the output, where the file says it.
     revision : str
         Revision of the file with date and author, as the file says them.
+    growing_error : (KinematicError, tuple of float) or None
+        Where lines grow with the torque, they without one and the growth of each [rad/(N*m)].
     sources : tuple of Source
         Where each number comes from: `name`, `value`, `word` (catalogue, assumed, yours or measured), `why`.
     """
@@ -132,6 +127,7 @@ class Project:
     postures: tuple[Any, ...] = ()
     arrangement: Arrangement | None = None
     revision: str = ""
+    growing_error: tuple[KinematicError, tuple[float, ...]] | None = None
     sources: tuple[Source, ...] = field(default=(), compare=False)
 
     def __str__(self) -> str:
@@ -202,12 +198,8 @@ class Project:
     def system(self, omega: float | None = None, *, reduced: bool = False) -> Oscillator | VaryingOscillator:
         """Error equation of the drive: an ideally held or a free motor, the gear, and a rigid load.
 
-        Parameters
-        ----------
-        omega : float, optional
-            Speed of the base angle [rad/s]. Default: the middle of the file's speeds.
-        reduced : bool
-            Whether it may leave out parts of the drive: those that `left_out` names.
+        It is at a speed `omega` of the base angle [rad/s], the middle of the file's by default. With `reduced` it may
+        leave out parts of the drive: those that `left_out` names.
 
         Raises
         ------
@@ -263,15 +255,23 @@ class Project:
     @typed
     def under(self, torque: float) -> "Project":
         """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
-        excitation = with_mean(self.load_torque, torque)
+        parts = self._loaded(torque)
 
         def loaded(train: DriveTrain) -> DriveTrain:
-            plain = without_gravity(train)
-            end = plain.load.end()
-            return plain._replace(load=plain.load.with_end(end._replace(excitation=excitation)))
+            plain, error = (
+                without_gravity(train),
+                train.error if self.growing_error is None else parts["kinematic_error"],
+            )
+            end = plain.load.end()._replace(excitation=parts["load_torque"])
+            return plain._replace(load=plain.load.with_end(end), error=error)
 
         train, whole = self.train and loaded(self.train), self.whole and loaded(self.whole)
-        return replace(self, load_torque=excitation, mean_range=None, train=train, whole=whole)
+        return replace(self, mean_range=None, train=train, whole=whole, **parts)
+
+    def _loaded(self, torque: float) -> dict[str, Any]:
+        """Torque and kinematic error under a mean torque [N*m] of the load."""
+        error = error_under_torque(*self.growing_error, -torque) if self.growing_error else self.kinematic_error
+        return {"load_torque": with_mean(self.load_torque, torque), "kinematic_error": error}
 
     @typed
     def with_load_inertia(self, J_l: float) -> "Project":
@@ -371,8 +371,8 @@ class Project:
     def equation_of(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
         """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""
         damping = None if self.damping is None else self.damping._replace(B=drive.B)
-        loaded = self.load_torque if torque is None else with_mean(self.load_torque, torque)
-        return replace(self, drive=drive, damping=damping, load_torque=loaded).system(reduced=True)
+        parts = {} if torque is None else self._loaded(torque)
+        return replace(self, drive=drive, damping=damping, **parts).system(reduced=True)
 
 
 def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:

@@ -238,7 +238,12 @@ def _orders(project: Project) -> list[int]:
 
 
 def _error(project: Project) -> Iterator[str]:
-    """A kinematic error of degrees."""
+    """A kinematic error of degrees, and one that grows with the torque."""
+    if project.growing_error is not None:
+        yield (
+            f"The kinematic error grows with the torque; it is that under the mean torque of the load, "
+            f"{project.mean_load_torque:.4g} N*m, without torques that follow an angle."
+        )
     lines = () if project.kinematic_error is None else project.kinematic_error.lines
     size = sum(abs(line.amplitude) for line in lines)
     if size > ERROR:

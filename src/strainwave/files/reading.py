@@ -11,13 +11,13 @@ from typing import TypeVar
 from ..base.quantities import checked, convert
 from ..base.sentences import printable
 from ..base.units import Speeds
-from ..drive.asked import MotorLimits
+from ..drive.asked import MotorLimits, mean_of
 from ..drive.loop_margin import unstable
 from ..drive.project import Project
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears import catalogue
-from ..model.gears.error_spectrum import accuracy_spectrum
+from ..model.gears.error_spectrum import accuracy_spectrum, error_under_torque
 from ..model.gears.gear import Gear
 from ..model.laws.friction import NO_FRICTION, LoadFriction, NoFriction
 from ..model.orders import BY_FIXED
@@ -56,7 +56,9 @@ def resolved(
         accuracy = None if gear is None else gear.accuracy
     drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
     drive = drive._replace(B=damping(spec, drive))
-    error, through = kinematic_error(spec, accuracy, ratio), speeds(spec.speed, ratio)
+    at_rest, through = kinematic_error(spec, accuracy, ratio), speeds(spec.speed, ratio)
+    loaded, growth = torque(excited.load_torque), tuple(line.per_torque for line in excited.kinematic_error)
+    error = error_under_torque(at_rest, growth, -mean_of(loaded)) if at_rest and any(growth) else at_rest
     varies = spec.damping.varies or spec.stiffness is not None
     whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
     project = Project(
@@ -69,9 +71,10 @@ def resolved(
         motor=spec.motor.mode,
         speeds=through,
         motor_torque=torque(excited.motor_torque),
-        load_torque=torque(excited.load_torque),
+        load_torque=loaded,
         mean_range=None if excited.load_torque is None else excited.load_torque.range,
         kinematic_error=error,
+        growing_error=(at_rest, growth) if at_rest and any(growth) else None,
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
         train=whole if beyond_equation(spec, error) else None,
@@ -95,7 +98,7 @@ def resolved(
 
 
 def kinematic_error(spec: ProjectSpec, accuracy: float | None, ratio: float) -> KinematicError | None:
-    """Lines of the file, or those of an accuracy class [rad]."""
+    """Lines of the file without a torque, or those of an accuracy class [rad]."""
     if accuracy is not None:
         return accuracy_spectrum(accuracy)
     error = tuple(line.line(ratio) for line in spec.excitation.kinematic_error)

@@ -366,6 +366,11 @@ def export(
             STIFFER,
         )
     )
+    if getattr(source, "growing_error", None) is not None:
+        remarks = (
+            *remarks,
+            "its kinematic error is that under the mean torque of the file, whatever torque it is given",
+        )
     if to == "c":
         return Exported(plant_code(plant, name).write(path), remarks)
     built = write_fmu(plant, path, name, int(to[-1]))

@@ -63,22 +63,38 @@ class OrderPair(Group):
         "spline is fixed, -2 where the flexspline is.")  # fmt: skip
 
 
+class LineAmplitude(Group):
+    """Amplitude of a line that grows with the mean torque in the gear."""
+
+    at_rest: float = needed(Quantity("rad", "not negative"), "20 arcsec", "Amplitude without a torque, 0-to-peak.")
+    per_torque: float = needed(Quantity("rad/(N*m)"), "0.1 arcsec/(N*m)",
+        "Its growth with the mean torque in the gear: that of the load with its sign turned round.")  # fmt: skip
+
+
 class ErrorLine(Group):
     """One line of the kinematic error."""
 
     order: int | OrderPair = needed(Either(ORDER, Fields(OrderPair)), "2",
         "Repeats per turn of the base angle; of two turns {wave_generator: 2, output: 2}.")  # fmt: skip
-    amplitude: float = needed(Quantity("rad", "not negative"), "23 arcsec", "Amplitude of the line, 0-to-peak.")
+    amplitude: float | LineAmplitude = needed(
+        Either(Quantity("rad", "not negative"), Fields(LineAmplitude)), "23 arcsec",
+        "Amplitude, 0-to-peak; one that grows with the torque is {at_rest: 20 arcsec, per_torque: 0.1 arcsec/(N*m)}."
+    )  # fmt: skip
     phase: float = field(PHASE, "90 deg", "Phase of its cosine.", 0.0)
 
     def line(self, ratio: float = math.nan) -> Line:
-        """The line as an object of the model, in a gear of that ratio."""
-        of = self.order
+        """The line as an object of the model, in a gear of that ratio without a torque."""
+        of, size = self.order, self.amplitude
         order = of.wave_generator + of.output / ratio if isinstance(of, OrderPair) else of
-        return Line(order, self.amplitude, self.phase)
+        return Line(order, size.at_rest if isinstance(size, LineAmplitude) else size, self.phase)
+
+    @property
+    def per_torque(self) -> float:
+        """Growth of the amplitude [rad/(N*m)]."""
+        return self.amplitude.per_torque if isinstance(self.amplitude, LineAmplitude) else 0.0
 
     @classmethod
-    def of(cls, line: Any, ratio: float = math.nan) -> "ErrorLine":
+    def of(cls, line: Any, ratio: float = math.nan, per_torque: float = 0.0) -> "ErrorLine":
         """A line with a size, the phase moved by half a turn where the amplitude is negative."""
         phase, order = line.phase if line.amplitude >= 0.0 else line.phase + math.pi, line.order
         if order % 1:
@@ -86,7 +102,9 @@ class ErrorLine(Group):
             order = OrderPair(wave_generator=turns[0] or None, output=turns[1])
         return cls(
             order=order if isinstance(order, OrderPair) else int(order),
-            amplitude=abs(line.amplitude),
+            amplitude=LineAmplitude(at_rest=line.amplitude, per_torque=per_torque)
+            if per_torque
+            else abs(line.amplitude),
             phase=phase or None,
         )
 

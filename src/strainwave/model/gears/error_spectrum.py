@@ -3,9 +3,9 @@
 The peak-to-peak of several lines depends on their phases: at most twice the sum of the amplitudes, and mostly less.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from math import gcd, pi
 from numbers import Real
 from types import MappingProxyType
@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base.quantities import LARGEST, checked, shown
+from ...base.quantities import LARGEST, checked, number, several, shown
 from ...base.results import Floats
 from ...base.units import ARCSEC
 from ..excitation import KinematicError, Line
@@ -21,6 +21,42 @@ from ..excitation import KinematicError, Line
 DEFAULT_SHARES: Mapping[int, float] = MappingProxyType({1: 0.25, 2: 1.0, 4: 0.25})
 OVERSAMPLING = 16  # points per turn of the highest line
 NEWTON = 4  # steps from 16 points a period: the error falls below rounding in three
+
+
+def error_under_torque(error: KinematicError, per_torque: Sequence[float], torque: float) -> KinematicError:
+    """Kinematic error of a gear whose amplitudes grow with the torque that it transmits: A + per_torque T.
+
+    T is the mean or static torque, a number: the error stays a function of the motor's angle, and Lagrange's equations
+    of the train hold as they are. Were the torque of each moment meant, x = e(theta) + a(theta) T + u(T), the gear
+    would have the compliance a(theta) in series, with the energy a T^2/2 and the torque -a' T^2/2 on the motor: that is
+    a stiffness that varies, a `Variation`.
+
+    Parameters
+    ----------
+    error : KinematicError
+        Lines without a torque.
+    per_torque : sequence of float
+        Growth [rad/(N*m)] of the amplitude of each line.
+    torque : float
+        Mean torque [N*m, output side] that the gear transmits: with a load alone its torque with the sign turned round.
+
+    Returns
+    -------
+    KinematicError
+        An amplitude that has become negative is a line half a turn of phase on.
+
+    Raises
+    ------
+    ValueError
+        If there is not one finite number for each line, or the torque is none.
+    """
+    growth, torque = several("per_torque [rad/(N*m)]", per_torque), number("torque [N*m]", torque)
+    if len(growth) != len(checked(error).lines):
+        raise ValueError(f"per_torque has {len(growth)} numbers and the error {len(error.lines)} lines; give one each")
+    grown = zip(error.lines, map(partial(number, "per_torque [rad/(N*m)]"), growth), strict=True)
+    under = KinematicError(tuple(line._replace(amplitude=line.amplitude + g * torque) for line, g in grown))
+    checked(under)
+    return under
 
 
 def extremes(orders: ArrayLike, cosines: ArrayLike, sines: ArrayLike) -> tuple[float, float]:
