@@ -309,6 +309,13 @@ WRONG = [
     ("0.02}", "0.02, dampling: 3}", "4:24", "damping.dampling", "unknown field; did you mean"),
     ("m^2}", "m^2, dampling: {ratio: 0.02}}", "3:29", "load.dampling", "unknown field; did you mean 'damping'?"),
     ("m^2}", "m^2, inertja: 5 kg*m^2}", "3:29", "load.inertja", "unknown field; did you mean 'inertia'?"),
+    (
+        "m^2}",
+        "m^2, gravity: 40 N*m}",
+        "3:29",
+        "load.gravity",
+        "unknown field; see 'drag' (Friction, gravity or imbalance that opposes the load), as drag: {type: ",
+    ),
     ("m^2}", "m^2, inertia: 5 kg*m^2}", "3:29", "load.inertia", "appears twice, first in line 3; remove one"),
     ("damping:", "gear: CSG-40-80\ndamping:", "4:1", "gear", "appears twice, first in line 1; remove one"),
     ("damping:", "limit: {oscillation: 0 arcsec}\ndamping:", "4:22", "limit.oscillation", "'0 arcsec' is not positive"),

@@ -318,7 +318,7 @@ def _given(value: object, cls: Any, place: Place, former: tuple[str, ...] = ()) 
     rows = rows_of(cls)
     for key in value:
         if key not in rows:
-            place.at(key).wrong(_unknown(key, [*former, *rows], place), on_key=True)
+            place.at(key).wrong(_unknown(key, [*former, *rows], rows, place), on_key=True)
     values = {}
     for key, row in rows.items():
         field_place = place.at(key, row.example)
@@ -329,14 +329,17 @@ def _given(value: object, cls: Any, place: Place, former: tuple[str, ...] = ()) 
     return values
 
 
-def _unknown(key: str, fields: list[str], place: Place) -> str:
-    """Sentence for a field that nobody knows: the nearest field here, else the nearest at the top, else all of them."""
+def _unknown(key: str, fields: list[str], rows: dict[str, Row], place: Place) -> str:
+    """Sentence for a field that nobody knows: the nearest field, else that whose description has the word, else all."""
     spelt = {field.lower(): field for field in (*place.top, *fields)}
     close = difflib.get_close_matches(key.lower(), list(spelt), n=1)
     if close and spelt[close[0]] in fields:
         return f"unknown field; did you mean {spelt[close[0]]!r}?"
     if close:
         return f"unknown field; did you mean {close[0]!r}? It stands at the top level, not in {name(place.keys)!r}"
+    for field, row in rows.items():
+        if len(key) > 3 and row.example and re.search(rf"\b{re.escape(key)}\b", row.says, re.IGNORECASE):
+            return f"unknown field; see {field!r} ({row.says.removesuffix('.')}), as {field}: {row.example}"
     return f"unknown field; known here: {', '.join(fields)}"
 
 
