@@ -138,7 +138,7 @@ def within(seconds):
         raise Late
 
     before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)  # again, as Python drops what is raised in a `__del__`
     try:
         yield
     finally:
@@ -176,7 +176,11 @@ def fault(error):
     return "" if len(str(error).split()) > 3 and len(str(error)) <= LONGEST else f"no sentence: {said}"
 
 
-NONE = {"Standstill": ("period", "size"), "CompensatedRunup": ("jump",)}  # without hunting, without a jump
+NONE = {
+    "Standstill": ("period", "size"),
+    "CompensatedRunup": ("jump",),
+    "MeasuredBode": ("deviation",),
+}  # where it is not known
 
 
 def nan_in(result, depth=0, place="result"):

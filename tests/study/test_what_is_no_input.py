@@ -27,6 +27,13 @@ def design(**changes):
     return sw.design(sw.Specification(**SPEC | changes), gears=[sw.catalogue.gear("CSG-40-50")])
 
 
+LONG, ORBIT = "x" * 3000, sw.find_orbit(S)
+
+
+def move(**changes):
+    return sw.move(TRAIN, sw.Trapezoid(0.3, 0.3), **changes)
+
+
 LINK = sw.study.Link.rod(8.0, 0.4)
 
 
@@ -68,6 +75,11 @@ def arm(**changes):
         ),
         (lambda: sw.fit.fit_decay(T, np.cos(T), S, free=(np.ones(2),)), "it must be the paths"),
         (lambda: sw.numerics.orbit_diagram(S, "B", "12", (0.0, 0.0)), "values is '12'; it must be one or more finite"),
+        (lambda: sw.numerics.parameter_response(S, np.ones(2), (0.1, 0.2)), "no continuous parameter array"),
+        (lambda: move(feedforward=sw.Feedforward(np.ones(3))), "Feedforward.acceleration must be a number, not array"),
+        (lambda: sw.load(LONG), r"^cannot load 'x{59}\.\.\. \(3002 characters\); results"),
+        (lambda: ORBIT.save(LONG), r"cannot save a Orbit as 'x{59}\.\.\. \(3002 characters\); use"),
+        (lambda: sw.export(TRAIN, LONG, to="c"), r"^the file is 'x{59}\.\.\. \(3002 characters\); give"),
         (lambda: sw.gears.Arrangement("flexspline", 2).ratio(50), "fixed is 'flexspline' and output 2; give two of"),
         (lambda: sw.gears.Arrangement(np.ones(2)).driven, "fixed is .* and output 'flexspline'; give two of"),
         (lambda: sw.gears.Arrangement().teeth("50"), "ratio is '50'; it must be a positive finite number"),

@@ -155,7 +155,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     """
     path = as_file(path)
     if path.suffix not in ENDINGS:
-        raise ValueError(f"cannot load {path.name!r}; results are saved with names that end in {listed(ENDINGS)}")
+        raise ValueError(f"cannot load {shown(path.name)}; results are saved with names that end in {listed(ENDINGS)}")
     if not path.exists():
         raise FileNotFoundError(f"there is no {path}; check the name and the folder")
     try:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ..compile.tree import shown
 from .above import above
 from .archive import as_file, atomic, listed, version, write
 from .facts import Fact, lines
@@ -117,7 +118,7 @@ class Result:
             return path
         if path.suffix != ".csv":
             endings = listed((*ENDINGS, ".csv"))
-            raise ValueError(f"cannot save a {name} as {path.name!r}; use a name that ends in {endings}")
+            raise ValueError(f"cannot save a {name} as {shown(path.name)}; use a name that ends in {endings}")
         table, units = self._table()
         if table.empty:
             raise ValueError(f"a {name} has no table that CSV can hold; use a name that ends in {listed(ENDINGS)}")

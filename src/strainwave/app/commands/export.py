@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from ...base.quantities import number, parse
+from ...base.quantities import number, parse, shown
 from ...base.units import ARCSEC
 from ...files.export.export import export as exported
 from ...files.order_tables.format import TableResidual
@@ -29,7 +29,7 @@ from .options import file_type, json_option, output_option, pairs, project_argum
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:
     """Take motor, gear and load to another program."""
     if form in ("mat", "html") and output.suffix != f".{form}":
-        raise ValueError(f"the file is {output.name!r}; give it a name that ends in .{form}")
+        raise ValueError(f"the file is {shown(output.name)}; give it a name that ends in .{form}")
     if form in ("mat", "html") and step is not None:
         raise ValueError(f"--step is the length of a step of C and FMU, and {form} has none; leave it out")
     if str(project) == "catalogue":

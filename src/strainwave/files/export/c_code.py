@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...base.archive import as_file, atomic, version
-from ...base.quantities import parameters
+from ...base.quantities import parameters, shown
 from ...compile.tree import mapped, numbers
 from .traced import Decided, Recording, literal
 
@@ -63,7 +63,7 @@ def c_name(path: object, ending: str) -> tuple[Path, str]:
     """
     path = as_file(path)
     if path.suffix != ending:
-        raise ValueError(f"the file is {path.name!r}; give it a name that ends in {ending}")
+        raise ValueError(f"the file is {shown(path.name)}; give it a name that ends in {ending}")
     return path, as_name(path.stem)
 
 

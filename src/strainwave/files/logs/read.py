@@ -58,6 +58,8 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
     if columns is not None and not isinstance(columns, Mapping):
         return _in_order(path, file, columns)
     given = {} if columns is None else dict(columns)
+    if strange := [channel for channel in given if not isinstance(channel, str)]:
+        raise TypeError(f"columns has the channel {shown(strange[0])}; give its name, as 'load_angle'")
     places = {channel: place_of(path, file, channel, column) for channel, column in given.items()}
     if not given and not any(column.name for column in file):
         raise refuse(

@@ -198,7 +198,7 @@ class OrderTable(OrderContent):
         if format is None:
             format = BY_ENDING.get(path.suffix)
             if format is None:
-                raise ValueError(f"{path.name!r} does not tell the format; give format, one of {', '.join(FORMATS)}")
+                raise ValueError(f"{shown(path.name)} does not tell the format; give one of {', '.join(FORMATS)}")
         text, left = encoded(_format(format, options), self, drop)
         with atomic(path) as part:
             Path(part).write_text(text, encoding="utf-8", newline="\n")

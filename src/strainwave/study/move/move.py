@@ -212,9 +212,9 @@ def move(
     poles = state_space(mover.train, at=y0).poles
     decay = _tail(poles, path)
     tail = decay if tail is None else number("tail [s]", tail, positive=True)
-    shares = feedforward or task.feedforward or Feedforward()
+    shares = checked(feedforward or task.feedforward or Feedforward())
     if limited or shares != Feedforward():
-        mover = _driven(mover, path, checked(shares), limited)
+        mover = _driven(mover, path, shares, limited)
         y0 = _at_rest(mover.train, 0.0, float(path.angle[0]))
     run = follow(mover.train, path, y0, tail, method)
     crossed = crossings(mover.train, path, _resonances(poles))
