@@ -9,8 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.app.commands.compensation.tables import stated
 from strainwave.files.design import read_specification
 from strainwave.files.reading import ProjectError, from_text
+from strainwave.study.compensation.bench import bench_of
 
 ARCSEC = math.pi / 648_000.0
 LINES = "[{order: 2, amplitude: {at_rest: 20 arcsec, per_torque: 0.1 arcsec/(N*m)}, phase: 30 deg}, " \
@@ -50,7 +52,7 @@ def test_the_error_is_that_under_the_torque_of_the_load():
 def test_it_is_written_back():
     other = replace(project(), title="another")
     again = project(sw.project_text(other))
-    assert again.growing_error == other.growing_error
+    assert again.loaded_error == other.loaded_error
     assert again.kinematic_error == other.kinematic_error
 
 
@@ -86,13 +88,13 @@ def test_what_knows_one_amplitude_refuses_a_growing_one(tmp_path):
     error, axis = project().kinematic_error, project()
     for per_torque, said in (((1.0,), "has 1 numbers and the error 2 lines"), ((1.0, math.nan), "must be a finite")):
         with pytest.raises(ValueError, match=said):
-            sw.gears.error_under_torque(error, per_torque, 1.0)
-    with pytest.raises(ValueError, match="grows with the torque, and a log tells one amplitude"):
+            sw.gears.LoadedError(error, per_torque).under(1.0)
+    with pytest.raises(ValueError, match="depends on torque or direction, and a log tells one amplitude"):
         sw.identify_drive(axis, None)
-    with pytest.raises(ValueError, match="an error that grows with the torque"):
+    with pytest.raises(ValueError, match="an error that depends on torque or direction"):
         axis_page(axis, tmp_path)
     for wrong, said in (
-        ("{at_rest: 20 arcsec}", "per_torque"),
+        ("{per_torque: 0.1 arcsec/(N*m)}", "at_rest"),
         ("{at_rest: -1 arcsec, per_torque: 0.1 arcsec/(N*m)}", "negative"),
         ("{at_rest: 20 arcsec, per_torque: 0.1 arcsec}", "write for example 1.5 rad/"),
     ):
@@ -101,7 +103,7 @@ def test_what_knows_one_amplitude_refuses_a_growing_one(tmp_path):
     design = Path(__file__).parents[2] / "examples" / "projects" / "elbow.yaml"
     text = design.read_text(encoding="utf-8") + f"\nexcitation: {{kinematic_error: {LINES}}}\n"
     (tmp_path / "design.yaml").write_text(text, encoding="utf-8")
-    with pytest.raises(ValueError, match="grows with the torque, and a design has many; write one amplitude"):
+    with pytest.raises(ValueError, match="depends on torque or direction, and a design has many; write one amplitude"):
         read_specification(tmp_path / "design.yaml")
 
 
@@ -111,7 +113,35 @@ def test_its_numbers_scatter_and_change_and_an_export_says_its_torque(tmp_path):
     with pytest.raises(ProjectError, match=r"gives .*kinematic_error\.0\.amplitude\.at_rest"):
         project(TEXT + "scatter: {kinematic_error.0.amplitude: 5 %}\n")
     notes = sw.export(project(), tmp_path / "axis.c", to="c").notes
-    assert any("kinematic error is that under the mean torque of the file" in note for note in notes)
+    assert any("kinematic error is that of forward motion under the mean torque of the file" in note for note in notes)
+
+
+BOTH_WAYS = (
+    TEXT.replace("0.1 arcsec/(N*m)}", "0.1 arcsec/(N*m), backward: 8 arcsec}")
+    + "controller: {period: 500 us, delay: 500 us, load_encoder: 24 bit}\n"
+).replace("mode: held", "loop: {bandwidth: 20 Hz}")
+
+
+def test_backward_motion_has_its_own_error():
+    axis = project(BOTH_WAYS)
+    assert sizes(axis.kinematic_error) == pytest.approx([26.0, 2.0])
+    assert sizes(axis.loaded_error.under(60.0, backward=True)) == pytest.approx([14.0, 2.0])
+    assert any("another one in backward motion" in note for note in axis.notes)
+    again = project(sw.project_text(replace(axis, title="another")))
+    assert again.loaded_error == axis.loaded_error
+    axis = axis.under(0.0)  # under a torque the motor feels e' T, whose phase depends on the direction
+    found = {speed: sw.compensate(axis, "inverse", speed=speed, robust=False) for speed in (40.0, -40.0)}
+    ahead, back = (found[speed].amplitude_before[0] for speed in (40.0, -40.0))
+    assert back / ahead == pytest.approx(8.0 / 20.0, rel=0.01)  # a linear gear: as the lines
+    for one in found.values():
+        assert one.after.rms < 0.05 * one.before.rms
+    assert sizes(found[-40.0].controller.error) == pytest.approx([8.0, 2.0])
+    bench = bench_of(axis)
+    tables = {speed: dict(stated(bench, one))["angle"].table for speed, one in found.items()}
+    assert [tables[speed].direction for speed in (40.0, -40.0)] == ["forward", "backward"]
+    assert tables[-40.0].lines[0].amplitude / ARCSEC == pytest.approx(8.0)
+    move = sw.move(axis, sw.Trapezoid(-0.3, 0.4))
+    assert any("a move has that of forward motion throughout" in remark for remark in move.remarks)
 
 
 def axis_page(axis, folder):

@@ -17,7 +17,7 @@ from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.excitation import Harmonics, KinematicError
-from ..model.gears.error_spectrum import error_under_torque
+from ..model.gears.error_spectrum import LoadedError
 from ..model.gears.gear import Gear
 from ..model.orders import Arrangement
 from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, VaryingOscillator
@@ -94,8 +94,8 @@ class Project:
         Members of the gear that are fixed and the output, where the file says it.
     revision : str
         Revision of the file with date and author, as the file says them.
-    growing_error : (KinematicError, tuple of float) or None
-        Where lines grow with the torque, they without one and the growth of each [rad/(N*m)].
+    loaded_error : LoadedError or None
+        Lines by torque and direction of motion, where they depend on these.
     sources : tuple of Source
         Where each number comes from: `name`, `value`, `word` (catalogue, assumed, yours or measured), `why`.
     """
@@ -127,7 +127,7 @@ class Project:
     postures: tuple[Any, ...] = ()
     arrangement: Arrangement | None = None
     revision: str = ""
-    growing_error: tuple[KinematicError, tuple[float, ...]] | None = None
+    loaded_error: LoadedError | None = None
     sources: tuple[Source, ...] = field(default=(), compare=False)
 
     def __str__(self) -> str:
@@ -260,7 +260,7 @@ class Project:
         def loaded(train: DriveTrain) -> DriveTrain:
             plain, error = (
                 without_gravity(train),
-                train.error if self.growing_error is None else parts["kinematic_error"],
+                train.error if self.loaded_error is None else parts["kinematic_error"],
             )
             end = plain.load.end()._replace(excitation=parts["load_torque"])
             return plain._replace(load=plain.load.with_end(end), error=error)
@@ -270,7 +270,7 @@ class Project:
 
     def _loaded(self, torque: float) -> dict[str, Any]:
         """Torque and kinematic error under a mean torque [N*m] of the load."""
-        error = error_under_torque(*self.growing_error, -torque) if self.growing_error else self.kinematic_error
+        error = self.kinematic_error if self.loaded_error is None else self.loaded_error.under(-torque)
         return {"load_torque": with_mean(self.load_torque, torque), "kinematic_error": error}
 
     @typed

@@ -108,8 +108,10 @@ class ErrorSpec(Group):
             yield Wrong((), "gives an accuracy and the lines of a kinematic error; write one of them")
         if any(isinstance(line.order, OrderPair) for line in self.kinematic_error):
             yield Wrong(("kinematic_error",), "has a line of the output's turn, and gears of a design differ in ratio")
-        if any(line.per_torque for line in self.kinematic_error):
-            yield Wrong(("kinematic_error",), "grows with the torque, and a design has many; write one amplitude")
+        if any(line.per_torque or not line.alike for line in self.kinematic_error):
+            yield Wrong(
+                ("kinematic_error",), "depends on torque or direction, and a design has many; write one amplitude"
+            )
 
 
 class SpecificationSpec(Group):

@@ -238,11 +238,17 @@ def _orders(project: Project) -> list[int]:
 
 
 def _error(project: Project) -> Iterator[str]:
-    """A kinematic error of degrees, and one that grows with the torque."""
-    if project.growing_error is not None:
+    """A kinematic error of degrees, and one that depends on torque or direction."""
+    loaded = project.loaded_error
+    if loaded is not None and any(loaded.per_torque):
         yield (
             f"The kinematic error grows with the torque; it is that under the mean torque of the load, "
             f"{project.mean_load_torque:.4g} N*m, without torques that follow an angle."
+        )
+    if loaded is not None and loaded.backward is not None:
+        yield (
+            "The kinematic error is another one in backward motion; a compensation at a negative speed has that, and "
+            "all else that of forward motion."
         )
     lines = () if project.kinematic_error is None else project.kinematic_error.lines
     size = sum(abs(line.amplitude) for line in lines)

@@ -1,9 +1,8 @@
 """A project, or a whole drive train built in Python, written as a project file."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from ..base.units import Speeds
 from ..drive.asked import MotorLimits
 from ..drive.project import Project
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
+from ..model.gears.error_spectrum import LoadedError
 from ..model.laws.friction import LoadFriction, NoFriction
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.springs import Play
@@ -78,7 +78,7 @@ def project_text(
         damping=schema.DampingSpec(B=train.B),
         speed=_speed(train.omega if omega is None else omega),
         excitation=groups.ExcitationSpec(
-            kinematic_error=_error(train.error, (), train.N),
+            kinematic_error=_error(train.error, train.N),
             motor_torque=_torque("the motor", train.motor.excitation),
             load_torque=_torque("the load", train.load.end().excitation),
         ),
@@ -142,7 +142,6 @@ def _parts(project: Project) -> dict[str, Any]:
     drive, load = project.drive, project.load_torque or Harmonics((Harmonic(0.0),))
     train = project.whole or drive.train(motor_torque=project.motor_torque, load_torque=project.load_torque)
     motor, free = train.motor._replace(J=drive.J_m), project.motor_torque
-    at_rest, growth = project.growing_error or (project.kinematic_error, ())
     return {
         "title": project.title,
         "revision": project.revision,
@@ -154,7 +153,7 @@ def _parts(project: Project) -> dict[str, Any]:
         "stiffness": project.stiffness and schema.StiffnessSpec(ripples=project.stiffness),
         "speed": _speeds(project.speeds),
         "excitation": groups.ExcitationSpec(
-            kinematic_error=_error(at_rest, growth, drive.N),
+            kinematic_error=_loaded(project.loaded_error, drive.N) or _error(project.kinematic_error, drive.N),
             motor_torque=None if free is None else _torque("the motor", free),
             load_torque=_torque("the load", load, project.mean_range),
         ),
@@ -258,10 +257,18 @@ def _torque(where: str, torque: object, means: tuple[float, float] | None = None
     return found if found.given else None
 
 
-def _error(error: object, growth: Sequence[float], ratio: float) -> list[groups.ErrorLine] | None:
+def _error(error: object, ratio: float) -> list[groups.ErrorLine] | None:
     if error is None or isinstance(error, NoError):
         return None
     if not isinstance(error, KinematicError):
         raise ValueError(f"a project file holds lines of a kinematic error, not {shown(error)}; use it in Python")
-    rows = zip_longest(error.lines, growth, fillvalue=0.0)
-    return [groups.ErrorLine.of(line, ratio, per_torque) for line, per_torque in rows]
+    return [groups.ErrorLine.of(line, ratio) for line in error.lines]
+
+
+def _loaded(error: LoadedError | None, ratio: float) -> list[groups.ErrorLine]:
+    """Lines whose amplitudes depend on torque or direction; none of a project without such."""
+    if error is None:
+        return []
+    back = error.at_rest if error.backward is None else error.backward
+    rows = zip(error.at_rest.lines, error.per_torque, back.lines, strict=True)
+    return [groups.ErrorLine.of(line, ratio, growth, other.amplitude) for line, growth, other in rows]

@@ -17,7 +17,7 @@ from ..drive.project import Project
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears import catalogue
-from ..model.gears.error_spectrum import accuracy_spectrum, error_under_torque
+from ..model.gears.error_spectrum import LoadedError, accuracy_spectrum
 from ..model.gears.gear import Gear
 from ..model.laws.friction import NO_FRICTION, LoadFriction, NoFriction
 from ..model.orders import BY_FIXED
@@ -56,9 +56,10 @@ def resolved(
         accuracy = None if gear is None else gear.accuracy
     drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
     drive = drive._replace(B=damping(spec, drive))
-    at_rest, through = kinematic_error(spec, accuracy, ratio), speeds(spec.speed, ratio)
-    loaded, growth = torque(excited.load_torque), tuple(line.per_torque for line in excited.kinematic_error)
-    error = error_under_torque(at_rest, growth, -mean_of(loaded)) if at_rest and any(growth) else at_rest
+    error, through = kinematic_error(spec, accuracy, ratio), speeds(spec.speed, ratio)
+    load_torque, loaded_error = torque(excited.load_torque), loaded(spec, error, ratio)
+    if loaded_error is not None:
+        error = loaded_error.under(-mean_of(load_torque))
     varies = spec.damping.varies or spec.stiffness is not None
     whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
     project = Project(
@@ -71,10 +72,10 @@ def resolved(
         motor=spec.motor.mode,
         speeds=through,
         motor_torque=torque(excited.motor_torque),
-        load_torque=loaded,
+        load_torque=load_torque,
         mean_range=None if excited.load_torque is None else excited.load_torque.range,
         kinematic_error=error,
-        growing_error=(at_rest, growth) if at_rest and any(growth) else None,
+        loaded_error=loaded_error,
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
         train=whole if beyond_equation(spec, error) else None,
@@ -103,6 +104,15 @@ def kinematic_error(spec: ProjectSpec, accuracy: float | None, ratio: float) -> 
         return accuracy_spectrum(accuracy)
     error = tuple(line.line(ratio) for line in spec.excitation.kinematic_error)
     return checked(KinematicError(error)) if error else None
+
+
+def loaded(spec: ProjectSpec, at_rest: KinematicError | None, ratio: float) -> LoadedError | None:
+    """Lines by torque and direction of motion, where one of the file depends on these."""
+    lines = spec.excitation.kinematic_error
+    backward = tuple(line.line(ratio, backward=True) for line in lines)
+    error = None if all(line.alike for line in lines) else checked(KinematicError(backward))
+    growth = tuple(line.per_torque for line in lines)
+    return LoadedError(at_rest, growth, error) if at_rest and (error or any(growth)) else None
 
 
 def speeds(spec: SpeedSpec, ratio: float) -> Speeds:

@@ -104,8 +104,8 @@ def refused_parts(project: Project) -> list[str]:
         parts.append("loads in postures")
     if project.beats:
         parts.append("a line of the output's turn")
-    if project.growing_error is not None:
-        parts.append("an error that grows with the torque")
+    if project.loaded_error is not None:
+        parts.append("an error that depends on torque or direction")
     if project.train is not None and not parts:
         parts += nonlinear_parts(project.train)
     return parts

@@ -366,10 +366,10 @@ def export(
             STIFFER,
         )
     )
-    if getattr(source, "growing_error", None) is not None:
+    if getattr(source, "loaded_error", None) is not None:
         remarks = (
             *remarks,
-            "its kinematic error is that under the mean torque of the file, whatever torque it is given",
+            "its kinematic error is that of forward motion under the mean torque of the file, whatever it is given",
         )
     if to == "c":
         return Exported(plant_code(plant, name).write(path), remarks)

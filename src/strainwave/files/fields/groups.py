@@ -64,11 +64,13 @@ class OrderPair(Group):
 
 
 class LineAmplitude(Group):
-    """Amplitude of a line that grows with the mean torque in the gear."""
+    """Amplitude of a line that grows with the mean torque in the gear, or is another one in backward motion."""
 
     at_rest: float = needed(Quantity("rad", "not negative"), "20 arcsec", "Amplitude without a torque, 0-to-peak.")
-    per_torque: float = needed(Quantity("rad/(N*m)"), "0.1 arcsec/(N*m)",
-        "Its growth with the mean torque in the gear: that of the load with its sign turned round.")  # fmt: skip
+    per_torque: float = field(Quantity("rad/(N*m)"), "0.1 arcsec/(N*m)",
+        "Its growth with the mean torque in the gear: that of the load with its sign turned round.", 0.0)  # fmt: skip
+    backward: float | None = field(Quantity("rad", "not negative"), "17 arcsec",
+        "Amplitude without a torque in backward motion. Default: as in forward motion.", None)  # fmt: skip
 
 
 class ErrorLine(Group):
@@ -82,11 +84,18 @@ class ErrorLine(Group):
     )  # fmt: skip
     phase: float = field(PHASE, "90 deg", "Phase of its cosine.", 0.0)
 
-    def line(self, ratio: float = math.nan) -> Line:
-        """The line as an object of the model, in a gear of that ratio without a torque."""
+    def line(self, ratio: float = math.nan, *, backward: bool = False) -> Line:
+        """The line as an object of the model, in a gear of that ratio without a torque; of either direction."""
         of, size = self.order, self.amplitude
         order = of.wave_generator + of.output / ratio if isinstance(of, OrderPair) else of
-        return Line(order, size.at_rest if isinstance(size, LineAmplitude) else size, self.phase)
+        if not isinstance(size, LineAmplitude):
+            return Line(order, size, self.phase)
+        return Line(order, size.backward if backward and size.backward is not None else size.at_rest, self.phase)
+
+    @property
+    def alike(self) -> bool:
+        """Whether the line is the same in both directions of motion."""
+        return not isinstance(self.amplitude, LineAmplitude) or self.amplitude.backward is None
 
     @property
     def per_torque(self) -> float:
@@ -94,17 +103,20 @@ class ErrorLine(Group):
         return self.amplitude.per_torque if isinstance(self.amplitude, LineAmplitude) else 0.0
 
     @classmethod
-    def of(cls, line: Any, ratio: float = math.nan, per_torque: float = 0.0) -> "ErrorLine":
+    def of(
+        cls, line: Any, ratio: float = math.nan, per_torque: float = 0.0, backward: float | None = None
+    ) -> "ErrorLine":  # fmt: skip
         """A line with a size, the phase moved by half a turn where the amplitude is negative."""
         phase, order = line.phase if line.amplitude >= 0.0 else line.phase + math.pi, line.order
         if order % 1:
             turns = order_pair(order, ratio)
             order = OrderPair(wave_generator=turns[0] or None, output=turns[1])
+        backward = None if backward == line.amplitude else backward
+        plain = not per_torque and backward is None
+        loaded = LineAmplitude(at_rest=line.amplitude, per_torque=per_torque or None, backward=backward)
         return cls(
             order=order if isinstance(order, OrderPair) else int(order),
-            amplitude=LineAmplitude(at_rest=line.amplitude, per_torque=per_torque)
-            if per_torque
-            else abs(line.amplitude),
+            amplitude=abs(line.amplitude) if plain else loaded,
             phase=phase or None,
         )
 

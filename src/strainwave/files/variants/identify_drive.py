@@ -269,9 +269,9 @@ def identify_drive(
     SolveError
         If the motion leaves every bound from the given numbers.
     """
-    if project.growing_error is not None:
+    if project.loaded_error is not None:
         raise ValueError(
-            "the kinematic error of this project grows with the torque, and a log tells one amplitude; write one"
+            "the kinematic error depends on torque or direction, and a log tells one amplitude of a line; write one"
         )
     train = _on_measured_motor(project)
     logs = [with_torsion(channels_of(one), train.N) for one in (log if isinstance(log, list | tuple) else [log])]

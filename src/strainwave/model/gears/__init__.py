@@ -2,7 +2,7 @@
 
 from . import catalogue as catalogue
 from .error_spectrum import accuracy_spectrum as accuracy_spectrum
-from .error_spectrum import error_under_torque as error_under_torque
+from .error_spectrum import LoadedError as LoadedError
 from .error_spectrum import MEASURED_ERRORS as MEASURED_ERRORS
 from .error_spectrum import MeasuredError as MeasuredError
 from .error_spectrum import peak_to_peak as peak_to_peak

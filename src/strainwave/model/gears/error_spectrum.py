@@ -3,12 +3,13 @@
 The peak-to-peak of several lines depends on their phases: at most twice the sum of the amplitudes, and mostly less.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial, reduce
 from math import gcd, pi
 from numbers import Real
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,40 +24,36 @@ OVERSAMPLING = 16  # points per turn of the highest line
 NEWTON = 4  # steps from 16 points a period: the error falls below rounding in three
 
 
-def error_under_torque(error: KinematicError, per_torque: Sequence[float], torque: float) -> KinematicError:
-    """Kinematic error of a gear whose amplitudes grow with the torque that it transmits: A + per_torque T.
+class LoadedError(NamedTuple):
+    """Kinematic error whose amplitudes depend on the torque in the gear and on the direction in which the motor turns.
 
-    T is the mean or static torque, a number: the error stays a function of the motor's angle, and Lagrange's equations
-    of the train hold as they are. Were the torque of each moment meant, x = e(theta) + a(theta) T + u(T), the gear
-    would have the compliance a(theta) in series, with the energy a T^2/2 and the torque -a' T^2/2 on the motor: that is
-    a stiffness that varies, a `Variation`.
-
-    Parameters
-    ----------
-    error : KinematicError
-        Lines without a torque.
-    per_torque : sequence of float
-        Growth [rad/(N*m)] of the amplitude of each line.
-    torque : float
-        Mean torque [N*m, output side] that the gear transmits: with a load alone its torque with the sign turned round.
-
-    Returns
-    -------
-    KinematicError
-        An amplitude that has become negative is a line half a turn of phase on.
-
-    Raises
-    ------
-    ValueError
-        If there is not one finite number for each line, or the torque is none.
+    `at_rest` has the lines without a torque, `backward` those of backward motion where they are others; `per_torque` is
+    the growth [rad/(N*m)] of each amplitude. The torque is the mean or static one, and the direction is that of a
+    steady motion: either error is then a function of the motor's angle, and Lagrange's equations of the train hold as
+    they are. Were the torque of each moment meant, x = e(theta) + a(theta) T + u(T), the gear would have the compliance
+    a(theta) in series, with the energy a T^2/2 and the torque a' T^2/2 on the motor: a stiffness that varies,
+    `Variation`. A direction that changes would step from one error to the other, which is a hysteresis of the law.
     """
-    growth, torque = several("per_torque [rad/(N*m)]", per_torque), number("torque [N*m]", torque)
-    if len(growth) != len(checked(error).lines):
-        raise ValueError(f"per_torque has {len(growth)} numbers and the error {len(error.lines)} lines; give one each")
-    grown = zip(error.lines, map(partial(number, "per_torque [rad/(N*m)]"), growth), strict=True)
-    under = KinematicError(tuple(line._replace(amplitude=line.amplitude + g * torque) for line, g in grown))
-    checked(under)
-    return under
+
+    at_rest: KinematicError
+    per_torque: tuple[float, ...]
+    backward: KinematicError | None = None
+
+    def under(self, torque: float, *, backward: bool = False) -> KinematicError:
+        """Lines A + per_torque T under a mean torque T [N*m, output side], in backward motion or in forward motion.
+
+        T is what the gear transmits: with a load alone its torque with the sign turned round. An amplitude that has
+        become negative is a line half a turn of phase on. Numbers that are none, or not one for each line, are refused
+        (ValueError).
+        """
+        error = checked(self.backward if backward and self.backward is not None else self.at_rest)
+        growth, T = several("per_torque [rad/(N*m)]", self.per_torque), number("torque [N*m]", torque)
+        if len(growth) != len(error.lines):
+            raise ValueError(
+                f"per_torque has {len(growth)} numbers and the error {len(error.lines)} lines; give one for each"
+            )
+        grown = zip(error.lines, map(partial(number, "per_torque [rad/(N*m)]"), growth), strict=True)
+        return KinematicError(tuple(line._replace(amplitude=line.amplitude + g * T) for line, g in grown))
 
 
 def extremes(orders: ArrayLike, cosines: ArrayLike, sines: ArrayLike) -> tuple[float, float]:

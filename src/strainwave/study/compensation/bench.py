@@ -15,7 +15,7 @@ from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import Cascade, Notch, SampledPD, sampled_filter
-from ...model.excitation import Harmonic, Harmonics
+from ...model.excitation import Harmonic, Harmonics, KinematicError
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
 from ...model.orders import order_pair
@@ -48,6 +48,8 @@ class Bench:
         Record whose largest torque the gear is compared with.
     remarks : tuple of str
         What was assumed, as sentences.
+    backward : KinematicError or None
+        The model's kinematic error in backward motion, where it is another.
     """
 
     model: DriveTrain
@@ -56,6 +58,14 @@ class Bench:
     sampling: Sampling
     gear: Gear | None = None
     remarks: tuple[str, ...] = ()
+    backward: KinematicError | None = None
+
+    def at(self, speed: float) -> "Bench":
+        """The bench at a motor speed [rad/s]: with the kinematic error of backward motion where that is another."""
+        if speed > 0.0 or self.backward is None:
+            return self
+        model, alike = self.model._replace(error=self.backward), self.plant.error == self.model.error
+        return replace(self, model=model, plant=self.plant._replace(error=self.backward) if alike else self.plant)
 
     @property
     def orders(self) -> tuple[Any, ...]:
@@ -159,7 +169,8 @@ def bench_of(
     remarks: list[str] = []
     name, train = train_of(project, "a compensation")
     inertia = project.loop_inertia if name else train.loop_inertia
-    gear = getattr(project, "gear", None)
+    gear, loaded = getattr(project, "gear", None), getattr(project, "loaded_error", None)
+    backward = loaded and loaded.backward and loaded.under(-getattr(project, "mean_load_torque", 0.0), backward=True)
     if not any(line.amplitude for line in lines_of(train.error)):
         raise ValueError(
             "this drive has no kinematic error, so that there is nothing to cancel; give excitation: {kinematic_error: "
@@ -194,7 +205,7 @@ def bench_of(
     motor = train.motor._replace(control=COMMANDED)
     model = checked(train._replace(motor=motor, reference=Steady()))
     other = model if plant is None else plant._replace(motor=plant.motor._replace(control=COMMANDED))
-    return Bench(model, checked(other), checked(loop), checked(timing), gear, tuple(remarks))
+    return Bench(model, checked(other), checked(loop), checked(timing), gear, tuple(remarks), backward)
 
 
 def steady_bench_of(

@@ -248,6 +248,7 @@ def _one(
     bench: Bench, design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
 ) -> Compensation:
     """One controller at one speed."""
+    bench = bench.at(speed)
     slowest = refuse_unstable(bench, speed).slowest
     controller = design.on(bench, speed)
     known = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked

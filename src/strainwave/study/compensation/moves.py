@@ -18,6 +18,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import MOST, SpeedProfile
 from ...numerics.ensemble.linear_loops import loop_response
 from ...numerics.ensemble.loops import run_loop
+from ..move.mover import FORWARD
 from ..move.profiles import path_of
 from .bench import Bench, bench_of
 from .compensate import compensator_of
@@ -194,7 +195,8 @@ def compensate_move(
         _score(name, time, e, run, duration, window)
         for (name, _, _), e, run in zip(references, error, runs, strict=True)
     )
-    return CompensatedMove(time, error, np.array([run.torque for run in runs]), scores, duration, window, bench.remarks)
+    remarks = bench.remarks if bench.backward is None else (*bench.remarks, FORWARD)
+    return CompensatedMove(time, error, np.array([run.torque for run in runs]), scores, duration, window, remarks)
 
 
 def on_the_way(bench: Bench, controllers: Sequence[Any]) -> list[tuple[str, Any]]:

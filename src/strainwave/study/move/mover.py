@@ -260,6 +260,9 @@ def checked_limits(limits: MotorLimits | None) -> MotorLimits | None:
     return limits
 
 
+FORWARD = "The kinematic error is another one in backward motion; a move has that of forward motion throughout."
+
+
 def _train(project: Any) -> tuple[DriveTrain, tuple[str, ...]]:
     name, train = train_of(project, "a move")
     if not name:
@@ -273,4 +276,6 @@ def _train(project: Any) -> tuple[DriveTrain, tuple[str, ...]]:
             f"The mean torque of the load is given as a range, {low:g} to {high:g} N*m; the move has its middle. "
             "Gravity that changes with the angle belongs in load.drag as an angle_torque, or in the payload."
         )
+    if project.loaded_error is not None and project.loaded_error.backward is not None:
+        remarks.append(FORWARD)
     return train, tuple(remarks)

@@ -219,7 +219,8 @@ def best_at(bench: CompensationBench, i: int, *, load_encoder: bool) -> Compensa
 
 def stated(bench: Bench, case: Compensation) -> tuple[tuple[str, Alone], ...]:
     """Tables of `tables_of`; `source` has the rms of a run with each alone, and of one with all of them."""
-    tables, speed = tables_of(bench, case), case.speed
+    bench, speed = bench.at(case.speed), case.speed
+    tables = tables_of(bench, case)
     joint = left(bench, tables.values(), speed) / ARCSEC if len(tables) > 1 else 0.0
     alone = []
     for name, table in tables.items():
@@ -277,7 +278,8 @@ def tables_of(bench: Bench, case: Compensation) -> dict[str, OrderTable]:
     if isinstance(controller, AngleFeedforward):
         lines += _of_inertia(controller, case.speed) if lines else []
         ahead = 0.0 if lines else round(bench.sampling.lead, DIGITS)
-        tables["angle"] = OrderTable.of(controller.error, delay=ahead, **about)
+        one_way = {} if bench.backward is None else {"direction": held["direction"]}
+        tables["angle"] = OrderTable.of(controller.error, delay=ahead, **about, **one_way)
     if isinstance(controller, TorqueTable):
         turn = "motor" if controller.turns == 1.0 else "output"
         tables["torque"] = OrderTable.of(controller.table, turn=turn, delay=controller.lead, **held)
