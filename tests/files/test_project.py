@@ -271,7 +271,7 @@ def test_an_accuracy_belongs_to_the_motors_turn(written):
 
 def test_notes_tell_what_is_doubtful(written):
     notes = " ".join(read_project(written(GOOD.replace("5 kg*cm^2", "1 kg*cm^2").replace("held", "free"))).notes)
-    for part in ("must include the wave generator", "do not balance"):
+    for part in ("motor.inertia is 1 kg*cm^2, less than the 4.5 kg*cm^2 of the wave generator", "do not balance"):
         assert part in notes
     assert read_project(written(GOOD)).notes == ()
 

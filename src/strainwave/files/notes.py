@@ -50,10 +50,10 @@ def notes(project: Project) -> Iterator[str]:
     if gear is None:
         return
     yield from gear.doubts_about(*(name for name in NUMBERS if name != "mass"))
-    if gear.input_inertia is not None and project.drive.J_m < gear.input_inertia:
+    if gear.input_inertia is not None and project.drive.J_m < (1.0 - 1e-6) * gear.input_inertia:
         yield (
-            f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
-            f"generator of {gear.name} alone; it must include the wave generator."
+            f"motor.inertia is {1e4 * project.drive.J_m:g} kg*cm^2, less than the {1e4 * gear.input_inertia:g} kg*cm^2 "
+            f"of the wave generator of {gear.name} alone; it must include the wave generator."
         )
 
 

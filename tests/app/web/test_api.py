@@ -128,6 +128,15 @@ def test_every_slider_of_a_gear_is_taken_by_the_project():
         assert changed != project, one["name"]
 
 
+def test_a_gear_has_a_slider_for_the_motors_inertia_which_begins_with_the_wave_generator():
+    for name in ("CSG-32-120", "SHG-40-80"):
+        project = project_of(State(gear=name))
+        (one,) = (one for one in parameters(project) if one["name"] == "motor.inertia")
+        assert one["value"] == pytest.approx(1e4 * project.gear.input_inertia, rel=1e-6)
+        assert (one["unit"], one["group"]) == ("kg*cm^2", "motor")
+        assert not [note for note in project.notes if "wave generator" in note]
+
+
 @pytest.mark.parametrize(("typed", "shown"), [("4 %", 0.04), ("0.1", 0.1)])
 def test_a_slider_shows_what_was_typed_in_the_unit_of_the_file(typed, shown):
     text = HELD.replace("title: CSG-40-50", "title: 3-axis robot\nrevision: 2026-11-26\nload_friction: 0.05")

@@ -134,8 +134,12 @@ def test_another_gear_keeps_the_axis_until_its_defaults_are_taken(page):
     page.select_option("#gear", "CSG-25-100")
     page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")
     kept = {"load.inertia": "3.7", "damping.ratio": "4", "motor.loop.bandwidth": "25", "limit.oscillation": "59.8"}
-    kept["load.drag.amplitude"] = "20"
+    kept |= {"load.drag.amplitude": "20", "motor.inertia": "0.413"}  # the wave generator is that of the other gear
     assert {name: field(page, name).input_value() for name in kept} == kept
+    typed(page, "motor.inertia", "0.9")
+    page.select_option("#gear", "CSG-32-120")
+    page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-32-120'")
+    assert field(page, "motor.inertia").input_value() == "0.9"
     page.locator("#reset").click()
     page.wait_for_function("() => document.getElementById('value-load.inertia').value !== '3.7'")
     assert not page.locator('[id="value-load.drag.amplitude"]').count()

@@ -230,19 +230,20 @@ def yaml_of(project: Project) -> str:
 def first_text(name: str) -> str:
     """First project of a gear: an axis in a cascade, whose limit is twice what its accuracy class is in slow rotation.
 
-    Order 2 meets the resonance of the load, the motor held, at half of the largest speed. The stiffness is K1. Orders
-    of the kinematic error share the accuracy class as the catalogue's makers report it: two thirds are order 2.
+    Order 2 meets the resonance of the load, the motor held, at half of the largest speed. The stiffness is K1. The
+    motor's inertia is that of the wave generator, else matched to the load. Orders of the kinematic error share the
+    accuracy class as the catalogue's makers report it: two thirds are order 2.
     """
     gear = catalogue.gear(name)
     gear.check_law()
     fastest = min(FASTEST, gear.average_rpm or gear.max_rpm or FASTEST)
     inertia = (gear.K1 or 1e4) / (fastest * math.pi / 30.0) ** 2
     amplitude = 0.5 * (ACCURACY if gear.accuracy is None else gear.accuracy / ARCSEC)
-    motor = "" if gear.input_inertia else f"inertia: {inertia / gear.ratio**2:.2g} kg*m^2, "  # matched to the load
+    rotor = f"{1e4 * gear.input_inertia:.6g}" if gear.input_inertia else f"{1e4 * inertia / gear.ratio**2:.2g}"
     return (
         f"title: {gear.name}\n"
         f"gear: {gear.name}\n"
-        f"motor: {{{motor}loop: {EXAMPLE_LOOP}}}\n"
+        f"motor: {{inertia: {rotor} kg*cm^2, loop: {EXAMPLE_LOOP}}}\n"
         f"load: {{inertia: {inertia:.2g} kg*m^2}}\n"
         "damping: {ratio: 3 %}\n"
         f"speed: {{from: {fastest / 8:.3g} rpm, to: {fastest:g} rpm, shaft: motor}}\n"

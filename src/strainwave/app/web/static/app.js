@@ -141,11 +141,11 @@ async function opened() {
   if (wrong) say(wrong, true);
 }
 
-// Another gear in the same axis: load, motor, loop, limit, speeds and damping stay. Its kinematic error is its own.
+// Another gear in the same axis: load, loop, limit, speeds, damping and a changed motor stay. Its kinematic error is its own.
 async function changeGear(gear) {
   if (state.project !== null) state.values.gear = gear;
   else {
-    const stays = about.parameters.filter((p) => p.group !== "gear" && !p.name.startsWith("excitation.kinematic_error"));
+    const stays = about.parameters.filter((p) => p.group !== "gear" && !p.name.startsWith("excitation.kinematic_error") && (p.name !== "motor.inertia" || p.name in state.values));
     const values = stays.map((p) => [p.name, state.values[p.name] ?? `${p.value} ${p.unit}`.trim()]);
     const words = Object.entries(state.values).filter(([, text]) => !/^[-+−.\d]/.test(text));
     Object.assign(state, { gear, values: Object.fromEntries([...words, ...values]) });
