@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from strainwave.app.page import sliders as page_sliders
 from strainwave.app.page.page import POINTS
 from strainwave.app.page.sliders import _quantity, sliders
 from strainwave.app.report.report import write
+from strainwave.app.web.state import first_text
 from strainwave.app.web.views import folded, solved
 from strainwave.base.results import SolveError
 from strainwave.base.units import ARCSEC, RPM
@@ -416,6 +418,15 @@ def test_a_browser_without_vectors_gets_a_sentence(browser, tmp_path):
     page.goto(path.as_uri())
     assert "no WebAssembly with SIMD" in page.inner_text("#said")
     context.close()
+
+
+def test_a_slider_says_what_is_assumed_and_keeps_the_symbol_of_a_gain():
+    text = first_text("CSG-32-120").replace("motor: assumed, ", "")
+    labels = {one.name: one.label for one in sliders(from_text(text, Path("axis.yaml")))[1]}
+    assert labels["motor.loop.T_n"] == "motor loop T_n"
+    assert labels["motor.inertia"] == "motor inertia"
+    assert labels["load.inertia"] == "load inertia (assumed)"
+    assert labels["damping.B"] == "damping B (assumed)"
 
 
 @NODE

@@ -124,10 +124,12 @@ def sliders(project: Project) -> tuple[Project, list[Slider], list[Any]]:
         base = replaced(base, {LOAD: _quantity(factor * value, unit)})
     content = read(base.text).content
     moved: list[tuple[Slider, set[int]]] = []
+    assumed = {one.name for one in (*project.sources, *base.sources) if one.word == "assumed"}
     for name in dict.fromkeys([*numbers_of(content), *names]):
         one = None if name.endswith(LEFT_OUT) else _slider(base, content, name)
         if one is not None:
-            moved.append(one)
+            label = one[0].label + (" (assumed)" if name in assumed else "")
+            moved.append((one[0]._replace(label=label), one[1]))
     while True:
         rows = [row for row, _ in moved]
         terms = [term for places, group in _groups(moved) for term in _terms(base, rows, group, places)]
@@ -254,9 +256,9 @@ def _with(project: Project, changes: dict[Slider, float]) -> OnPage:
 
 
 def _label(name: str) -> str:
-    """A name as a person reads it: "kinematic error 1 amplitude" for the first one."""
-    words = name.removeprefix("excitation.").replace("_", " ").split(".")
-    return " ".join(str(int(word) + 1) if word.isdigit() else word for word in words)
+    """A name as a person reads it: "kinematic error 1 amplitude" for the first one; a symbol, as K_p, stays."""
+    words = [int(word) + 1 if word.isdigit() else word for word in name.removeprefix("excitation.").split(".")]
+    return " ".join(word if word[:1].isupper() else word.replace("_", " ") for word in map(str, words))
 
 
 def _quantity(value: float, unit: str) -> str:
