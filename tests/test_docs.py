@@ -135,6 +135,7 @@ def test_the_table_of_verbs_has_verbs_and_commands():
     assert len(rows) == page("which-verb.md").count("\n| ") - 1 >= 20
     assert {verb for verb, _ in rows} - {*PUBLIC, "project.response", "write"} == set()
     assert {command for _, command in rows if command} - set(COMMANDS) == set()
+    assert [verb for verb, _ in rows if f"{verb}`" not in sw.__doc__] == []  # `help(sw)` has them too
 
 
 @pytest.mark.slow

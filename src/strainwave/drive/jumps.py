@@ -211,7 +211,8 @@ def jumps(branch: Branch) -> Jumps:
     Returns
     -------
     Jumps
-        Jump frequencies to the accuracy of the folds, and the points that each sweep visits.
+        `jump_up` and `jump_down`, values of the branch's parameter (speed [rad/s]) to the accuracy of the folds; nan
+        without a jump. `run_up` and `run_down`, the points of the branch that each sweep visits, in order.
 
     Raises
     ------

@@ -153,6 +153,8 @@ def standstill(project: Any) -> Standstill:
     Returns
     -------
     Standstill
+        `sag` of the motor and `error` of the load, least and largest [rad, output side]; `period` [s] and `size` [rad,
+        0-to-peak] of hunting.
 
     Raises
     ------

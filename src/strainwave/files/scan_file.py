@@ -86,7 +86,7 @@ def read_scan(
     Returns
     -------
     ScanFile
-        In rad.
+        `angle`, ascending, `error` and `backward` (None without that column): (n,) arrays [rad].
 
     Raises
     ------

@@ -81,6 +81,8 @@ def read_frd(
     Returns
     -------
     MeasuredBode
+        Frequencies `omega` [rad/s], ascending, and the response `value`, (n,) arrays, complex: motor speed over its
+        torque [rad/(N*m*s)], or a loop gain [1], as `quantity` says.
 
     Raises
     ------

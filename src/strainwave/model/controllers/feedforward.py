@@ -242,6 +242,8 @@ def shaped(motion: Any, frequency: float, damping: float = 0.0, *, kind: str = "
     Returns
     -------
     Shaped
+        A reference motion: `value` [rad], `slope` [rad/s] and `curvature` [rad/s^2] at a time [s]. It stands wherever
+        `motion` does.
 
     Raises
     ------

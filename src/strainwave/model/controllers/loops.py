@@ -342,6 +342,7 @@ def notch(loop: Any, frequency: float, period: float, *, width: float = 0.5, dep
     Returns
     -------
     Notch
+        A controller with the torque [N*m] of `loop` behind the filter; it stands wherever `loop` does.
 
     Raises
     ------

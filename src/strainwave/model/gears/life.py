@@ -29,7 +29,7 @@ def bearing_life(gear: Gear, average_torque: float, average_speed: float) -> flo
     Returns
     -------
     float or None
-        None where the record has no rated torque, or nothing turns under torque.
+        Hours; None where the record has no rated torque, or nothing turns under torque.
 
     Raises
     ------

@@ -150,7 +150,7 @@ def gravest(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
 
 @typed
 def cubic_mean(torque: Any, weights: Any = None) -> float:
-    """Mean that a bearing's life goes by: the cube root of the mean of |T|^3.
+    """Mean torque [N*m] that a bearing's life goes by: the cube root of the mean of |T|^3.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     Returns
     -------
     Backbone
-        With one point for each amplitude that has a free vibration.
+        `amplitude` [rad] and `omega` [rad/s], (n,) arrays: one point for each amplitude that has a free vibration.
 
     Raises
     ------

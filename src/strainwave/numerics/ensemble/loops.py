@@ -254,8 +254,8 @@ def loop_ensemble(
     Returns
     -------
     LoopEnsemble
-        `mean`, `rms` and `peak` of the error [rad], `torque_rms` and `torque_peak` [N*m], amplitudes [rad] of
-        the orders, and `stable`, one entry a lane.
+        `mean`, `rms` and `peak` of the error [rad], `torque_rms` and `torque_peak` [N*m] and `stable`, (lanes,)
+        arrays; `amplitude` [rad, 0-to-peak] and `phase` [rad] of the error, (orders, lanes).
 
     Raises
     ------

@@ -130,7 +130,8 @@ def validity_map(system: Any, resonance: Resonance, speeds: ArrayLike, amplitude
     Returns
     -------
     ValidityMap
-        The error of both orders in the amplitude of the component near omega_0.
+        `error` (2, n, m): relative error of the first and the second order in the amplitude of the component near
+        omega_0, over speeds and amplitudes. `motion` (n, m): that amplitude of the true motion [rad, 0-to-peak].
 
     Raises
     ------

@@ -232,8 +232,9 @@ def efficiency(train: Any, torque: ArrayLike, speed: ArrayLike) -> Efficiency:
     Returns
     -------
     Efficiency
-        `driving` and `back_driving` efficiency (speeds, loads; numbers up to 1), and the `back_driving_torque`
-        [N*m, output side].
+        Efficiencies `driving` and `back_driving`, (speeds, loads) arrays of shares up to 1; the second is negative
+        where the load alone does not turn the motor. `back_driving_torque` (speeds,) [N*m, output side] keeps it
+        turning.
 
     Raises
     ------

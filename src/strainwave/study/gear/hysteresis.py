@@ -121,7 +121,19 @@ def _twistable(law: Any) -> Any:
 
 
 def lost_motion(law: Any, rated_torque: float, *, share: float = SMALL_LOOP, speed: float = SPEED) -> float:
-    """Lost motion [rad]: torsion between the ends of a loop at +-share (4 %) of the rated torque [N*m]."""
+    """Lost motion [rad]: torsion from end to end of a slow loop between minus and plus a share of the rated torque.
+
+    Parameters
+    ----------
+    law : torsion law
+        The law; without memory its lost motion is that of its spring.
+    rated_torque : float
+        Rated torque [N*m].
+    share : float
+        Share of it; 4 % is that of the catalogues.
+    speed : float
+        Of the loop, as `hysteresis_loop` takes it.
+    """
     rated = number("rated_torque [N*m]", rated_torque, positive=True)
     return hysteresis_loop(law, number("share", share, positive=True) * rated, speed=speed).span
 

@@ -96,10 +96,12 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
     Returns
     -------
     list of ParametricResonance
-        By rising speed; those whose centre or unstable range lies in the span, for n up to 4 and pairs of lines. Empty
-        for a stiffness that does not vary, and for a mean damping ratio from 0.99 up: nothing vibrates. A forced orbit
-        of large amplitude has multipliers of its own: see `frequency_response`, whose `doublings` (odd m) and
-        `branch_points` (even m) are the edges of the tongues on it.
+        Each with its centre `omega` and the edges `low` and `high` of its unstable range [rad/s], whether it is
+        `unstable`, and the `damping_needed` against the `damping_ratio`. By rising speed; those whose centre or
+        unstable range lies in the span, for n up to 4 and pairs of lines. Empty for a stiffness that does not
+        vary, and for a mean damping ratio from 0.99 up: nothing vibrates. A forced orbit of large amplitude has
+        multipliers of its own: see `frequency_response`, whose `doublings` (odd m) and `branch_points` (even m)
+        are the edges of the tongues on it.
 
     Raises
     ------

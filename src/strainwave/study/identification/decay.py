@@ -243,8 +243,8 @@ def fit_decay(time: Any, value: Any, system: Any, *, free: Sequence[str] = ("B",
     Returns
     -------
     DecayFit
-        `system` with the numbers found, in SI; `value(path)` and `interval(path)`; frequency `omega` [rad/s]
-        and decay `rate` [1/s] over the `amplitude` [rad].
+        `system` with the numbers found, in SI; `value(path)` and `interval(path)`; measured in each window, (windows,)
+        arrays: frequency `omega` [rad/s], decay `rate` [1/s] and `amplitude` [rad, 0-to-peak].
 
     Raises
     ------

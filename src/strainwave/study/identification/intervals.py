@@ -201,6 +201,7 @@ def spread(jacobian: Floats, residual: Floats, records: Any = None) -> Spread:
     Returns
     -------
     Spread
+        `covariance` (p, p) in the units of the parameters; `freedom` (p,), degrees of freedom of its diagonal.
 
     Raises
     ------

@@ -155,9 +155,10 @@ def passage(
     Returns
     -------
     Passage or Passages
-        For one rate the history, the largest amplitude, jumps and settling time. For an array one of these at every
-        rate, and the rate above which the drive passes without a jump. A linear law has an exact formula at both
-        orders.
+        For one rate the history `t` [s], `omega` [rad/s] and `amplitude` [rad, 0-to-peak], (n,) arrays; the `largest`
+        amplitude, the `jumps`, and the time of `settling` [s]. For an array `passages`, one of these at every rate,
+        and `rate_without_jump` [rad/s^2], above which the drive passes without a jump. A linear law has an exact
+        formula at both orders.
 
     Raises
     ------

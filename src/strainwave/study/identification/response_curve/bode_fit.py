@@ -223,6 +223,8 @@ def fit_bode(
     Returns
     -------
     BodeFit
+        `values`, the numbers found, in SI (J_m, J_l, K, B, delay, gain); `covariance` (p, p) of the free ones;
+        responses `computed` with them and `model` of the drive as it is, complex (n,) arrays.
 
     Raises
     ------
