@@ -179,10 +179,9 @@ def _error(panel: Panel, project: Project | None, drive: DriveResponse, extras: 
     smooth = fine(drive)
     for case in extras.cases:
         curve = fine(case.drive).curve
-        name = f"load torque {number(extras.cases[0].torque)} to {number(extras.cases[-1].torque)} N·m"
-        panel.parted(curve.omega, curve.oscillation, True, ORANGE, name, widths=(1.0, 1.0), keep=curve.stable)
-    name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if project and extras.cases else "")
-    draw_exact(panel, name, smooth.curve.omega, smooth.curve.oscillation, smooth.curve.stable)
+        _case(panel, extras, curve.omega, curve.oscillation, curve.stable)
+    name, curve = _method(project, drive, extras), smooth.curve
+    draw_exact(panel, name, curve.omega, curve.oscillation, curve.stable)
     for motions, marker in ((extras.run.up, "^"), (extras.run.down, "v")) if extras.run is not None else ():
         good = [m for m in motions if m.status]
         heights = [float(np.max(np.abs(m.x - np.mean(m.x[:-1])))) for m in good]
@@ -205,6 +204,17 @@ def _error(panel: Panel, project: Project | None, drive: DriveResponse, extras: 
         panel.upright(limit / project.speeds.scale, BLACK, f"largest input speed of {gear.name}", DOTS, 1.6)
 
 
+def _case(panel: Panel, extras: Drawn, x: Floats, y: Floats, stable: Any) -> None:
+    """Stable motions under another torque of the load."""
+    name = f"load torque {number(extras.cases[0].torque)} to {number(extras.cases[-1].torque)} N·m"
+    panel.parted(x, y, True, ORANGE, name, widths=(1.0, 1.0), keep=stable)
+
+
+def _method(project: Project | None, drive: DriveResponse, extras: Drawn) -> str:
+    """Name of the curve of the drive, with the torque of the load where there are others."""
+    return drive.method + (f" at {number(project.mean_load_torque)} N·m" if project and extras.cases else "")
+
+
 def _nearest(drive: DriveResponse, omega: float, peak: float) -> int:
     """Number of the motion next to a speed [rad/s] and a largest |error| [rad]."""
     return int(np.argmin(np.abs(drive.omega / omega - 1.0) + np.abs(drive.peak - peak) / np.max(drive.peak)))
@@ -213,8 +223,8 @@ def _nearest(drive: DriveResponse, omega: float, peak: float) -> int:
 def _torque(panel: Panel, project: Project | None, drive: DriveResponse, extras: Drawn) -> None:
     for case in extras.cases:
         response = case.drive
-        panel.parted(response.omega, response.torque, True, ORANGE, widths=(1.0, 1.0), keep=response.stable)
-    panel.parted(drive.omega, drive.torque, drive.stable, widths=(2.2, 1.9))
+        _case(panel, extras, response.omega, response.torque, response.stable)
+    draw_exact(panel, _method(project, drive, extras), drive.omega, drive.torque, drive.stable)
     if project is None or project.gear is None:
         return
     top = max(float(np.max(case.torque)) for case in (drive, *(case.drive for case in extras.cases)))

@@ -25,6 +25,11 @@ class Mine:
         return dict(self.given) if self.given == () else self.given
 
 
+def test_a_sentence_of_the_page_has_units_as_they_are_printed():
+    section = Mine(sentences=("0.3 N*m*s/rad on 2 kg*m^2, `--loads -4:4`",))
+    assert asked(section, VIEW).sentences == ["0.3 N·m·s/rad on 2 kg·m², `--loads -4:4`"]
+
+
 @pytest.mark.parametrize(
     ("sections", "sentence"),
     [

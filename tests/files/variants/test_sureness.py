@@ -104,6 +104,12 @@ def test_speeds_without_a_stable_motion_are_left_out_of_the_band(held):
     assert sure.doubts[1].names == ("excitation.kinematic_error.0.amplitude",)  # a line of zero has no range
 
 
+def test_each_panel_alone_names_the_curve_of_the_drive(held):
+    whole = held.response(coexisting=False, points=POINTS)
+    error, torque = ({curve.label for curve in panel.curves} for panel in drive_panels(whole, held))
+    assert {name for name in error if "stable" in name} == {name for name in torque if "stable" in name} != set()
+
+
 def test_a_drive_that_cannot_be_computed_leaves_no_doubt(held):
     def none(_):
         raise SolveError("no motion")

@@ -3,6 +3,7 @@
 The functions below are the only place that asks a section for what it may have.
 """
 
+import re
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -12,6 +13,8 @@ from ...base.protocols import need
 from ...base.quantities import shown
 from ..console import number, plain
 from ..view import View
+
+PRODUCT = re.compile(r"(?<=[A-Za-z])\*(?=[A-Za-z])")  # of units, which sentences for the terminal write as N*m
 
 DEFAULT = Path(__file__).with_name("section.html.j2")
 
@@ -105,4 +108,5 @@ def _texts(section: Section, method: str, view: View) -> list[str]:
     mark, kind = ("<svg", "texts of SVG") if method == "figures" else ("", "texts")
     if not all(isinstance(text, str) and mark in text for text in texts):
         raise TypeError(f"{type(section).__name__}.{method} gives {shown(content)}; it must be a list of {kind}")
-    return list(view.told(texts))
+    texts = view.told(texts)
+    return texts if mark else [PRODUCT.sub("·", text).replace("m^2", "m²") for text in texts]

@@ -240,7 +240,10 @@ def about_appendix(view: View) -> str:
         reduction(view),
         "a motor driven by torque" if view.project.motor == "free" else "an ideally held motor",
     )
-    said = f"All of it is about the error equation, with {motor} and a rigid load, not about the whole drive."
+    said = (
+        f"Resonances, single speeds and stability are about the error equation, with {motor} and a rigid load, not "
+        "about the whole drive."
+    )
     return f"{said} {view.told(found['sentence'])}" if found else said
 
 
