@@ -27,6 +27,14 @@ def test_the_answer_stays_in_sight_at_every_slider(page, width, height):
     assert not last.is_visible()  # the stiffnesses of the catalogue are folded
 
 
+def test_a_phone_shows_the_whole_answer_with_gravity_and_what_is_assumed(page):
+    page.set_viewport_size({"width": 375, "height": 812})
+    page.locator("#part-gravity").click()
+    said(page, "gives the verdict")
+    said(page, "How sure")
+    assert page.evaluate("() => answer.scrollHeight <= answer.clientHeight")
+
+
 def test_a_mark_on_a_slider_is_the_value_that_meets_the_limit(held_page):
     page = held_page
     assert largest(page) > 130
