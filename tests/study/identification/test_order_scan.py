@@ -255,3 +255,13 @@ def test_a_frequency_next_to_an_order_of_one_run_is_told_from_it(beside):
     assert [line.kind for line in found.lines] == ["order", "order", "frequency"]
     assert found.lines[2].frequency == pytest.approx(f, abs=1e-2)
     assert found.lines[1].amplitude == pytest.approx(5e-5, rel=0.01)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 19])
+def test_strong_lines_beside_an_order_of_the_wave_generator_are_not_taken_for_it(seed):
+    rng = np.random.default_rng(seed)
+    turns, angle = 60.0, np.linspace(0.0, 2.0 * np.pi * 60.0, 6000)
+    beside = [2.0 + shift / turns for shift in (-3.0, -1.5, 1.5, 3.0)]
+    value = sum(2e-5 * np.cos(k * angle + i) for i, k in enumerate(beside, start=0)) + 1e-6 * rng.normal(size=6000)
+    found = sw.order_scan([sw.Run(np.linspace(0.0, 6.0, 6000), angle, value, "rad")], highest=6.0)
+    assert [line.order for line in found.lines] == pytest.approx(beside, abs=0.02 / turns)

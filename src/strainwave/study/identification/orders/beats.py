@@ -77,15 +77,22 @@ class Around:
         Lines that are taken out.
     floor : sequence of (float, float)
         For each run the variance of the noise there, and how many values it is from.
+    loose : bool
+        Whether neighbours may be a little beside their places: what they leave is then not taken for a line.
     """
 
     def __init__(
-        self, runs: Sequence[Run], places: Floats, neighbours: Sequence[FoundLine], floor: Sequence[tuple[float, float]]
+        self,
+        runs: Sequence[Run],
+        places: Floats,
+        neighbours: Sequence[FoundLine],
+        floor: Sequence[tuple[float, float]],
+        loose: bool = False,
     ) -> None:
         self.runs, self.places, self.floor = runs, places, floor
         self.freedom = min(freedom for _, freedom in floor)
         lowest = float(np.min(places))
-        self.nuisances = [_columns(run, neighbours, lowest) for run in runs]
+        self.nuisances = [_columns(run, neighbours, lowest, loose) for run in runs]
         self.values = [without(q, run.value) for q, run in zip(self.nuisances, runs, strict=True)]
         self.grams, self.parts = [], []
         for run, nuisance, value in zip(runs, self.nuisances, self.values, strict=True):
@@ -152,8 +159,13 @@ def _waves(x: Floats, places: Floats) -> Floats:
 
 
 def _around(
-    runs: Sequence[Run], places: Floats, neighbours: Sequence[FoundLine], order: float, pairs: int = 0
-) -> Around:  # fmt: skip
+    runs: Sequence[Run],
+    places: Floats,
+    neighbours: Sequence[FoundLine],
+    order: float,
+    pairs: int = 0,
+    loose: bool = False,
+) -> Around:
     """Places around an order: the first ones of pairs, and others that are apart from the neighbours."""
     turns = [line.place for line in neighbours if line.kind != "frequency"]
     standing = [line.place for line in neighbours if line.kind == "frequency"]
@@ -165,7 +177,7 @@ def _around(
     floors = [fit_run(run, orders, 0.0, top, standing).floor for run in runs]
     estimates = [floor.estimates(order) for floor in floors]
     noise = [(0.25 * len(run.time) * float(m[0]), float(f[0])) for run, (m, f) in zip(runs, estimates, strict=True)]
-    return Around(runs, places[free], neighbours, noise)
+    return Around(runs, places[free], neighbours, noise, loose)
 
 
 def completed(
@@ -204,8 +216,8 @@ def _tried(
     group = _group(order, two, turns)
     if group:
         places, reach = np.array(list(group.values())), 0.0
-    around = _around(runs, places, lines, order, len(group))
-    alone = around.sure(float(around.gains(np.array([[int(np.argmin(np.abs(places - order)))]]))[0]))
+    around = _around(runs, places, lines, order, len(group), loose=True)
+    alone = around.sure(float(around.gains(np.array([[int(np.argmin(np.abs(around.places - order)))]]))[0]))
     alarm = chance_of(alone, trials, len(runs), between=False)
     if len(places) > 1:
         both = around.sure(float(np.max(around.gains(_twos(around, order)))))
@@ -272,10 +284,12 @@ def _misfit(runs: Sequence[Run], lines: Sequence[FoundLine]) -> float:
     return sum(len(rest) * math.log(max(float(rest @ rest), 1e-300)) for rest in left)
 
 
-def _columns(run: Run, lines: Sequence[FoundLine], lowest: float) -> Floats:
-    """Slow parts, cosines and sines (n, m) of lines."""
+def _columns(run: Run, lines: Sequence[FoundLine], lowest: float, loose: bool = False) -> Floats:
+    """Slow parts, cosines and sines (n, m) of lines; with what they change by where their places do, if loose."""
     turns = [2.0 * np.pi * run.time if line.kind == "frequency" else run.angle for line in lines]
     waves = [_waves(x - x[0], np.array([line.place])) for line, x in zip(lines, turns, strict=True)]
+    if loose:
+        waves += [(x - x[0])[:, None] / np.ptp(x) * wave for x, wave in zip(turns, waves, strict=True)]
     return np.column_stack([slow_columns(run, lowest), *waves])
 
 
