@@ -148,14 +148,21 @@ def largest_of_samples(values: NDArray[np.float64]) -> NDArray[np.float64]:
     That is the vertex of the parabola through the largest sample and those beside it, or that sample where the bends
     there and next to it differ by more than a factor of 2, as beside a jump or a corner.
     """
-    return np.array([largest_sample(sizes) for sizes in np.abs(values)])
+    sizes = np.abs(values)
+    places = np.argmax(sizes, axis=1)[:, None] + np.arange(-2, 3)
+    around = np.take_along_axis(sizes, places % sizes.shape[1], axis=1)
+    return np.array([_vertex(*five) for five in around.tolist()])
 
 
 @kernel
 def largest_sample(sizes: Any) -> float:
     """Largest of samples (places,), as `largest_of_samples` has it."""
     i, n = int(np.argmax(sizes)), len(sizes)
-    a, b, c, d, e = sizes[i - 2], sizes[i - 1], sizes[i], sizes[i + 1 - n], sizes[i + 2 - n]
+    return _vertex(sizes[i - 2], sizes[i - 1], sizes[i], sizes[i + 1 - n], sizes[i + 2 - n])
+
+
+@kernel
+def _vertex(a: float, b: float, c: float, d: float, e: float) -> float:
     left, bend, right = 2.0 * b - a - c, 2.0 * c - b - d, 2.0 * d - c - e
     low, high = min(left, bend, right), max(left, bend, right)
-    return float(c + (d - b) ** 2 / (8.0 * bend) if low > 0.0 and high <= 2.0 * low else c)
+    return c + (d - b) ** 2 / (8.0 * bend) if low > 0.0 and high <= 2.0 * low else c
