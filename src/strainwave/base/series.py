@@ -115,10 +115,7 @@ def highest_in(arc: Any, series: Any, waves: Any, low: float, high: float, from_
     for _ in range(2):
         for j in range(LOOKED):
             places[j] = low + (high - low) * j / (LOOKED - 1)
-            rows[j] = 0.0
-            weights = weights_at(arc, places[j])
-            for a in range(len(arc)):
-                rows[j] += weights[a] * series[a]
+            interpolate(arc, places[j], series, rows[j])
             if from_mean:
                 rows[j, 0] = 0.0
         largest_in(rows, waves, values)
@@ -129,6 +126,20 @@ def highest_in(arc: Any, series: Any, waves: Any, low: float, high: float, from_
         peak[0], peak[1] = places[best] + 0.25 * rise * (high - low) / bend, values[best] - rise * rise / (8.0 * bend)
     else:
         peak[0], peak[1] = places[best], values[best]
+
+
+def _interpolate_loops(arc: Any, place: float, series: Any, values: Any) -> None:
+    weights = weights_at(arc, place)
+    for i in range(len(values)):
+        values[i] = 0.0
+        for a in range(len(arc)):
+            values[i] += weights[a] * series[a, i]
+
+
+@kernel_as(_interpolate_loops)
+def interpolate(arc: Any, place: float, series: Any, values: Any) -> None:
+    """Write values (m,) at a place of the polynomial through series (n, m) at places (n,) of an arc."""
+    values[:] = weights_at(arc, place) @ series
 
 
 @kernel

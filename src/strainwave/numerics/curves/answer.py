@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Floats
-from ...base.series import highest_in, largest_in, largest_sample, weights_at
+from ...base.series import highest_in, interpolate, largest_in, largest_sample
 from ...compile.jit import kernel, routine
 from ..addressed import torques
 from ..balance.condensed.gear import sample_error
-from ..balance.linear_algebra import add, copy, dot, fill, row_times
+from ..balance.linear_algebra import copy, dot, fill, row_times
 from ..balance.truncation import MATTERS
 from ..continuation.arc_length import ROWS, SCALE, Z1, follow
 from ..continuation.trace import AIM, LEAST, MEAN, ONE, REACH, ROUNDS, SAME, SETTLED, apart, put_in_order
@@ -136,15 +136,13 @@ def crest_at(
             copy(series[j], series[m])
             arc[m], m = arc[j], m + 1
         last = arc[j]
-    row, value, point = np.empty((1, errors.shape[1])), np.empty(1), np.empty(n)
+    row, value, point, guess = np.empty((1, errors.shape[1])), np.empty(1), np.empty(n), np.empty(n)
     for _ in range(ROUNDS):
         highest_in(arc[:m], series[:m], waves, low, high, from_mean, peak)
         s, top = peak[0], peak[1]
         if top - size <= SETTLED * top or not low < s < high or np.min(np.abs(arc[:m] - s)) <= least:
             break
-        weights, guess = weights_at(arc[:m], s), np.zeros(n)
-        for j in range(m):
-            add(weights[j], window[j], guess)
+        interpolate(arc[:m], s, window[:m], guess)
         if not solved_at(equations, guess, point) or np.sum(((point - guess) * scale) ** 2) ** 0.5 > 0.1 * reach:
             break
         displaced(problem, drive, point, row[0])
@@ -260,6 +258,7 @@ def passing(
     """Speed at which the curve passes a limit of the oscillation between points i and i + 1; by false position."""
     n, first, last = points.shape[1], max(i - 1, 0), min(i + 3, count)
     arc, row, value, point = np.zeros(last - first), np.empty((1, len(waves) + 1)), np.empty(1), np.empty(n)
+    guess = np.empty(n)
     for j in range(first + 1, last):
         arc[j - first] = arc[j - first - 1] + apart(points[j], points[j - 1])
     low, high, side = arc[i - first], arc[i - first + 1], 0
@@ -268,9 +267,7 @@ def passing(
     speed = curve[i, OMEGA] + before / (before - after) * (curve[i + 1, OMEGA] - curve[i, OMEGA])
     for _ in range(MOST_TRIES):
         s = (low * after - high * before) / (after - before)
-        weights, guess = weights_at(arc, s), np.zeros(n)
-        for j in range(first, last):
-            add(weights[j - first], points[j], guess)
+        interpolate(arc, s, points[first:last], guess)
         if not solved_at(equations, guess, point) or apart(guess, point) > reach:
             break
         displaced(problem, drive, point, row[0])
