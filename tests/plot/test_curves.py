@@ -1,6 +1,8 @@
 """Figures of curves and motions show the numbers of the results, stable and unstable parts apart."""
 
 import builtins
+import subprocess
+import sys
 
 import matplotlib
 import numpy as np
@@ -90,3 +92,13 @@ def test_a_drive_has_its_torque_below_the_oscillation_over_the_same_speeds(axes)
     assert below.get_xlabel() == "speed of the base angle (rpm)"
     stable = [line.get_linestyle() == "-" for line in below.lines]
     assert stable == [bool(part[0]) for part in np.split(found.stable, np.flatnonzero(np.diff(found.stable)) + 1)]
+
+
+def test_a_report_draws_the_bode_plot_of_a_drive_without_what_other_figures_load():
+    code = (
+        "import sys, strainwave as sw, strainwave.app.report.report\n"
+        "assert len(sw.bode(sw.HDC_40_050.train(), [1.0, 2.0]).panels()) == 2\n"
+        "print(sorted({'scipy', 'xarray', 'strainwave.plot.every_figure'} & set(sys.modules)))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from ..base.results import Branch, Floats, Orbit, Trajectory
 from ..drive.jumps import Jumps
-from ..drive.loop_margin import Bode
 from ..drive.run import DriveRun
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
@@ -18,10 +17,9 @@ from ..sample.result import Variability
 from ..study.analysis.validity import LEVELS, ORDERS, ValidityMap
 from ..theory.slow_flow.results import SlowResponse
 from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PALE, PINK
-from .panels import TIME, Axis, Cells, Note, Panel, angle, angle_unit, panels_of
+from .panels import HERTZ, TIME, Axis, Cells, Note, Panel, angle, angle_unit, panels_of
 
 SAMPLES = 16  # of an orbit, per harmonic
-HERTZ = Axis("frequency", "Hz", 2.0 * np.pi)
 
 # of a basin: neighbours in this list differ in lightness, too, so that they are told apart in print without colour
 BASIN = ("#cfe6f5", "#d9822b", "#00664b", "#e3c93b", "#9a5a86", "#1f63a8")
@@ -104,20 +102,6 @@ def slow_response_panels(response: SlowResponse) -> list[Panel]:
     for branch in response.branches:
         panel.parted(branch.omega, branch.amplitude, branch.stable, label="amplitude of the slow flow")
     return [panel]
-
-
-@panels_of.register
-def bode_panels(bode: Bode) -> list[Panel]:
-    """Magnitude and phase of the speeds of motor and load over a torque; a held motor has none."""
-    ends, title = (float(bode.omega[0]), float(bode.omega[-1])), f"torque on the {bode.source}"
-    size = Panel(title, HERTZ, Axis("speed per torque", "dB re 1 rad/(N*m*s)"), xlim=ends, xlog=True)
-    phase = Panel("", HERTZ, Axis("phase", "deg"), xlim=ends, xlog=True, ystep=90.0)
-    if np.any(bode.motor):
-        size.line(bode.omega, bode.decibels("motor"), BLUE, "motor speed")
-        phase.line(bode.omega, bode.degrees("motor"), BLUE, "motor speed")
-    size.line(bode.omega, bode.decibels("load"), ORANGE, "load speed", DASHES)
-    phase.line(bode.omega, bode.degrees("load"), ORANGE, "load speed", DASHES)
-    return [size, phase]
 
 
 @panels_of.register

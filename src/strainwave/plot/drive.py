@@ -1,4 +1,4 @@
-"""The figure of a drive: oscillation of its error and torque in its gear against speed; several drives side by side.
+"""Figures of a drive: oscillation of its error and torque in its gear against speed, several drives side by side; Bode.
 
 The mean of the error, its static wind-up, is left out: it stands beside the figure. Stable parts are full lines,
 unstable ones dashed. Curves have more points than were computed: between those their harmonics follow a smooth curve.
@@ -16,6 +16,7 @@ from ..base.sentences import number
 from ..base.units import RPM, Speeds
 from ..drive.asked import PEAK, RMS, MotorLimits
 from ..drive.drive_response import DriveResponse
+from ..drive.loop_margin import Bode
 from ..drive.project import Project
 from ..numerics.balance.fourier import synthesis, to_blocks
 from ..study.analysis.analysis import Analysis
@@ -23,7 +24,7 @@ from ..study.analysis.avoid import Avoid, LoadCase
 from ..study.analysis.in_time import RunUp
 from ..study.analysis.resonances import Regime
 from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE
-from .panels import Arrow, Axis, Note, Panel, angle, panels_of
+from .panels import HERTZ, Arrow, Axis, Note, Panel, angle, panels_of
 
 SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open
 HEIGHT = 290.0  # of a panel [px]
@@ -284,3 +285,17 @@ def comparison_panels(
         panel.level(known.pop(), GREY, "limit", "8 4")
     panel.fit()
     return [panel]
+
+
+@panels_of.register
+def bode_panels(bode: Bode) -> list[Panel]:
+    """Magnitude and phase of the speeds of motor and load over a torque; a held motor has none."""
+    ends, title = (float(bode.omega[0]), float(bode.omega[-1])), f"torque on the {bode.source}"
+    size = Panel(title, HERTZ, Axis("speed per torque", "dB re 1 rad/(N*m*s)"), xlim=ends, xlog=True)
+    phase = Panel("", HERTZ, Axis("phase", "deg"), xlim=ends, xlog=True, ystep=90.0)
+    if np.any(bode.motor):
+        size.line(bode.omega, bode.decibels("motor"), BLUE, "motor speed")
+        phase.line(bode.omega, bode.degrees("motor"), BLUE, "motor speed")
+    size.line(bode.omega, bode.decibels("load"), ORANGE, "load speed", DASHES)
+    phase.line(bode.omega, bode.degrees("load"), ORANGE, "load speed", DASHES)
+    return [size, phase]

@@ -18,8 +18,7 @@ from ..study.identification.response_curve.bode_fit import BodeFit
 from ..study.identification.response_curve.measured_bode import Complexes, MeasuredBode
 from ..study.identification.response_curve.response_fit import ResponseFit
 from .colours import BLACK, BLUE, DASHES, GREY, ORANGE, PALE
-from .curves import HERTZ
-from .panels import TIME, Axis, Note, Panel, angle, panels_of
+from .panels import HERTZ, TIME, Axis, Note, Panel, angle, panels_of
 
 TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
 REACH = 1.96  # standard errors of an interval of 95 %

@@ -46,6 +46,7 @@ class Axis(NamedTuple):
 
 MOTOR = Axis("motor speed", "rpm", RPM)
 TIME = Axis("time", "s")
+HERTZ = Axis("frequency", "Hz", 2.0 * np.pi)
 
 
 def angle_unit(values: ArrayLike) -> tuple[str, float]:
