@@ -271,8 +271,9 @@ def test_without_a_stable_motion_in_the_range_there_is_no_sweep():
         sw.jumps(drawn([(3, 1, False), (2, 2, True), (0, 3, False), (7, 4, False)]))
 
 
-@pytest.mark.parametrize("branch", [None, 3.0, sw.Branch, sw.find_orbit(HARDENING)])
-def test_what_is_no_branch_is_refused_in_one_sentence(branch):
+@pytest.mark.parametrize("thing", [None, 3.0, sw.Branch, "orbit"])
+def test_what_is_no_branch_is_refused_in_one_sentence(thing):
+    branch = sw.find_orbit(HARDENING) if thing == "orbit" else thing  # not while tests are collected
     with pytest.raises(
         TypeError, match=r"^the branch is .*; give what frequency_response or parameter_response"
     ) as error:

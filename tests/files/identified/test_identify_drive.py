@@ -153,7 +153,7 @@ def test_names_of_the_file_are_paths_of_the_train(name, path, tmp_path):
         ({}, {"load_angle": None}, None, "log has no channel 'load_angle'; it has time, motor_angle"),
         ({}, {"load_angle": np.zeros(7)}, None, "motor_angle has 2000 samples and load_angle 7"),
         ({}, {"load_angle": np.full(2000, np.nan)}, None, "no two samples in common"),
-        ({}, {"load_angle": 0.5 * measured()["load_angle"]}, None, "no gear of ratio 100"),
+        ({}, {"load_angle": lambda: 0.5 * measured()["load_angle"]}, None, "no gear of ratio 100"),
         ({}, {}, ("motor.inertia",), "'motor.inertia' is no number that the angles of motor and load tell; those are"),
         ({}, {}, ("gear.K9",), "'gear.K9' is no number"),
         ({}, {}, (), "free"),
@@ -169,6 +169,7 @@ def test_what_the_log_or_the_drive_does_not_allow_is_one_sentence(change, log, f
     text = PROJECT
     for old, new in change.items():
         text = text.replace(old, new)
+    log = {name: values() if callable(values) else values for name, values in log.items()}
     channels = {name: values for name, values in (measured() | log).items() if values is not None}
     with pytest.raises(ValueError, match=said):
         sw.identify_drive(from_text(text, tmp_path / "axis.yaml"), channels, free)
