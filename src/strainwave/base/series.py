@@ -137,7 +137,7 @@ def _interpolate_loops(arc: Any, place: float, series: Any, values: Any) -> None
 
 
 @kernel_as(_interpolate_loops)
-def interpolate(arc: Any, place: float, series: Any, values: Any) -> None:
+def interpolate(arc: NDArray[np.float64], place: float, series: Any, values: NDArray[np.float64]) -> None:
     """Write values (m,) at a place of the polynomial through series (n, m) at places (n,) of an arc."""
     values[:] = weights_at(arc, place) @ series
 

@@ -1,10 +1,17 @@
 """All figures of results, which register themselves: `panels_of` loads them for a class that it does not know yet."""
 
+from collections.abc import Iterator
 from types import ModuleType
 
-from . import compensation, curves, drive, fits, studies
 
+def figures() -> Iterator[tuple[ModuleType, ...]]:
+    """Load the modules of the figures, those last that need the most."""
+    from . import compensation, curves, drive
 
-def figures() -> tuple[ModuleType, ...]:
-    """Return the modules of the figures."""
-    return compensation, curves, drive, fits, studies
+    yield compensation, curves, drive
+    from . import studies
+
+    yield (studies,)
+    from . import fits
+
+    yield (fits,)

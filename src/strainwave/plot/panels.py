@@ -246,7 +246,9 @@ def placed_above(
 @singledispatch
 def panels_of(result: object) -> list[Panel]:
     """Panels of the figure of a result, from top to bottom; none where nothing is drawn of it."""
-    above("figures")  # figures of other classes are loaded where one is drawn: they know all studies
-    function = panels_of.dispatch(type(result))
-    panels: list[Panel] = [] if function is panels_of.dispatch(object) else function(result)
-    return panels
+    for _ in above("figures")():  # where one is drawn: they know all studies
+        function = panels_of.dispatch(type(result))
+        if function is not panels_of.dispatch(object):
+            panels: list[Panel] = function(result)
+            return panels
+    return []
