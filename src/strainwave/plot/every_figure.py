@@ -1,17 +1,16 @@
 """All figures of results, which register themselves: `panels_of` loads them for a class that it does not know yet."""
 
 from collections.abc import Iterator
-from types import ModuleType
 
 
-def figures() -> Iterator[tuple[ModuleType, ...]]:
+def figures() -> Iterator[object]:
     """Load the modules of the figures, those last that need the most."""
     from . import compensation, curves, drive
 
     yield compensation, curves, drive
     from . import studies
 
-    yield (studies,)
+    yield studies
     from . import fits
 
-    yield (fits,)
+    yield fits

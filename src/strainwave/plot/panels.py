@@ -249,6 +249,5 @@ def panels_of(result: object) -> list[Panel]:
     for _ in above("figures")():  # where one is drawn: they know all studies
         function = panels_of.dispatch(type(result))
         if function is not panels_of.dispatch(object):
-            panels: list[Panel] = function(result)
-            return panels
+            return list(function(result))
     return []
