@@ -218,3 +218,21 @@ def test_several_drives_share_gains_and_the_worst_of_them_counts(tuned):
     alone = [both.applied(drive).response(coexisting=False) for drive in (project(), light)]
     assert both.recommended.goals[0] == pytest.approx(max(max(one.oscillation) for one in alone), rel=1e-3)
     assert both.recommended.goals[0] > 0.99 * tuned.recommended.goals[0]
+
+
+@pytest.mark.slow
+def test_of_many_drives_the_worst_counts_and_no_step_is_better():
+    units = [sw.replaced(project(), {"load.inertia": f"{1.2 + 0.1 * i} kg*m^2"}) for i in range(1, 10)]
+    found = sw.tune(project(), goals=("compliance",), units=units)
+    loops = [OpenLoop(drive.train) for drive in (project(), *units)]
+
+    def worst(change):
+        control = sw.train.Lagged(sw.train.SpeedLoop(*np.array(found.recommended.gains) * change), 5e-4)
+        figures = [loop.figures(control_parts(control)) for loop in loops]
+        return max(one.compliance for one in figures), max(one.peak_sensitivity for one in figures)
+
+    best, sensitivity = worst(1.0)
+    assert found.recommended.goals[0] == pytest.approx(best)
+    assert found.recommended.figures.peak_sensitivity == pytest.approx(sensitivity)
+    steps = [np.where(row, 1.0 + size, 1.0) for row in np.eye(2, dtype=bool) for size in (0.05, -0.05, 0.2, -0.2)]
+    assert all(worst(step)[0] > 0.992 * best for step in steps if worst(step)[1] <= 2.0)

@@ -17,6 +17,7 @@ SPREAD, TRIED, STARTS = 400, 12, 3  # points of the box that are linear, of thes
 COARSE, FINE, PROOF = (0.5, 0.2), (0.1, 0.04), (0.2, 0.05, 0.02)  # relative changes of gains
 WORTH, SMALL, GAINED = 0.02, 0.003, 0.008  # of the measure: what a coarse, a fine and a proving step must gain
 INSIDE = 1e-9
+MANY = 8  # drives from which on the points of the box are not all computed to the end, for the front
 
 
 class Search:
@@ -55,11 +56,14 @@ class Search:
         """Best place of all, from the starts and points of the box; the starts have a place in the box."""
         sown = self.low + qmc.Halton(len(self.low), scramble=False).random(SPREAD + 1)[1:] * (self.high - self.low)
         fit = islice((x for x in sown if self.trial.fits(x)), TRIED)
-        ranked = sorted([*starts, *fit], key=self.measure)
+        begins, values = [*starts, *fit], []
+        for x in begins:  # of many drives no more is asked than the first that leaves a place behind
+            enough = len(self.trial.drives) > MANY and len(values) >= STARTS
+            values.append(self.measure(x, sorted(values)[STARTS - 1] if enough else inf))
         places = []
-        for i, x in enumerate(ranked[:STARTS]):
+        for i, place in enumerate(np.argsort(values, kind="stable")[:STARTS]):
             progress(f"descent {i + 1} of {STARTS}", 0.2 + 0.15 * i)
-            places.append(self.descend(x, COARSE, WORTH))
+            places.append(self.descend(begins[place], COARSE, WORTH))
         progress("fine steps", 0.6)
         x = self.descend(min(places, key=self.measure), FINE, SMALL)
         progress("proof", 0.7)
