@@ -95,7 +95,7 @@ def largest_oscillation(
     """
     if isinstance(system, DriveTrain):
         system = at_load(system)
-    problem, found, _, _ = traced_turn(system, speeds, FEW, harmonics, coexisting)
+    problem, found, _, _ = traced_turn(system, speeds, FEW, harmonics, coexisting, truncation=False)
     return crest_in(problem, found, speeds) if len(found.points) else None
 
 

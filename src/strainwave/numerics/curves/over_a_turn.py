@@ -25,13 +25,15 @@ LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of r
 
 
 def traced_turn(
-    system: Any, speeds: tuple[float, float], points: int, fixed: int | None = None, coexisting: bool = True
+    system: Any, speeds: tuple[float, float], points: int, fixed: int | None = None, coexisting: bool = True,
+    truncation: bool = True,
 ) -> tuple[Any, Trace, Tail | None, str]:  # fmt: skip
     """Balance problem and points of a curve, with the harmonics that its first state takes, or those given.
 
     Where motions may be `coexisting` at its ends it passes them, or lists those that it does not.
 
-    What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
+    What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns. Of fixed harmonics
+    the tail is None without `truncation`: what is left out is not looked at.
     """
     leaf, top = leaf_of(system, "omega"), highest_order(system)
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
@@ -60,11 +62,11 @@ def traced_turn(
         MATTERS,
         points,
         coexisting,
-        lambda t: t.share if general or small.hill() else t.worst,
+        (lambda t: t.share if general or small.hill() else t.worst) if truncation else None,
     )
-    if tail is None or g == 1 or not general:
+    if g == 1 or not general:
         return problem, curve, tail, origin
-    return *_whole(problem, curve, g), tail._replace(harmonics=tail.harmonics * g), origin
+    return *_whole(problem, curve, g), tail and tail._replace(harmonics=tail.harmonics * g), origin
 
 
 def repeats(problem: FirstOrder, top: int) -> int:

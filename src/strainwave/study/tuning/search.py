@@ -56,7 +56,8 @@ class Search:
         """Best place of all, from the starts and points of the box; the starts have a place in the box."""
         sown = self.low + qmc.Halton(len(self.low), scramble=False).random(SPREAD + 1)[1:] * (self.high - self.low)
         fit = islice((x for x in sown if self.trial.fits(x)), TRIED)
-        begins, values = [*starts, *fit], []
+        begins: list[Floats] = [*starts, *fit]
+        values: list[float] = []
         for x in begins:  # of many drives no more is asked than the first that leaves a place behind
             enough = len(self.trial.drives) > MANY and len(values) >= STARTS
             values.append(self.measure(x, sorted(values)[STARTS - 1] if enough else inf))
