@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import typed
 from ..base.protocols import with_parts
-from ..base.quantities import LARGEST, number, numbers, shown
+from ..base.quantities import LARGEST, number, numbers
 from ..base.records import Labelled, Result
 from ..base.results import Floats, Orbit, SolveError
 from ..base.sentences import on_screen
@@ -41,8 +41,6 @@ from .state_space import Complexes, driven, state_space, undriven
 
 ROUNDING = 1e-9  # of the largest pole: less growth than this is none
 LEAST, CLOSE = 1e-3, 1e-3  # smallest share of the bandwidth that is tried, and how near the margin is found
-
-SHAFTS = ("motor", "load")
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +116,6 @@ class Bode(Result):
         return on_screen("\n".join([*lines, *(f"  {message}" for message in self.messages[:1])]))
 
     def _of(self, shaft: str) -> Complexes:
-        if shaft not in SHAFTS:
-            raise ValueError(f"shaft is {shown(shaft)}; it must be 'motor' or 'load'")
         return self.motor if shaft == "motor" else self.load
 
 
@@ -172,8 +168,6 @@ def bode(
     grid = numbers("omega", omega)
     if not np.all(grid >= 1.0 / LARGEST):
         raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive, {1.0 / LARGEST:g} up")
-    if source not in SHAFTS:
-        raise ValueError(f"source is {shown(source)}; it must be 'motor' or 'load'")
     if source == "motor" and train.motor.held:
         raise ValueError("a held motor answers no torque; take source='load', or a motor that is free or has a loop")
     linear = state_space(train, at=at, speed=speed)

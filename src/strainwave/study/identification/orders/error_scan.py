@@ -170,10 +170,6 @@ def error_scan(
     """
     if not (isinstance(false_alarm, float | int) and 1e-100 <= false_alarm < 1.0):
         raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability between 0 and 1, such as 0.01")
-    if noise not in ("auto", "white", "autocorrelated"):
-        raise ValueError(f"noise is {shown(noise)}; it must be 'auto', 'white' or 'autocorrelated'")
-    if not isinstance(drift, bool | np.bool_):
-        raise ValueError(f"drift is {shown(drift)}; it must be True or False")
     sign = -1.0 if ate else 1.0
     runs = [_direction("", angle, error, sign)]
     if backward is not None:
