@@ -138,8 +138,6 @@ def experiment(
     TypeError
         If the system does not name its states.
     """
-    if between not in ("band-limited", "linear", "held"):
-        raise ValueError(f"between is {shown(between)}; it must be 'band-limited', 'linear' or 'held'")
     system = checked(system)
     driven = system
     for path in inputs:
