@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .archive import as_file, atomic
 from .arguments import typed
-from .quantities import samples_of
+from .quantities import array_of, whole
 from .records import Labelled, Result
 from .sentences import on_screen
 from .series import oscillation
@@ -214,7 +214,7 @@ class Orbit(Result):
     @typed
     def amplitude(self, k: int) -> float:
         """Amplitude of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
-        x = self.coefficients[:, 0]
+        x, k = self.coefficients[:, 0], whole("k", k)
         if 2 * k >= len(x):
             return 0.0
         return float(np.hypot(x[2 * k - 1], x[2 * k])) if k else float(x[0])
@@ -244,7 +244,7 @@ class Orbit(Result):
 
     def state(self, phase: Floats | float) -> Floats:
         """States (states, ...) at the base phase [rad], for instance the start of a trajectory at phase 0."""
-        angle = samples_of("phase [rad]", phase) / self.period
+        angle = array_of("phase [rad]", phase) / self.period
         k = np.arange(1, len(self.coefficients) // 2 + 1).reshape(-1, *[1] * angle.ndim)
         basis = np.empty((len(self.coefficients), *angle.shape))
         basis[0], basis[1::2], basis[2::2] = 1.0, np.cos(k * angle), np.sin(k * angle)
@@ -333,7 +333,7 @@ class Branch(Result):
     @typed
     def amplitude(self, k: int) -> Floats:
         """Amplitude (n,) of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
-        x = self.coefficients
+        x, k = self.coefficients, whole("k", k)
         if 2 * k >= x.shape[1]:
             return np.zeros(len(x))
         return np.asarray(np.hypot(x[:, 2 * k - 1], x[:, 2 * k])) if k else x[:, 0].copy()

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..base.arguments import refuse
 from ..base.protocols import Law
 from ..base.quantities import checked, interval, number, shown
 from ..base.units import Speeds
@@ -58,6 +59,7 @@ def project_text(
     ValueError
         With what a project file does not hold.
     """
+    refuse("title", title, str)
     if isinstance(source, Project):
         return _of_project(source)
     if not isinstance(source, DriveTrain):

@@ -303,6 +303,8 @@ def order_pair(order: float, N: float) -> tuple[int, int]:
     ValueError
         If the order is no such sum with |k| up to half the ratio.
     """
+    if N > LARGEST_RATIO:
+        raise ValueError(f"the ratio is {N:g}; orders are counted for one of at most {LARGEST_RATIO}")
     for k in sorted(range(-int(0.5 * N), int(0.5 * N) + 1), key=abs):
         j = round(order - k / N)
         if abs(order - j - k / N) <= SAME_ORDER:

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.arguments import refuse
 from ..base.law import breakpoints_of, is_spring, torsion
 from ..base.protocols import Balance, has_jacobian, omega_of, with_parts
 from ..base.quantities import number, numbers, positive_count, shown
@@ -171,6 +172,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
             nearer = y, mapped(y)
         y, after = nearer
     orbit = _sampled(system, y, omega, period, matrix, rtol, status)
+    refuse("throw", throw, bool)
     if throw and not orbit.status:
         raise SolveError(orbit.message)
     return orbit
@@ -310,6 +312,7 @@ def _refined(system: Any, orbit: Orbit, period: int) -> Orbit:
 
 def raised(orbit: Orbit, throw: bool) -> Orbit:
     """Return the orbit, or raise its message if it is none and `throw` is true."""
+    refuse("throw", throw, bool)
     if throw and not orbit.status.found:
         raise SolveError(orbit.message)
     return orbit

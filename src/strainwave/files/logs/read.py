@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.quantities import shown
+from ...base.quantities import number, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
 from ..yaml_text import as_path
@@ -293,7 +293,7 @@ def read_log(
     file, notes = columns_of(path, delimiter, decimal, count)
     log = _log(path, file, columns, units or {}, rate, unwrap, notes)
     if ratio is not None:
-        _check_ratio(path, log, ratio, notes)
+        _check_ratio(path, log, number("ratio", ratio, positive=True), notes)
     log = trimmed(log, trim, notes)
     regular(log, notes)
     return Log(log.time, log.channels, log.units, tuple(notes), doubts(log))

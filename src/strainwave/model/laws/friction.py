@@ -7,7 +7,7 @@ angle and speed. Torques are in N*m, speeds in rad/s, both of the shaft that the
 
 from typing import Annotated, Any, NamedTuple
 
-from ...base.quantities import AngularSpeed, Damping, Ratio, Torque, TorsionalStiffness
+from ...base.quantities import AngularSpeed, Damping, Ratio, Torque, TorsionalStiffness, number
 from ...compile.jit import kernel
 from ...compile.maths import exp, sqrt
 
@@ -34,7 +34,7 @@ def sliding_friction(v: Any, low: Any, high: Any, speed: Any) -> Any:
 def positive(law: Any, *names: str) -> None:
     """Refuse fields of a law that are not positive (ValueError)."""
     for name in names:
-        if not getattr(law, name) > 0.0:
+        if not number(f"{type(law).__name__}.{name}", getattr(law, name)) > 0.0:
             raise ValueError(f"{type(law).__name__}.{name} is {getattr(law, name):g}; it must be positive")
 
 

@@ -308,7 +308,7 @@ def compare_laws(
     channels = channels_of(log)
     if "time" not in channels:
         raise ValueError(f"log has no channel 'time'; it has {', '.join(channels)}")
-    channels = {name: np.asarray(values) for name, values in channels.items()}
+    channels = {name: np.atleast_1d(np.asarray(values)) for name, values in channels.items()}
     channels["time"] = numbers("log: time", channels["time"])
     cut = round((1.0 - held_out) * len(channels["time"]))
     if min(cut, len(channels["time"]) - cut) < 2 * MOST_OF_START:

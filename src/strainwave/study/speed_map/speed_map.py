@@ -60,7 +60,7 @@ def speed_map(
     amplification: float | None = None,
     margin: float | None = None,
     orders: Sequence[float] = (),
-    units: Iterable[Any] = (),
+    units: Iterable[Project] = (),
     search: bool = True,
     threads: int | None = None,
     progress: Callable[[str, float], None] = silent,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.special import gammaincc
 
-from ....base.quantities import number, numbers, shown
+from ....base.quantities import number, numbers, several, shown
 from ....base.results import Floats
 from ....model.orders import Turn
 from ..run import Run
@@ -178,7 +178,7 @@ def _notes(
 def _checked(given: Any) -> list[Run]:
     if not isinstance(given, Run | Iterable):
         raise TypeError(f"runs is {shown(given)}; give a list of Run")
-    runs: list[Run] = [given] if isinstance(given, Run) else list(given)
+    runs: list[Run] = [given] if isinstance(given, Run) else list(several("runs", given))
     if not runs:
         raise ValueError("runs is empty; give one run at least")
     for run in runs:
