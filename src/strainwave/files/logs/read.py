@@ -58,8 +58,6 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
     if columns is not None and not isinstance(columns, Mapping):
         return _in_order(path, file, columns)
     given = {} if columns is None else dict(columns)
-    if strange := [channel for channel in given if not isinstance(channel, str)]:
-        raise TypeError(f"columns has the channel {shown(strange[0])}; give its name, as 'load_angle'")
     places = {channel: place_of(path, file, channel, column) for channel, column in given.items()}
     if not given and not any(column.name for column in file):
         raise refuse(
@@ -314,6 +312,8 @@ def _log(
     path: Path, file: list[Column], columns: Columns | None, units: Units, rate: float | None, unwrap: bool,
     notes: list[str],
 ) -> Log:  # fmt: skip
+    if isinstance(columns, Mapping) and not all(isinstance(channel, str) for channel in columns):
+        raise TypeError(f"columns has channels {shown(list(columns))}; give each its name, as 'load_angle'")
     picked, si = in_si(path, chosen(path, file, columns, notes), units, notes)
     time, channels = aligned(path, picked, rate, notes)
     if unwrap:
