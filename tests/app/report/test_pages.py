@@ -11,7 +11,8 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.report.verdict import how_sure
+from strainwave.app.report.verdict import _requirement, how_sure
+from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
@@ -95,6 +96,14 @@ def test_how_sure_is_what_assumed_numbers_give_together(tmp_path):
     said = str(how_sure(SimpleNamespace(project=project)))
     ends = re.match(r"Assumed damping and bandwidth together: ([\d.]+) to ([\d.]+) arcsec, .* the limit of 30", said)
     assert [float(end) for end in ends.groups()] == pytest.approx([min(largest), max(largest)], rel=0.01)
+
+
+@pytest.mark.parametrize(("sources", "ends"), [("", "at the motor."), ("limit: assumed", "The limit is assumed.")])
+def test_the_requirement_says_that_its_limit_is_assumed(tmp_path, sources, ends):
+    (tmp_path / "axis.yaml").write_text(AXIS + f"sources: {{damping: assumed, {sources}}}\n")
+    analysis = SimpleNamespace(drive=SimpleNamespace(name="pointing error"), speeds=(50.0, 200.0), avoid=None)
+    view = View(sw.read_project(tmp_path / "axis.yaml"), analysis, AngleUnit("arcsec", ARCSEC))
+    assert view.told(_requirement(view)).endswith(ends)
 
 
 def test_margins_are_those_of_the_loop(folder, results):

@@ -273,6 +273,8 @@ def _requirement(view: View) -> str:
         return "The project file has no limit of the oscillation. " + ADD_LIMIT
     text = "The oscillation of the {} must stay within {} at {}."
     speeds = Speed(*view.analysis.speeds, digits=5, between=" to ")
+    if any(one.name == "limit.oscillation" and one.word == "assumed" for one in view.project.sources):
+        text += " The limit is assumed."
     said = Sentence(text, view.analysis.drive.name, Angle(view.project.limit), speeds)
     avoid = view.analysis.avoid
     below = "" if avoid is None else out_of_reach(avoid.limit, avoid.slow)
