@@ -17,6 +17,7 @@ from scipy.io import savemat
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.app.page.sliders import sliders
 from strainwave.app.web import goals, views
 from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.state import State, first_text, of_state, project_of
@@ -135,6 +136,20 @@ def test_a_gear_has_a_slider_for_the_motors_inertia_which_begins_with_the_wave_g
         assert one["value"] == pytest.approx(1e4 * project.gear.input_inertia, rel=1e-6)
         assert (one["unit"], one["group"]) == ("kg*cm^2", "motor")
         assert not [note for note in project.notes if "wave generator" in note]
+
+
+def test_numbers_that_a_file_leaves_to_the_record_of_its_gear_have_sliders():
+    text = first_text("CSG-40-50").replace("inertia: 4.5 kg*cm^2, ", "")
+    text = text.replace("kinematic_error: [{order: 2, amplitude: 19.9 arcsec}]", "accuracy: catalogue")
+    state = State(project=text)
+    found = {one["name"]: one for one in parameters(project_of(state))}
+    assert found["motor.inertia"]["value"] == pytest.approx(4.5)
+    assert found["excitation.accuracy"]["value"] == pytest.approx(59.8, rel=1e-3)
+    double = project_of(State(project=text, values={"excitation.accuracy": f"{119.64!r} arcsec"}))
+    amplitudes = [2.0 * line.amplitude for line in project_of(state).kinematic_error.lines]
+    assert [line.amplitude for line in double.kinematic_error.lines] == pytest.approx(amplitudes, rel=1e-3)
+    assert project_of(State(project=text, values={"motor.inertia": "6 kg*cm^2"})).drive.J_m == pytest.approx(6e-4)
+    assert {"motor.inertia", "excitation.accuracy"} <= {one.name for one in sliders(project_of(state))[1]}
 
 
 @pytest.mark.parametrize(("typed", "shown"), [("4 %", 0.04), ("0.1", 0.1)])

@@ -17,7 +17,7 @@ from ...base.sentences import sign
 from ...compile.tree import leaves
 from ...drive.project import Project
 from ...drive.train_curve import at_load, has_curve
-from ...files.variants.names import nominal_of, numbers_of
+from ...files.variants.names import nominal_of, numbers_of, of_record
 from ...files.variants.replaced import OF_RECORD, replaced
 from ...files.yaml_text import read
 from ...numerics.curves.drive_numbers import beginning, drive_numbers, problem_for
@@ -124,8 +124,8 @@ def sliders(project: Project) -> tuple[Project, list[Slider], list[Any]]:
         base = replaced(base, {LOAD: _quantity(factor * value, unit)})
     content = read(base.text).content
     moved: list[tuple[Slider, set[int]]] = []
-    assumed = {one.name for one in (*project.sources, *base.sources) if one.word == "assumed"}
-    for name in dict.fromkeys([*numbers_of(content), *names]):
+    assumed = {source.name for source in (*project.sources, *base.sources) if source.word == "assumed"}
+    for name in dict.fromkeys([*numbers_of(content), *of_record(content, base.gear), *names]):
         one = None if name.endswith(LEFT_OUT) else _slider(base, content, name)
         if one is not None:
             label = one[0].label + (" (assumed)" if name in assumed else "")
@@ -142,7 +142,7 @@ def sliders(project: Project) -> tuple[Project, list[Slider], list[Any]]:
 def _slider(project: Project, content: dict[str, Any], name: str) -> tuple[Slider, set[int]] | None:
     """The slider of a number of the file, without what it moves, and what that is; None where it has none."""
     try:
-        value, unit = nominal_of(content, project.gear, name)
+        value, unit = of_record(content, project.gear).get(name) or nominal_of(content, project.gear, name)
     except ValueError:
         return None
     step = abs(value) or (1.0 if "N" not in unit else 0.1 * (project.rated_torque or 10.0))

@@ -271,13 +271,11 @@ def _requirement(view: View) -> str:
     """The limit of the file, or how to write one."""
     if view.project.limit is None:
         return "The project file has no limit of the oscillation. " + ADD_LIMIT
-    text = "The oscillation of the {} must stay within {} at {}."
+    assumed = any((one.name, one.word) == ("limit.oscillation", "assumed") for one in view.project.sources)
+    text = "The oscillation of the {} must stay within {} at {}." + " The limit is assumed." * assumed
     speeds = Speed(*view.analysis.speeds, digits=5, between=" to ")
-    if any(one.name == "limit.oscillation" and one.word == "assumed" for one in view.project.sources):
-        text += " The limit is assumed."
     said = Sentence(text, view.analysis.drive.name, Angle(view.project.limit), speeds)
-    avoid = view.analysis.avoid
-    below = "" if avoid is None else out_of_reach(avoid.limit, avoid.slow)
+    below = "" if (avoid := view.analysis.avoid) is None else out_of_reach(avoid.limit, avoid.slow)
     return said + f" {below[0].upper()}{below[1:]}." if below else said
 
 

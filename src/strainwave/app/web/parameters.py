@@ -11,7 +11,7 @@ from ...files.fields.kinds import Place, Row
 from ...files.fields.kinds import read as read_kind
 from ...files.fields.rows import inside, row_at
 from ...files.fields.schema import ProjectSpec
-from ...files.variants.names import keys_of, nominal_of, numbers_of, quantity
+from ...files.variants.names import keys_of, nominal_of, numbers_of, of_record, quantity
 from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
 from ..view import sign
@@ -22,7 +22,7 @@ SMALL = 1e-3  # in any unit a number that a field takes which is zero now
 SPAN = 10.0  # a slider goes from a tenth of the value to ten times it
 POSITIVE = ("N*m/rad", "kg*m**2")  # units of numbers that a slider keeps above zero
 MORE = {"excitation.load_torque.mean": "0 N*m"}  # what a slider may add to a file
-LABELS = {"load.drag.amplitude": "load gravity torque"}
+LABELS = {"load.drag.amplitude": "load gravity torque", "excitation.accuracy": "accuracy, peak-to-peak"}
 WORDS = {"B": "damping B", "to": "to", "from": "from", "mean": "mean"}
 
 
@@ -93,6 +93,7 @@ def parameters(project: Project) -> list[dict[str, Any]]:
         names += [name for name in MORE if name not in names]
     if project.gear is not None and isinstance(content.get("gear"), str):
         names += [f"gear.{name}" for name in OF_RECORD if name in project.gear.law._fields]
+    names += of_record(content, project.gear)
     found = (_described(project, content, name) for name in names)
     return [one for one in found if one is not None]
 
@@ -101,7 +102,7 @@ def _described(project: Project, content: dict[str, Any], name: str) -> dict[str
     """One number with its unit, as the file writes it, and its range; None where it is no plain quantity."""
     value: float | None
     try:
-        value, unit = nominal_of(content, project.gear, name)
+        value, unit = of_record(content, project.gear).get(name) or nominal_of(content, project.gear, name)
     except ValueError:
         value, unit = quantity(MORE[name]) if name in MORE else (None, "")
     if value is None:

@@ -5,11 +5,11 @@ from functools import reduce
 from typing import Any
 
 from ...base.quantities import shown
-from ...base.units import NUMBER
+from ...base.units import ARCSEC, NUMBER
 from ...compile.tree import leaf_of, numbers
 from ...drive.project import Project
 from ...model.gears.gear import Gear
-from ..fields.groups import ExcitationSpec
+from ..fields.groups import CATALOGUE, ExcitationSpec
 from ..fields.rows import inside, rows_of
 from ..fields.schema import ExplicitGear, LoadSpec, MotorSpec, ProjectSpec
 from ..yaml_text import read
@@ -67,6 +67,17 @@ def nominal_of(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[f
             remedy = f", which gives {', '.join(beside)}; let that scatter, or write {name} in the file"
         raise ValueError(f"{name} is no number of this file{remedy}")
     return value, unit
+
+
+def of_record(content: dict[str, Any], gear: Gear | None) -> dict[str, tuple[float, str]]:
+    """Numbers with their units that a file leaves to the record of its gear."""
+    inertia, accuracy = (None, None) if gear is None else (gear.input_inertia, gear.accuracy)
+    record = {}
+    if inertia and inside(content.get("motor"), "inertia") is None:
+        record["motor.inertia"] = 1e4 * inertia, "kg*cm^2"
+    if accuracy and inside(content.get("excitation"), "accuracy") == CATALOGUE:
+        record["excitation.accuracy"] = accuracy / ARCSEC, "arcsec"
+    return record
 
 
 SIGNALS = {"torsion": "x", "motor_angle": "reference", "load_torque": "load.excitation"}

@@ -240,10 +240,7 @@ def about_appendix(view: View) -> str:
         reduction(view),
         "a motor driven by torque" if view.project.motor == "free" else "an ideally held motor",
     )
-    said = (
-        f"Resonances, single speeds and stability are about the error equation, with {motor} and a rigid load, not "
-        "about the whole drive."
-    )
+    said = f"Resonances, single speeds and stability are those of the error equation: {motor}, a rigid load."
     return f"{said} {view.told(found['sentence'])}" if found else said
 
 
