@@ -28,7 +28,7 @@ export async function map() {
     list.addEventListener("change", () => { state.options[key] = list.value; outdated(); });
     return list;
   };
-  const across = pick("across", /kinematic_error.*amplitude$/, 0), along = pick("along", /^damping[.]/, 1);
+  const across = pick("across", /kinematic_error.*amplitude$|[.]accuracy$/, 0), along = pick("along", /^damping[.]/, 1);
   const choice = (key, usual, texts) => {
     const list = element("select", { id: "map-" + key }, ...Object.entries(texts).map(([value, textContent]) => element("option", { value, textContent })));
     list.value = state.options[key] in texts ? state.options[key] : usual;
