@@ -105,12 +105,36 @@ def test_the_bands_of_a_range_of_torques_hold_the_largest_error_of_run_ups_at_ra
     assert project.load_torques == pytest.approx((-WEIGHT, WEIGHT), rel=1e-3)
     system, train = project.under(0.0).system(reduced=True), project.under(0.0).train
     curve = train_curve(train, project.speeds.limits)
-    middle = LoadCase(0.0, curve, speeds_to_avoid(system, curve, operating_point(system)))
+    middle = LoadCase(0.0, curve, speeds_to_avoid(system, curve, operating_point(system)), project.speeds.limits)
     bands = over_all(None, load_cases(project, middle, lambda _: None)).bands
     for payload in np.random.default_rng(3).uniform(-math.pi, math.pi, 10):
         speed, size = run_up(payload)
         peak = speed[np.argmax(size)] / RPM
         assert any(low <= peak <= high for low, high in bands), f"payload at {payload:.2f} rad: {peak * RPM:.0f} rpm"
+
+
+def test_no_speed_is_allowed_under_a_torque_of_the_range_that_leaves_no_stable_motion(tmp_path):
+    (tmp_path / "gap.yaml").write_text(
+        """gear: {ratio: 100, law: {type: linear, K: 1.1e5 N*m/rad}}
+backlash: {half_gap: 0.2 mrad}
+motor: {inertia: 4 kg*cm^2, mode: held}
+load: {inertia: 3 kg*m^2}
+damping: {B: 90 N*m*s/rad}
+speed: {from: 300 rpm, to: 900 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 3, amplitude: 7 arcsec}], load_torque: {mean: {from: -90 N*m, to: 0 N*m}}}
+limit: {oscillation: 340 arcsec}
+"""
+    )
+    project = read_project(tmp_path / "gap.yaml")
+    system, drive = project.system(reduced=True), project.response(coexisting=False)
+    avoid = speeds_to_avoid(system, drive, operating_point(system), project.limit)
+    cases = load_cases(project, LoadCase(-45.0, drive, avoid, project.speeds.limits), lambda _: None)
+    curve = sw.speed_map(project, loads=[case.torque for case in cases], search=False, threads=1)
+    for case, forbidden in zip(cases, curve.forbidden, strict=True):
+        assert np.array(case.bands).reshape(-1, 2) == pytest.approx(forbidden), case.torque
+    assert curve.allowed[-1].size == 0  # without a load nothing holds the teeth together
+    whole = over_all(avoid, cases)
+    assert whole.bands == whole.unstable == (project.speeds.limits,)
 
 
 def test_under_the_torques_of_a_range_a_gap_or_a_memory_is_spared_the_search_for_other_motions():

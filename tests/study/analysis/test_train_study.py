@@ -82,7 +82,7 @@ def test_the_error_of_a_free_motor_is_no_pointing_error_under_any_torque_of_the_
         "{motor_torque: {lines: [{order: 2, amplitude: 0.1 N*m}]}, load_torque: {mean: {from: -30 N*m, to: 30 N*m}}}"
     )
     of = project("mode: free", excitation=excitation)
-    own = LoadCase(of.mean_load_torque, of.response(), None)
+    own = LoadCase(of.mean_load_torque, of.response(), None, of.speeds.limits)
     cases = load_cases(of, own, lambda _: None)
     assert len(cases) > 2
     assert {case.drive.name for case in cases} == {"error between motor and load"}
@@ -98,4 +98,4 @@ def test_a_torque_that_the_law_cannot_bear_is_said_before_a_curve_is_looked_for(
     whole = of.whole._replace(law=law)
     of = replace(of, drive=of.drive._replace(law=law), whole=whole, train=of.train and whole)
     with pytest.raises(SolveError, match=r"BoucWen carries at most -?30 N\*m"):
-        load_cases(of, LoadCase(0.0, None, None), lambda _: None)
+        load_cases(of, LoadCase(0.0, None, None, of.speeds.limits), lambda _: None)

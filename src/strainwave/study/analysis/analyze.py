@@ -182,7 +182,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     by_load: tuple[LoadCase, ...] = ()
     if project.load_torques[0] < project.load_torques[1]:
         alone = speeds_to_avoid(system, drive, point, limit)  # without the run-up
-        as_it_is = LoadCase(project.mean_load_torque, drive, alone)
+        as_it_is = LoadCase(project.mean_load_torque, drive, alone, limits)
         by_load = load_cases(project, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)
     motors = {} if project.motor_named else project.motors()

@@ -272,16 +272,24 @@ class LoadCase:
         Its steady motions.
     avoid : Avoid or None
         Speeds to avoid; None where no motion is stable.
+    speeds : (float, float)
+        Range of the base-angle speed [rad/s].
     """
 
     torque: float
     drive: DriveResponse
     avoid: Avoid | None
+    speeds: Speeds
 
     @property
     def bands(self) -> tuple[Speeds, ...]:
-        """Speeds to avoid [rad/s] under this torque."""
-        return () if self.avoid is None else self.avoid.bands
+        """Speeds to avoid [rad/s] under this torque: all of them where no motion is stable."""
+        return (self.speeds,) if self.avoid is None else self.avoid.bands
+
+    @property
+    def unstable(self) -> tuple[Speeds, ...]:
+        """Those at which no motion is stable."""
+        return (self.speeds,) if self.avoid is None else self.avoid.unstable
 
 
 def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float], None]) -> tuple[LoadCase, ...]:
@@ -330,11 +338,15 @@ def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
     per_torque = [avoided for avoided in (avoid, *(case.avoid for case in cases)) if avoided is not None]
     if not per_torque:
         return None
-    bands = [band for avoided in per_torque for band in avoided.bands]
+    every: tuple[Avoid | LoadCase, ...] = (*per_torque, *cases)
+    bands = [band for some in every for band in some.bands]
+    unstable = merged(band for some in every for band in some.unstable)
     for a, b in pairwise(cases):
         bands += hulls_between(a.bands, b.bands)
     worst = max(per_torque, key=lambda avoided: avoided.largest)
-    return replace(per_torque[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
+    return replace(
+        per_torque[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks, unstable=unstable
+    )
 
 
 def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
@@ -346,7 +358,7 @@ def _case(loaded: Project, torque: float) -> LoadCase:
     system = loaded.system(reduced=True)
     point, others = operating_point(system), searched(system.law)
     drive = loaded.train_response(coexisting=others) or loaded.equation_response(coexisting=others)
-    return LoadCase(torque, drive, speeds_to_avoid(system, drive, point, loaded.limit))
+    return LoadCase(torque, drive, speeds_to_avoid(system, drive, point, loaded.limit), loaded.speeds.limits)
 
 
 def searched(law: Any) -> bool:
