@@ -32,7 +32,7 @@ from .integration.simulate import simulate
 from .labels import DECAYS, END
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
-STEPS = 30
+STEPS = 60  # of Newton's method, begun anew wherever the motion goes on in time
 HALVINGS = 5  # of a step of Newton's method that leads away from the orbit
 REACH = 3.0  # largest step of it, in sizes of the motion
 MOST_TURNS = 64  # periods that a motion goes on at a time
