@@ -144,6 +144,17 @@ def test_an_estimate_without_an_upper_bound_has_its_lower_one():
     assert "inf" not in said
 
 
+def test_a_limit_that_is_missed_by_little_is_told_with_digits_that_differ(found):
+    c = max((c for c in found.feasible if c.method == "harmonic balance"), key=lambda c: c.oscillation)
+    nearly = replace(SPEC, limit=c.oscillation * (1.0 - 1e-4), rotor_inertias=(c.rotor_inertia,))
+    said = sw.design(nearly, gears=[sw.catalogue.gear(c.gear)]).rejected[c.gear]
+    size, limit, use = map(
+        float, re.findall(r"by ([\d.]+) arcsec .* limit of ([\d.]+) arcsec: ([\d.]+) times", said)[0]
+    )
+    assert size / limit == pytest.approx(1.0001, abs=3e-5)
+    assert use == pytest.approx(1.0001, abs=3e-5)
+
+
 def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():
     found = sw.design(replace(SPEC, limit=5.0 * ARCSEC), gears=GEARS)
     assert found.feasible == ()

@@ -26,7 +26,7 @@ from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from .averaged import Balanced, Drives, Largest, balanced, largest, sensitivities, worth
 from .result import Candidate, Design, front
-from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, life, needed
+from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, needed
 
 MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging
@@ -285,12 +285,14 @@ class _Search:
         sure = "" if option.balanced else f", at least {option.low / ARCSEC:.4g} arcsec"
         if not option.balanced and math.isfinite(option.high):
             sure = f", between {option.low / ARCSEC:.4g} and {option.high / ARCSEC:.4g} arcsec"
+        use = c.oscillation / spec.limit
+        digits = digits_apart(use)
         said = (
-            f"The pointing error of {c.gear} oscillates by {c.oscillation / ARCSEC:.4g} arcsec at "
+            f"The pointing error of {c.gear} oscillates by {c.oscillation / ARCSEC:.{digits}g} arcsec at "
             f"{c.speed / RPM:.4g} rpm of the motor with a rotor of {c.rotor_inertia:.3g} kg*m^2 ({c.method}{sure}), "
-            f"above the limit of {spec.limit / ARCSEC:.4g} arcsec."
+            f"above the limit of {spec.limit / ARCSEC:.{digits}g} arcsec."
         )
-        check = Check(OSCILLATION, c.oscillation / spec.limit, said, option.gear.doubts_about(*DRIVE))
+        check = Check(OSCILLATION, use, said, option.gear.doubts_about(*DRIVE))
         before = self.misses.get(c.gear)
         if before is None or before.name != OSCILLATION or check.use < before.use:
             self.misses[c.gear] = check
@@ -363,7 +365,8 @@ def _told(check: Check) -> str:
     """Sentence of a constraint with by how much it is missed."""
     said = check.sentence
     if math.isfinite(check.use):
-        said = f"{said[:-1]}: {check.use:.4g} times {'too short' if check.name == 'life' else 'the allowance'}."
+        use = f"{check.use:.{digits_apart(check.use)}g} times"
+        said = f"{said[:-1]}: {use} {'too short' if check.name == 'life' else 'the allowance'}."
     return " ".join((said, *check.doubts))
 
 

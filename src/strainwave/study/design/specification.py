@@ -248,6 +248,12 @@ def checks(gear: Gear, spec: Specification) -> Iterator[Check]:
     yield from _life(gear, spec)
 
 
+def digits_apart(use: float) -> int:
+    """Significant digits with which a number differs from the allowance that it is a share of; at least 4."""
+    miss = abs(use - 1.0)
+    return 4 if miss == 0.0 or not math.isfinite(miss) else min(16, max(4, 2 - math.floor(math.log10(miss))))
+
+
 def needed(spec: Specification) -> Iterator[str]:
     """Names of the numbers of a record that a specification needs."""
     yield from (*DRIVE, *SPEEDS)
@@ -319,5 +325,5 @@ def _life(gear: Gear, spec: Specification) -> Iterator[Check]:
         return
     use = spec.life / hours
     relation = "below" if use > SURE else "at least"
-    said = f"The L10 life of {gear.name} is {hours:.4g} h, {relation} the {spec.life:g} h required."
+    said = f"The L10 life of {gear.name} is {hours:.{digits_apart(use)}g} h, {relation} the {spec.life:g} h required."
     yield Check("life", use, said, gear.doubts_about("rated_torque"))
