@@ -66,6 +66,27 @@ def test_the_named_step_cures_the_drive_and_most_of_it_does_not(tmp_path, limit,
 
 
 @pytest.mark.slow
+def test_most_of_the_named_step_does_not_suffice_where_the_large_motion_vanishes_in_a_jump(tmp_path):
+    def drive(share):
+        path = tmp_path / "jumps.yaml"
+        path.write_text(f"""
+gear: {{ratio: 50, law: {{type: cubic, K: 23748.1 N*m/rad, alpha: 8.52657e+06 1/rad^2}}}}
+motor: {{inertia: 11.238 kg*cm^2, mode: held}}
+load: {{inertia: 7.6086 kg*m^2}}
+damping: {{ratio: 0.926 %}}
+speed: {{from: 15.1711 rad/s, to: 122.35 rad/s, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 3, amplitude: {1.676 * (1.0 + share)} arcsec, phase: 32.2 deg}}]}}
+limit: {{oscillation: 405.39 arcsec}}
+""")
+        return sw.read_project(path)
+
+    change = drive(0.0).analyze().verdict.change
+    assert change.what == "kinematic error of order 3"
+    assert -0.15 < change.share < 0.0  # a step of 30 % of anything suffices too
+    assert largest(drive(change.share)) < 405.39 < largest(drive(0.75 * change.share))
+
+
+@pytest.mark.slow
 def test_where_nothing_suffices_no_change_is_named_and_no_speed_is_allowed(tmp_path):
     found = project(tmp_path, 0.1, RIPPLE).analyze()
     assert found.remedies

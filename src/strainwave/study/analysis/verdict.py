@@ -10,7 +10,7 @@ suffices, what can only be exchanged is taken if it does: a line that is cancell
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from math import ceil, copysign, exp, log1p
+from math import ceil, copysign, exp, inf, isfinite, log1p
 from math import log as ln
 from typing import NamedTuple
 
@@ -266,7 +266,7 @@ def _avoid(project: Project, found: DriveResponse) -> Avoid | None:
 
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further
-THINGS, STEPS = 3, 3  # things of which the step is searched, and steps of each
+THINGS, STEPS = 3, 5  # things of which the step is searched, and steps of each
 LEAST, MOST = -0.5, 1.0  # relative changes beyond which none is searched, but for what can be cancelled altogether
 
 
@@ -321,17 +321,24 @@ def smallest_change(
 def _steps(
     trial: Trial, knob: Knob, tried: Remedy, ratio: float, least: float, allowance: Allowance
 ) -> list[Remedy]:  # fmt: skip
-    """Computed steps of one thing that reach a relative oscillation, as long as drives may be followed."""
+    """Computed steps of one thing that reach a relative oscillation, as long as drives may be followed.
+
+    Where the motion jumps the oscillation goes with no power: a step between one that fails and one that reaches it.
+    """
     steps = [tried]
     for _ in range(STEPS):
         share = _needed(steps[-1], ratio)
+        fails = max((abs(remedy.share) for remedy in steps if remedy.ratio > ratio), default=0.0)
+        reaches = min((abs(remedy.share) for remedy in steps if remedy.ratio <= ratio), default=inf)
+        if isfinite(reaches) and abs(share) != reaches and not fails < abs(share) < reaches:
+            share = copysign(ceil(round(50.0 * (fails + reaches), 6)) / 100.0, share)
         if not least <= share <= MOST or share == -1.0 or any(share == remedy.share for remedy in steps):
             break
         changed = knob.turned(share)
         if isinstance(changed, str) or not allowance.take():
             break
         after = trial.remedy(knob, share, changed)
-        if after is None or after.ratio >= HELPS:
+        if after is None or (after.ratio >= HELPS and not isfinite(reaches)):
             break
         steps.append(after)
     return [remedy for remedy in steps if remedy.ratio <= ratio]
