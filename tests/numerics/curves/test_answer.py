@@ -19,8 +19,8 @@ LAWS = {
 }
 
 
-def asked(system, low, high, limit=np.inf):
-    curve, bands, about, count = answered(system, (low, high), limit, 40)
+def asked(system, low, high, limit=np.inf, points=40):
+    curve, bands, about, count = answered(system, (low, high), limit, points)
     return count, curve, bands, about
 
 
@@ -64,3 +64,21 @@ def test_a_range_that_ends_between_folds_says_that_there_is_another_motion():
     beyond, between = asked(system, 0.4, 3.0)[3], asked(system, 0.4, sum(folds) / 2.0)[3]
     assert beyond[kernel.OTHERS] == 0.0
     assert between[kernel.OTHERS] == 1.0
+
+
+def test_all_crests_are_points_however_many():
+    orders, zeta, size = np.arange(1, 37), 0.012, 1e-3
+    terms = tuple(sw.Harmonic(size, int(k), 2.0 * k * k) for k in orders)
+    system = sw.Oscillator(1.0, 2.0 * zeta, sw.Linear(1.0), sw.Harmonics(terms), 1.0)
+    _, curve, _, _ = asked(system, 1.0 / 36.5, 1.5, points=10)
+    omega, angles = np.geomspace(1.0 / 36.5, 1.5, 12_001), 2.0 * np.pi * np.arange(512) / 512
+    w = omega[:, None] * orders  # the linear response, of which `size` is the torque
+    waves = size / (1.0 - w * w + 2j * zeta * w) * np.exp(2j * orders * orders)
+    samples = (part @ np.exp(1j * np.outer(orders, angles)) for part in np.array_split(waves, 10))
+    sizes = np.concatenate([np.max(np.abs(part.real), axis=1) for part in samples])
+    inner = sizes[1:-1]
+    crests = np.flatnonzero((inner > sizes[:-2]) & (inner > sizes[2:]) & (inner > 0.1 * np.max(sizes))) + 1
+    assert len(crests) > 32
+    for i in crests:
+        beside = np.abs(curve[:, kernel.OMEGA] / omega[i] - 1.0) < 2e-3
+        assert np.max(curve[beside, kernel.OSCILLATION]) >= sizes[i]

@@ -1,7 +1,7 @@
 "use strict";
 // Kernels in WebAssembly: `start` makes them ready, `run` calls one with numbers and arrays, `answered` asks for a curve.
 
-const COLUMNS = 6, BANDS = 64;
+const COLUMNS = 6;
 
 /** A machine of the bytes of the kernels, and of those of laws beside them; `kinds` are those of all arguments. */
 function start(bytes, kinds, laws) {
@@ -86,7 +86,7 @@ function answered(machine, data, values, points, chosen = []) {
     ...["torques", "stiffness", "slack"].map((name) => at(name + e)), 0n, BigInt(e),
   ]);
   const [matrices, disturbed, damping] = parts, drive = [matrices, disturbed, ...parts.slice(3 + laws.length, -1), damping.data[0], { shape: [laws.length, 10], data: BigInt64Array.from(rows) }, ...data.whole];
-  const curve = array(data.mostPoints, COLUMNS), bands = array(BANDS, 2), about = array(5), allowed = data.limited ? limit : Infinity;
+  const curve = array(data.mostPoints, COLUMNS), bands = array(data.mostPoints, 2), about = array(5), allowed = data.limited ? limit : Infinity;
   let count = -1;
   try {
     count = run(machine, "answer", [drive, ["equations", "jacobian", "slope"].map(at), low, high, allowed, points, ...data.begin, curve, bands, about]);

@@ -25,7 +25,7 @@ from .inner_balance import displaced, law_of, linear_guess, problem_of, synthesi
 from .inner_stability import growths
 
 PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one
-MOST_POINTS, MOST_CRESTS, MOST_TRIES = 1500, 32, 20
+MOST_FOLLOWED, MOST_POINTS, MOST_TRIES = 1500, 3000, 20  # a crest of both measures lies beside every other point
 OMEGA, OSCILLATION, PEAK, GROWTH, TORQUE, LABEL = range(6)  # columns of a curve
 HARMONICS, TAIL, BANDS, TOP_ROW, OTHERS = range(5)  # entries of `about`
 LOST, TURNED, UNKNOWN = -1, -2, -3  # in the place of the number of points: no curve, not to the end, no stability
@@ -163,7 +163,7 @@ def with_crests(
 ) -> int:  # fmt: skip
     """Insert the crests of |x| and of |x - mean| among the points of a curve; returns how many there are then."""
     n, number = points.shape[1], 0
-    crests, after, crest = np.empty((MOST_CRESTS, n)), np.empty(MOST_CRESTS, np.int64), np.empty(n)
+    crests, after, crest = np.empty((count, n)), np.empty(count, np.int64), np.empty(n)
     errors = np.empty((count, len(waves) + 1))
     sizes, measures = np.empty(count), 1
     for i in range(count):
@@ -177,7 +177,7 @@ def with_crests(
             sizes_of(errors, True, waves, sizes)
         least = LEAST * np.max(sizes)
         for i in range(1, count - 1):
-            if not (sizes[i] >= sizes[i - 1] and sizes[i] > sizes[i + 1] and sizes[i] > least and number < MOST_CRESTS):
+            if not (sizes[i] >= sizes[i - 1] and sizes[i] > sizes[i + 1] and sizes[i] > least):
                 continue
             side = crest_at(problem, drive, equations, points, count, errors, i, sizes[i], measure > 0, waves, crest)
             place = i if side > 0.0 else i - 1
@@ -305,9 +305,8 @@ def bands_above(
                 j = 0
             else:
                 j += 1
-        if number < len(bands):
-            bands[number, 0], bands[number, 1] = low, high
-            number += 1
+        bands[number, 0], bands[number, 1] = low, high
+        number += 1
     for i in range(number):
         for j in range(i + 1, number):
             if bands[j, 0] < bands[i, 0]:
@@ -339,7 +338,7 @@ def answer(
         Gets the points: OMEGA [rad/s], OSCILLATION and PEAK, the largest |x - mean| and |x| of the pointing error
         [rad], GROWTH, the largest modulus of a Floquet multiplier, TORQUE, the largest torque in the gear [N*m], and
         LABEL.
-    bands : (n, 2) array
+    bands : (MOST_POINTS, 2) array
         Gets the speeds above the limit.
     about : (5,) array
         Gets HARMONICS, the TAIL beyond them, the number of BANDS, the TOP_ROW, where a stable motion oscillates most,
@@ -356,9 +355,7 @@ def answer(
         problem, equations, memory = problem_of(drive, functions, h)
         n = problem.blocks.size + 1
         points, labels = np.empty((MOST_POINTS, n)), np.empty(MOST_POINTS, np.int64)
-        count, second = across(
-            problem, equations, drive, low, high, 4.0 / number, points[: MOST_POINTS - MOST_CRESTS], labels
-        )
+        count, second = across(problem, equations, drive, low, high, 4.0 / number, points[:MOST_FOLLOWED], labels)
         if count < 0:
             return int(count)
         tail, worst = tail_of(problem, drive, points, count)

@@ -91,12 +91,10 @@ def beginning(problem: Condensed) -> Begin:
     return Begin(min(begin, most), most, g)
 
 
-def answered(
-    system: Any, speeds: tuple[float, float], limit: float, points: int, bands: int = 64
-) -> tuple[Floats, Floats, Floats, int]:
+def answered(system: Any, speeds: tuple[float, float], limit: float, points: int) -> tuple[Floats, Floats, Floats, int]:
     """Rows of the curve, bands above a limit [rad] and what is `about` them, and what the kernel `answer` returns."""
     problem = problem_for(system, speeds)
-    curve, pairs, about = np.zeros((MOST_POINTS, 6)), np.zeros((bands, 2)), np.zeros(5)
+    curve, pairs, about = np.zeros((MOST_POINTS, 6)), np.zeros((MOST_POINTS, 2)), np.zeros(5)
     drive, begin = drive_numbers(problem), beginning(problem)
 
     def functions(words: Any) -> Functions:

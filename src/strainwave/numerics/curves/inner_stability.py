@@ -9,11 +9,12 @@ from ...base.results import Floats
 from ...compile.jit import inside, routine
 from ..addressed import kinks, stiffnesses, torques
 from ..balance.fourier import LOOKED
-from ..balance.linear_algebra import copy, row_times
+from ..balance.linear_algebra import copy, fill, row_times
 from ..balance.piecewise import MOST_CROSSINGS, crossings, sort_by_angle
 from ..stability.panel_map import EVEN, MOST, PHASE, PLACES, TERMS, WAVES, C, _panels, eliminated
-from .inner_balance import MOST_KINKS, law_of, synthesis_of
+from .inner_balance import EXACT, MOST_KINKS, law_of, synthesis_of
 
+QUIET = 1e-11  # share of an orbit's harmonics that no panel has to resolve
 SQUARES, GROWS = 44, 700.0  # squares of a matrix for its largest eigenvalue, and the largest logarithm of a multiplier
 AT = tuple(C.tolist())
 LAGRANGE = tuple(  # coefficients of the polynomials that are 1 at one of the places and 0 at the others
@@ -24,7 +25,7 @@ LAGRANGE = tuple(  # coefficients of the polynomials that are 1 at one of the pl
 class Disturbed(NamedTuple):
     """y' = (a + b R c) y along the orbits of a drive; `mean` are the stiffnesses of its laws in a.
 
-    `rate` [1/s] is that of the fastest disturbance; `own` and `answers` are what `weights_of` writes.
+    `rate` [1/s] is that of the fastest disturbance; the others are what `terms_of` writes.
     """
 
     a: Floats
@@ -32,8 +33,10 @@ class Disturbed(NamedTuple):
     c: Floats
     mean: Floats
     rate: float
-    own: Floats
+    observed: Floats
     answers: Floats
+    flow: Floats
+    gains: Floats
 
 
 inside(Disturbed)
@@ -42,12 +45,11 @@ inside(Disturbed)
 @routine
 def product(a: Floats, b: Floats, result: Floats) -> None:
     """Write a @ b."""
+    fill(0.0, result)
     for i in range(a.shape[0]):
-        for j in range(b.shape[1]):
-            total = 0.0
-            for k in range(a.shape[1]):
-                total += a[i, k] * b[k, j]
-            result[i, j] = total
+        for k in range(a.shape[1]):
+            for j in range(b.shape[1]):
+                result[i, j] += a[i, k] * b[k, j]
 
 
 @routine
@@ -55,13 +57,16 @@ def log_radius(matrix: Floats) -> float:
     """Logarithm of the largest modulus of an eigenvalue, from the size of a high power."""
     a, power, log, share = matrix.copy(), np.empty_like(matrix), 0.0, 1.0
     for _ in range(SQUARES):
-        size = np.max(np.abs(a))
+        size = 0.0
+        for i in range(a.shape[0]):
+            for j in range(a.shape[1]):
+                size += abs(a[i, j])
         if not 0.0 < size < math.inf:
             return -math.inf if size == 0.0 else math.nan
         log += share * math.log(size)
         for i in range(a.shape[0]):
             for j in range(a.shape[1]):
-                a[i, j] /= size
+                a[i, j] *= 1.0 / size
         product(a, a, power)
         a, power, share = power, a, 0.5 * share
     return log
@@ -163,70 +168,106 @@ def disturbed_of(problem: Any, drive: Any, points: Floats, count: int) -> Any:
             for j in range(states):
                 changed[j, i] += b[j, i] * (mean[i] - end[i])
         log = max(log, log_radius(changed))
-    own, answers = np.empty((PLACES + 1, TERMS)), np.empty((PLACES + 1, PLACES, TERMS))
-    weights_of(own, answers)
-    return Disturbed(a, b, c, mean, math.exp(log), own, answers)
+    rate = math.exp(log)
+    return Disturbed(a, b, c, mean, rate, *terms_of(a, b, c, PHASE / rate))
+
+
+@routine
+def terms_of(a: Floats, b: Floats, c: Floats, longest: float) -> Any:
+    """Terms (TERMS, ...) of the series in the length of a panel, over the `longest` [s], of the `panel_map.Tables`."""
+    n, r, q = len(a), b.shape[1], len(c)
+    own, answer = np.empty((PLACES + 1, TERMS)), np.empty((PLACES + 1, PLACES, TERMS))
+    weights_of(own, answer)
+    observed, answers = np.empty((TERMS, PLACES, q, n)), np.empty((TERMS, PLACES, q, PLACES * r))
+    flow, gains = np.empty((TERMS, n, n)), np.empty((TERMS, n, PLACES * r))
+    power, after = np.zeros((n, n)), np.empty((n, n))
+    inputs, outputs, through = np.empty((n, r)), np.empty((q, n)), np.empty((q, r))
+    for i in range(n):
+        power[i, i] = 1.0
+    for p in range(TERMS):
+        product(power, b, inputs)
+        product(c, power, outputs)
+        product(c, inputs, through)
+        for i in range(PLACES):
+            for o in range(q):
+                for j in range(n):
+                    observed[p, i, o, j] = own[i, p] * outputs[o, j]
+                for j in range(PLACES * r):
+                    answers[p, i, o, j] = longest * answer[i, j // r, p] * through[o, j % r]
+        for i in range(n):
+            for j in range(n):
+                flow[p, i, j] = own[PLACES, p] * power[i, j]
+            for j in range(PLACES * r):
+                gains[p, i, j] = longest * answer[PLACES, j // r, p] * inputs[i, j % r]
+        product(power, a, after)
+        for i in range(n):
+            for j in range(n):
+                power[i, j] = longest * after[i, j]
+    return observed, answers, flow, gains
+
+
+@routine
+def summed_series(terms: Any, share: float, reach: float, begin: float, result: Any) -> None:
+    """Write the sum of terms (TERMS, n) for a share of a length, in which the fastest disturbance turns by `reach`."""
+    weight, size = begin, 1.0
+    fill(0.0, result)
+    for p in range(len(terms)):
+        for i in range(len(result)):
+            result[i] += weight * terms[p, i]
+        weight, size = weight * share, size * reach / (p + 1.0)
+        if size < 1e-18:
+            break
 
 
 @routine
 def tables_of(disturbed: Any, lengths: Floats, number: int) -> Any:
     """The `panel_map.Tables` of some lengths [s]."""
-    a, b, c = disturbed.a, disturbed.b, disturbed.c
-    n, r, q = len(a), b.shape[1], len(c)
-    observed, answers = np.zeros((number, PLACES, q, n)), np.zeros((number, PLACES, q, PLACES * r))
-    flow, gains = np.zeros((number, n, n)), np.zeros((number, n, PLACES * r))
-    power, next_power = np.empty((n, n)), np.empty((n, n))
-    inputs, outputs, answer = np.empty((n, r)), np.empty((q, n)), np.empty((q, r))
+    n, r, q = len(disturbed.a), disturbed.b.shape[1], len(disturbed.c)
+    observed, answers = np.empty((number, PLACES, q, n)), np.empty((number, PLACES, q, PLACES * r))
+    flow, gains = np.empty((number, n, n)), np.empty((number, n, PLACES * r))
     for k in range(number):
-        length, reach = lengths[k], 1.0
-        for i in range(n):
-            for j in range(n):
-                power[i, j] = 1.0 if i == j else 0.0
-        for p in range(TERMS):
-            product(power, b, inputs)
-            product(c, power, outputs)
-            product(c, inputs, answer)
-            for i in range(PLACES):
-                for o in range(q):
-                    for j in range(n):
-                        observed[k, i, o, j] += disturbed.own[i, p] * outputs[o, j]
-                for j in range(PLACES):
-                    weight = length * disturbed.answers[i, j, p]
-                    for o in range(q):
-                        for d in range(r):
-                            answers[k, i, o, j * r + d] += weight * answer[o, d]
-            for i in range(n):
-                for j in range(n):
-                    flow[k, i, j] += disturbed.own[PLACES, p] * power[i, j]
-                for j in range(PLACES):
-                    weight = length * disturbed.answers[PLACES, j, p]
-                    for d in range(r):
-                        gains[k, i, j * r + d] += weight * inputs[i, d]
-            reach *= disturbed.rate * length / (p + 1.0)
-            if reach < 1e-18:
-                break
-            product(power, a, next_power)
-            for i in range(n):
-                for j in range(n):
-                    power[i, j] = length * next_power[i, j]
+        reach = disturbed.rate * lengths[k]
+        share = reach / PHASE
+        summed_series(disturbed.observed.reshape(TERMS, -1), share, reach, 1.0, observed[k].reshape(-1))
+        summed_series(disturbed.answers.reshape(TERMS, -1), share, reach, share, answers[k].reshape(-1))
+        summed_series(disturbed.flow.reshape(TERMS, -1), share, reach, 1.0, flow[k].reshape(-1))
+        summed_series(disturbed.gains.reshape(TERMS, -1), share, reach, share, gains[k].reshape(-1))
     return observed, answers, flow, gains
 
 
 @routine
-def panels_of(problem: Any, drive: Any, point: Floats, longest: float, first: Floats, width: Floats, kinds: Any) -> Any:
+def waves_in(point: Floats, blocks: int) -> int:
+    """Number of harmonics of an orbit beyond which there is no more than QUIET of what oscillates in each block."""
+    size, most = (len(point) - 1) // blocks, 1
+    h = size // 2
+    for b in range(blocks):
+        x, total, beyond = point[b * size : (b + 1) * size], 0.0, 0.0
+        for k in range(1, h + 1):
+            total += abs(x[k]) + abs(x[h + k])
+        k = h
+        while k > most:
+            beyond += abs(x[k]) + abs(x[h + k])
+            if beyond > QUIET * total:
+                most = k
+            k -= 1
+    return most
+
+
+@routine
+def panels_of(
+    drive: Any, point: Floats, size: int, table: Floats, longest: float, first: Floats, width: Floats, kinds: Any
+) -> Any:  # fmt: skip
     """Write starts and lengths [rad] of the panels of an orbit and what lengths they have; returns the numbers of both.
 
-    They end at the kinks of the laws.
+    They end at the kinks of the laws, which are looked for at the places of a synthesis table.
     """
-    size, laws, number = problem.blocks.shape[1], len(drive.laws), 0
+    laws, number, u = len(drive.laws), 0, np.empty(table.shape[1])
     places, corners = np.empty(laws * MOST_CROSSINGS), np.empty(MOST_KINKS)
     angles, jumps, torsions = np.empty(MOST_CROSSINGS), np.empty(MOST_CROSSINGS), np.empty(MOST_CROSSINGS)
     for i in range(laws):
         m = kinks(law_of(drive, i), corners)
         if m > 0:
-            samples = LOOKED * (size // 2 + 1)
-            u = np.empty(samples)
-            row_times(point[i * size : (i + 1) * size], synthesis_of(size // 2, samples), u)
+            row_times(point[i * size : (i + 1) * size], table, u)
             series = point[i * size : (i + 1) * size + 1]
             for j in range(crossings(corners[:m], np.zeros(2 * m + 1), series, u, angles, jumps, torsions)):
                 places[number], number = angles[j], number + 1
@@ -311,10 +352,14 @@ def growths(problem: Any, drive: Any, points: Floats, count: int, growth: Floats
     first, width, kinds = np.empty(MOST), np.empty(MOST), np.empty(MOST, np.int64)
     gains, lengths = np.empty((MOST, PLACES, r, q)), np.empty(MOST)
     work, ends, flow = np.empty((3 * blocks + 1, MOST * PLACES)), np.zeros(2, np.int64), np.empty((1, n, n))
+    table = synthesis_of(size // 2, LOOKED * (size // 2 + 1))
+    steady = drive.follows == 0 and np.min(drive.laws[:, EXACT]) > 0  # between two kinks
     for p in range(count):
         w = drive.every * points[p, -1]
-        longest = min(PHASE * w / disturbed.rate, WAVES / (size // 2))
-        ends[1], number = panels_of(problem, drive, points[p], longest, first, width, kinds)
+        longest = PHASE * w / disturbed.rate
+        if not steady:
+            longest = min(longest, WAVES / waves_in(points[p], blocks))
+        ends[1], number = panels_of(drive, points[p], size, table, longest, first, width, kinds)
         if number == 0:
             return False
         for j in range(ends[1]):
