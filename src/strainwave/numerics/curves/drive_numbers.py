@@ -19,7 +19,7 @@ from ..balance.piecewise import is_piecewise_linear
 from ..balance.rates import is_second_order
 from .answer import MOST_POINTS, answer
 from .inner_balance import Drive, Functions
-from .over_a_turn import MOST, MOST_OF_SPRING, PER_ORDER, SPRING, SPRING_WITH_KINKS, WITH_KINKS
+from .over_a_turn import of_drive, of_spring
 
 
 class EquationPart:
@@ -80,15 +80,12 @@ def drive_numbers(problem: Condensed) -> Drive:
 
 
 def beginning(problem: Condensed) -> Begin:
-    """The harmonics that the response begins with, as `over_a_turn.traced_turn` has them."""
+    """The harmonics that the response begins with."""
     top, g = problem.highest(), problem.every
     kinked = any(len(breakpoints_of(law)) for law in problem.part.laws)
     if len(problem.pencil.per_speed) == 1:
-        begin = max(top // g, SPRING_WITH_KINKS) if kinked else SPRING * top // g
-        most = max(MOST_OF_SPRING, top // g + 2)
-        return Begin(min(begin, most), most, 1)
-    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
-    return Begin(min(begin, most), most, g)
+        return Begin(*of_spring(top // g, kinked), 1)
+    return Begin(*of_drive(top, g, kinked), g)
 
 
 def answered(system: Any, speeds: tuple[float, float], limit: float, points: int) -> tuple[Floats, Floats, Floats, int]:

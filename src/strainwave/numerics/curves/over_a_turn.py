@@ -49,12 +49,11 @@ def traced_turn(
         return balance_of(middle, leaf, leaf, h)
 
     if small.hill():
-        begin, most = SPRING * top, max(MOST_OF_SPRING, top + 2)
-        begin = max(top, SPRING_WITH_KINKS) if breakpoints_of(system) else begin
+        harmonics = of_spring(top, bool(breakpoints_of(system)))
     else:
         kinked = len(distances(system, np.zeros(1), np.zeros((small.state_count(), 1)))) > 0
-        begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
-    harmonics = (min(begin, most), most) if fixed is None else (fixed, fixed)
+        harmonics = of_drive(top, g, kinked)
+    harmonics = harmonics if fixed is None else (fixed, fixed)
     problem, curve, tail, origin = traced(
         problem_with,
         *speeds,
@@ -67,6 +66,18 @@ def traced_turn(
     if g == 1 or not general:
         return problem, curve, tail, origin
     return *_whole(problem, curve, g), tail and tail._replace(harmonics=tail.harmonics * g), origin
+
+
+def of_spring(top: int, kinked: bool) -> tuple[int, int]:
+    """Harmonics that the curve of one equation begins with, and at most, for the highest order of what drives it."""
+    begin, most = (max(top, SPRING_WITH_KINKS) if kinked else SPRING * top), max(MOST_OF_SPRING, top + 2)
+    return min(begin, most), most
+
+
+def of_drive(top: int, g: int, kinked: bool) -> tuple[int, int]:
+    """The same of a drive that repeats g times in a turn."""
+    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
+    return min(begin, most), most
 
 
 def repeats(problem: FirstOrder, top: int) -> int:
