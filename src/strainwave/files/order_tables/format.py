@@ -138,8 +138,8 @@ def residual_of(
         parts.append((*np.sqrt(np.mean(rows * rows, axis=1)), np.max(np.abs(rows[0]))))
     rms, size, rounding, straight, peak = np.max(np.array(parts), axis=0).tolist()
     lost = dataclasses.replace(whole.keep(dropped), mean=0.0, mean_backward=0.0).rms
-    told = dropped if turns == 1.0 else tuple(order / turns for order in dropped)
-    return TableResidual(whole.unit, rms, peak, size, held.quantum, rounding, straight, held.points, told, lost)
+    orders = dropped if turns == 1.0 else tuple(order / turns for order in dropped)
+    return TableResidual(whole.unit, rms, peak, size, held.quantum, rounding, straight, held.points, orders, lost)
 
 
 @dataclass(frozen=True)

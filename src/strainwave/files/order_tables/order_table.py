@@ -107,10 +107,10 @@ class OrderTable(OrderContent):
             If there are no lines, or a field is wrong.
         """
         is_torque = isinstance(error, Harmonic | Harmonics)
-        given: dict[str, Any] = {"unit": "N*m" if is_torque else "rad", "mean": _mean_of(error)}
+        usual: dict[str, Any] = {"unit": "N*m" if is_torque else "rad", "mean": _mean_of(error)}
         sets = {"lines": _lines_of(error)}
         if backward is not None:
-            sets["backward"], given["mean_backward"] = _lines_of(backward), _mean_of(backward)
+            sets["backward"], usual["mean_backward"] = _lines_of(backward), _mean_of(backward)
         broken = [line.order for lines in sets.values() for line in lines if line.order % 1]
         if broken and "turn" not in fields:
             if (ratio := fields.get("ratio")) is None:
@@ -119,8 +119,8 @@ class OrderTable(OrderContent):
                 )
             ratio = number("ratio of an order table", ratio, positive=True)
             sets = {name: merged(counted(lines, ratio, "output", ratio)) for name, lines in sets.items()}
-            given["turn"] = "output"
-        return cls(**given | sets | fields)
+            usual["turn"] = "output"
+        return cls(**usual | sets | fields)
 
     def torque(self) -> Harmonics:
         """The correction as a torque over the angle of the table, as `TorqueTable` adds it `delay` ahead.

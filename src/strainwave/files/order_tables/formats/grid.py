@@ -71,7 +71,7 @@ class CsvGrid(OrderFormat):
 
     def store(self, table: OrderContent) -> Held:
         """Sample the table, one grid or one for each direction of motion."""
-        motor, output = (TURN * np.arange(count) / count for count in self.counts(table))
+        motor, output = [TURN * np.arange(count) / count for count in self.counts(table)]
         pairs = dict(zip(table.orders, table.pairs or (), strict=True))
         turns = {order: j * motor[:, None] + k * output + order * table.zero for order, (j, k) in pairs.items()}
         sets = {way: (mean, lines) for way, mean, lines in ways(table)}
@@ -110,10 +110,10 @@ class CsvGrid(OrderFormat):
         steps = table[:, :2].T * np.array(counts)[:, None] / TURN - axes
         if not whole or np.max(np.abs(steps)) > EVEN:
             raise Unfit(1, "motor_rad", "and output_rad are not equidistant over a turn each; some rows may be missing")
-        told = [_series(grid.reshape(counts), fields) for grid in table[:, 2:].T]
+        series = [_series(grid.reshape(counts), fields) for grid in table[:, 2:].T]
         if fields.get("direction", "both") != "both":
-            told = [told[-1 if fields["direction"] == "backward" else 0]]
-        return two_ways({"turn": "output"} | fields, dict(zip(("forward", "backward"), told, strict=False)))
+            series = [series[-1 if fields["direction"] == "backward" else 0]]
+        return two_ways({"turn": "output"} | fields, dict(zip(("forward", "backward"), series, strict=False)))
 
 
 def _two(table: OrderContent) -> bool:
