@@ -70,7 +70,7 @@ def test_a_line_of_two_turns_has_the_sum_of_its_orders(written):
     project = read_project(written(GOOD.replace("[{order: 2, amplitude: 23 arcsec}]", lines)))
     oval = sw.gears.order_map(50).order("flexspline tooth engagement").per_motor_turn  # pair (2, -2) at the ratio -50
     assert project.kinematic_error.orders() == pytest.approx((float(oval), 3.0 / 50.0), rel=1e-15)
-    assert project.beats
+    assert project.is_beating
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,12 @@ import click
 
 from ..base import units
 from ..base.quantities import parse
-from ..base.sentences import Angle, Quantity, number, rounded, told
+from ..base.sentences import Angle, Quantity, Sentence, Speed, number, rounded, told
 from ..base.sentences import sign as sign
 from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
 from ..plot.panels import Axis
-from ..study.analysis.analysis import Analysis
+from ..study.analysis.analysis import Analysis, Largest
 
 
 class AngleUnit(NamedTuple):
@@ -51,6 +51,15 @@ def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
 def under_load(torque: float | None) -> str:
     """The torque [N*m] of the load that a result is for, where it has a range of them."""
     return "" if torque is None else f" with {number(torque)} N·m on the load"
+
+
+def place_said(largest: Largest) -> Sentence:
+    """Speed and load of the largest oscillation; where it beats, its smallest turn and its period too."""
+    said = Speed(largest.omega, digits=5) + under_load(largest.torque)
+    if largest.smallest is None or largest.beat is None:
+        return said
+    text = " ({} in the smallest turn of a beat of {} s)"
+    return said + Sentence(text, Angle(largest.smallest), number(largest.beat, 3))
 
 
 def quantity(option: str, text: str, unit: str) -> float:

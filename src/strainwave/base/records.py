@@ -6,9 +6,10 @@ from dataclasses import fields
 from enum import Enum
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compile.tree import shown
 from .above import above
@@ -154,3 +155,20 @@ def _attributes(result: Any) -> dict[str, Any]:
         elif isinstance(value, int | float | str) and value != "":
             attributes[field.name] = value
     return attributes
+
+
+class Waves(NamedTuple):
+    """Waves of motions that beat: pairs (P, 2) of repeats per turn of the motor and of the output, the mean first.
+
+    `orders` (P,) are their repeats per turn of the motor, `amplitudes` (n, P) complex: the motion is the real part of
+    their sum, each times exp(i order angle).
+    """
+
+    pairs: NDArray[np.int64]
+    orders: NDArray[np.float64]
+    amplitudes: NDArray[np.complex128]
+
+    def amplitude(self, order: float) -> NDArray[np.float64]:
+        """Amplitude (n,) of an order, which need not be whole; 0 where there is no such wave."""
+        there = np.isclose(np.abs(self.orders), order, rtol=0.0, atol=1e-9)
+        return np.asarray(np.abs(self.amplitudes[:, there]).sum(axis=1))

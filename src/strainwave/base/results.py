@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .archive import as_file, atomic
 from .arguments import typed
 from .quantities import array_of, whole
-from .records import Labelled, Result
+from .records import Labelled, Result, Waves
 from .sentences import on_screen
 from .series import oscillation
 
@@ -304,8 +304,8 @@ class Branch(Result):
     envelope : (n, 2) array or None
         Of motions that beat: largest and smallest |first state - mean| of a turn of the base angle. The coefficients
         are then those of the part that repeats with every turn.
-    beat : float or None
-        Turns of the base angle in a beat.
+    beat, waves : float or None, Waves or None
+        Turns of the base angle in a beat, and all waves of motions that beat.
     """
 
     parameter: str
@@ -329,6 +329,7 @@ class Branch(Result):
     span: tuple[float, float] = (math.nan, math.nan)
     envelope: Floats | None = None
     beat: float | None = None
+    waves: Waves | None = None
 
     @typed
     def amplitude(self, k: int) -> Floats:
@@ -360,6 +361,7 @@ class Branch(Result):
             **({} if self.parameter == "omega" else {self.parameter: ("point", self.values, "")}),
             "harmonic": ("harmonic", np.arange(1, width // 2 + 1), ""),
             "coefficient": ("coefficient", coefficient_labels(width), ""),
+            **({} if self.waves is None else {"wave": ("wave", ["{} {}".format(*p) for p in self.waves.pairs], "")}),
         }
 
     def variables(self) -> Labelled:
@@ -375,6 +377,7 @@ class Branch(Result):
             "amplitude": (("point", "harmonic"), amplitudes, "rad"),
             "coefficients": (("point", "coefficient"), self.coefficients, "rad"),
             "multipliers": (("point", "multiplier"), self.multipliers, "1"),
+            **({} if self.waves is None else {"waves": (("point", "wave"), self.waves.amplitudes, "rad")}),
         }
 
     def __len__(self) -> int:

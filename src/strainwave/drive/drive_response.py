@@ -138,6 +138,8 @@ class DriveResponse(Result):
         point; of a free motor that which it is given. None where the ratio is not known.
     rounding : str
         How wide the corners of the law are rounded for the curve, a sentence; empty where they are not.
+    starts : (n, states) array or None
+        State of the train at the angle 0 of motor and output, of motions that beat.
     """
 
     curve: Branch
@@ -151,6 +153,7 @@ class DriveResponse(Result):
     motor_mean: Floats | None = None
     motor_rms: Floats | None = None
     rounding: str = ""
+    starts: Floats | None = None
 
     method: ClassVar[str] = "harmonic balance"
 

@@ -32,7 +32,7 @@ from .reductions import left_out
 from .response import POINTS, exact_response
 from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
 from .train_curve import POINTS as OF_TRAIN
-from .two_turns import beating_response, beats
+from .two_turns import as_train, beating_response, is_beating
 
 MOST_POINTS = 10_000  # of a response curve
 OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode")
@@ -219,12 +219,8 @@ class Project:
 
     def _system(self, omega: float) -> Oscillator | VaryingOscillator:
         system = self.drive.error_equation(
-            motor_torque=self.motor_torque,
-            load_torque=self.load_torque,
-            kinematic_error=self.kinematic_error,
-            omega=omega,
-            motor=self.motor,
-        )
+            motor_torque=self.motor_torque, load_torque=self.load_torque, kinematic_error=self.kinematic_error,
+            omega=omega, motor=self.motor)  # fmt: skip
         if self.damping is None and self.stiffness is None:
             return system
         damping = GearDamping(system.B) if self.damping is None else self.damping
@@ -249,19 +245,16 @@ class Project:
     @property
     def other_loads(self) -> tuple[float, float]:
         """Least and largest torque [N*m] on the load beside the curve's: without those of its angle in a beat."""
-        mean = self.mean_load_torque
-        return (self.mean_range or (mean, mean)) if self.beats else self.load_torques
+        return (self.mean_range or (self.mean_load_torque,) * 2) if self.is_beating else self.load_torques
 
     @typed
-    def under(self, torque: float) -> "Project":
+    def under(self, torque: float, keeps_gravity: bool = False) -> "Project":
         """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
         parts = self._loaded(torque)
 
         def loaded(train: DriveTrain) -> DriveTrain:
-            plain, error = (
-                without_gravity(train),
-                train.error if self.loaded_error is None else parts["kinematic_error"],
-            )
+            plain = train if keeps_gravity else without_gravity(train)
+            error = train.error if self.loaded_error is None else parts["kinematic_error"]
             end = plain.load.end()._replace(excitation=parts["load_torque"])
             return plain._replace(load=plain.load.with_end(end), error=error)
 
@@ -312,7 +305,7 @@ class Project:
         """
         points = None if points is None else positive_count("points", points, MOST_POINTS)
         harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
-        if self.beats:
+        if self.is_beating:
             if harmonics is not None:
                 raise ValueError(f"harmonics is {harmonics}, but waves of motions that beat are grown; leave it out")
             return self.beating
@@ -324,14 +317,14 @@ class Project:
                     raise SolveError(NO_MOTION)
                 return result
         result = self.equation_response(harmonics, coexisting=coexisting, points=points or POINTS)
-        if not len(result.curve):
-            raise SolveError(result.message)
-        return result
+        if len(result.curve):
+            return result
+        raise SolveError(result.message)
 
     @property
-    def beats(self) -> bool:
+    def is_beating(self) -> bool:
         """Whether lines of the kinematic error belong to the output's turn, or to both, so that motions beat."""
-        return self.kinematic_error is not None and beats(self.kinematic_error)
+        return self.kinematic_error is not None and is_beating(self.kinematic_error)
 
     @cached_property
     def beating(self) -> DriveResponse:
@@ -344,12 +337,19 @@ class Project:
         """The same of the whole train; None where it has no curve, or none is found."""
         if self.train is None or not has_curve(self.train):
             return None
+        if self.is_beating:
+            return self.beating
         return train_curve(self.train, self.speeds.limits, harmonics, coexisting=coexisting, points=points)
 
     def equation_response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int = POINTS
     ) -> DriveResponse:  # fmt: skip
         """The same of the error equation alone, whose curve may be empty."""
+        if self.is_beating:
+            if self.train is None:
+                return self.beating
+            alone = as_train(self.system(reduced=True), self.drive.N)
+            return replace(beating_response(alone, self.speeds.limits), has_reference=self.motor == "held")
         return exact_response(
             self.system(reduced=True), self.speeds.limits, points, harmonics, coexisting, self.motor == "held",
             None if self.train else self.whole,

@@ -15,7 +15,8 @@ from ..base.blas import one_thread
 from ..base.law import breakpoints_of, depends
 from ..base.protocols import lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number, shown
-from ..base.results import Branch, Floats, Orbit, Status
+from ..base.records import Waves
+from ..base.results import Branch, Floats, Orbit, SolveError, Status
 from ..base.series import largest_of_samples
 from ..base.units import ARCSEC
 from ..model.excitation import Harmonics, NoError
@@ -33,24 +34,25 @@ from ..model.train.shafts import Load, Motor
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import ending
 from ..numerics.labels import FOLD
-from ..numerics.torus.follow import TwoTurns, along, at_speed
+from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests
 from ..numerics.torus.motion import along_turns, growth, oscillations, states_at
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
-from .train_curve import without_gravity
+from .train_curve import train_curve, without_gravity
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 
 WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
+NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run has its motion in time"
 VARIES = (
     "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
     "forcing; leave the variation out and give the speeds of the motor or the load, or integrate with simulate"
 )
 
 
-def beats(error: Any) -> bool:
+def is_beating(error: Any) -> bool:
     """Whether lines of a kinematic error belong to the output's turn, or to both, so that motions beat."""
     return not lacking(error, "lines") and any(line.order % 1 for line in error.lines)
 
@@ -148,6 +150,7 @@ class TwoTurnCurve:
             "omega", self.omega, self.omega, coefficients, peak, multipliers, self.stable, folds, [], 1, False, CURVE,
             "harmonic balance in two turns", self.status, self.message, span=span,
             envelope=np.column_stack([self.largest, self.smallest]), beat=self.ratio / self.beats,
+            waves=Waves(self.pairs, self.problem.orders, self.waves),
         )  # fmt: skip
 
     def states(self, number: int, angles: Floats) -> Floats:
@@ -194,9 +197,10 @@ def two_turn_response(system: Any, speeds: tuple[float, float], *, ratio: float 
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
     problem, found, whole = along(driven, low, high, CURVE)
+    points = with_crests(problem, found.points, lambda z: _sizes(driven, problem, z))
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
     lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
-    return _described(driven, flow, problem, found.points, folds, how if whole or not how[0] else lacking_waves)
+    return _described(driven, flow, problem, points, folds, how if whole or not how[0] else lacking_waves)
 
 
 def beating_response(train: DriveTrain | None, speeds: tuple[float, float]) -> DriveResponse:
@@ -209,32 +213,70 @@ def beating_response(train: DriveTrain | None, speeds: tuple[float, float]) -> D
     """
     if train is None:
         raise ValueError(VARIES)
-    rounding = ""
-    if isinstance(train.law, PiecewiseLinear):
-        law = train.law
-        first, second = law.T1 / law.K1, (law.T2 - law.T1) / law.K2
-        train = train._replace(law=RoundedPiecewiseLinear(*law, min(2.0 * first, second)))
-        rounding = f"the corners of the law are rounded over {train.law.width / ARCSEC:.3g} arcsec"
+    exact, train = train, with_rounded_corners(train)
+    rounding = (
+        "" if train is exact else f"the corners of the law are rounded over {train.law.width / ARCSEC:.3g} arcsec"
+    )
     found = two_turn_response(train, speeds)
     found = replace(found, message=f"{found.message}; motions apart from the curve are not looked for")
     curve = found.branch(speeds)
     angles, states = along_turns(found.problem, found.points, found.beats)
-    system, sizes = AtLoad(without_gravity(train), train.omega), []
+    system, sizes, starts = AtLoad(without_gravity(train), train.omega), [], []
     for omega, y in zip(found.omega, states, strict=True):
         there, steady = own_state(system, tuple(y)), turning(system._replace(omega=float(omega)))
         torque = steady.torque(angles, there)
+        starts.append([float(np.ravel(state)[0]) for state in there])
         sizes.append((there[0], torque, steady.motor_torque(angles, there) + 0.0 * torque))
     across, torque, motor = map(np.array, zip(*sizes, strict=True))
     return DriveResponse(
         curve, sweep_on(curve), largest_of_samples(across), largest_of_samples(torque), cubic_means(torque),
-        not train.motor.free, False, **sizes_of(motor), rounding=rounding,
+        not train.motor.free, False, **sizes_of(motor), rounding=rounding, starts=np.array(starts),
     )  # fmt: skip
+
+
+def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> DriveResponse | None:
+    """Motions of a train: as `train_curve`, or as `beating_response` where lines of the output's turn are in it."""
+    if not is_beating(train.error):
+        return train_curve(train, speeds, **how)
+    try:
+        found = beating_response(train, speeds)
+    except SolveError:
+        return None
+    return None if found.sweep is None else found
+
+
+def largest_beat(train: DriveTrain, speeds: tuple[float, float]) -> tuple[float, float] | None:
+    """Speed [rad/s] and size [rad] of the largest oscillation of a train in two turns; None where none is found."""
+    try:
+        found = two_turn_response(with_rounded_corners(train), speeds)
+    except SolveError:
+        return None
+    sizes = np.where((found.omega >= speeds[0]) & (found.omega <= speeds[1]), found.largest, 0.0)
+    return float(found.omega[np.argmax(sizes)]), float(np.max(sizes))
+
+
+def with_rounded_corners(train: DriveTrain) -> DriveTrain:
+    """The train with the corners of a law of three slopes rounded."""
+    law = train.law
+    if not isinstance(law, PiecewiseLinear):
+        return train
+    first, second = law.T1 / law.K1, (law.T2 - law.T1) / law.K2
+    return train._replace(law=RoundedPiecewiseLinear(*law, min(2.0 * first, second)))
+
+
+def _sizes(driven: TwoTurns, problem: Torus, points: Floats) -> Floats:
+    """Oscillation (n,) [rad] of motions in their largest turn."""
+    return np.asarray(oscillations(_waves(driven, problem, points), problem.pairs, driven.ratio).max(axis=1))
+
+
+def _waves(driven: TwoTurns, problem: Torus, points: Floats) -> Any:
+    return np.array([problem.coordinates(z) @ driven.part.values[0] for z in points])
 
 
 def _described(
     driven: TwoTurns, flow: Any, problem: Torus, points: Floats, folds: tuple[float, ...], how: tuple[Status, str]
 ) -> TwoTurnCurve:  # fmt: skip
-    waves = np.array([problem.coordinates(z) @ driven.part.values[0] for z in points])
+    waves = _waves(driven, problem, points)
     count = math.gcd(*(k for _, k in driven.pairs)) or 1
     return TwoTurnCurve(
         points[:, -1], problem.pairs, waves, folds, driven.ratio, count, *how, problem, points, flow
@@ -243,7 +285,7 @@ def _described(
 
 def _driven(system: Any, ratio: float | None) -> tuple[TwoTurns, Any]:
     """What drives a system, and the part whose disturbances are meant."""
-    train = _as_train(checked(system), ratio)
+    train = as_train(checked(system), ratio)
     end, plain = train.load.end(), without_gravity(train)
     pulls = tuple(_of_angle(end.drag))
     part = linear_part(plain, at_load=True)
@@ -274,7 +316,7 @@ def _orders(torque: Any) -> list[int]:
     return [int(order) for order, term in known if getattr(term, "amplitude", 1.0)]
 
 
-def _as_train(system: Any, ratio: float | None) -> DriveTrain:
+def as_train(system: Any, ratio: float | None) -> DriveTrain:
     """The system, or an error equation as the train that it is of: a motor that is held, and a rigid load."""
     if isinstance(system, DriveTrain):
         return system

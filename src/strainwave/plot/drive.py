@@ -66,7 +66,7 @@ def fine(response: DriveResponse) -> DriveResponse:
     drawn = replace(
         curve, values=points[:, 0], omega=points[:, 0], coefficients=coefficients, peak=peak,
         multipliers=curve.multipliers[steps], stable=curve.stable[steps],
-        envelope=None if curve.envelope is None else envelope,
+        envelope=None if curve.envelope is None else envelope, waves=None,
     )  # fmt: skip
     return replace(response, curve=drawn)
 
@@ -104,7 +104,7 @@ class Drawn(NamedTuple):
 
 def reference(project: Project) -> Drawn:
     """The curve of the drive with its motor held, where it is another one, and what assumed numbers leave open."""
-    held = project.train is not None and project.motor == "held" and not project.beats
+    held = project.train is not None and project.motor == "held" and not project.is_beating
     return Drawn(reduced=project.equation_response(coexisting=False) if held else None, sure=project.sureness)
 
 
@@ -187,6 +187,9 @@ def _error(panel: Panel, project: Project | None, drive: DriveResponse, extras: 
         good = [m for m in motions if m.status]
         heights = [float(np.max(np.abs(m.x - np.mean(m.x[:-1])))) for m in good]
         simulated(panel, [m.omega for m in good], heights, marker)
+    if (envelope := smooth.curve.envelope) is not None:
+        name, keep = "the same in the smallest turn of the beat", smooth.curve.stable
+        panel.parted(smooth.curve.omega, envelope[:, 1], True, BLUE, name, widths=(1.0, 1.0), keep=keep)
     oscillation, omega = drive.oscillation, drive.omega
     folds = [(fold.omega, float(oscillation[np.argmin(np.abs(omega - fold.omega))])) for fold in drive.folds]
     draw_folds(panel, [w for w, _ in folds], [y for _, y in folds])

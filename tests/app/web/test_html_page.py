@@ -21,7 +21,7 @@ from strainwave.app.page.page import POINTS
 from strainwave.app.page.sliders import _quantity, sliders
 from strainwave.app.report.report import write
 from strainwave.app.web.state import first_text
-from strainwave.app.web.views import folded, solved
+from strainwave.app.web.views import folded, response, solved
 from strainwave.base.results import SolveError
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.compile.wasm import stamp
@@ -480,7 +480,12 @@ def test_a_line_of_the_outputs_turn_leaves_the_turn_whole_and_its_response_beats
     text = HELD.replace("LAW", LAWS["hardening"]).replace("{order: 4,", "{order: {wave_generator: 2, output: 2},")
     project = from_text(text, tmp_path / "project.yaml")
     assert folded(project) == (project, 1)
-    assert solved(project).found.curve.beat == 25.0
+    found = solved(project).found
+    assert found.curve.beat == 25.0
+    shown = response(project)
+    np.testing.assert_array_equal(shown["beat"]["smallest_arcsec"], found.curve.envelope[:, 1] / ARCSEC)
+    assert shown["beat"]["smallest_at_largest_arcsec"] < shown["largest"]["oscillation_arcsec"]
+    assert shown["beat"]["period_s"] == pytest.approx(25.0 * 60.0 / shown["largest"]["speed"], rel=1e-12)
 
 
 def test_sliders_do_not_depend_on_the_number_that_comes_first(tmp_path):

@@ -104,10 +104,10 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
     if motor is not None:
         least = {"speed": speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding}
     bands = sweep.bands if sweep else ()
-    share, waves = f"{number(100.0 * known['left_out_relative'], 2)} % of the motion", f"{known['harmonics']} harmonics"
-    left_out = f"{waves}; the rest carry {share}"
-    if curve.envelope is not None:
-        left_out = f"waves of two turns; each one left out carries at most {share}"
+    share = f"{number(100.0 * known['left_out_relative'], 2)} % of the motion"
+    left_out = f"{known['harmonics']} harmonics; the rest carry {share}"
+    if curve.waves is not None:
+        left_out = f"{len(curve.waves.pairs) - 1} waves of two turns; each one left out carries at most {share}"
     return (
         Fact("failures", tuple(judged.failures), "FAIL: {}"),
         Fact("", f"{name}, {found.message}", "response, motor: {}"),

@@ -102,7 +102,7 @@ def refused_parts(project: Project) -> list[str]:
         parts.append("a range of load torques")
     if project.postures:
         parts.append("loads in postures")
-    if project.beats:
+    if project.is_beating:
         parts.append("a line of the output's turn")
     if project.loaded_error is not None:
         parts.append("an error that depends on torque or direction")

@@ -233,7 +233,7 @@ def verdicts_page(reports: dict[str, Report]) -> str:
 
 def _load(i: int, view: View) -> str:
     """Sentence on the load torque of the curve of a drive, where the load has a range."""
-    low, high = view.project.load_torques
+    low, high = view.project.other_loads
     torque = view.analysis.largest_oscillation().torque
     if torque is None:
         return ""

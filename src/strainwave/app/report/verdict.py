@@ -16,7 +16,7 @@ from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict
 from ..console import number, percent
-from ..view import View, sizes, under_load
+from ..view import View, place_said, sizes, under_load
 from .remedies import words
 
 ADD_LIMIT = (
@@ -120,7 +120,7 @@ def _oscillation(view: View) -> Sentence:
     if avoid is None:
         return Sentence(NOTHING_STABLE)
     largest = analysis.largest_oscillation()
-    where = Speed(largest.omega, digits=5) + under_load(largest.torque)
+    where = place_said(largest)
     if avoid.limit is not None:
         how = "above" if largest.peak > avoid.limit else "within"
         against = Sentence("{} the limit of {}", how, Angle(avoid.limit))
@@ -361,7 +361,7 @@ def loop_said(sizes: dict[str, Any] | None) -> str:
 def _worst(view: View) -> Sentence:
     """The largest oscillation with its speed and load torque."""
     largest = view.analysis.largest_oscillation()
-    return Sentence("{} at {}.", Angle(largest.peak), Speed(largest.omega, digits=5) + under_load(largest.torque))
+    return Sentence("{} at {}.", Angle(largest.peak), place_said(largest))
 
 
 def _margin(view: View) -> Sentence:

@@ -119,7 +119,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     top = found.top
     sweep, limit, motor_limits = found.sweep, project.limit, project.motor_limits or MotorLimits()
     unstable = [(low * scale, high * scale) for low, high in without_stable(found)]
-    low, high = project.load_torques
+    low, high = project.other_loads
     judged = own.judged(found, round(speeds.scale / scale))
     motor, torque = judged.motor, found.usage.peak_torque
     limits = [one for one in _torque_limits(project) if one["name"] != "rated torque"]
@@ -148,6 +148,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             "oscillation_arcsec": float(found.oscillation[top] / ARCSEC),
             "torque": torque,
         },
+        "beat": _beat(found),
         "torque_limits": _torque_limits(project),
         "torque_exceeded": exceeded,
         "load_torques": [low, project.mean_load_torque, high],
@@ -174,10 +175,22 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _beat(found: DriveResponse) -> dict[str, Any] | None:
+    """How long a beat takes at the largest oscillation, and the oscillation in its smallest turn; None without one."""
+    curve, top = found.curve, found.top
+    if curve.beat is None or curve.envelope is None:
+        return None
+    smallest = curve.envelope[:, 1] / ARCSEC
+    return {
+        "turns": curve.beat, "period_s": 2.0 * math.pi * curve.beat / float(found.omega[top]),
+        "smallest_arcsec": smallest, "smallest_at_largest_arcsec": float(smallest[top]),
+    }  # fmt: skip
+
+
 def sureness(project: Project) -> dict[str, Any]:
     """What stands beside the response after a pause: the band of assumed numbers, and the curve of the held motor."""
     sure, scale, held = how_sure(project, _turning), project.speeds.scale, None
-    if project.train is not None and project.motor == "held" and not project.beats:
+    if project.train is not None and project.motor == "held" and not project.is_beating:
         curve = project.equation_response(coexisting=False, points=POINTS)
         held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
     sentences = sure.sentences(project.limit)

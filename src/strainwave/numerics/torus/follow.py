@@ -4,6 +4,7 @@ The balance begins with the waves that are driven. Where a torque has a wave tha
 move the drive by more than a share of the whole, that wave is taken in, and the balance solved again.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,7 @@ MARGIN = 0.5  # of the share that may be left out: waves that are taken in leave
 SMALL = 1e-3  # of the share of what is left out: torques below it are not looked at
 LOOKED_AT, BESIDE = 8, np.array([0, 3, -3, 8, -8])  # points where missing waves are looked for: all along, at a crest
 STEP = 0.1
+BESIDE_CREST = 1e-3  # of a step: a crest so close to a point is that point
 FEW = 4  # driven pairs up to which the balance begins with sums of three
 
 
@@ -183,3 +185,22 @@ def with_missing(driven: TwoTurns, problem: Torus, points: Floats, aim: float) -
             z, problem = newton(wider, carried_over(problem, wider, z[None])[0]), wider
         grown = grown and z is None
     return problem
+
+
+def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floats]) -> Floats:
+    """Points (n, ...) of a curve with those at the crests of a measure (n,), by parabolas through three of them."""
+    for _ in range(2):
+        sizes, rows = measure(points), list(points)
+        for i in (1 + np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:])))[::-1].tolist():
+            w, y = points[i - 1 : i + 2, -1] - points[i, -1], sizes[i - 1 : i + 2] - sizes[i]
+            if w[0] * w[2] >= 0.0:  # beside a fold
+                continue
+            left, right = y[0] / w[0], y[2] / w[2]
+            place = (left * w[2] - right * w[0]) / (2.0 * (left - right))
+            side = 0 if place * w[0] > 0.0 else 2
+            share = place / w[side]
+            z = newton(problem, (1.0 - share) * points[i] + share * points[i - 1 + side])
+            if z is not None and share > BESIDE_CREST:
+                rows.insert(i + side // 2, z)
+        points = np.array(rows)
+    return points

@@ -4,6 +4,7 @@ Sentences about what went wrong in an analysis, or needs care. What a drive has 
 the hysteresis loop of its gear, parametric resonances.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -23,7 +24,7 @@ from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from ..gear.parametric import ParametricResonance, parametric_resonances
 from .avoid import Avoid, LoadCase, searched
-from .in_time import RunUp
+from .in_time import Beat, RunUp
 from .remedies import Remedy
 from .resonances import OperatingPoint, Regime
 from .time_case import TimeCase
@@ -145,7 +146,8 @@ def not_exact(name: str, curve: Branch) -> list[str]:
 class Largest(NamedTuple):
     """The largest |error| [rad] of an analysis, the base-angle speed [rad/s] there, its motion and its method.
 
-    `torque` is the constant torque [N*m] of the load there, where the drive has a range of them; None otherwise.
+    `torque` is the constant torque [N*m] of the load there, where the drive has a range of them; None otherwise. Where
+    the motion beats, `smallest` is the oscillation [rad] in its smallest turn, and `beat` its period [s].
     """
 
     peak: float
@@ -153,6 +155,8 @@ class Largest(NamedTuple):
     of: str
     method: str
     torque: float | None = None
+    smallest: float | None = None
+    beat: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +219,8 @@ class Analysis(Result):
         The largest oscillation with two thirds and with five thirds of the gear's damping; empty without advice.
     posture : WorstPosture or None
         The posture of the project in which the drive is judged worst, which counts in the verdict.
+    beat : Beat or None
+        The largest motion turn by turn, where motions beat.
     """
 
     system: Oscillator | VaryingOscillator
@@ -243,6 +249,7 @@ class Analysis(Result):
     motor: MotorUse | None = None
     other_damping: tuple[Remedy, ...] = ()
     posture: WorstPosture | None = None
+    beat: Beat | None = None
 
     def coordinates(self) -> Labelled:
         """As of the response."""
@@ -311,8 +318,9 @@ class Analysis(Result):
             run = Largest(*ramp.largest(ramp.run.pointing), "run-up of the whole drive train", "integration")
             return run if best is None or self.train_curve is None or run.peak > LESS * best.peak else best
         worst = self.run_up.worst()
-        if best is None or (self.train_curve is None and best.peak < worst.peak / LESS):
+        if worst is not None and (best is None or (self.train_curve is None and best.peak < worst.peak / LESS)):
             return Largest(worst.peak, worst.omega, "error equation", "integration")
+        assert best is not None
         return best
 
     def largest_oscillation(self) -> Largest:
@@ -321,5 +329,9 @@ class Analysis(Result):
         found = []
         for torque, drive in self.curves:
             at, sizes = drive.top, drive.oscillation
-            found.append(Largest(float(sizes[at]), float(drive.omega[at]), of, drive.method, torque))
+            largest = Largest(float(sizes[at]), float(drive.omega[at]), of, drive.method, torque)
+            if (envelope := drive.curve.envelope) is not None and (turns := drive.curve.beat) is not None:
+                period = 2.0 * math.pi * turns / largest.omega
+                largest = largest._replace(smallest=float(envelope[at, 1]), beat=period)
+            found.append(largest)
         return max(found, key=lambda largest: largest.peak)

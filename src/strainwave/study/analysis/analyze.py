@@ -23,15 +23,17 @@ from ...drive.project import Project
 from ...drive.response import exact_response
 from ...drive.standstill import standing
 from ...drive.train_curve import FEW, refuse_free
+from ...drive.two_turns import NONE_STABLE
 from ...model.gears.gear import Gear
 from ...model.gears.limits import RATCHETING
 from ...model.train.drive_train import DriveTrain
+from ...numerics.torus.motion import oscillations
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
 from .avoid import HALF_POWER, LoadCase, between, in_run, load_cases, merged, over_all, searched, speeds_to_avoid
-from .in_time import RunUp, run_up
+from .in_time import RunUp, beat_of, run_up
 from .knobs import Subject
 from .remedies import what_helps, with_other_damping
 from .resonances import OperatingPoint, Regime, operating_point, regimes
@@ -156,11 +158,6 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         If the law cannot carry the mean torque, or no simulation finishes.
     """
     progress, train, speeds, limit = progress or silent, project.train, project.speeds, project.limit
-    if project.beats:
-        raise ValueError(
-            "a line of the output's turn is in this drive, so its motions beat, and analyze follows those that repeat "
-            "with every turn of the motor; take `strainwave response` and `strainwave speed-map`, which have the beat"
-        )
     if train is not None:
         refuse_free(train)
     system, limits = project.system(reduced=True), speeds.limits
@@ -169,29 +166,27 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     stability = _proof(system, point)
     progress("response curve", 0.02)
     exact = project.equation_response(coexisting=train is None or searched(system.law))
-    all_regimes, close = _resonances(system, limits, point, exact, progress)
-    sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share))
-    if not any(motion.status for motion in (*sweep.up, *sweep.down)):
-        raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
-    cases = _in_time(system, speeds, point, all_regimes, sweep, progress)
+    all_regimes, close, sweep, cases = _of_one_turn(project, system, point, exact, progress)
     single = tuple(case.omega for case in cases)
     study = None if train is None else _whole_train(project, train, system, point, exact, single, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
     drive = curve or exact
     avoid = speeds_to_avoid(system, drive, point, limit, None if ramp is None else in_run(*ramp))
     by_load: tuple[LoadCase, ...] = ()
-    if project.load_torques[0] < project.load_torques[1]:
+    if project.other_loads[0] < project.other_loads[1]:
         alone = speeds_to_avoid(system, drive, point, limit)  # without the run-up
         as_it_is = LoadCase(project.mean_load_torque, drive, alone, limits)
         by_load = load_cases(project, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)
+    study = _with_gravity(project, study, (drive, *(case.drive for case in by_load)), progress) if advice else study
     motors = {} if project.motor_named else project.motors()
     other_motors = motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87))
     progress("hysteresis and varying stiffness", 0.88)
     largest = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
     loop, no_loop = loop_of(system.law, largest.peak_torque, project.rated_torque)
     parametric, not_searched = parametric_of(system, limits)
-    subject = Subject(system, None if curve is None else train, limits, project)
+    followed = project.train or project.whole if project.is_beating else None if curve is None else train
+    subject = Subject(system, followed, limits, project)
     motor = _asked_of_motor(drive, by_load, study)
     fastest = speeds.given[-1] if speeds.by_motor else None
     curves = tuple(case.drive for case in by_load) or (drive,)
@@ -214,6 +209,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
         tuple(implausible(project.gear, project.rated_torque, loop, largest)), motor,
         with_other_damping(subject, drive, avoid, by_load) if advice else (), worst,
+        beat_of(project, drive) if project.is_beating else None,
     )  # fmt: skip
 
 
@@ -245,6 +241,23 @@ def over_postures(
     answer = max(verdict.answer, worst.answer, key=ranks.index)
     answer = answer if allowed else Answer.NOT
     return replace(verdict, answer=answer, speeds=whole, allowed=allowed), worst
+
+
+def _of_one_turn(
+    project: Project, system: Any, point: OperatingPoint, exact: DriveResponse, progress: Told
+) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse], RunUp, tuple[TimeCase, ...]]:
+    """What describes motions that repeat with every turn: resonances, a simulated run-up, and single speeds in time.
+
+    Where motions beat all of it is empty.
+    """
+    if project.is_beating:
+        if project.response().sweep is None:
+            raise SolveError(NONE_STABLE)
+        return (), {}, RunUp((), (), np.empty(0), np.empty(0)), ()
+    limits = project.speeds.limits
+    all_regimes, close = _resonances(system, limits, point, exact, progress)
+    sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share))
+    return all_regimes, close, sweep, _in_time(system, project.speeds, point, all_regimes, sweep, progress)
 
 
 def _resonances(
@@ -285,6 +298,33 @@ def _whole_train(
     progress("standstill", 0.88)
     resting = standing(project)
     return study if resting is None else replace(study, remarks=(*study.remarks, *resting.sentences()))
+
+
+def _with_gravity(
+    project: Project, study: TrainStudy | None, curves: tuple[DriveResponse, ...], progress: Told
+) -> TrainStudy | None:
+    """The study with the motions that have gravity exactly, where the curves of `quasi-static` torques leave it out."""
+    if study is None or study.curve is None or not study.curve.without_angle:
+        return study
+    progress("gravity with its stiffness", 0.87)
+    try:
+        exact = project.beating
+    except (ValueError, SolveError) as error:
+        said = Sentence("Gravity is a constant torque at every angle here, not exactly in the motion: {}.", error)
+        return replace(study, remarks=(*study.remarks, said))
+    waves, at = exact.curve.waves, exact.visited()
+    assert waves is not None
+    fast = waves.amplitudes[at] * (1.0 - np.sinc(waves.orders))  # without the mean of a turn around each angle
+    sizes = oscillations(fast, waves.pairs, project.drive.N, about_mean=False).max(axis=1)
+    size, omega = float(np.max(sizes)), float(exact.omega[at[np.argmax(sizes)]])
+    change = 100.0 * (size / max(float(curve.oscillation[curve.top]) for curve in curves) - 1.0)
+    text = (
+        "With gravity exactly in the motion, its stiffness included, the oscillation about the slow mean reaches {} at "
+    )
+    text += "{}: {} % {} than under constant torques in its place."
+    more = f"{abs(change):.2g}", "more" if change > 0.0 else "less"
+    said = Sentence(text, Angle(size), Speed(omega, digits=5), *more)
+    return replace(study, gravity=(omega, size), remarks=(*study.remarks, said))
 
 
 def _used(

@@ -24,7 +24,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
 from ...drive.project import Project
 from ...drive.run import DriveRun
-from ...drive.two_turns import beats
+from ...drive.two_turns import is_beating
 from .resonances import OperatingPoint, operating_point
 
 HALF_POWER = sqrt(0.5)
@@ -220,7 +220,7 @@ def _met(motions: Motions, least: float, limit: float | None) -> list[Speeds]:
 def quasi_static(system: Any, point: OperatingPoint) -> float:
     """Oscillation [rad] of a drive that follows its excitation without inertia."""
     angles = 2.0 * np.pi * np.arange(2048) / 2048
-    if beats(system.error):  # its lines meet in some turn
+    if is_beating(system.error):  # its lines meet in some turn
         angles = 2.0 * np.pi * np.arange(PLACES * MANY) / PLACES
     torque = np.broadcast_to(system.excitation.torque(angles), angles.shape) - point.mean_torque
     twist = torque / point.stiffness if point.stiffness > 0.0 else 0.0 * torque
@@ -309,12 +309,12 @@ def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float]
     SolveError
         If the law cannot carry a torque of the range.
     """
-    low, high = project.load_torques
+    low, high = project.other_loads
     cases = {mean_case.torque: mean_case}
 
     def computed(torque: float) -> None:
         progress(torque)
-        cases[torque] = _case(project.under(torque), torque)
+        cases[torque] = _case(project.under(torque, project.is_beating), torque)
 
     spring = not project.has_memory
     for torque in np.linspace(low, high, LEAST if spring else WITH_MEMORY).tolist():

@@ -8,7 +8,7 @@ integrated equation confirms.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -23,13 +23,15 @@ from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...drive.response import loses_energy, settling_time
-from ...drive.run import waiting
+from ...drive.run import drive_run, waiting
 from ...drive.train_curve import at_load, refuse_free, torque_in
+from ...drive.two_turns import with_rounded_corners
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import behind_gear
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
+from ...numerics.torus.motion import oscillations
 from ..steady import SteadyMotion, finished_or_interrupted, settle, settled
 from .resonances import OperatingPoint, operating_point
 
@@ -55,9 +57,9 @@ class RunUp:
     curve_up: Floats
     curve_down: Floats
 
-    def worst(self) -> SteadyMotion:
-        """The motion with the largest |x| among those that the simulation reached."""
-        return max((m for m in (*self.up, *self.down) if m.status), key=lambda motion: motion.peak)
+    def worst(self) -> SteadyMotion | None:
+        """The motion with the largest |x| among those that the simulation reached; None without any."""
+        return max((m for m in (*self.up, *self.down) if m.status), key=lambda motion: motion.peak, default=None)
 
     def difference(self) -> float | None:
         """Largest difference between the peaks of simulated motions that repeat and exact ones, relative to these.
@@ -103,6 +105,8 @@ def run_up(
         order = slice(None) if upwards else slice(None, None, -1)
         sides.append((tuple(motions[order]), peaks[order]))
     (up, curve_up), (down, curve_down) = sides
+    if not any(motion.status for motion in (*up, *down)):
+        raise SolveError(f"no simulated speed reached a steady motion: {up[0].message}")
     return RunUp(up, down, curve_up, curve_down)
 
 
@@ -151,6 +155,56 @@ def _settled(system: Any, state: tuple[float, ...]) -> SteadyMotion:
         if longer.closed:
             return longer
     return motion
+
+
+PLACES = 512  # samples of a turn of the motor
+
+
+class Beat(NamedTuple):
+    """A motion that beats, turn by turn of the motor, until motor and output stand as before.
+
+    Attributes
+    ----------
+    omega : float
+        Speed of the motor [rad/s].
+    turns : float
+        Turns of the motor in a beat.
+    balanced, integrated : (n,) arrays
+        Largest |error - mean| [rad] of each turn, by the balance and by integration from its state at angle 0; no
+        integration of a free motor, of which nothing holds the speed.
+    """
+
+    omega: float
+    turns: float
+    balanced: Floats
+    integrated: Floats
+
+    @property
+    def period(self) -> float:
+        """Period [s]."""
+        return 2.0 * math.pi * self.turns / self.omega
+
+    @property
+    def difference(self) -> float | None:
+        """Largest difference of a turn by integration, relative to the largest turn; None without one."""
+        known = len(self.integrated) > 0
+        return float(np.max(np.abs(self.integrated - self.balanced)) / np.max(self.balanced)) if known else None
+
+
+def beat_of(project: Project, found: DriveResponse) -> Beat | None:
+    """The largest of the motions of a curve that a slow run-up or run-down meets; None where they do not beat."""
+    waves, beat, whole, at = found.curve.waves, found.curve.beat, project.whole, found.top
+    if waves is None or beat is None or whole is None or found.starts is None:
+        return None
+    omega, ratio = float(found.omega[at]), whole.N
+    balanced, integrated = oscillations(waves.amplitudes[[at]], waves.pairs, ratio)[0], np.empty(0)
+    if not whole.motor.free:
+        angles = 2.0 * np.pi / PLACES * np.arange(PLACES * len(balanced) + 1)
+        run = drive_run(with_rounded_corners(whole)._replace(omega=omega), found.starts[at], angles / omega)
+        if run.trajectory.status:
+            turns = run.pointing[:-1].reshape(-1, PLACES)
+            integrated = np.max(np.abs(turns - np.mean(turns, axis=1, keepdims=True)), axis=1)
+    return Beat(omega, beat, balanced, integrated)
 
 
 SHOWN, BLOCK, LONGEST = 12, 60, 8  # turns of the settled motion; turns that are waited for, and at most so many times
@@ -331,7 +385,7 @@ def _motion(system: Any, start: Any, load_torque: float, has_reference: bool) ->
 
 def _run(system: Any, start: Any, turns: int) -> Trajectory:
     """Some turns from a state."""
-    count = turns * max(SAMPLES, PER_CYCLE * max((1, *system.orders())))
+    count = turns * max(SAMPLES, PER_CYCLE * math.ceil(max((1, *system.orders()))))
     times = np.linspace(0.0, turns * 2.0 * np.pi / system.omega, count + 1)
     run = finished_or_interrupted(simulate(system, start, times, method=METHOD))
     if not run.status:

@@ -11,11 +11,12 @@ import numpy as np
 from ...base.law import depends, is_spring, spring_stiffness
 from ...base.protocols import lacking, lines_of, terms_of
 from ...base.quantities import parameters, replace
-from ...base.results import Floats, SolveError
+from ...base.results import SolveError
 from ...base.units import ARCSEC
 from ...drive.loop_margin import fastest_growth
 from ...drive.project import Project
 from ...drive.train_curve import largest_oscillation
+from ...drive.two_turns import is_beating, largest_beat
 from ...model.drive import Drive
 from ...model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ...model.train.drive_train import DriveTrain
@@ -70,7 +71,9 @@ class Subject(NamedTuple):
         return terms_of(excitation)
 
     def largest(self, harmonics: int, coexisting: bool) -> tuple[float, float] | None:
-        """Speed [rad/s] and size [rad] of its largest |error - mean|, as `largest_oscillation`."""
+        """Speed [rad/s] and size [rad] of its largest |error - mean|, as `largest_oscillation`, in a beat too."""
+        if self.train is not None and is_beating(self.train.error):
+            return largest_beat(self.train, self.speeds)
         return largest_oscillation(self.whole, self.speeds, harmonics, coexisting)
 
 
@@ -104,22 +107,22 @@ class Knob(NamedTuple):
     by: float = 0.0
 
 
-def knobs(subject: Subject, series: Floats, torque: float) -> Iterator[Knob]:
+def knobs(subject: Subject, amplitude: Callable[[float], float], torque: float) -> Iterator[Knob]:
     """Everything that can be turned, what is turned most easily first.
 
     Parameters
     ----------
     subject : Subject
         The drive.
-    series : (2H+1,) array
-        Fourier coefficients of its error at the peak: mean, cos 1, sin 1, ...
+    amplitude : callable
+        Amplitude [rad] of an order in its error at the peak.
     torque : float
         Largest torque in the gear [N*m], to which changes of the mean torque are related.
     """
     train = subject.train
     if train is not None:
         yield from _of_loop(subject, train)
-    yield from _of_error(subject, series)
+    yield from _of_error(subject, amplitude)
     if (preload := _preload(subject, torque)) is not None:
         yield preload
     yield from _of_load(subject)
@@ -176,10 +179,10 @@ def _damped(loop: Any, times: float) -> Any:
     return loop._replace(K_d=times * loop.K_d)
 
 
-def _of_error(subject: Subject, series: Floats) -> Iterator[Knob]:
+def _of_error(subject: Subject, amplitude: Callable[[float], float]) -> Iterator[Knob]:
     """The line of the kinematic error that matters: made smaller, and cancelled by feed-forward."""
     whole = subject.whole
-    i = line_that_matters(whole.error, series)
+    i = line_that_matters(whole.error, amplitude)
     if i is None:
         return
     line = whole.error.lines[i]
@@ -187,17 +190,14 @@ def _of_error(subject: Subject, series: Floats) -> Iterator[Knob]:
     def turned(share: float) -> Subject:
         return subject.having(replace(whole, {f"error.lines.{i}.amplitude": (1.0 + share) * line.amplitude}))
 
-    name, size = f"kinematic error of order {line.order}", line.amplitude / ARCSEC
+    name, size = f"kinematic error of order {line.order:.6g}", line.amplitude / ARCSEC
     yield Knob(name, size, "arcsec", turned, (-1.0,), (1.0,))
     yield Knob(name, size, "arcsec", turned, (-1.0,))
 
 
-def line_that_matters(error: Any, series: Floats) -> int | None:
-    """Number of the line whose harmonic is the largest in the error at its peak; None where there is none."""
-    sizes = {}
-    for i, line in enumerate(lines_of(error)):
-        if line.amplitude:
-            sizes[i] = float(np.linalg.norm(series[2 * line.order - 1 : 2 * line.order + 1]))
+def line_that_matters(error: Any, amplitude: Callable[[float], float]) -> int | None:
+    """Number of the line whose order is the largest in the error at its peak; None where there is none."""
+    sizes = {i: amplitude(line.order) for i, line in enumerate(lines_of(error)) if line.amplitude}
     return max(sizes, key=sizes.__getitem__) if sizes else None
 
 

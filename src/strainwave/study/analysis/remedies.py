@@ -20,10 +20,13 @@ from ...base.sentences import listed
 from ...compile.tree import made
 from ...drive.drive_response import DriveResponse, Usage
 from ...drive.project import Project
+from ...drive.two_turns import is_beating
 from ...model.drive import Drive
+from ...model.excitation import KinematicError
 from ...model.gears import catalogue
 from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
+from ...model.orders import order_pair
 from ...model.train.drive_train import DriveTrain
 from .avoid import Avoid, LoadCase, worst_of
 from .knobs import DAMPING, Knob, Subject, knobs
@@ -89,7 +92,7 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
     changed = subject.of_drive(other)._replace(speeds=(low, high))
     if subject.train is not None:
         changed = changed._replace(train=_train_with(subject.train, other))
-    error = _error_of(subject.whole.error, old, gear)
+    error = _error_of(subject.whole.error, old, gear, drive.N, ratio)
     return changed.having(changed.whole._replace(error=error))
 
 
@@ -112,12 +115,19 @@ def swapped(law: Any, old: Any, new: Any) -> Any:
     return made(law, [swapped(part, old, new) for part in law]) if isinstance(law, tuple) else law
 
 
-def _error_of(error: Any, old: Gear, gear: Gear) -> Any:
-    """The same kinematic error, or that of the new gear's accuracy class where it was that of the old one's."""
-    if old.accuracy is None or gear.accuracy is None:
+def _error_of(error: Any, old: Gear, gear: Gear, before: float, ratio: float) -> Any:
+    """The same kinematic error, or that of the new gear's accuracy class where it was that of the old one's.
+
+    Lines of the output's turn keep their repeats in it: their orders follow from the ratio, which was another `before`.
+    """
+    printed, new = old.accuracy, gear.accuracy
+    if printed and new and lines_of(error) == accuracy_spectrum(printed).lines:
+        return accuracy_spectrum(new)
+    if not is_beating(error):
         return error
-    of_class = lines_of(error) == accuracy_spectrum(old.accuracy).lines
-    return accuracy_spectrum(gear.accuracy) if of_class else error
+    pairs = [order_pair(line.order, before) for line in error.lines]
+    lines = zip(error.lines, pairs, strict=True)
+    return KinematicError(tuple(line._replace(order=j + k / ratio if k else j) for line, (j, k) in lines))
 
 
 @dataclass(frozen=True)
@@ -205,8 +215,8 @@ def at_worst(
 def under(subject: Subject, torque: float) -> Subject:
     """The drive of a project under one constant torque [N*m] of its load."""
     assert subject.project is not None
-    loaded = subject.project.under(torque)
-    train = None if subject.train is None else loaded.train
+    loaded = subject.project.under(torque, subject.project.is_beating)
+    train = None if subject.train is None else loaded.train or loaded.whole
     return subject._replace(system=loaded.system(subject.system.omega, reduced=True), train=train, load_torque=torque)
 
 
@@ -263,7 +273,8 @@ def remedies(
 def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iterator[Knob]:
     """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
     at = response.largest_oscillation()
-    return chain(other_gears(subject), knobs(subject, response.curve.coefficients[at], torque))
+    waves: Any = response.curve if response.curve.waves is None else response.curve.waves
+    return chain(other_gears(subject), knobs(subject, lambda order: float(waves.amplitude(order)[at]), torque))
 
 
 @dataclass

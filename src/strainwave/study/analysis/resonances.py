@@ -14,6 +14,8 @@ import numpy as np
 from ...base.law import is_spring
 from ...base.results import Floats, SolveError
 from ...drive.response import no_multiple_scales
+from ...drive.two_turns import is_beating
+from ...model.excitation import KinematicError, NoError
 from ...numerics.loading import loaded_state
 from ...theory.lyapunov import mean_torque
 from ...theory.slow_flow.flow import slow_flow
@@ -135,6 +137,16 @@ class Regime:
         margin = 0.12 * float(np.ptp(high)) + 1e-5 * float(np.mean(high))
         low, top = float(np.min(high)) - margin, float(np.max(high)) + margin
         return max(low, float(np.min(omega))), min(top, float(np.max(omega)))
+
+
+def equation_orders(equation: Any) -> tuple[float, ...]:
+    """Orders that the error equation excites, those of two turns included."""
+    if not is_beating(equation.error):
+        return active_orders(equation)
+    lines = [line for line in equation.error.lines if line.amplitude]
+    whole = tuple(line for line in lines if not line.order % 1)
+    once = equation._replace(error=KinematicError(whole) if whole else NoError())
+    return (*active_orders(once), *(line.order for line in lines if line.order % 1))
 
 
 def operating_point(system: Any) -> OperatingPoint:

@@ -227,8 +227,8 @@ def speeds_in_time(
     away = _away(inside, limits)
     chosen: list[tuple[str, float, Regime | None]] = [(AWAY if inside else MIDDLE, away, None)]
     chosen += [(regime.label, regime.place, regime) for regime in inside[:CASES]]
-    if not inside:
-        chosen.append(("largest error of the run-up", sweep.worst().omega, None))
+    if not inside and (worst := sweep.worst()) is not None:
+        chosen.append(("largest error of the run-up", worst.omega, None))
     return chosen
 
 

@@ -21,7 +21,7 @@ from ...drive.operating_point import operating_state, with_mean_torques
 from ...drive.reductions import Reductions, compare_with_train
 from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
-from ...drive.train_curve import train_curve
+from ...drive.two_turns import drive_curve
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
@@ -77,7 +77,7 @@ def motor_cases(
     found = []
     for name, train in trains.items():
         progress(name)
-        found.append(MotorCase(name, train_curve(train, speeds, coexisting=depends(train.law) == 1)))
+        found.append(MotorCase(name, drive_curve(train, speeds, coexisting=depends(train.law) == 1)))
     return tuple(found)
 
 
@@ -154,6 +154,9 @@ class TrainStudy:
         Its own motion at each of the single speeds that the error equation is shown at; None where it has none.
     remarks : tuple of str
         Why a part is missing.
+    gravity : (float, float) or None
+        Speed [rad/s] and size [rad] of the largest oscillation about the slow mean with gravity exactly in the motion,
+        where `curve` leaves it out; None where it is not computed.
     """
 
     train: DriveTrain
@@ -168,6 +171,7 @@ class TrainStudy:
     left_out: Reductions | None
     motions: tuple[DriveMotion | None, ...]
     remarks: tuple[str, ...]
+    gravity: tuple[float, float] | None = None
 
     @property
     def run_alone(self) -> Ramp | None:

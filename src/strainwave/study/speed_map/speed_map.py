@@ -18,7 +18,7 @@ from ...base.results import Floats, Interrupted, SolveError
 from ...base.units import ARCSEC, RPM
 from ...drive.postures import Posture
 from ...drive.project import Project
-from ...drive.two_turns import beats
+from ...drive.two_turns import is_beating
 from ..analysis.avoid import out_of_reach
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
@@ -382,7 +382,7 @@ def _remarks(
     """What a reader must know, each once."""
     remarks = [remark for loaded in by_load if loaded.curves for remark in loaded.remarks]
     if still := ", ".join(f"{loaded.load:g}" for loaded in by_load if not loaded.curves):
-        repeats = "" if beats(cases[0].equation.error) else " that repeats with every turn"
+        repeats = "" if is_beating(cases[0].equation.error) else " that repeats with every turn"
         remarks.append(f"no stable steady motion{repeats} is known with a {name} of {still}")
     if not search or not all(case.searched for case in cases):
         remarks.append("separate branches (subharmonics) were not searched")

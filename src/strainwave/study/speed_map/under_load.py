@@ -18,15 +18,15 @@ from ...drive.reductions import left_out
 from ...drive.response import exact_response
 from ...drive.state_space import state_space
 from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
-from ...drive.two_turns import beating_response, beats
-from ...model.excitation import Harmonic, KinematicError, NoError
+from ...drive.two_turns import NONE_STABLE, beating_response, is_beating
+from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
 from ...numerics.curves.backbone import backbone
 from ..analysis.avoid import quasi_static, searched
-from ..analysis.resonances import OperatingPoint, active_orders, operating_point
+from ..analysis.resonances import OperatingPoint, active_orders, equation_orders, operating_point
 from .motions import OMEGA, Motions, UnderLoad
 from .rules import Span, gaps
 from .search import Found, search
@@ -39,7 +39,6 @@ LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift 
 APART = 0.025  # relative distance of the speeds of the search
 HIGHEST = 100  # harmonic of an order that may still meet a resonance
 BEATS = "the oscillation is that of the turn of the motor in which a beat is largest"
-NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run has its motion in time"
 TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
 
 
@@ -65,17 +64,7 @@ class Case(NamedTuple):
     @property
     def searched(self) -> bool:
         """Whether other motions are looked for: at constant damping and stiffness, where motions do not beat."""
-        return isinstance(self.equation, Oscillator) and not beats(self.equation.error)
-
-
-def equation_orders(equation: Any) -> tuple[float, ...]:
-    """Orders that the error equation excites, those of two turns included."""
-    if not beats(equation.error):
-        return active_orders(equation)
-    lines = [line for line in equation.error.lines if line.amplitude]
-    whole = tuple(line for line in lines if not line.order % 1)
-    once = equation._replace(error=KinematicError(whole) if whole else NoError())
-    return (*active_orders(once), *(line.order for line in lines if line.order % 1))
+        return isinstance(self.equation, Oscillator) and not is_beating(self.equation.error)
 
 
 def slowest(case: Case) -> float:
@@ -100,7 +89,7 @@ def case_of(project: Project, load: float, span: Span) -> Case:
     if train is not None:
         refuse_free(train)
         train = without_gravity(train)._replace(omega=equation.omega) if has_curve(train) else None
-    followed = project.train is None or beats(equation.error)
+    followed = project.train is None or is_beating(equation.error)
     return Case(load, equation, point, train, project.whole if train is None and followed else None)
 
 
@@ -113,14 +102,14 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
         If no stable periodic motion is found.
     """
     curve: DriveResponse | None
-    if beats(case.equation.error):
+    if is_beating(case.equation.error):
         curve = beating_response(case.train or case.whole, span)
     elif case.train is not None:
         curve = train_curve(case.train, span, coexisting=False)
     else:
         curve = exact_response(case.equation, span, coexisting=searched(case.equation.law), train=case.whole)
     if curve is None or curve.sweep is None:
-        none = NONE_STABLE if beats(case.equation.error) else NO_MOTION
+        none = NONE_STABLE if is_beating(case.equation.error) else NO_MOTION
         raise SolveError(none if curve is None or len(curve.curve) else curve.message)
     return curve
 
@@ -138,7 +127,7 @@ def under_load(
         response = main_curve(case, span)
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
-    every = 1 if beats(case.equation.error) else gcd(*active_orders(case.equation)) or 1
+    every = 1 if is_beating(case.equation.error) else gcd(*active_orders(case.equation)) or 1
     curves = (Motions(response, every),)
     sweep = response.sweep
     jumps = () if sweep is None else tuple(
@@ -146,7 +135,7 @@ def under_load(
         for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
     said = () if response.status else (f"{response.curve.message}; a speed without a known motion is forbidden",)
-    if beats(case.equation.error):
+    if is_beating(case.equation.error):
         said = (*said, BEATS, *filter(None, (response.rounding,)))
     jumping = () if sweep is None else tuple((band.low, band.high) for band in sweep.jumping)
     loaded = UnderLoad(case.load, curves, slow, jumps, jumping, doubled_spans(response.curve), (), said)

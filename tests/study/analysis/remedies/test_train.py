@@ -133,7 +133,7 @@ def test_bandwidth_and_damping_are_those_that_the_loop_is_specified_by(kind, lag
     inertia = train.loop_inertia
     assert inertia == pytest.approx(HAND["J_m"] + (HAND["J_l"] + HAND["J_g"]) / 2500.0, rel=1e-12)
     subject = subject_of(from_bandwidth(2.0 * pi * 30.0, inertia, 0.7, kind=kind, lag=lag))
-    first, second, *_ = knobs(subject, np.zeros(9), 100.0)
+    first, second, *_ = knobs(subject, float, 100.0)
     assert (first.what, first.value, first.unit) == ("bandwidth of the loop", pytest.approx(30.0), "Hz")
     assert (second.what, second.value, second.unit) == ("damping of the loop", pytest.approx(0.7), "")
     for knob, wanted in ((first, (33.0, 0.7)), (second, (30.0, 0.77))):
@@ -146,7 +146,7 @@ def test_a_bandwidth_beyond_half_the_inverse_lag_is_refused_with_a_reason():
     _, train = train_of()
     lag = 0.48 / (2.0 * pi * 30.0)
     subject = subject_of(from_bandwidth(2.0 * pi * 30.0, train.loop_inertia, 0.7, lag=lag))
-    first = next(iter(knobs(subject, np.zeros(9), 100.0)))
+    first = next(iter(knobs(subject, float, 100.0)))
     assert "above half the inverse lag" in first.turned(0.1)
     assert isinstance(first.turned(-0.1), Subject)
 
@@ -156,13 +156,13 @@ def test_an_encoder_of_the_load_leaves_the_lag_inside_it(encoder):
     _, train = train_of()
     tuning = from_bandwidth(2.0 * pi * 30.0, train.loop_inertia, 0.7, kind="cascade", lag=0.48 / (2.0 * pi * 30.0))
     control = around(tuning.loop, tuning.lag, encoder=encoder, mixing_frequency=100.0)
-    first = next(iter(knobs(subject_of(control), np.zeros(9), 100.0)))
+    first = next(iter(knobs(subject_of(control), float, 100.0)))
     assert "above half the inverse lag" in first.turned(0.1)
 
 
 def test_a_gain_without_which_there_is_no_bandwidth_or_damping_is_left_alone():
     names = [
-        [knob.what for knob in knobs(subject_of(control), np.zeros(9), 100.0) if "loop" in knob.what]
+        [knob.what for knob in knobs(subject_of(control), float, 100.0) if "loop" in knob.what]
         for control in (PositionLoop(50.0, 0.0), SpeedLoop(0.5), sw.train.Held())
     ]
     assert names == [["bandwidth of the loop"], ["bandwidth of the loop"], []]
@@ -170,7 +170,7 @@ def test_a_gain_without_which_there_is_no_bandwidth_or_damping_is_left_alone():
 
 def test_the_load_of_a_train_is_the_inertia_behind_its_couplings():
     subject = subject_of()
-    knob = next(knob for knob in knobs(subject, np.zeros(9), 100.0) if knob.what == "inertia of the load")
+    knob = next(knob for knob in knobs(subject, float, 100.0) if knob.what == "inertia of the load")
     heavier = knob.turned(0.1).train.load
     assert (HAND["J_g"], pytest.approx(1.1 * HAND["J_l"])) == (heavier.J, heavier.load.J)
 
@@ -179,7 +179,7 @@ def test_every_coupling_of_a_chain_has_its_stiffness_and_damping():
     subject = subject_of()
     chain = Elastic(0.1, 1.0, sw.Linear(1e5), Elastic(0.2, 0.0, sw.Linear(2e5), Load(1.0)))
     subject = subject._replace(train=subject.train._replace(load=chain))
-    found = {knob.what: knob for knob in knobs(subject, np.zeros(9), 100.0) if "coupling" in knob.what}
+    found = {knob.what: knob for knob in knobs(subject, float, 100.0) if "coupling" in knob.what}
     assert sorted(found) == ["damping of the coupling 1", "stiffness of the coupling 1", "stiffness of the coupling 2"]
     assert pytest.approx(2.2e5) == found["stiffness of the coupling 2"].turned(0.1).train.load.load.law.K
     assert pytest.approx(1.1e5) == found["stiffness of the coupling 1"].turned(0.1).train.load.law.K

@@ -10,7 +10,7 @@ from .opening import Opening
 from .parametric import ParametricResonances
 from .provenance import Provenance
 from .resonances import Resonances
-from .single_speeds import SingleSpeeds
+from .single_speeds import BeatOfTurns, SingleSpeeds
 from .speed_range import SpeedRange
 from .stability import Stability
 from .trust import Trust
@@ -23,6 +23,7 @@ SECTIONS: tuple[Section, ...] = (
     Motors(),
     SpeedsToAvoid(),
     SpeedRange(),
+    BeatOfTurns(),
     WholeTrain(),
     Compensation(),
     Hysteresis(),

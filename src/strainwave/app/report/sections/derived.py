@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from ....base.law import spring_stiffness
 from ....base.protocols import terms_of
 from ....base.sentences import Angle
-from ....study.analysis.resonances import active_orders
+from ....study.analysis.resonances import equation_orders
 from ...console import number, percent
 from ...view import View
 from .opening import YIELDS
@@ -137,9 +137,12 @@ def _at_rest(view: View, stiffness: float, zeta: float) -> str:
 
 
 def _resonance_speeds(view: View, omega_0: float, mark: str) -> list[Fact]:
-    orders = active_orders(view.analysis.system) if view.speeds.by_motor else ()
+    orders = equation_orders(view.analysis.system) if view.speeds.by_motor else ()
     text = "Resonance speed of order {}, at the motor"
-    return [Fact(text.format(k), f"n{k}", omega_0 / k * view.speeds.scale, "rpm", mark) for k in orders]
+    return [
+        Fact(text.format(number(k, 5)), f"n{number(k, 5)}", omega_0 / k * view.speeds.scale, "rpm", mark)
+        for k in orders
+    ]
 
 
 def _static(view: View) -> list[Fact]:
@@ -154,8 +157,9 @@ def _static(view: View) -> list[Fact]:
             static, k = abs(term.amplitude) / point.stiffness * factor, term.order
             rows.append(Fact(f"Quasi-static error of the torque of order {k}", f"A{k}/T'", static, unit, size))
     for line in () if project.kinematic_error is None else project.kinematic_error.lines:
-        name = f"Kinematic error of order {line.order}"
-        rows.append(Fact(name, f"e{line.order}", abs(line.amplitude) * factor, unit, size))
+        order = number(line.order, 5)
+        name = f"Kinematic error of order {order}"
+        rows.append(Fact(name, f"e{order}", abs(line.amplitude) * factor, unit, size))
     if gear is not None:
         limits = ((f"{name} of the {gear.name}", getattr(gear, of), unit, note) for name, of, unit, note in LIMITS)
         rows += [Fact(name, "", value, unit, note) for name, value, unit, note in limits]

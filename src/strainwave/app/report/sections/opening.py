@@ -13,7 +13,7 @@ from ....plot.svg import stacked
 from ....study.analysis.analysis import Largest
 from ....study.analysis.verdict import Answer
 from ...console import WHAT_X_IS, number, percent
-from ...view import View, sizes, under_load
+from ...view import View, place_said, sizes, under_load
 from ..remedies import after_change, can_be_ordered, words
 from ..verdict import answers, how_sure, loop_margins, ranges, verdict_data
 from .speed_range import drive_figure, figure_said
@@ -121,7 +121,8 @@ class Opening:
             run = " in a run-up" if size["of"].startswith("run-up") else ""
             error = data["error"] if mean else f"oscillation of the {data['error']}"
             speed = Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
-            text = f"largest {error}{run}{mean}, at " + speed
+            where = place_said(view.analysis.largest_oscillation()) if "beat_s" in size else speed
+            text = f"largest {error}{run}{mean}, at " + where
             rows.append((view.angle.text(size[f"{name}_rad"], view.project.digits()), view.told(text), False))
         study, torque = view.analysis.train, data["largest_torque"]
         condition = " in a steady motion" if study is None or study.ramp is None else ", steady or in the run-up"
@@ -143,7 +144,8 @@ class Opening:
 def _largest(view: View, largest: Largest, name: str) -> dict[str, Any]:
     """A largest error as data; the torque is that of the load, where the drive has a range of them."""
     origin = {"method": largest.method, "of": largest.of, "load_torque_Nm": largest.torque}
-    return view.place(largest.omega) | sizes(largest.peak, name) | origin
+    beat = {} if largest.beat is None else sizes(largest.smallest, "smallest") | {"beat_s": largest.beat}
+    return view.place(largest.omega) | sizes(largest.peak, name) | origin | beat
 
 
 def natural_frequencies(view: View) -> list[dict[str, Any]]:

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from ....base.sentences import Angle, Sentence, Speed
+from ....base.sentences import Angle, Sentence, Speed, listed
 from ....drive.drive_response import DriveResponse
 from ....study.analysis.analysis import Analysis
-from ....study.analysis.resonances import Regime
+from ....study.analysis.resonances import Regime, equation_orders
 from ....theory.slow_flow.results import Certificate
-from ...console import percent
+from ...console import number, percent
 from ...resonance_figures import response as resonance_figure
 from ...view import View, sizes
 
@@ -28,7 +28,7 @@ class Resonances:
         """A row for each, or why there is none."""
         regimes, jumps = view.analysis.regimes, _jumps(view.analysis)
         rows = [_resonance(view, i, regime, jumps[i - 1]) for i, regime in enumerate(regimes, 1)]
-        return {"resonances": rows, "resonance_remark": "" if rows else NO_STIFFNESS}
+        return {"resonances": rows, "resonance_remark": "" if rows else _remark(view)}
 
     def figures(self, view: View) -> list[str]:
         """Response curves of the resonances that have a peak by multiple scales."""
@@ -104,6 +104,16 @@ def jump_verdict(row: dict[str, Any]) -> str:
 def speed_of(row: dict[str, Any]) -> Sentence:
     """Speed of a place in a sentence."""
     return "" + Speed(row["omega_rad_per_s"])
+
+
+def _remark(view: View) -> str | Sentence:
+    """Why no resonance is listed; where motions beat, the speeds of small oscillations."""
+    omega_0, orders = view.analysis.point.omega_0, equation_orders(view.analysis.system)
+    if not (view.project.is_beating and omega_0 and orders):
+        return NO_STIFFNESS
+    met = listed(Sentence("order {} at {}", number(k, 5), Speed(omega_0 / k, digits=5)) for k in orders)
+    text = "multiple scales describes motions that repeat with every turn, and these beat; small oscillations meet {}."
+    return Sentence(text, met)
 
 
 def _jumps(analysis: Analysis) -> list[list[float]]:

@@ -2,10 +2,18 @@
 
 from typing import Any
 
+import numpy as np
+
+from ....base.sentences import Angle, Sentence, Speed
+from ....plot.colours import BLACK, BLUE
+from ....plot.panels import Axis, Panel
+from ....plot.svg import figure
 from ....study.analysis.in_time import DriveMotion
 from ....study.analysis.time_case import TimeCase
+from ...console import number, percent
 from ...resonance_figures import time_figure
 from ...view import View, sizes
+from .speed_range import waves_data
 
 
 class SingleSpeeds:
@@ -22,6 +30,55 @@ class SingleSpeeds:
     def figures(self, view: View) -> list[str]:
         """A figure for each."""
         return [time_figure(case, view.angle, drive) for case, drive in _cases(view)]
+
+
+class BeatOfTurns:
+    """The largest motion turn by turn, where motions beat."""
+
+    heading = "The beat"
+    template = "beat.html.j2"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Turns and period of the beat, and the sizes of its turns; None without one."""
+        beat = view.analysis.beat
+        if beat is None:
+            return {"beat": None}
+        known = {"turns": beat.turns, "period_s": beat.period, "difference_to_integration": beat.difference}
+        return {"beat": view.place(beat.omega) | known | {"oscillation_of_each_turn_rad": beat.balanced.tolist()}}
+
+    def sentences(self, view: View) -> list[Any]:
+        """The beat in words."""
+        beat = view.analysis.beat
+        if beat is None:
+            return []
+        sizes_of = [Angle(float(size)) for size in (np.max(beat.balanced), np.min(beat.balanced))]
+        text = "The error beats every {} turns of the motor, {} s at {}: it oscillates with {} in the largest turn and "
+        turns, period = number(beat.turns), number(beat.period, 3)
+        said = Sentence(text + "with {} in the smallest.", turns, period, Speed(beat.omega), *sizes_of)
+        if beat.difference is not None:
+            said += f" Integration gives the same within {percent(beat.difference, 2)} of the largest turn."
+        return [said]
+
+    def figures(self, view: View) -> list[str]:
+        """Oscillation of each turn of the motor, by the balance and by integration."""
+        beat = view.analysis.beat
+        if beat is None:
+            return []
+        number_of = np.arange(1, len(beat.balanced) + 1)
+        panel = Panel("", Axis("turn of the motor"), view.angle.axis("oscillation of the turn"), ylim=(0.0, None))
+        panel.line(number_of, beat.balanced, BLUE, "harmonic balance")
+        if len(beat.integrated):
+            panel.points(number_of, beat.integrated, BLACK, "integration")
+        return [figure([[panel]], 240.0, "oscillation of each turn of the motor")]
+
+    def waves(self, view: View) -> list[dict[str, Any]]:
+        """Waves of that motion."""
+        drive = view.analysis.drive
+        return waves_data(drive.curve, drive.top)
+
+    def lines(self, _: View, __: dict[str, Any]) -> list[str]:
+        """Nothing beside the verdict."""
+        return []
 
 
 def _cases(view: View) -> list[tuple[TimeCase, DriveMotion | None]]:

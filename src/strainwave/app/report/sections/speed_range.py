@@ -1,9 +1,10 @@
 """The error through the speed range: the computed curve with its jumps, and the simulated run-up and run-down."""
 
+import cmath
 import math
 from typing import Any
 
-from ....base.results import Status
+from ....base.results import Branch, Status
 from ....base.sentences import Angle, Sentence, Speed
 from ....base.units import Speeds
 from ....drive.drive_response import DriveResponse
@@ -64,7 +65,7 @@ def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
 
     return {
         "method": exact.method,
-        "harmonics": curve.coefficients.shape[1] // 2,
+        "harmonics": curve.coefficients.shape[1] // 2 if curve.waves is None else waves_data(curve, exact.top),
         "left_out_relative": curve.tail,
         "complete": curve.status.found,
         "rough": curve.status is Status.TRUNCATED,
@@ -85,6 +86,17 @@ def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
         "hysteresis_rad_per_s": sweep.width if sweep else None,
         "sweep": sweep.sentence if sweep else "no motion on the curve is stable",
     }
+
+
+def waves_data(curve: Branch, at: int) -> list[dict[str, Any]]:
+    """Waves of a motion that beats, the largest first: repeats per turn of motor and output, amplitude and phase."""
+    assert curve.waves is not None
+    sizes_of, pairs = curve.waves.amplitudes[at], curve.waves.pairs.tolist()
+    rows = [
+        {"wave_generator": j, "output": k, **sizes(abs(size), "amplitude"), "phase_rad": cmath.phase(size)}
+        for (j, k), size in zip(pairs[1:], sizes_of[1:].tolist(), strict=True)
+    ]
+    return sorted(rows, key=lambda row: -row["amplitude_rad"])
 
 
 def _run_up(view: View) -> list[dict[str, Any]]:
@@ -138,6 +150,11 @@ def _lines(view: View) -> str:
     whole += under_load(view.project.mean_load_torque if analysis.load_cases else None)
     text = f"Blue, thick: the motions{whole} that repeat with the {view.speeds.base_angle}, by harmonic balance "
     text += f"({response.curve.coefficients.shape[1] // 2} harmonics)"
+    if (waves := response.curve.waves) is not None:
+        text = f"Blue, thick: the motions{whole}, which beat, in their largest turn, thin: in their smallest, by "
+        text += f"harmonic balance in two turns ({len(waves.pairs) - 1} waves)"
+        if analysis.train_curve is None:
+            return f"{text}.{after}"
     if analysis.train is None or analysis.train_curve is None:
         return f"{text}; triangles: integration, as a check.{after}"
     without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
@@ -152,7 +169,7 @@ def _others(view: View) -> str:
 
 
 def _marks(view: View) -> str:
-    if view.analysis.train_curve is not None:
+    if view.analysis.train_curve is not None or not view.analysis.regimes:
         return ""
     place = "where the curve is largest" if view.project.has_memory else "of small oscillations"
     return f"Dashed grey lines: resonances, numbered as in the appendix, {place}; base angle: {view.speeds.base_angle}."

@@ -54,9 +54,14 @@ def assumptions(view: View) -> list[str]:
 def certificates(view: View) -> list[dict[str, Any]]:
     """A row for each method: its result, its reference, and the relative difference."""
     exact, rows = view.analysis.exact, []
-    orders = exact.curve.coefficients.shape[1] // 2
+    how = f"{exact.curve.coefficients.shape[1] // 2} harmonics"
     reference = "share of the motion in the harmonics that are left out"
-    rows.append(_row(f"response curve, {orders} harmonics", reference, exact.curve.tail))
+    if (waves := exact.curve.waves) is not None:
+        how, reference = f"{len(waves.pairs) - 1} waves", "share of the motion in each wave that is left out, at most"
+    rows.append(_row(f"response curve, {how}", reference, exact.curve.tail))
+    if (beat := view.analysis.beat) is not None and beat.difference is not None:
+        reference = "largest |error - mean| of each turn by integration, at the largest oscillation"
+        rows.append(_row("motion that beats", reference, beat.difference))
     difference = view.analysis.run_up.difference()
     if difference is not None:
         reference = "largest |x| of motions by integration, up and down through the range"

@@ -18,7 +18,7 @@ from ....plot.colours import BLACK, BLUE, DASHES, ORANGE
 from ....plot.panels import MOTOR, Panel
 from ....plot.svg import figure
 from ....study.analysis.avoid import turns
-from ....study.analysis.resonances import active_orders
+from ....study.analysis.resonances import equation_orders
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ...console import number, percent
 from ...resonance_figures import envelope
@@ -128,19 +128,22 @@ def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
         ],
         "curve": None if study.curve is None else _curve_data(view, study.curve),
         "run_up": None if study.ramp is None else _run_data(study.ramp),
+        "gravity_exactly": None
+        if study.gravity is None
+        else view.place(study.gravity[0]) | sizes(study.gravity[1], "oscillation"),
         "remarks": list(study.remarks),
     }
 
 
 def modes(view: View) -> list[dict[str, Any]]:
     """Modes of the train about its operating point, and the speeds at which the excitation meets them."""
-    orders, (low, high), study = active_orders(view.analysis.system), view.analysis.speeds, view.analysis.train
+    orders, (low, high), study = equation_orders(view.analysis.system), view.analysis.speeds, view.analysis.train
     return [
         {
             "omega_rad_per_s": abs(p),
             "hertz": abs(p) / (2.0 * np.pi),
             "damping_ratio": -p.real / abs(p),
-            "met_at_rpm": {str(k): abs(p) / k / RPM for k in orders},
+            "met_at_rpm": {f"{k:.6g}": abs(p) / k / RPM for k in orders},
             "met_in_range": any(low <= abs(p) / k <= high for k in orders),
         }
         for p in ([] if study is None else study.modes)

@@ -87,6 +87,7 @@ async function response(again) {
   const x = { title: `${r.speed_name} [${r.speed_unit}]`, ...crosshair };
   const shapes = r.avoid.map(([low, high]) => band(low, high, RED));
   const data = [...beside("oscillation_arcsec", "arcsec"), ...curve(r, r.oscillation_arcsec, r.error_name, "arcsec")];
+  if (r.beat) data.push({ x: r.speed, y: r.beat.smallest_arcsec, name: "smallest turn of the beat", mode: "lines", line: { color: BLUE, width: 1 }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   if (r.folds.length) {
     data.push({ x: r.folds.map((f) => f.speed), y: r.folds.map((f) => f.oscillation_arcsec), name: "fold: the motion jumps", mode: "markers", marker: { color: ORANGE, size: 10, symbol: "diamond" }, hovertemplate: `fold at %{x:.5g} ${r.speed_unit}<extra></extra>` });
   }
@@ -103,7 +104,7 @@ async function response(again) {
   link(["response", "torque"]);
   pinControls(again);
   const sure = (value) => (Math.abs(value) >= 10 ** r.digits ? String(Math.round(value)) : round(value, r.digits));
-  const said = `Oscillation up to ${sure(r.largest.oscillation_arcsec)} arcsec at ${sure(r.largest.speed)} ${r.speed_unit}`;
+  const said = `Oscillation up to ${sure(r.largest.oscillation_arcsec)} arcsec at ${sure(r.largest.speed)} ${r.speed_unit}${r.beat ? ` (${sure(r.beat.smallest_at_largest_arcsec)} in the smallest turn of a beat of ${round(r.beat.period_s, 3)} s)` : ""}`;
   const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
   const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds none is, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";

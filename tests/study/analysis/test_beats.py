@@ -1,0 +1,186 @@
+"""An analysis of motions that beat: its numbers against an integration of the joint's equations, and its words."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson, solve_ivp
+
+import strainwave as sw
+from strainwave.app.report.report import write_view
+from strainwave.app.view import View
+from strainwave.files.reading import from_text
+from strainwave.model.gears import catalogue
+from strainwave.study import two_turn_motion
+from strainwave.study.analysis.knobs import Subject
+from strainwave.study.analysis.remedies import with_gear
+
+N, K, ALPHA, J, B, MEAN, PULL = 50.0, 2e4, 4e5, 1.0, 30.0, 4.0, 6.0
+ARCSEC = np.pi / 648000.0
+FIRST, SECOND, PHASE = 20.0 * ARCSEC, 6.0 * ARCSEC, np.radians(40.0)
+PLACES, SETTLING = 512, 1  # samples of a turn of the motor, and output turns before those that count
+LOOP = 2.0 * np.pi * 30.0, 0.7
+J_M = 1e-4
+
+TEXT = """\
+title: joint
+gear: {ratio: 50, law: {type: cubic, K: 2e4 N*m/rad, alpha: 4e5 1/rad^2}}
+motor: {inertia: 1 kg*cm^2, MOTOR}
+load: {inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: PULL N*m, order: 1}}
+damping: {B: 30 N*m*s/rad}
+speed: {from: 300 rpm, to: 1200 rpm, shaft: motor}
+excitation:
+  kinematic_error:
+    - {order: 2, amplitude: 20 arcsec}
+    - {order: {wave_generator: 2, output: 2}, amplitude: 6 arcsec, phase: 40 deg}
+  load_torque: {mean: -4 N*m}
+limit: {oscillation: 60 arcsec}
+"""
+MOTORS = {"held": "mode: held", "loop": "loop: {bandwidth: 30 Hz, damping: 0.7}"}
+
+
+def joint(path, motor="held", pull=PULL):
+    return from_text(TEXT.replace("MOTOR", MOTORS[motor]).replace("PULL", f"{pull}"), path / "joint.yaml")
+
+
+@pytest.fixture(scope="module", params=MOTORS)
+def analysed(request, tmp_path_factory):
+    project = joint(tmp_path_factory.mktemp("joint"), request.param)
+    return SimpleNamespace(motor=request.param, project=project, analysis=project.analyze())
+
+
+def sizes_of_turns(motor, omega, gravity=PULL):
+    """Largest |pointing error - mean| of every turn of the motor in an output turn, its equations written out."""
+    order = 2.0 + 2.0 / N
+    inertia = J_M + J / N**2
+    stiff, damped = inertia * LOOP[0] ** 2, 2.0 * LOOP[1] * LOOP[0] * inertia
+
+    def rates(t, y):
+        x, v, d, w = y  # between motor and load, and the motor's deviation
+        a, b = 2.0 * (omega * t + d), order * (omega * t + d) + PHASE
+        e = FIRST * np.cos(a) + SECOND * np.cos(b)
+        slope = -2.0 * FIRST * np.sin(a) - order * SECOND * np.sin(b)
+        torque = K * (x - e) * (1.0 + ALPHA * (x - e) ** 2) + B * (v - slope * (omega + w))
+        back = -(1.0 / N - slope) * torque
+        fast = (back - stiff * d - damped * w) / J_M if motor == "loop" else 0.0
+        against = MEAN + gravity * np.sin((omega * t + d) / N - x)
+        return [v, fast / N - (torque - against) / J, w, fast]
+
+    turn = 2.0 * np.pi / omega
+    t = turn * (N * SETTLING + np.arange(N * PLACES + 1) / PLACES)
+    y = solve_ivp(rates, (0.0, t[-1]), np.zeros(4), "DOP853", t_eval=t, rtol=1e-8, atol=1e-12).y
+    error = y[0] - y[2] / N
+    windows = [error[i * PLACES : (i + 1) * PLACES + 1] for i in range(int(N))]
+    return np.array([np.max(np.abs(window - simpson(window) / PLACES)) for window in windows])
+
+
+def test_the_largest_motion_is_that_of_an_integration_in_every_turn(analysed):
+    largest, beat = analysed.analysis.largest_oscillation(), analysed.analysis.beat
+    sizes = sizes_of_turns(analysed.motor, largest.omega)
+    np.testing.assert_allclose(beat.balanced, sizes, rtol=2e-3)  # of the samples' crests, and of the waves left out
+    np.testing.assert_allclose(beat.integrated, sizes, rtol=2e-3)
+    assert largest.peak == pytest.approx(np.max(sizes), rel=2e-3)
+    assert largest.smallest == pytest.approx(np.min(sizes), rel=2e-3)
+    assert largest.beat == beat.period == pytest.approx(2.0 * np.pi * N / largest.omega, rel=1e-12)
+    assert 0.0 < beat.difference < 2e-3
+
+
+def test_speeds_to_avoid_end_where_the_largest_turn_is_at_the_limit(analysed):
+    ((low, high),) = analysed.analysis.avoid.bands
+    for omega in (low, high):
+        assert np.max(sizes_of_turns(analysed.motor, omega)) == pytest.approx(analysed.project.limit, rel=7e-3)
+    assert analysed.analysis.verdict.answer == "OK except for some speeds"
+
+
+def test_remedies_are_those_of_the_changed_drive(analysed):
+    project, analysis = analysed.project, analysed.analysis
+    found = {(remedy.what, remedy.share): remedy for remedy in analysis.remedies}
+    cancelled = found["kinematic error of order 2", -1.0]
+    second = project.kinematic_error._replace(lines=project.kinematic_error.lines[1:])
+    _, size = largest_of(project.whole._replace(error=second), project.speeds.limits)
+    assert cancelled.ratio == pytest.approx(size / analysis.largest_oscillation().peak, rel=1e-3)
+
+
+def largest_of(train, speeds):
+    """Speed and size of the largest turn among motions at speeds that lie ever closer."""
+    low, high = speeds
+    while high / low > 1.002:
+        omega = np.linspace(low, high, 9)
+        sizes = [two_turn_motion(train, w).largest[0] for w in omega.tolist()]
+        top = int(np.argmax(sizes))
+        low, high = omega[max(0, top - 1)], omega[min(8, top + 1)]
+    return omega[top], sizes[top]
+
+
+def test_a_report_has_the_beat_wherever_it_has_the_largest_oscillation(analysed, tmp_path):
+    largest = analysed.analysis.largest_oscillation()
+    report = write_view(View.of(analysed.project, analysed.analysis), tmp_path)
+    found, beat = report.results, report.results["beat"]
+    assert found["largest_oscillation"]["smallest_rad"] == largest.smallest
+    assert found["largest_oscillation"]["beat_s"] == beat["period_s"] == largest.beat
+    assert beat["turns"] == 50.0
+    assert len(beat["oscillation_of_each_turn_rad"]) == 50
+    words = f"in the smallest turn of a beat of {largest.beat:.3g} s)"
+    assert words in found["verdict"]["sentence"]
+    assert words in found["verdict"]["answers"]["largest oscillation"]
+    assert words in report.summary
+    assert found["resonance_remark"].startswith("multiple scales describes motions that repeat with every turn, and")
+    assert "small oscillations meet order 2 at" in found["resonance_remark"]
+    assert "and order 2.04 at" in found["resonance_remark"]
+    rows = found["exact_response"]["harmonics"]
+    pairs = [(row["wave_generator"], row["output"]) for row in rows]
+    assert {(2, 0), (2, 2)} < set(pairs)
+    waves = analysed.analysis.exact.curve.waves
+    size = waves.amplitudes[analysed.analysis.exact.top, waves.pairs.tolist().index([2, 2])]
+    row = rows[pairs.index((2, 2))]
+    assert (row["amplitude_rad"], row["phase_rad"]) == (abs(size), np.angle(size))
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert "Integration gives the same within" in page
+    assert "in their smallest, by harmonic balance in two turns" in page
+    appendix = (tmp_path / "appendix.html").read_text("utf-8")
+    assert "Motions that beat do not repeat with every turn" in appendix
+
+
+def test_waves_of_a_curve_are_those_of_the_motion_at_a_speed(tmp_path):
+    project = joint(tmp_path)
+    found = project.response()
+    at = found.top
+    alone = two_turn_motion(project.whole, float(found.omega[at]))
+    for order, pair in ((2, (2, 0)), (2.04, (2, 2)), (0.02, (0, 1))):
+        assert found.curve.waves.amplitude(order)[at] == pytest.approx(alone.amplitude(*pair)[0], rel=1e-3)
+    assert not np.any(found.curve.waves.amplitude(1.234))
+
+
+def test_a_motion_in_time_that_beats_repeats_with_no_turn(tmp_path):
+    project = joint(tmp_path, pull=0.0)
+    motion, beat = sw.drive_motion(project, 70.0), two_turn_motion(project.whole, 70.0)
+    assert "the motion does not repeat with every turn" in motion.remark
+    assert beat.smallest[0] < motion.oscillation < 1.001 * beat.largest[0]
+
+
+def test_gravity_stays_in_a_beat_under_other_loads(tmp_path):
+    text = (
+        TEXT.replace("MOTOR", MOTORS["held"])
+        .replace("PULL", f"{PULL}")
+        .replace("mean: -4 N*m", "mean: {from: -8 N*m, to: 0 N*m}")
+    )
+    project = from_text(text, tmp_path / "joint.yaml")
+    analysis = project.analyze(advice=False)
+    assert [analysis.load_cases[i].torque for i in (0, -1)] == [-8.0, 0.0]
+    case = analysis.load_cases[0]
+    top = case.drive.top
+    train = project.whole
+    end = train.load.end()._replace(excitation=sw.Harmonic(0.0, mean=-8.0))
+    alone = two_turn_motion(train._replace(load=train.load.with_end(end)), float(case.drive.omega[top]))
+    assert alone.amplitude(0, 1)[0] > 0.0
+    np.testing.assert_allclose(case.drive.curve.envelope[top], [alone.largest[0], alone.smallest[0]], rtol=1e-3)
+
+
+def test_lines_of_the_output_keep_their_repeats_with_another_ratio(tmp_path):
+    text = TEXT.replace("{ratio: 50, law: {type: cubic, K: 2e4 N*m/rad, alpha: 4e5 1/rad^2}}", "CSG-40-50")
+    text = text.replace("MOTOR", MOTORS["held"]).replace("PULL", f"{PULL}").replace("1 kg*cm^2", "5 kg*cm^2")
+    project = from_text(text, tmp_path / "joint.yaml")
+    subject = Subject(project.system(reduced=True), project.whole, project.speeds.limits, project)
+    changed = with_gear(subject, project, catalogue.gear("CSG-40-80"))
+    assert changed.train.N == 80.0
+    assert [line.order for line in changed.train.error.lines] == [2, 2.0 + 2.0 / 80.0]
