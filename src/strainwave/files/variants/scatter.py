@@ -253,7 +253,7 @@ def exceedance(
 
 def _torques(drive: Project) -> tuple[float, ...]:
     """Torques [N*m] of the load under which a drive is followed."""
-    low, high = drive.load_torques
+    low, high = drive.other_loads
     return tuple(np.linspace(low, high, WITH_MEMORY).tolist()) if low < high else (drive.mean_load_torque,)
 
 
@@ -262,7 +262,7 @@ def _largest(drive: Project, limit: float, errors: dict[str, None]) -> tuple[flo
     torques, rows = _torques(drive), []
     for torque in torques:
         try:
-            response = (drive.under(torque) if len(torques) > 1 else drive).response()
+            response = (drive.under(torque, drive.is_beating) if len(torques) > 1 else drive).response()
         except SolveError as error:
             errors[str(error)] = None
             return (np.nan,) * 4

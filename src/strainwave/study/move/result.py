@@ -46,7 +46,7 @@ class Pass:
 
     time: float
     speed: float
-    order: int
+    order: float
     frequency: float
     largest: float
     quasi_steady: float
@@ -68,7 +68,8 @@ class Pass:
         """It in words, where it is the worst of so many."""
         (often,) = lines([Fact("largest_rad", self.largest, "at most {} of error")])
         return (
-            f"order {self.order} passes {number(self.frequency / (2.0 * np.pi))} Hz at {number(self.speed / RPM)} rpm"
+            f"order {self.order:.6g} passes {number(self.frequency / (2.0 * np.pi))} Hz at "
+            f"{number(self.speed / RPM)} rpm"
             f"{f' {times} times' if times > 1 else ''}: {often}, from {number(self.time)} s on, "
             f"{number(self.amplification, 3)} times that of a slow move"
         )

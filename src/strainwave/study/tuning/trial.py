@@ -10,7 +10,8 @@ import numpy as np
 from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.project import Project
-from ...drive.train_curve import FEW, largest_oscillation, train_curve
+from ...drive.train_curve import FEW, largest_oscillation
+from ...drive.two_turns import drive_curve, largest_beat
 from ..move.move import move
 from .linear import UNSTABLE, LoopFigures, OpenLoop, control_parts
 
@@ -185,9 +186,10 @@ class Trial:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
         if train is not None and self.harmonics is not None and not self.full:
-            top = largest_oscillation(train, speeds, self.harmonics, False)
+            beat = drive.is_beating
+            top = largest_beat(train, speeds) if beat else largest_oscillation(train, speeds, self.harmonics, False)
             return nan, nan, inf if top is None else top[1]
-        curve = train and train_curve(train, speeds, self.harmonics, coexisting=False, points=FEW)
+        curve = train and drive_curve(train, speeds, harmonics=self.harmonics, coexisting=False, points=FEW)
         need = None if curve is None else curve.need()
         if curve is None or curve.motor is None or need is None:
             return inf, inf, inf
@@ -212,10 +214,11 @@ class Trial:
 
 def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:
     """A drive under each of some loads; by default the ends and the middle of its range, or as it is."""
-    low, high = drive.load_torques
+    low, high = drive.other_loads
     if loads is None and low == high:
         return [drive]
-    return [drive.under(float(torque)) for torque in (np.linspace(low, high, 3) if loads is None else loads)]
+    torques = np.linspace(low, high, 3) if loads is None else loads
+    return [drive.under(float(torque), drive.is_beating) for torque in torques]
 
 
 def having(drive: Project, control: Any) -> Project:
