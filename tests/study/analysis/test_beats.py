@@ -49,8 +49,15 @@ def analysed(request, tmp_path_factory):
     return SimpleNamespace(motor=request.param, project=project, analysis=project.analyze())
 
 
-def sizes_of_turns(motor, omega, gravity=PULL):
-    """Largest |pointing error - mean| of every turn of the motor in an output turn, its equations written out."""
+def sizes_of_turns(motor, omega):
+    """Largest |pointing error - mean| of every turn of the motor in an output turn."""
+    error = integrated(motor, omega)
+    windows = [error[i * PLACES : (i + 1) * PLACES + 1] for i in range(int(N))]
+    return np.array([np.max(np.abs(window - simpson(window) / PLACES)) for window in windows])
+
+
+def integrated(motor, omega, gravity=PULL, second=SECOND, turns=N):
+    """Pointing error over some turns of the motor, after an output turn, its equations written out."""
     order = 2.0 + 2.0 / N
     inertia = J_M + J / N**2
     stiff, damped = inertia * LOOP[0] ** 2, 2.0 * LOOP[1] * LOOP[0] * inertia
@@ -58,8 +65,8 @@ def sizes_of_turns(motor, omega, gravity=PULL):
     def rates(t, y):
         x, v, d, w = y  # between motor and load, and the motor's deviation
         a, b = 2.0 * (omega * t + d), order * (omega * t + d) + PHASE
-        e = FIRST * np.cos(a) + SECOND * np.cos(b)
-        slope = -2.0 * FIRST * np.sin(a) - order * SECOND * np.sin(b)
+        e = FIRST * np.cos(a) + second * np.cos(b)
+        slope = -2.0 * FIRST * np.sin(a) - order * second * np.sin(b)
         torque = K * (x - e) * (1.0 + ALPHA * (x - e) ** 2) + B * (v - slope * (omega + w))
         back = -(1.0 / N - slope) * torque
         fast = (back - stiff * d - damped * w) / J_M if motor == "loop" else 0.0
@@ -67,11 +74,9 @@ def sizes_of_turns(motor, omega, gravity=PULL):
         return [v, fast / N - (torque - against) / J, w, fast]
 
     turn = 2.0 * np.pi / omega
-    t = turn * (N * SETTLING + np.arange(N * PLACES + 1) / PLACES)
+    t = turn * (N * SETTLING + np.arange(turns * PLACES + 1) / PLACES)
     y = solve_ivp(rates, (0.0, t[-1]), np.zeros(4), "DOP853", t_eval=t, rtol=1e-8, atol=1e-12).y
-    error = y[0] - y[2] / N
-    windows = [error[i * PLACES : (i + 1) * PLACES + 1] for i in range(int(N))]
-    return np.array([np.max(np.abs(window - simpson(window) / PLACES)) for window in windows])
+    return y[0] - y[2] / N
 
 
 def test_the_largest_motion_is_that_of_an_integration_in_every_turn(analysed):
@@ -184,3 +189,21 @@ def test_lines_of_the_output_keep_their_repeats_with_another_ratio(tmp_path):
     changed = with_gear(subject, project, catalogue.gear("CSG-40-80"))
     assert changed.train.N == 80.0
     assert [line.order for line in changed.train.error.lines] == [2, 2.0 + 2.0 / 80.0]
+
+
+def test_gravity_alone_is_exact_too_and_its_difference_is_said(tmp_path):
+    text = TEXT.replace("MOTOR", MOTORS["loop"]).replace("PULL", "30")
+    lines = [line for line in text.splitlines() if "wave_generator" not in line]
+    project = from_text("\n".join(lines) + "\n", tmp_path / "joint.yaml")
+    assert not project.is_beating
+    analysis = project.analyze()
+    omega, size = analysis.train.gravity
+    error = integrated("loop", omega, 30.0, 0.0, N + 1.0)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (error[1:] + error[:-1]))])
+    slow = (total[PLACES:] - total[:-PLACES]) / PLACES  # mean of the turn around each place
+    fast = error[PLACES // 2 : len(error) - PLACES // 2] - slow
+    assert size == pytest.approx(np.max(np.abs(fast)), rel=2e-3)
+    quasi = max(float(case.drive.oscillation[case.drive.top]) for case in analysis.load_cases)
+    change = 100.0 * abs(size / quasi - 1.0)
+    said = analysis.train.remarks[-1]
+    assert f"{change:.2g} % {'more' if size > quasi else 'less'} than under constant torques" in said
