@@ -134,7 +134,9 @@ def same(found, project, close):
     Where a crest lies follows from a size that rises by no more than 1e-12 around it, so by its root.
     """
     own, g = folded(project)
-    response = own.response(coexisting=False, points=POINTS)
+    whole, h = project.response(coexisting=False, points=POINTS), int(found["harmonics"]) // g
+    assert whole.curve.coefficients.shape[1] // 2 // g == h  # those of the command
+    response = own.response(h, coexisting=False, points=POINTS)
     branch, rows = response.curve, np.array(found["rows"])
     located = [one.omega for one in (*branch.doublings, *branch.branch_points, *branch.tori)]
     keep = ~np.isin(response.omega, located)  # the page does not seek them
@@ -225,7 +227,7 @@ def test_the_catalogue_has_the_numbers_of_the_project_file_that_it_gives(tmp_pat
         if not found["others"]:  # the page leaves a curve that turns outside the range to the command, and says so
             held = from_text(text, path)
             same(found, held, 1e-7)
-            response = folded(held)[0].response(coexisting=False, points=POINTS)  # with the harmonics of the page
+            response = held.response(coexisting=False, points=POINTS)
             assert row[6] * ARCSEC == pytest.approx(max(response.oscillation[response.stable]), rel=1e-7)
             compared += 1
     assert round(rows[-1][1][5]) == 841

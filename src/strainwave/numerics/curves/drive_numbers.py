@@ -83,9 +83,8 @@ def beginning(problem: Condensed) -> Begin:
     """The harmonics that the response begins with."""
     top, g = problem.highest(), problem.every
     kinked = any(len(breakpoints_of(law)) for law in problem.part.laws)
-    if len(problem.pencil.per_speed) == 1:
-        return Begin(*of_spring(top // g, kinked), 1)
-    return Begin(*of_drive(top, g, kinked), g)
+    single = len(problem.pencil.per_speed) == 1
+    return Begin(*(of_spring(top, kinked) if single else of_drive(top, g, kinked)), g)
 
 
 def answered(system: Any, speeds: tuple[float, float], limit: float, points: int) -> tuple[Floats, Floats, Floats, int]:
