@@ -310,21 +310,21 @@ def _with_gravity(
     try:
         exact = project.beating
     except (ValueError, SolveError) as error:
-        said = Sentence("Gravity is a constant torque at every angle here, not exactly in the motion: {}.", error)
-        return replace(study, remarks=(*study.remarks, said))
-    waves, at = exact.curve.waves, exact.visited()
+        sentence = Sentence("Gravity is a constant torque at every angle here, not exactly in the motion: {}.", error)
+        return replace(study, remarks=(*study.remarks, sentence))
+    waves, visited = exact.curve.waves, exact.visited()
     assert waves is not None
-    fast = waves.amplitudes[at] * (1.0 - np.sinc(waves.orders))  # without the mean of a turn around each angle
+    fast = waves.amplitudes[visited] * (1.0 - np.sinc(waves.orders))  # without the mean of a turn around each angle
     sizes = oscillations(fast, waves.pairs, project.drive.N, about_mean=False).max(axis=1)
-    size, omega = float(np.max(sizes)), float(exact.omega[at[np.argmax(sizes)]])
+    size, omega = float(np.max(sizes)), float(exact.omega[visited[np.argmax(sizes)]])
     change = 100.0 * (size / max(float(curve.oscillation[curve.top]) for curve in curves) - 1.0)
     text = (
         "With gravity exactly in the motion, its stiffness included, the oscillation about the slow mean reaches {} at "
     )
     text += "{}: {} % {} than under constant torques in its place."
-    more = f"{abs(change):.2g}", "more" if change > 0.0 else "less"
-    said = Sentence(text, Angle(size), Speed(omega, digits=5), *more)
-    return replace(study, gravity=(omega, size), remarks=(*study.remarks, said))
+    change_in_words = f"{abs(change):.2g}", "more" if change > 0.0 else "less"
+    sentence = Sentence(text, Angle(size), Speed(omega, digits=5), *change_in_words)
+    return replace(study, gravity=(omega, size), remarks=(*study.remarks, sentence))
 
 
 def _used(

@@ -191,16 +191,16 @@ class Beat(NamedTuple):
         return float(np.max(np.abs(self.integrated - self.balanced)) / np.max(self.balanced)) if known else None
 
 
-def beat_of(project: Project, found: DriveResponse) -> Beat | None:
+def beat_of(project: Project, response: DriveResponse) -> Beat | None:
     """The largest of the motions of a curve that a slow run-up or run-down meets; None where they do not beat."""
-    waves, beat, whole, at = found.curve.waves, found.curve.beat, project.whole, found.top
-    if waves is None or beat is None or whole is None or found.starts is None:
+    waves, beat, whole, top = response.curve.waves, response.curve.beat, project.whole, response.top
+    if waves is None or beat is None or whole is None or response.starts is None:
         return None
-    omega, ratio = float(found.omega[at]), whole.N
-    balanced, integrated = oscillations(waves.amplitudes[[at]], waves.pairs, ratio)[0], np.empty(0)
+    omega, ratio = float(response.omega[top]), whole.N
+    balanced, integrated = oscillations(waves.amplitudes[[top]], waves.pairs, ratio)[0], np.empty(0)
     if not whole.motor.free:
         angles = 2.0 * np.pi / PLACES * np.arange(PLACES * len(balanced) + 1)
-        run = drive_run(with_rounded_corners(whole)._replace(omega=omega), found.starts[at], angles / omega)
+        run = drive_run(with_rounded_corners(whole)._replace(omega=omega), response.starts[top], angles / omega)
         if run.trajectory.status:
             turns = run.pointing[:-1].reshape(-1, PLACES)
             integrated = np.max(np.abs(turns - np.mean(turns, axis=1, keepdims=True)), axis=1)
