@@ -74,21 +74,15 @@ class Around:
     places : (m,) array
         Orders.
     neighbours : sequence of FoundLine
-        Lines that are taken out.
+        Lines that are taken out, and if `loose` what they leave where they are a little beside their places.
     floor : sequence of (float, float)
         For each run the variance of the noise there, and how many values it is from.
-    loose : bool
-        Whether neighbours may be a little beside their places: what they leave is then not taken for a line.
     """
 
     def __init__(
-        self,
-        runs: Sequence[Run],
-        places: Floats,
-        neighbours: Sequence[FoundLine],
-        floor: Sequence[tuple[float, float]],
-        loose: bool = False,
-    ) -> None:
+        self, runs: Sequence[Run], places: Floats, neighbours: Sequence[FoundLine],
+        floor: Sequence[tuple[float, float]], loose: bool = False,
+    ) -> None:  # fmt: skip
         self.runs, self.places, self.floor = runs, places, floor
         self.freedom = min(freedom for _, freedom in floor)
         lowest = float(np.min(places))
@@ -159,13 +153,9 @@ def _waves(x: Floats, places: Floats) -> Floats:
 
 
 def _around(
-    runs: Sequence[Run],
-    places: Floats,
-    neighbours: Sequence[FoundLine],
-    order: float,
-    pairs: int = 0,
+    runs: Sequence[Run], places: Floats, neighbours: Sequence[FoundLine], order: float, pairs: int = 0,
     loose: bool = False,
-) -> Around:
+) -> Around:  # fmt: skip
     """Places around an order: the first ones of pairs, and others that are apart from the neighbours."""
     turns = [line.place for line in neighbours if line.kind != "frequency"]
     standing = [line.place for line in neighbours if line.kind == "frequency"]
@@ -174,8 +164,7 @@ def _around(
     free = (free & (places > resolution)) | (np.arange(len(places)) < pairs)
     orders = sorted({order, *turns})
     top = 1.2 * orders[-1] + 20.0 / min(run.turns for run in runs)
-    floors = [fit_run(run, orders, 0.0, top, standing).floor for run in runs]
-    estimates = [floor.estimates(order) for floor in floors]
+    estimates = [fit_run(run, orders, 0.0, top, standing).floor.estimates(order) for run in runs]
     noise = [(0.25 * len(run.time) * float(m[0]), float(f[0])) for run, (m, f) in zip(runs, estimates, strict=True)]
     return Around(runs, places[free], neighbours, noise, loose)
 
@@ -185,10 +174,9 @@ def completed(
 ) -> list[FoundLine]:  # fmt: skip
     """Lines with those of the wave generator that stand out at their places, and two in the place of one that beats."""
     turns, once = max(run.turns for run in runs), 1.0 if two is None else two.order((1, 0))
-    present = [line.place for line in lines if line.kind != "frequency"]
+    complete, present = list(lines), [line.place for line in lines if line.kind != "frequency"]
     usual = [j * once for j in USUAL if span[0] <= j * once <= span[1]]
     lacking = [k for k in usual if all(abs(k - place) * turns > APART for place in present)]
-    complete = list(lines)
     while lacking:
         tried = [_tried(runs, complete, k, two, len(usual)) for k in lacking]
         best = min(range(len(tried)), key=lambda i: tried[i].false_alarm)
@@ -212,8 +200,7 @@ def _tried(
 ) -> FoundLine:  # fmt: skip
     """The line of an order, alone or with one that beats with it, and the probability that noise has it."""
     turns = max(run.turns for run in runs)
-    places, reach = _grid(order, two, turns)
-    group = _group(order, two, turns)
+    (places, reach), group = _grid(order, two, turns), _group(order, two, turns)
     if group:
         places, reach = np.array(list(group.values())), 0.0
     around = _around(runs, places, lines, order, len(group), loose=True)
@@ -288,9 +275,8 @@ def _columns(run: Run, lines: Sequence[FoundLine], lowest: float, loose: bool = 
     """Slow parts, cosines and sines (n, m) of lines; with what they change by where their places do, if loose."""
     turns = [2.0 * np.pi * run.time if line.kind == "frequency" else run.angle for line in lines]
     waves = [_waves(x - x[0], np.array([line.place])) for line, x in zip(lines, turns, strict=True)]
-    if loose:
-        waves += [(x - x[0])[:, None] / np.ptp(x) * wave for x, wave in zip(turns, waves, strict=True)]
-    return np.column_stack([slow_columns(run, lowest), *waves])
+    slopes = [(x - x[0])[:, None] / np.ptp(x) * wave for x, wave in zip(turns, waves, strict=True) if loose]
+    return np.column_stack([slow_columns(run, lowest), *waves, *slopes])
 
 
 def _group(order: float, two: Clocks | None, turns: float, *, short: bool = False) -> dict[Pair, float]:
