@@ -50,3 +50,9 @@ def test_what_else_a_file_lacks_is_no_order(project, machine):
     found = sw.identify_drive(project, measured(**machine))
     assert of_orders(found) == []
     assert missing_lines(found.found, [with_torsion(measured(**machine), 100.0)]) == []
+
+
+def test_a_long_line_over_which_the_fit_is_lost_names_no_other_order(project):
+    found = sw.identify_drive(project, measured(line=(1.0, 12.0 * ARCSEC)))  # its two places are not told apart
+    assert all("of order 1 (" in said for said in of_orders(found))
+    assert found.quality()[0].startswith("The model explains only")

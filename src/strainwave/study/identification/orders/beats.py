@@ -142,7 +142,7 @@ class Around:
             places = places + np.clip(change, -nearest, nearest)
             if np.max(np.abs(change)) < 1e-6 * nearest:
                 break
-        deviations[loose] = np.sqrt(np.diag(np.linalg.inv(left)))
+        deviations[loose] = np.sqrt([v if v > 0.0 else np.inf for v in np.diag(np.linalg.inv(left)).tolist()])
         return places, deviations
 
 
@@ -305,7 +305,7 @@ def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[F
         return [members[0]._replace(second=_room(around, member, best))] if len(members) == 1 else list(members)
     settled, errors = around.settled(around.places[best], np.ones(2, dtype=bool))
     apart = float(np.ptp(settled))
-    if apart * turns < HALF or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
+    if apart * turns < HALF or np.inf in errors or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
         return [line._replace(second=1.0) for line in members]
     orders = np.array([_whole(k, min(e, 0.2 * apart)) for k, e in zip(settled.tolist(), errors.tolist(), strict=True)])
     loose = orders != np.round(orders)
