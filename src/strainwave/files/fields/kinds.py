@@ -295,6 +295,7 @@ class Either(Kind):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "unit", self.plain.unit)
+        object.__setattr__(self, "sign", self.plain.sign)
 
     def read(self, value: object, place: Place) -> Any:
         if self.word and value == self.word:
