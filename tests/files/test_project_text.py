@@ -144,6 +144,15 @@ def test_a_changed_project_is_written_with_its_changes(tmp_path):
     assert apart(changed, again) == []
 
 
+@pytest.mark.parametrize("torque", [0.0, 7.0])
+@pytest.mark.parametrize("name", PROJECTS)
+def test_a_project_under_another_torque_is_written(name, torque, tmp_path):
+    changed = written(tmp_path / "drive.yaml", PROJECTS[name]).under(torque)
+    again = written(tmp_path / "drive.yaml", sw.project_text(changed))
+    assert again.mean_load_torque == torque
+    assert set(apart(changed, again)) <= {"gear"}
+
+
 def test_a_gear_of_the_catalogue_keeps_its_record_with_a_measured_law(tmp_path):
     law = "{type: piecewise_linear, K1: 9e4 N*m/rad, K2: 15e4 N*m/rad, K3: 17e4 N*m/rad, T1: 54 N*m, T2: 196 N*m}"
     text = PROJECTS["catalogue gear, motor not named"]

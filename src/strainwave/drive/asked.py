@@ -311,7 +311,10 @@ def mean_of(torque: Harmonics | None) -> float:
     return 0.0 if torque is None else sum(term.mean for term in torque.terms)
 
 
-def with_mean(torque: Harmonics | None, mean: float) -> Harmonics:
-    """A torque with another mean [N*m]."""
+def with_mean(torque: Harmonics | None, mean: float) -> Harmonics | None:
+    """A torque with another mean [N*m], in its first line as of a file; None where neither mean nor lines are left."""
     mean = number("torque [N*m]", mean)
-    return Harmonics((*(torque.terms if torque else ()), Harmonic(0.0, mean=mean - mean_of(torque))))
+    first, *others = torque.terms if torque else (Harmonic(0.0),)
+    if not (mean or first.amplitude or others):
+        return None
+    return Harmonics((first._replace(mean=mean), *(term._replace(mean=0.0) for term in others)))

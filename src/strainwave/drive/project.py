@@ -24,6 +24,7 @@ from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, 
 from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
+from ..model.train.shafts import NO_TORQUE
 from ..numerics.balance.harmonics import LARGEST
 from .asked import MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
@@ -255,7 +256,7 @@ class Project:
         def loaded(train: DriveTrain) -> DriveTrain:
             plain = train if keeps_gravity else without_gravity(train)
             error = train.error if self.loaded_error is None else parts["kinematic_error"]
-            end = plain.load.end()._replace(excitation=parts["load_torque"])
+            end = plain.load.end()._replace(excitation=parts["load_torque"] or NO_TORQUE)
             return plain._replace(load=plain.load.with_end(end), error=error)
 
         train, whole = self.train and loaded(self.train), self.whole and loaded(self.whole)
