@@ -16,6 +16,7 @@ REFINED = 4  # steps of Newton's method
 NEARLY = 0.9  # of the largest sample of a turn: a crest beside it may be higher between samples
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
+CLOSER = 4.0  # the steps where only a loop far too weak to matter holds the mean: errors of coarse ones outdo it
 STEPS = np.unique([2**a * b for a in range(1, 12) for b in (4, 5, 6, 7)])  # of a turn: curves take few of these
 HARDLY = 1e-2  # of the largest wave: those below it do not count for the steps
 ENTRIES = 4_000_000  # of all matrices at a time
@@ -164,6 +165,7 @@ def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:
     fastest = np.abs(np.linalg.eigvals(mean[:, 0])).max(axis=1)
     first = float(problem.basis[0] @ np.array([1.0, 1.0 / problem.ratio]))
     steps = np.maximum(PER_ORDER * _highest(problem, points), 2.0 * np.pi * fastest / points[:, -1] / PHASE) / first
+    steps *= CLOSER if problem.part.loose >= 0 else 1.0
     return flows, STEPS[np.searchsorted(STEPS, np.clip(steps, LEAST_STEPS, FINEST))]
 
 
