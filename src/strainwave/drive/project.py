@@ -336,10 +336,10 @@ class Project:
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int = OF_TRAIN
     ) -> DriveResponse | None:
         """The same of the whole train; None where it has no curve, or none is found."""
+        if self.train is not None and self.is_beating:
+            return self.beating
         if self.train is None or not has_curve(self.train):
             return None
-        if self.is_beating:
-            return self.beating
         return train_curve(self.train, self.speeds.limits, harmonics, coexisting=coexisting, points=points)
 
     def equation_response(

@@ -207,3 +207,25 @@ def test_gravity_alone_is_exact_too_and_its_difference_is_said(tmp_path):
     change = 100.0 * abs(size / quasi - 1.0)
     said = analysis.train.remarks[-1]
     assert f"{change:.2g} % {'more' if size > quasi else 'less'} than under constant torques" in said
+
+
+def test_a_free_motor_is_analysed_by_its_train_beside_its_error_equation(tmp_path):
+    text = TEXT.replace("MOTOR", "mode: free").replace(
+        ", drag: {type: angle_torque, amplitude: PULL N*m, order: 1}", ""
+    )
+    project = from_text(text.replace("from: 300", "from: 1000").replace("60 arcsec", "40 arcsec"), tmp_path / "j.yaml")
+    analysis = project.analyze()
+    largest = analysis.largest_oscillation()
+    alone = two_turn_motion(project.whole, largest.omega)
+    assert largest.peak == pytest.approx(alone.largest[0], rel=1e-3)
+    # a linear answer of both waves: the error equation leaves out terms of order N e', here 2 %
+    free = project.drive.J
+    sizes = []
+    for size, order in ((FIRST, 2.0), (SECOND, 2.0 + 2.0 / N)):
+        w = order * largest.omega
+        gear = K + 1j * w * B
+        sizes.append(size * abs(gear / (gear - free * w * w)))
+    assert largest.peak == pytest.approx(sum(sizes), rel=0.02)
+    assert largest.smallest == pytest.approx(sizes[0] - sizes[1], rel=0.04)
+    assert analysis.exact.oscillation.max() == pytest.approx(sum(sizes), rel=0.01)
+    assert {"damping of the gear", "kinematic error of order 2"} <= {remedy.what for remedy in analysis.remedies}
