@@ -1,5 +1,6 @@
 """Whether a drive is all right: one that is, one that a change cures, one that nothing cures, limits of the gear."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,8 @@ from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.drive_response import Usage
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.avoid import Avoid
-from strainwave.study.analysis.verdict import Answer, verdict_of
+from strainwave.study.analysis.remedies import Allowance, Remedy
+from strainwave.study.analysis.verdict import STEPS, Answer, _steps, verdict_of
 
 AXIS = """
 limit: {{oscillation: {limit} arcsec}}
@@ -84,6 +86,23 @@ limit: {{oscillation: 405.39 arcsec}}
     assert change.what == "kinematic error of order 3"
     assert -0.15 < change.share < 0.0  # a step of 30 % of anything suffices too
     assert largest(drive(change.share)) < 405.39 < largest(drive(0.75 * change.share))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("harm", [0.0, 1.0])
+def test_a_step_is_searched_below_a_jump_where_small_steps_help_nothing_or_harm(harm, sign):
+    tried = Remedy("damping of the gear", 0.3 * sign, 0.0, 0.4, 100.0)
+    asked = []
+
+    def remedy(_, share, changed):
+        assert share == changed
+        asked.append(share)
+        return replace(tried, share=share, ratio=0.4 if abs(share) >= 0.16 else 1.0 + harm * abs(share))
+
+    trial, knob = SimpleNamespace(remedy=remedy), SimpleNamespace(turned=lambda share: share)
+    sufficient = _steps(trial, knob, tried, 0.9, -0.5, Allowance(100, 100))
+    assert all(0.0 < sign * share < 0.3 for share in asked)
+    assert min(abs(step.share) for step in sufficient) == pytest.approx(0.16, abs=0.3 / 2 ** (STEPS - 1))
 
 
 @pytest.mark.slow

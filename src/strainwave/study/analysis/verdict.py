@@ -327,10 +327,10 @@ def _steps(
     """
     steps = [tried]
     for _ in range(STEPS):
-        share = _needed(steps[-1], ratio)
-        fails = max((abs(remedy.share) for remedy in steps if remedy.ratio > ratio), default=0.0)
-        reaches = min((abs(remedy.share) for remedy in steps if remedy.ratio <= ratio), default=inf)
-        if isfinite(reaches) and abs(share) != reaches and not fails < abs(share) < reaches:
+        reaches = min((abs(step.share) for step in steps if step.ratio <= ratio), default=inf)
+        fails = max((size for step in steps if (size := abs(step.share)) < reaches), default=0.0)
+        share = copysign(_needed(steps[-1], ratio) if steps[-1].ratio < HELPS else 0.0, tried.share)
+        if isfinite(reaches) and not fails < abs(share) <= reaches:
             share = copysign(ceil(round(50.0 * (fails + reaches), 6)) / 100.0, share)
         if not least <= share <= MOST or share == -1.0 or any(share == remedy.share for remedy in steps):
             break
