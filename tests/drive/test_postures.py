@@ -62,6 +62,13 @@ def test_two_links_have_the_inertia_and_gravity_of_lagranges_equations(joint):
     assert time not in inertia.free_symbols
 
 
+def test_a_link_may_be_balanced_about_its_joint_by_a_weight():
+    links = sw.study.Link.rod(6.0, 0.4), sw.study.Link(4.0, 0.35, -0.1, 0.05)
+    (posture,) = sw.study.two_link(*links, [(0.3, 1.1)], joint=2)
+    assert posture.torque == pytest.approx(4.0 * WEIGHT * 0.1 * np.cos(1.4), rel=1e-12)
+    assert posture.inertia == pytest.approx(0.05 + 4.0 * 0.1**2, rel=1e-12)
+
+
 def test_postures_are_rows_of_the_file_of_a_table_or_of_an_arm_and_are_written_back(tmp_path):
     inline = project(tmp_path, "[{name: out, inertia: 2 kg*m^2, torque: -40 N*m}, {inertia: 1 kg*m^2}]")
     assert inline.postures == (sw.Posture(2.0, -40.0, None, "out"), sw.Posture(1.0))

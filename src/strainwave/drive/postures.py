@@ -64,7 +64,10 @@ def _coupled(train: DriveTrain | None, K: float) -> DriveTrain:
 
 
 class Link(NamedTuple):
-    """A link of an arm: mass, length, distance of its centre from its joint, inertia about its centre."""
+    """A link of an arm: mass, length, distance of its centre from its joint, inertia about its centre.
+
+    The distance is negative where a counterweight moves the centre behind the joint.
+    """
 
     mass: Mass
     length: Length
@@ -78,9 +81,9 @@ class Link(NamedTuple):
         return cls(mass, length, 0.5 * length, mass * length**2 / 12.0)
 
     def check(self) -> None:
-        """Refuse a mass, a length or a centre that is not positive, and a negative inertia (ValueError)."""
+        """Refuse a mass or length that is not positive, and a negative inertia (ValueError)."""
         for name, value in zip(self._fields, self, strict=True):
-            if not (value > 0.0 or (name == "inertia" and value == 0.0)):
+            if not (value > 0.0 or name == "centre" or (name == "inertia" and value == 0.0)):
                 raise ValueError(f"Link.{name} is {value:g}; it must be positive")
 
 
