@@ -262,7 +262,7 @@ def _unpacked(packed: Any, arrays: Arrays, path: Path) -> Any:
     try:
         return cls.of_former(**values) if unknown and "of_former" in vars(cls) else cls(**values)
     except TypeError:
-        fault = f"with {', '.join(unknown)}" if unknown else "of other fields"
+        fault = f"with {', '.join(sorted(unknown))}" if unknown else "of other fields"
         raise ValueError(
             f"{path} has a {cls.__name__} {fault}, as another version of strainwave wrote it than this ({version()}); "
             "load it with that version, or compute the result again"
