@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
 import strainwave as sw
 from strainwave.theory.slow_flow.averaging import averaged_flow
@@ -12,6 +12,14 @@ from strainwave.theory.slow_flow.setting import setting
 
 T4 = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(0.01), 1.05)
 NEXT_TO_A_FOLD = sw.Oscillator(0.3633274, 4.2345343, sw.Cubic(405.19695, -56.437648), sw.Harmonic(42.279498), 9.0)
+DOUBLING = sw.Oscillator(
+    1.0, 0.0136, sw.Cubic(1.0, 0.2035),
+    sw.Harmonics((sw.Harmonic(0.5334, 2, 1.83), sw.Harmonic(0.163, 3, 0.06))), 0.5079,
+)  # fmt: skip
+DOUBLING_AT_REST = sw.Oscillator(
+    1.0, 0.01288, sw.PiecewiseLinear(1.0, 1.2053, 2.3225, 0.3965, 1.2438),
+    sw.Harmonics((sw.Harmonic(0.4154, 3, 1.689, 0.4567),)), 0.23877,
+)  # fmt: skip
 T7 = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
 
 
@@ -261,6 +269,47 @@ def test_certificate_is_not_valid_where_the_amplitude_at_equal_speed_is_far_off(
     assert certificate.amplitude < 0.1 < certificate.amplitude_at_speed
     assert not certificate.valid
     assert "not valid" in certificate.sentence
+
+
+def multipliers(system, y):
+    """Floquet multipliers over a turn of the motion that repeats from next to y."""
+
+    def rates(t, y):
+        phase = system.omega * t
+        u, du = y[0] - system.error.value(phase), y[1] - system.omega * system.error.slope(phase)
+        push, pull = system.excitation.torque(phase) - system.law.torque(u), system.law.stiffness(u)
+        changes = [(y[i + 1], -(system.B * y[i + 1] + pull * y[i]) / system.J) for i in (2, 4)]
+        return y[1], (push - system.B * du) / system.J, *changes[0], *changes[1]
+
+    def after(y):
+        start = *y, 1.0, 0.0, 0.0, 1.0
+        return solve_ivp(rates, (0.0, 2.0 * np.pi / system.omega), start, "DOP853", rtol=1e-9, atol=1e-12).y[:, -1]
+
+    def miss(y):
+        end = after(y)
+        return end[:2] - y, end[2:].reshape(2, 2).T - np.eye(2)
+
+    found = root(miss, y, jac=True)
+    assert found.success
+    return np.linalg.eigvals(after(found.x)[2:].reshape(2, 2))
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+@pytest.mark.parametrize(("system", "p"), [(DOUBLING, 2), (DOUBLING_AT_REST, 5)], ids=["2:1", "5:1"])
+def test_certificate_is_not_valid_where_the_period_doubles(system, p, share):
+    """The slow flow calls both states stable: it turns with the common period and knows no other."""
+    lines = tuple(line._replace(amplitude=share * line.amplitude) for line in system.excitation.terms)
+    system = system._replace(excitation=sw.Harmonics(lines))
+    flow = sw.slow_flow(system, sw.Resonance(p, 1), order=2)
+    state, certificate = flow.steady_states()[0], flow.certificate()
+    assert state.stable
+    assert certificate.amplitude_at_speed < 0.1
+    t = np.array([0.0, 1e-6])
+    x = flow.steady_x(state.z, t)
+    doubles = min(multipliers(system, (x[0], (x[1] - x[0]) / 1e-6)).real) < -1.0
+    assert doubles == (share == 1.0)
+    assert certificate.valid == (not doubles)
+    assert certificate.sentence.endswith("the true motion is not stable, its period doubles") == doubles
 
 
 def test_certificate_of_a_subharmonic_state_agrees_with_the_true_one():

@@ -193,7 +193,7 @@ class _Cells:
         balance, omega = self.balance.of(cells), self.omega[cells]
         solution = corrected(balance, start, omega, None)
         good = np.flatnonzero(solution.converged)
-        good = good[balance.of(good).holds_still(solution.c[good], omega[good])] if len(good) else good
+        good = good[balance.of(good).settles(solution.c[good], omega[good])] if len(good) else good
         where, c = cells[good], solution.c[good]
         fast = self.balance.fast
         missing = ~np.isfinite(self.c[where, fast])

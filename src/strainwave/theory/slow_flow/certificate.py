@@ -118,12 +118,28 @@ class Balance:
             r[..., place] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
         return np.asarray(r)
 
-    def holds_still(self, c: Complexes, omega: Floats) -> Any:
-        """Whether true motions (states, H+1) are stable against jumps: no or two real Floquet multipliers above 1.
+    def settles(self, c: Complexes, omega: Floats) -> Any:
+        """Whether true motions (states, H+1) are stable: no real Floquet multiplier is beyond 1 or -1.
 
         The determinant of the balance is a positive multiple of (1 - m_1)(1 - m_2) of the multipliers m.
         """
-        return np.linalg.slogdet(self.slopes(c, omega)[0])[0] > 0.0
+        return (np.linalg.slogdet(self.slopes(c, omega)[0])[0] > 0.0) & ~self.doubles(c, omega)
+
+    def doubles(self, c: Complexes, omega: Floats) -> Any:
+        """Whether a disturbance of twice the common period grows on true motions (states, H+1) of a spring.
+
+        Hill's determinant at half orders is a positive multiple of (1 + m_1)(1 + m_2). Along closed loops it is not
+        looked at.
+        """
+        if self.loops is not None:
+            return np.zeros(len(c), bool)
+        s, i = self.setting, np.arange(2 * self.harmonics)
+        spectrum = harmonics(stiffnesses, s.system.law, c, along(self.waves), onto(self.twice))
+        matrix = spectrum[:, np.abs(i[:, None] - i)]
+        matrix = np.where(i[:, None] < i, matrix.conj(), matrix)
+        speed = np.multiply.outer(omega, (i - self.harmonics + 0.5) * self.base)
+        matrix[:, i, i] += (1j * s.system.B - s.system.J * speed) * speed
+        return np.linalg.slogdet(matrix)[0].real < 0.0
 
     def slopes(self, c: Complexes, omega: Floats) -> tuple[Floats, Any]:
         """Derivatives of the residual to the real unknowns, and of its torque to omega."""
@@ -252,6 +268,7 @@ def balance_of(s: Setting) -> Balance:
 
 ACCEPTED = 0.10
 PUMPED = "; the speed lies beside a resonance, which decides on stability: give its Resonance(p, q)"
+DOUBLED = "; the true motion is not stable, its period doubles"
 ORDINAL = {1: "first", 2: "second"}
 
 
@@ -279,10 +296,12 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
     shift = float(s.omega / along.omega[0] - 1.0)
     largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if solved else 0.0)
     pumped = z == 0.0 and _pumped(s)
+    true = (equal.c, speed) if solved else (along.c, along.omega)
+    doubled = converged and is_stable(flow, z) and bool(balance.doubles(*true)[0])
     certificate = Certificate(
         regime=str(s.resonance),
         order=order,
-        valid=converged and (solved or curve) and largest <= ACCEPTED and not pumped,
+        valid=converged and (solved or curve) and largest <= ACCEPTED and not pumped and not doubled,
         amplitude=amplitude,
         phase=float(at_speed.phase[0]) if solved else None,
         speed=shift,
@@ -292,7 +311,7 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
         damping=s.mu / s.omega_0,
         detuning=abs(s.fast - s.omega_0) / s.omega_0,
         quadrature_error=flow.error,
-        sentence=PUMPED if pumped else "",
+        sentence=PUMPED * pumped + DOUBLED * doubled,
     )
     sentence = _sentence(flow, z, certificate, converged, turn is not None)
     return replace(certificate, sentence=sentence + certificate.sentence)
