@@ -318,6 +318,20 @@ def test_the_speed_of_a_free_motor_is_as_stable_as_by_its_equations(inertia, ome
     assert motion.stable[0] == stable
 
 
+@pytest.mark.parametrize(("motor", "damping", "said"), [
+    ("held", "0", "nothing damps this drive, and its motions of two turns never settle"),
+    ("free", "0", "nothing damps this drive, and its motions of two turns never settle"),
+    ("free", "1e-9", "the curve of motions of two turns winds at .* rad/s; give the drive more damping"),
+])  # fmt: skip
+def test_a_drive_that_nothing_damps_ends_in_a_sentence(motor, damping, said, tmp_path):
+    text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
+    text = text.replace("MOTOR", f"mode: {motor}").replace("B: 15", f"B: {damping}")
+    text = text.replace("type: cubic, K: 2e4 N*m/rad, alpha: 4e5 1/rad^2", "type: linear, K: 2e4 N*m/rad")
+    project = from_text(text, tmp_path / "joint.yaml")
+    with pytest.raises(sw.SolveError, match=said):
+        project.response()
+
+
 def test_gravity_beats_with_the_lines_of_a_response(tmp_path):
     drag = "load: {inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: 30 N*m, order: 1}}"
     text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")

@@ -46,6 +46,7 @@ MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at
 WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
 NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run has its motion in time"
+UNDAMPED = "nothing damps this drive, and its motions of two turns never settle; give it damping, or integrate it"
 VARIES = (
     "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
     "forcing; leave the variation out and give the speeds of the motor or the load, or integrate with simulate"
@@ -196,6 +197,8 @@ def two_turn_response(system: Any, speeds: tuple[float, float], *, ratio: float 
     """Follow the motions through a range of speeds of the motor [rad/s], from its upper end; as `two_turn_motion`."""
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
+    if not (driven.part.gear_damping or np.any(driven.part.damping)):
+        raise SolveError(UNDAMPED)
     problem, found, whole = along(driven, low, high, CURVE)
     points = with_crests(problem, found.points, lambda z: _sizes(driven, problem, z))
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])

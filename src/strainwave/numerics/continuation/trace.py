@@ -153,33 +153,34 @@ def trace(
     width: float | None = None,
     growth: float = np.inf,
     most: int | None = None,
+    pieces: int = MOST_PIECES,
 ) -> Trace:
     """Follow one branch from a guess (coefficients, parameter) inside [lo, hi] until it leaves or closes.
 
     `step` is in units of the orbit's size and of `width` of the parameter (default: the range). The outcome is
     UNBOUNDED where the orbit is `growth` times larger than at the start. With `most` it is RUNNING after about so many
-    points, which are given as they were taken, without a second look at folds.
+    points, which are given as they were taken, without a second look at folds; else after so many calls of the kernel.
     """
     state = state_from(guess, width or hi - lo)
-    pieces: list[Floats] = []
+    parts: list[Floats] = []
     labels: list[Any] = []
     ds, outcome, mode = 0.1 * step, RUNNING, START
-    buffers, left = buffers_for(problem), PIECE * MOST_PIECES if most is None else most
+    buffers, left = buffers_for(problem), PIECE * pieces if most is None else most
     while outcome == RUNNING and left >= LEAST_PIECE:
         piece = min(PIECE, left)
         points, kinds = np.empty((piece, len(guess))), np.empty(piece, np.int64)
         count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
-        pieces.append(points[:count])
+        parts.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
         left -= piece
         if growth < np.inf and outcome != LOST:
             squares = np.square(points[:count, :-1]).sum(axis=1)
-            large = np.sqrt(squares) > growth * np.linalg.norm(pieces[0][0, :-1])
+            large = np.sqrt(squares) > growth * np.linalg.norm(parts[0][0, :-1])
             if large.any():
                 end = int(np.argmax(large)) + 1
-                pieces[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
-    points, kinds = np.concatenate(pieces), np.concatenate(labels)
+                parts[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
+    points, kinds = np.concatenate(parts), np.concatenate(labels)
     if most is None:
         put_in_order(points, kinds, len(kinds))
         points, kinds = with_missed_folds(problem, points, kinds)

@@ -14,9 +14,10 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ..balance.linear_algebra import factor, substitute
 from ..continuation.trace import Trace, trace
+from ..labels import RUNNING
 from .problem import Torus, linear_waves, torus
 
-ROUNDS, MOST = 40, 600  # of taking waves in, and waves at most
+ROUNDS, MOST, ALONG = 40, 600, 300  # of taking waves in, and waves at most: of a motion, and of a curve
 HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the end, and steps
 MARGIN = 0.5  # of the share that may be left out: waves that are taken in leave less out than those looked for
 SMALL = 1e-3  # of the share of what is left out: torques below it are not looked at
@@ -158,17 +159,22 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
     problem, z = at_speed(driven, hi, aim)
     for _ in range(ROUNDS):
         balance: Any = problem
-        solution = trace(balance, z, -1.0, lo, hi, STEP)
+        solution = trace(balance, z, -1.0, lo, hi, STEP, pieces=1)
         points = solution.points
         if not len(points):
             raise SolveError(Sentence("the curve of motions of two turns is lost at {}", Speed(hi)))
+        if solution.outcome == RUNNING:
+            text = (
+                "the curve of motions of two turns winds at {}; give the drive more damping, or end the range above it"
+            )
+            raise SolveError(Sentence(text, Speed(float(points[-1, -1]))))
         top = int(np.argmax(np.linalg.norm(points[:, :-1], axis=1)))
         places = np.concatenate([top + BESIDE, np.linspace(0, len(points) - 1, LOOKED_AT).astype(int)])
         few = np.clip(places, 0, len(points) - 1)
         if not any(missing(problem, point, aim) for point in points[few]):
             return problem, solution, True
         wider = with_missing(driven, problem, points[few], MARGIN * aim)
-        if len(wider.pairs) > MOST:
+        if len(wider.pairs) > ALONG:
             break
         z, problem = carried_over(problem, wider, z[None])[0], wider
     return problem, solution, False
@@ -180,7 +186,7 @@ def with_missing(driven: TwoTurns, problem: Torus, points: Floats, aim: float) -
     for point in points:
         guess = carried_over(old, problem, point[None])[0]
         z = newton(problem, guess) if grown else guess  # a crest of too few waves may be where there is no motion
-        while z is not None and len(problem.pairs) <= MOST and (more := missing(problem, z, aim)):
+        while z is not None and len(problem.pairs) <= ALONG and (more := missing(problem, z, aim)):
             wider, grown = driven.problem({*map(tuple, problem.pairs[1:].tolist()), *more}), True
             z, problem = newton(wider, carried_over(problem, wider, z[None])[0]), wider
         grown = grown and z is None
