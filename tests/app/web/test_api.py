@@ -121,6 +121,23 @@ def test_every_number_of_a_file_has_a_slider_with_unit_and_range():
     assert all(one["low"] <= one["value"] <= one["high"] for one in found.values())
 
 
+def test_a_line_of_both_turns_has_sliders_that_name_it_by_its_repeats():
+    text = first_text("CSG-40-50").replace(
+        "kinematic_error: [{order: 2, amplitude: 19.9 arcsec}]",
+        "kinematic_error: [{order: {wave_generator: 2, output: -2}, amplitude: 3 arcsec}, "
+        "{order: {output: 1}, amplitude: {at_rest: 4 arcsec, per_torque: -0.1 arcsec/(N*m)}}]",
+    )
+    found = {one["label"]: one for one in parameters(project_of(State(project=text))) if "order" in one["label"]}
+    assert set(found) == {
+        "kinematic error order (2, -2) amplitude", "kinematic error order (0, 1) amplitude at rest",
+        "kinematic error order (0, 1) amplitude per torque",
+    }  # fmt: skip
+    for one in found.values():
+        ends = [f"{one[end]!r} {one['unit']}" for end in ("low", "high")]
+        assert all(project_of(State(project=text, values={one["name"]: end})) for end in ends)
+    assert found["kinematic error order (2, -2) amplitude"]["low"] > 0.0
+
+
 def test_every_slider_of_a_gear_is_taken_by_the_project():
     project = project_of(State(gear="CSG-40-50"))
     for one in parameters(project):

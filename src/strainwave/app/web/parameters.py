@@ -88,7 +88,7 @@ def _in_unit(content: dict[str, Any], name: str, text: str, before: float, unit:
 def parameters(project: Project) -> list[dict[str, Any]]:
     """Describe every number of a project that may be changed, in the order of its file."""
     content = read(project.text).content
-    names = [name for name in numbers_of(content) if not name.endswith((".order", ".type"))]
+    names = [name for name in numbers_of(content) if not name.endswith((".order", ".type")) and ".order." not in name]
     if project.mean_range is None:
         names += [name for name in MORE if name not in names]
     if project.gear is not None and isinstance(content.get("gear"), str):
@@ -144,6 +144,8 @@ def _label(content: dict[str, Any], name: str) -> str:
     for key in name.split("."):
         listed, here = isinstance(here, list), inside(here, key)
         order = here.get("order") if isinstance(here, dict) else None
+        if isinstance(order, dict):  # repeats per turn of motor and output
+            order = f"({order.get('wave_generator', 0)}, {order['output']})"
         plain = WORDS.get(key, key if key[:1].isupper() else key.replace("_", " "))
         words.append(plain if not listed else f"order {order}" if order else str(int(key) + 1))
     return " ".join(word for word in words if word not in ("excitation", "lines"))
