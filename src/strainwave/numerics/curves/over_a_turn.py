@@ -54,15 +54,10 @@ def traced_turn(
         kinked = len(distances(system, np.zeros(1), np.zeros((small.state_count(), 1)))) > 0
         harmonics = of_drive(top, g, kinked)
     harmonics = harmonics if fixed is None else (fixed, fixed)
+    left = (lambda t: t.share if general or small.hill() else t.worst) if truncation else None
     problem, curve, tail, origin = traced(
-        problem_with,
-        *speeds,
-        harmonics,
-        MATTERS,
-        points,
-        coexisting,
-        (lambda t: t.share if general or small.hill() else t.worst) if truncation else None,
-    )
+        problem_with, *speeds, harmonics, MATTERS, points, coexisting, left
+    )  # fmt: skip
     if g == 1 or not general:
         return problem, curve, tail, origin
     return *_whole(problem, curve, g), tail and tail._replace(harmonics=tail.harmonics * g), origin

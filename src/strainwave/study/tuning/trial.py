@@ -123,8 +123,8 @@ class Trial:
         if self.setting.share < 1.0:
             return self.broken(x) <= 1.0
         for i in self.order:
-            used = [TuningPoint((), (), figures).used(self.setting.limits) for figures in self._figures(i, x)]
-            if max(share for shares in used for share in shares.values()) > 1.0:
+            points = (TuningPoint((), (), figures) for figures in self._figures(i, x))
+            if any(max(point.used(self.setting.limits).values()) > 1.0 for point in points):
                 self._first(i)
                 return False
         return True
@@ -140,8 +140,7 @@ class Trial:
         return figures[i]
 
     def _first(self, i: int) -> None:
-        self.order.remove(i)
-        self.order.insert(0, i)
+        self.order.sort(key=lambda k: k != i)
 
     def point(self, x: Floats) -> TuningPoint:
         """All that gains give, also where they break a limit."""
