@@ -15,7 +15,7 @@ from ...base.arguments import silent
 from ...base.blas import one_thread
 from ...base.law import is_spring
 from ...base.results import SolveError
-from ...base.sentences import Angle, Sentence, Speed
+from ...base.sentences import Angle, Sentence, Speed, number
 from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
 from ...drive.postures import titled
@@ -222,9 +222,9 @@ def over_postures(
     """
     rows: list[WorstPosture] = []
     bands, ranks = [*verdict.speeds], list(Answer)
-    for number, posture in enumerate(project.postures, 1):
-        progress(titled(number, posture.name))
-        posed, place = posture.on(project), (number, len(project.postures), posture.name)
+    for i, posture in enumerate(project.postures, 1):
+        progress(titled(i, posture.name))
+        posed, place = posture.on(project), (i, len(project.postures), posture.name)
         try:
             found = posed.response(coexisting=False, points=FEW)
             one, top = judged(posed, found).verdict, found.top
@@ -238,8 +238,7 @@ def over_postures(
     worst = max(rows, key=lambda row: (ranks.index(row.answer), row.peak if row.peak > 0.0 else math.inf))
     whole = merged(bands)
     allowed = between(whole, project.speeds.limits, 1e-9)
-    answer = max(verdict.answer, worst.answer, key=ranks.index)
-    answer = answer if allowed else Answer.NOT
+    answer = max(verdict.answer, worst.answer, key=ranks.index) if allowed else Answer.NOT
     return replace(verdict, answer=answer, speeds=whole, allowed=allowed), worst
 
 
@@ -318,12 +317,10 @@ def _with_gravity(
     sizes = oscillations(fast, waves.pairs, project.drive.N, about_mean=False).max(axis=1)
     size, omega = float(np.max(sizes)), float(exact.omega[visited[np.argmax(sizes)]])
     change = 100.0 * (size / max(float(curve.oscillation[curve.top]) for curve in curves) - 1.0)
-    text = (
-        "With gravity exactly in the motion, its stiffness included, the oscillation about the slow mean reaches {} at "
-    )
-    text += "{}: {} % {} than under constant torques in its place."
-    change_in_words = f"{abs(change):.2g}", "more" if change > 0.0 else "less"
-    sentence = Sentence(text, Angle(size), Speed(omega, digits=5), *change_in_words)
+    text = "With gravity exactly in the motion, its stiffness included, the oscillation about the slow mean reaches "
+    text += "{} at {}: {} % {} than under constant torques in its place."
+    difference = number(abs(change), 2), "more" if change > 0.0 else "less"
+    sentence = Sentence(text, Angle(size), Speed(omega, digits=5), *difference)
     return replace(study, gravity=(omega, size), remarks=(*study.remarks, sentence))
 
 

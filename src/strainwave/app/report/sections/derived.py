@@ -138,11 +138,8 @@ def _at_rest(view: View, stiffness: float, zeta: float) -> str:
 
 def _resonance_speeds(view: View, omega_0: float, mark: str) -> list[Fact]:
     orders = equation_orders(view.analysis.system) if view.speeds.by_motor else ()
-    text = "Resonance speed of order {}, at the motor"
-    return [
-        Fact(text.format(number(k, 5)), f"n{number(k, 5)}", omega_0 / k * view.speeds.scale, "rpm", mark)
-        for k in orders
-    ]
+    rows = ((number(k, 5), omega_0 / k * view.speeds.scale) for k in orders)
+    return [Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", rpm, "rpm", mark) for k, rpm in rows]
 
 
 def _static(view: View) -> list[Fact]:

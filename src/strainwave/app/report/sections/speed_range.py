@@ -32,11 +32,8 @@ class SpeedRange:
     def sentences(self, view: View) -> list[str]:
         """What assumed numbers leave open, and jumps of a slow run-up and run-down."""
         open_ends = [said[:1].upper() + said[1:] for said in view.project.sureness.sentences(view.project.limit)]
-        return [
-            *([f"How sure: {'. '.join(open_ends)}."] if open_ends else []),
-            *sweep_sentences(view.analysis.response),
-            _others(view),
-        ]
+        sure = [f"How sure: {'. '.join(open_ends)}."] if open_ends else []
+        return [*sure, *sweep_sentences(view.analysis.response), _others(view)]
 
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
         """Jumps of a slow run-up and run-down."""

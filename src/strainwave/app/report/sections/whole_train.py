@@ -128,9 +128,7 @@ def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
         ],
         "curve": None if study.curve is None else _curve_data(view, study.curve),
         "run_up": None if study.ramp is None else _run_data(study.ramp),
-        "gravity_exactly": None
-        if study.gravity is None
-        else view.place(study.gravity[0]) | sizes(study.gravity[1], "oscillation"),
+        "gravity_exactly": (at := study.gravity) and view.place(at[0]) | sizes(at[1], "oscillation"),
         "remarks": list(study.remarks),
     }
 
