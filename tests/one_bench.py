@@ -12,6 +12,8 @@ B = 2.0 * 0.03 * math.sqrt(GEAR.K1 * J_L)
 LOOP = sw.train.from_bandwidth(60.0 * math.pi, J_M + J_L / N**2)
 ERROR = sw.KinematicError((sw.Line(2, 23.0 * ARCSEC),))
 DRIVE = sw.DriveTrain(sw.train.Motor(J_M, control=LOOP), N, B, GEAR.law, sw.train.Load(J_L), omega=50.0, error=ERROR)
+# one stiffness, 1e5 N m/rad, by the same law: it runs the machine code of the drive
+LINEAR = DRIVE._replace(law=sw.PiecewiseLinear(GEAR.K1, GEAR.K1, GEAR.K1, GEAR.law.T1, GEAR.law.T2))
 SAMPLING = sw.controllers.Sampling(PERIOD, PERIOD, 3.0, 2.0 * math.pi / 2**16, 0.0, 2.0 * math.pi / 2**24)
 PD = sw.controllers.SampledPD(LOOP.K_p, LOOP.K_d, PERIOD)
 

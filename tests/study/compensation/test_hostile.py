@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from one_bench import DRIVE, GEAR, J_M, LOOP, PD, PERIOD, SAMPLING, loop
+from one_bench import DRIVE, GEAR, J_M, LINEAR, LOOP, PD, PERIOD, SAMPLING, loop
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC
@@ -14,7 +14,6 @@ from strainwave.model.controllers.loops import moved
 from strainwave.study.compensation.bench import bench_of
 
 compiled = pytest.mark.compiled
-LINEAR = DRIVE._replace(law=sw.Linear(1e5))
 BLIND = SAMPLING._replace(load_encoder=0)
 LOADED = DRIVE._replace(load=sw.train.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -30.0)))
 
@@ -192,8 +191,7 @@ def test_an_integral_takes_away_a_torque_that_is_added_around_it():
     cascade, ideal = sw.controllers.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M), sw.controllers.Sampling(PERIOD, PERIOD)
     around = sw.controllers.TorqueTable(cascade, sw.Harmonic(0.0, 1, 0.0, 0.5))
     late = [
-        sw.numerics.run_loop(loop(one, sampling=ideal, law=sw.Linear(1e5)), 6.0).error[20000:]
-        for one in (cascade, around)
+        sw.numerics.run_loop(loop(one, sampling=ideal, law=LINEAR.law), 6.0).error[20000:] for one in (cascade, around)
     ]
     assert np.mean(late[1]) == pytest.approx(np.mean(late[0]), abs=1e-6 * 0.5 / (40.0 * 0.4))
 
