@@ -19,7 +19,8 @@ from strainwave.app.page import page as html
 from strainwave.app.page import sliders as page_sliders
 from strainwave.app.page.page import POINTS
 from strainwave.app.page.sliders import _quantity, sliders
-from strainwave.app.report.report import write
+from strainwave.app.report.report import write, write_view
+from strainwave.app.view import View
 from strainwave.app.web.state import first_text
 from strainwave.app.web.views import folded, response, solved
 from strainwave.base.results import SolveError
@@ -387,26 +388,28 @@ def test_a_live_report_has_the_page_folded_away_or_says_why_not(offline, tmp_pat
         inside.get_by_text("This page as a file").click()
     given.value.save_as(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == html.page_of(project)
-    drag = "loop: {bandwidth: 30 Hz, damping: 0.7}, drag: {type: coulomb, T_c: 0.01 N*m, width: 2 rad/s}"
-    loop = HELD.replace("LAW", LAWS["hardening"]).replace("mode: held", drag)
-    loop = from_text(loop.replace("}, {order: 4, amplitude: 6 arcsec, phase: 40 deg}", "}"), tmp_path / "loop.yaml")
-    report = write(loop, tmp_path / "loop", sections=(), live=True)
+    several = HELD.replace("LAW", LAWS["three slopes"]).replace("mean: -4 N*m", "mean: {from: -5 N*m, to: -4 N*m}")
+    report = write(from_text(several, tmp_path / "loads.yaml"), tmp_path / "loads", sections=(), live=True)
     assert "no curve that follows sliders: a page holds drives" in report.summary
-    page = (tmp_path / "loop" / "report.html").read_text(encoding="utf-8")
+    page = (tmp_path / "loads" / "report.html").read_text(encoding="utf-8")
     assert "No curve that follows sliders" in page
     assert "script" not in page
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("kind", [ValueError, TypeError, SolveError])
-def test_a_page_that_cannot_be_made_leaves_the_report_whole(kind, tmp_path, monkeypatch):
-    def fail(_):
-        raise kind("the law cannot carry 4 N*m")
+def test_a_page_that_cannot_be_made_leaves_the_report_whole(tmp_path, monkeypatch):
+    project = project_of(tmp_path, "three slopes")
+    view = View.of(project, project.analyze())
+    for kind in (ValueError, TypeError, SolveError):
 
-    monkeypatch.setattr("strainwave.app.report.report.page_of", fail)
-    write(project_of(tmp_path, "hardening"), tmp_path / "held", sections=(), live=True)
-    page = (tmp_path / "held" / "report.html").read_text(encoding="utf-8")
-    assert "No curve that follows sliders: the law cannot carry 4 N*m" in page
+        def fail(_, kind=kind):
+            raise kind("the law cannot carry 4 N*m")
+
+        monkeypatch.setattr("strainwave.app.report.report.page_of", fail)
+        write_view(view, tmp_path, (), live=True)
+        page = (tmp_path / "report.html").read_text(encoding="utf-8")
+        assert "No curve that follows sliders: the law cannot carry 4 N*m" in page
+        (tmp_path / "report.html").unlink()
 
 
 @pytest.mark.slow
