@@ -39,7 +39,8 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item):
-    """Run a test, and make its fixtures, with machine code where it is marked `compiled`, as Python otherwise."""
+    """Run a test, and make its fixtures, with machine code where it or its file is `compiled`, as Python otherwise."""
+    as_machine_code = item.get_closest_marker("compiled") and not item.get_closest_marker("interpreted")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("STRAINWAVE_JIT", "1" if item.get_closest_marker("compiled") else "0")
+        patch.setenv("STRAINWAVE_JIT", "1" if as_machine_code else "0")
         return (yield)
