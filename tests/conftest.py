@@ -1,5 +1,6 @@
 """Settings shared by all tests."""
 
+import gc
 import signal
 from collections import Counter
 from pathlib import Path
@@ -35,6 +36,11 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.compiled)
     compiled = Counter(item.path for item in items if item.get_closest_marker("compiled"))
     items.sort(key=lambda item: (-slow[item.path], -compiled[item.path]))
+
+
+def pytest_collection_finish():
+    """Leave the million objects of the collection out of every search for garbage."""
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)
