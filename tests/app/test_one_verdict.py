@@ -10,11 +10,14 @@ from one_joint import HELD
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
+from strainwave.app.page.catalogue import SLIDERS
 from strainwave.app.report.report import write
 from strainwave.app.web import views
 from strainwave.app.web.state import first_text
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
+from strainwave.model.gears import accuracy_spectrum
+from strainwave.model.gears.catalogue import gear
 from strainwave.study.analysis.verdict import Answer
 
 pytestmark = pytest.mark.compiled
@@ -46,6 +49,18 @@ def test_a_first_drive_of_the_app_is_a_cascade_and_its_error_alone_decides():
         assert (shown["largest"]["oscillation_arcsec"] <= shown["limit_arcsec"]) is passes
         assert shown["limit_arcsec"] == pytest.approx((first.gear.accuracy or 60.0 * ARCSEC) / ARCSEC, rel=0.005)
         assert not [said for said in (*shown["failures"], *shown["remarks"]) if "input speed reaches" in said]
+
+
+def test_every_first_drive_of_a_gear_assumes_the_error_of_its_accuracy_class(tmp_path):
+    path, assumed = tmp_path / "new.yaml", accuracy_spectrum(gear("CSG-40-50").accuracy)
+    given = ["new", "--gear", "CSG-40-50", "--load-inertia", "1", "-o", str(path)]
+    assert CliRunner().invoke(command.cli, given).exit_code == 0
+    for drive in (sw.read_project(path), from_text(first_text("CSG-40-50"), Path("first.yaml"))):
+        assert drive.kinematic_error == assumed
+        assert ("excitation.accuracy", "assumed") in {(one.name, one.word) for one in drive.sources}
+    (slider,) = (one for one in SLIDERS if one.name.startswith("excitation."))
+    (share,) = (line.amplitude for line in accuracy_spectrum(60.0 * ARCSEC).lines if line.order == 2)
+    assert slider.value * ARCSEC == pytest.approx(share, rel=1e-3)
 
 
 def test_an_average_speed_beyond_that_of_the_gear_is_a_remark():

@@ -4,7 +4,7 @@ import pytest
 from app_page import DROP, address_of, drawn, largest, paused, pauses, shown, until_drawn_again
 from one_joint import HELD
 
-AMPLITUDE = "excitation.kinematic_error.0.amplitude"
+ACCURACY = "excitation.accuracy"
 INERTIA = "() => document.getElementById('value-load.inertia').value"
 ANSWER = "() => document.getElementById('answer').textContent"
 
@@ -83,7 +83,7 @@ def test_arrows_change_a_field_by_one_and_ten_percent(page):
 
 def test_undo_and_redo_take_a_change_back_and_forth(page):
     first = largest(page)
-    typed(page, AMPLITUDE, "10")
+    typed(page, ACCURACY, "10")
     second = largest(page)
     assert second < 0.7 * first
     typed(page, "load.inertia", "2")
@@ -92,11 +92,11 @@ def test_undo_and_redo_take_a_change_back_and_forth(page):
     assert field(page, "load.inertia").input_value() == "1"
     page.locator("#undo").click()
     page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{first:g}")
-    assert field(page, AMPLITUDE).input_value() == "19.9"
+    assert field(page, ACCURACY).input_value() == "59.8"
     assert page.locator("#undo").is_disabled()
     page.keyboard.press("Control+Shift+z")
     page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{second:g}")
-    assert field(page, AMPLITUDE).input_value() == "10"
+    assert field(page, ACCURACY).input_value() == "10"
     assert page.locator("#redo").is_enabled()
     page.keyboard.press("Control+Y")  # as with Caps Lock
     page.wait_for_function(f"() => ({INERTIA})() === '2'")
@@ -111,17 +111,17 @@ def test_undo_and_redo_take_a_change_back_and_forth(page):
 
 def test_back_goes_to_the_drive_before_the_last_pause(page):
     first = largest(page)
-    typed(page, AMPLITUDE, "10")
+    typed(page, ACCURACY, "10")
     rests = pauses(page)
     page.get_by_role("tab", name="Motion at a speed").click()
     page.wait_for_selector("#plot-phase[data-drawn]")
     paused(page, rests)
     page.go_back()
     page.wait_for_selector("#plot-torque[data-drawn]")
-    assert field(page, AMPLITUDE).input_value() == "10"
+    assert field(page, ACCURACY).input_value() == "10"
     page.go_back()
     page.wait_for_function(f"n => ({ANSWER})().includes('up to ' + n + ' arcsec')", arg=f"{first:g}")
-    assert field(page, AMPLITUDE).input_value() == "19.9"
+    assert field(page, ACCURACY).input_value() == "59.8"
 
 
 def test_another_gear_keeps_the_axis_until_its_defaults_are_taken(page):

@@ -24,11 +24,12 @@ limit: {oscillation: @limit.oscillation@}
 """
 FIRST = "CSG-25-100"
 MODES = "held", "free"
+ORDER_2 = "excitation.kinematic_error.0.amplitude"
 SLIDERS = (  # the axis first, as `ofGear` takes it
     Slider("load.inertia", "load inertia", 1.0, "kg*m^2", 1e-3, 1e3, ()),
     Slider("damping.ratio", "damping ratio of the gear", 3.0, "%", 0.5, 10.0, ()),
     Slider("motor.inertia", "inertia of a free motor, without wave generator", 0.5, "kg*cm^2", 0.01, 100.0, ()),
-    Slider("excitation.kinematic_error.0.amplitude", "kinematic error, order 2", 20.0, "arcsec", 2.0, 120.0, ()),
+    Slider(ORDER_2, "kinematic error, order 2 alone; assumed", 26.0, "arcsec", 2.0, 120.0, ()),  # its share of 1 arcmin
     Slider("limit.oscillation", "limit of the oscillation", 60.0, "arcsec", 5.0, 500.0, ()),
     Slider("speed.from", "motor speed from", 100.0, "rpm", 20.0, 1000.0, ()),
     Slider("speed.to", "motor speed to (at most that of the gear)", 3000.0, "rpm", 1200.0, 8000.0, ()),

@@ -109,6 +109,8 @@ def _described(project: Project, content: dict[str, Any], name: str) -> dict[str
         return None
     if name.startswith("gear.") and project.gear is not None and name[5:] in OF_RECORD:
         value = float(getattr(slopes(project), name[5:], value))
+    elif name == "excitation.accuracy":
+        value = float(f"{value:.3g}")  # catalogues print no more digits of it
     si, sign_of = unit_of(content, name)
     low, high, log = _range(value, unit, sign_of)
     row = row_of(content, name)

@@ -18,6 +18,7 @@ from starlette.requests import Request
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...files.fields.entries import EXAMPLE_LOOP
+from ...files.fields.groups import CATALOGUE
 from ...files.project_text import project_text
 from ...files.reading import ProjectError, from_text
 from ...files.variants.replaced import PLACE, replaced
@@ -231,14 +232,14 @@ def first_text(name: str) -> str:
     """First project of a gear: an axis in a cascade, whose limit is twice what its accuracy class is in slow rotation.
 
     Order 2 meets the resonance of the load, the motor held, at half of the largest speed. The stiffness is K1. The
-    motor's inertia is that of the wave generator, else matched to the load. Orders of the kinematic error share the
-    accuracy class as the catalogue's makers report it: two thirds are order 2.
+    motor's inertia is that of the wave generator, else matched to the load. The kinematic error is the accuracy class,
+    as in a file of `strainwave new`.
     """
     gear = catalogue.gear(name)
     gear.check_law()
     fastest = min(FASTEST, gear.average_rpm or gear.max_rpm or FASTEST)
     inertia = (gear.K1 or 1e4) / (fastest * math.pi / 30.0) ** 2
-    amplitude = 0.5 * (ACCURACY if gear.accuracy is None else gear.accuracy / ARCSEC)
+    accuracy = f"{ACCURACY if gear.accuracy is None else gear.accuracy / ARCSEC:.3g} arcsec"
     rotor = f"{1e4 * gear.input_inertia:.6g}" if gear.input_inertia else f"{1e4 * inertia / gear.ratio**2:.2g}"
     return (
         f"title: {gear.name}\n"
@@ -248,9 +249,9 @@ def first_text(name: str) -> str:
         "damping: {ratio: 3 %}\n"
         f"speed: {{from: {fastest / 8:.3g} rpm, to: {fastest:g} rpm, shaft: motor}}\n"
         "excitation:\n"
-        f"  kinematic_error: [{{order: 2, amplitude: {amplitude / 1.5:.3g} arcsec}}]\n"
+        f"  accuracy: {CATALOGUE if gear.accuracy else accuracy}\n"
         "  load_torque: {mean: 0 N*m}\n"
-        f"limit: {{oscillation: {2.0 * amplitude:.3g} arcsec}}\n"
+        f"limit: {{oscillation: {accuracy}}}\n"
         "sources:\n"
         "  {motor: assumed, load: assumed, damping: assumed, speed: assumed, excitation: assumed, limit: assumed}\n"
     )

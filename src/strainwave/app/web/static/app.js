@@ -145,7 +145,7 @@ async function opened() {
 async function changeGear(gear) {
   if (state.project !== null) state.values.gear = gear;
   else {
-    const stays = about.parameters.filter((p) => p.group !== "gear" && !p.name.startsWith("excitation.kinematic_error") && (p.name !== "motor.inertia" || p.name in state.values));
+    const stays = about.parameters.filter((p) => p.group !== "gear" && !/^excitation[.](accuracy|kinematic_error)/.test(p.name) && (p.name !== "motor.inertia" || p.name in state.values));
     const values = stays.map((p) => [p.name, state.values[p.name] ?? `${p.value} ${p.unit}`.trim()]);
     const words = Object.entries(state.values).filter(([, text]) => !/^[-+−.\d]/.test(text));
     Object.assign(state, { gear, values: Object.fromEntries([...words, ...values]) });
