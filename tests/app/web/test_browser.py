@@ -1,6 +1,9 @@
 """The page in a real browser: nothing leaves this machine, nothing is complained about."""
 
+import re
+
 import numpy as np
+import pytest
 from app_page import DROP, drawn, largest, paused, pauses, until_drawn_again
 
 SURE = "() => document.getElementById('answer').textContent.includes('How sure')"
@@ -126,9 +129,37 @@ def test_the_band_of_assumed_numbers_comes_after_a_pause_and_a_change_ends_it(pa
     page.wait_for_function(SURE)
 
 
+@pytest.mark.parametrize("met", [True, False])
+def test_a_drive_with_assumed_numbers_passes_where_their_range_does(page, met):
+    content = {"how_sure": ["one", "all"], "together": "all", "held": None, "met": met}
+    content |= {key: [500.0, 3000.0] for key in ("speed", "low_arcsec", "high_arcsec")}
+    held = []
+    page.route("**/api/sureness", lambda route: held.append(route))
+    page.locator('[id="value-limit.oscillation"]').fill("600")
+    says = "text => document.getElementById('answer').textContent.includes(text)"
+    page.wait_for_function(says, arg="limit of 600 arcsec. The range for assumed numbers is being computed.")
+    assert page.locator("#answer").get_attribute("class") == ""
+    while not held:
+        page.wait_for_timeout(50)
+    held[-1].fulfill(json=content)
+    page.wait_for_function(says, arg="limit of 600 arcsec. How sure: all.")
+    assert page.locator("#answer").get_attribute("class") == ("good" if met else "")
+
+
+def test_the_torque_of_one_curve_says_that_the_load_is_left_out(page):
+    before = drawn(page)
+    page.locator("#part-gravity").click()
+    until_drawn_again(page, before)
+    axis = page.evaluate("() => document.getElementById('plot-torque').layout.yaxis.title.text")
+    assert axis.replace("<br>", " ") == "torque without the load's torque [N·m]"
+    (need,) = (text for text in page.locator("#remarks li").all_inner_texts() if "motor must give" in text)
+    assert re.match(r"The motor must give at least [\d.]+ N·m at steady speed, and turn", need)
+    assert "from −" in page.inner_text("#answer")
+
+
 def test_a_slow_picture_does_not_erase_what_is_said_of_assumed_numbers(page):
     page.wait_for_function(SURE)
-    content = {"how_sure": ["one", "all", "lost"], "together": "all", "held": None}
+    content = {"how_sure": ["one", "all", "lost"], "together": "all", "held": None, "met": False}
     content |= {key: [500.0, 3000.0] for key in ("speed", "low_arcsec", "high_arcsec")}
     page.route("**/api/sureness", lambda route: route.fulfill(json=content))
     page.evaluate(

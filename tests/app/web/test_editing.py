@@ -124,6 +124,18 @@ def test_back_goes_to_the_drive_before_the_last_pause(page):
     assert field(page, ACCURACY).input_value() == "59.8"
 
 
+def test_what_another_gear_keeps_untouched_stays_assumed(page):
+    badge = lambda name: page.locator(f'[id="value-{name}-source"]').inner_text()  # noqa: E731
+    typed(page, "damping.ratio", "4")
+    before = drawn(page)
+    page.select_option("#gear", "CSG-25-100")
+    until_drawn_again(page, before)
+    assert field(page, "load.inertia").input_value() == "1"
+    assert (badge("load.inertia"), badge("damping.ratio")) == ("assumed", "yours")
+    typed(page, "load.inertia", "2")
+    assert badge("load.inertia") == "yours"
+
+
 def test_another_gear_keeps_the_axis_until_its_defaults_are_taken(page):
     typed(page, "load.inertia", "3.7")
     typed(page, "damping.ratio", "4")

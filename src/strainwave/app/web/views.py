@@ -153,6 +153,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "torque_exceeded": exceeded,
         "load_torques": [low, project.mean_load_torque, high],
         "passes": judged.passes,
+        "assumed": bool(project.assumed),
         "covered": judged.covered,
         "failures": list(judged.failures),
         "limits": [one.data() for one in judged.findings],
@@ -196,6 +197,7 @@ def sureness(project: Project) -> dict[str, Any]:
     sentences = sure.sentences(project.limit)
     return {
         "how_sure": list(sentences), "together": sentences[len(sure.doubts)] if sure.doubts else "",
+        "met": not sure.doubts or (project.limit is not None and sure.largest[1] <= project.limit),
         "held": held, "speed": scale * sure.omega,
         "low_arcsec": sure.low / ARCSEC, "high_arcsec": sure.high / ARCSEC,
     }  # fmt: skip

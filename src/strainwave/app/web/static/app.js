@@ -2,7 +2,7 @@
 import { call, leave } from "/static/api.js";
 import { busy, jobOf, progressOf, stop, stopAll } from "/static/jobs.js";
 import { readLog } from "/static/log.js";
-import { answer, clear, dark, element, legends, recolour } from "/static/plots.js";
+import { answer, clear, dark, element, legends, recolour, signed } from "/static/plots.js";
 import { build, hideGoals, showGoal } from "/static/sliders.js";
 import { about, asked, BACK, FIRST, FORTH, recall, remember, setAbout, state, step, undoable } from "/static/state.js";
 import { take, VIEWS } from "/static/views.js";
@@ -16,7 +16,7 @@ function say(text, bad) {
 }
 
 function remark(remarks) {
-  const items = remarks.filter(Boolean).map((text) => element("li", { textContent: text }));
+  const items = remarks.filter(Boolean).map((text) => element("li", { textContent: signed(text) }));
   byId("remarks").replaceChildren(...(items.length ? [element("ul", {}, ...items)] : []));
 }
 
@@ -147,8 +147,9 @@ async function changeGear(gear) {
   else {
     const stays = about.parameters.filter((p) => p.group !== "gear" && !/^excitation[.](accuracy|kinematic_error)/.test(p.name) && (p.name !== "motor.inertia" || p.name in state.values));
     const values = stays.map((p) => [p.name, state.values[p.name] ?? `${p.value} ${p.unit}`.trim()]);
+    const assumed = stays.filter((p) => !(p.name in state.values) && about.sources[p.name] === "assumed").map((p) => [`sources.${p.name}`, "assumed"]);
     const words = Object.entries(state.values).filter(([, text]) => !/^[-+−.\d]/.test(text));
-    Object.assign(state, { gear, values: Object.fromEntries([...words, ...values]) });
+    Object.assign(state, { gear, values: Object.fromEntries([...words, ...values, ...assumed]) });
   }
   if (await load()) await show();
 }

@@ -27,7 +27,7 @@ export function toward(way, value, digits = 4) {
   const step = 10 ** Math.min(0, Math.floor(Math.log10(value || 1)) + 1 - digits), steps = value / step, near = Math.round(steps);
   return round((Math.abs(steps - near) < 1e-6 ? near : way(steps)) * step, 12);
 }
-export const signed = (unit) => (unit ?? "").replaceAll("*", "·");
+export const signed = (text) => (text ?? "").replaceAll("*", "·").replace(/(?<!\w)-(?=\d)/g, "−"); // units and numbers as they are printed
 export const between = (values, unit) => {
   const shown = values.filter((value) => Number.isFinite(value));
   return `from ${round(Math.min(...shown))} to ${round(Math.max(...shown))} ${unit}`;

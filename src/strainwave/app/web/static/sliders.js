@@ -87,7 +87,7 @@ function row(p, slid, typed) {
   let now = p.value, source = "";
   const tell = (value) => {
     now = value;
-    badge.textContent = value !== p.value ? "yours" : source || (p.added ? "yours" : ""); // first numbers of a part are assumed
+    badge.textContent = state.values["sources." + p.name] ?? (value !== p.value ? "yours" : source || (p.added ? "yours" : "")); // first numbers of a part are assumed
     box.classList.toggle("changed", value !== p.value || Boolean(p.added));
     if (value === null) return;
     [low.textContent, high.textContent] = ends(p, value).map((end) => short(end, 3));
@@ -101,6 +101,7 @@ function row(p, slid, typed) {
   const put = (value, text) => {
     field.value = text;
     unit.textContent = p.shown_unit;
+    delete state.values["sources." + p.name];
     if (value === p.value && !p.added) delete state.values[p.name];
     else state.values[p.name] = `${text} ${p.unit}`.trim();
     mark("");
@@ -125,6 +126,7 @@ function row(p, slid, typed) {
     slider.focus(); // the mark goes
   });
   field.addEventListener("input", () => {
+    delete state.values["sources." + p.name];
     state.values[p.name] = written(p, field.value);
     typed();
   });

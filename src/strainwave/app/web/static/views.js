@@ -57,11 +57,12 @@ function small(r) {
 
 // After a pause: the range for assumed numbers, and the held motor, thin. Another drive or view ends it.
 let pause = 0;
-async function afterwards(picture, top, drive, mine) {
+async function afterwards(picture, top, drive, mine, tell) {
   const gone = () => epoch !== mine || drive !== JSON.stringify(asked());
   if (gone()) return;
   const s = await call("/api/sureness", { body: { state: asked() }, kind: "beside" }).catch(() => null);
-  if (!s || gone()) return;
+  if (gone()) return;
+  if (!s) return tell("The range for assumed numbers cannot be computed.", null);
   const line = { mode: "lines", hoverinfo: "skip" }, known = s.how_sure.length > 0;
   const band = known ? [
     { ...line, x: s.speed, y: s.low_arcsec, line: { width: 0 }, showlegend: false },
@@ -72,7 +73,7 @@ async function afterwards(picture, top, drive, mine) {
   picture.layout.yaxis = { ...picture.layout.yaxis, range: [0, Math.max(top, ...(known ? s.high_arcsec.filter(Number.isFinite) : [])) * 1.08] };
   await draw("response", picture);
   if (gone()) return;
-  if (known) document.getElementById("answer").append(` How sure: ${s.together}.`);
+  tell(known ? `How sure: ${s.together}.` : "", s.met);
   const list = document.querySelector("#remarks ul") ?? document.getElementById("remarks").appendChild(element("ul"));
   list.append(...s.how_sure.map((textContent) => element("li", { textContent })));
 }
@@ -97,10 +98,11 @@ async function response(again) {
   const picture = { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` };
   const later = structuredClone(picture), top = Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite)));
   await draw("response", picture);
-  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, "largest torque in the gear", "N·m")];
+  const [low, mean, high] = r.load_torques, under = low < high ? (mean ? ` at ${signed(round(mean))} N·m on the load` : " without the load's torque") : "";
+  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, `largest torque in the gear${under}`, "N·m")];
   const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
   r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
-  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
+  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: `torque${under} [N·m]`, rangemode: "tozero" } }, table, label: `Largest torque in the gear${under} over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
   link(["response", "torque"]);
   pinControls(again);
   const sure = (value) => (Math.abs(value) >= 10 ** r.digits ? String(Math.round(value)) : round(value, r.digits));
@@ -110,12 +112,14 @@ async function response(again) {
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
   const failures = r.failures.map((text) => signed(text) + " ").join("");
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${toward(Math.floor, a, r.digits)} to ${toward(Math.ceil, b, r.digits)}`).join(", ")} ${r.speed_unit}.` : "";
-  const [low, mean, high] = r.load_torques;
-  const loads = low < high ? ` This is for ${round(mean)} N·m on the load; the report follows it from ${round(low)} to ${round(high)} N·m and gives the verdict.` : "";
-  answer(failures + said + against + leaves + keep + loads, r.passes);
+  const loads = low < high ? ` This is for ${signed(round(mean))} N·m on the load; the report follows it from ${signed(round(low))} to ${signed(round(high))} N·m and gives the verdict.` : "";
+  // A drive that is within its limit with assumed numbers passes where their whole range is within it.
+  const tell = (sure, met) => answer(`${failures}${said}${against}${leaves}${keep}${loads} ${sure}`.trim(), r.passes && !met ? null : r.passes);
+  tell(...(r.assumed ? ["The range for assumed numbers is being computed.", null] : ["", true]));
   clearTimeout(pause);
-  pause = setTimeout(afterwards, 500, later, top, drive, mine);
-  const motor = r.required_motor ? `The motor must give ${low < high ? "at least" : "up to"} ${round(r.required_motor.torque)} N·m, ${round(r.required_motor.holding_torque)} N·m of it at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
+  pause = setTimeout(afterwards, 500, later, top, drive, mine, tell);
+  const need = r.required_motor, steady = need && (need.holding_torque < need.torque ? `, ${sure(need.holding_torque)} N·m of it` : "");
+  const motor = need ? `The motor must give ${low < high ? "at least" : "up to"} ${sure(need.torque)} N·m${steady} at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
   return [r.message === "reached both ends" ? "" : r.message, motor, ...r.remarks];
 }
 
