@@ -1,6 +1,8 @@
 """`strainwave fit-bode`: what it prints and writes, with the numbers of the library, and what it asks."""
 
 import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,4 +73,6 @@ def test_the_blocks_to_paste_are_the_numbers_fitted_with_their_source(files):
     assert train.N == 100.0
     assert found == {name: fit.values[name] for name in found}
     words = {source.name: source.word for source in pasted.sources}
+    ratio = re.search(r"ratio: ([\d.]+)", replace(fit, ratio=1102 / 7).yaml)  # of 1102 and 7 teeth
+    assert float(ratio[1]) == pytest.approx(1102 / 7, rel=1e-14)
     assert {words[name] for name in ("motor.inertia", "load.inertia", "gear.law.K", "damping.B")} == {"measured"}

@@ -28,11 +28,11 @@ from ..intervals import Spread, spread
 from .measured_bode import Complexes, MeasuredBode
 
 UNITS = {"J_m": "kg*m^2", "J_l": "kg*m^2", "K": "N*m/rad", "B": "N*m*s/rad", "delay": "s", "gain": ""}
-BLOCKS = {  # of a project file: number, block with it, and what has the source "measured"
-    "J_m": ("motor: {{inertia: {!r} kg*m^2}}", "motor.inertia"),
-    "J_l": ("load: {{inertia: {!r} kg*m^2}}", "load.inertia"),
-    "K": ("gear: {{ratio: RATIO, law: {{type: linear, K: {!r} N*m/rad}}}}", "gear.law"),
-    "B": ("damping: {{B: {!r} N*m*s/rad}}", "damping.B"),
+BLOCKS = {  # of a project file: number, block with it and the ratio, and what has the source "measured"
+    "J_m": ("motor: {{inertia: {0!r} kg*m^2}}", "motor.inertia"),
+    "J_l": ("load: {{inertia: {0!r} kg*m^2}}", "load.inertia"),
+    "K": ("gear: {{ratio: {1:.15g}, law: {{type: linear, K: {0!r} N*m/rad}}}}", "gear.law"),
+    "B": ("damping: {{B: {0!r} N*m*s/rad}}", "damping.B"),
 }
 USUAL = ("J_m", "J_l", "K", "B", "delay")
 STARTS = (1.0, 0.4, 2.5)  # of the stiffness
@@ -150,10 +150,10 @@ class BodeFit(Fit):
     @property
     def yaml(self) -> str:
         """Numbers fitted as blocks of a project file with their source; empty for a comparison."""
-        blocks = [(line.format(self.values[n]), part) for n, (line, part) in BLOCKS.items() if n in self.values]
-        lines = [line.replace("RATIO", f"{self.ratio:g}") for line, _ in blocks]
-        sources = ", ".join(f"{part}: measured" for _, part in blocks)
-        return "\n".join([*lines, f"sources: {{{sources}}}\n"]) if blocks else ""
+        names = [name for name in BLOCKS if name in self.values]
+        lines = [BLOCKS[name][0].format(self.values[name], self.ratio) for name in names]
+        sources = ", ".join(f"{BLOCKS[name][1]}: measured" for name in names)
+        return "\n".join([*lines, f"sources: {{{sources}}}\n"]) if names else ""
 
     def coordinates(self) -> Labelled:
         """Frequencies."""
