@@ -171,11 +171,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
             y, turns = _gone_on(system, y, turns * duration, rtol), min(2 * turns, MOST_TURNS)
             nearer = y, mapped(y)
         y, after = nearer
-    orbit = _sampled(system, y, omega, period, matrix, rtol, status)
-    refuse("throw", throw, bool)
-    if throw and not orbit.status:
-        raise SolveError(orbit.message)
-    return orbit
+    return raised(_sampled(system, y, omega, period, matrix, rtol, status), throw)
 
 
 def _gone_on(system: Any, y: Floats, time: float, rtol: float) -> Floats:
