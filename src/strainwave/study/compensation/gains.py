@@ -237,7 +237,7 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limit
         inner = inner.loop
     if limited > 0.0:
         return f"the torque meets its limit of {bench.sampling.limit:.4g} N*m in {100.0 * limited:.3g} % of the samples"
-    near = distance(bench, speed, rate_of(bench, speed), unit)
-    if inner is not controller and near < DISTANCE / 2.0:
+    adapts = inner is not controller
+    if adapts and (near := distance(bench, speed, rate_of(bench, speed), unit)) < DISTANCE / 2.0:
         return f"the adaptation is only {near:.2g} away from instability on it, as its resonance lies elsewhere"
     return "the controller takes nothing away on it, although its phases are within 90 degrees of the model's"
