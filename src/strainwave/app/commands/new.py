@@ -21,6 +21,7 @@ from ...files.reading import from_text
 from ...files.reference import NAME, project_schema, reference, template
 from ...model.gears.catalogue import gear, names, select
 from ...model.gears.gear import NUMBERS, Gear
+from ...model.orders import TURNING_SPLINE, USUAL
 from ..console import number, print_table, to_json
 from ..view import quantity
 from .options import file_type, json_option, output_option, together, written_type
@@ -331,6 +332,11 @@ def _one(gear: Gear, as_json: bool) -> None:
             unit = NUMBERS.get(key, "")
             angle = f"  ({value / ARCSEC:.4g} arcsec)" if unit == "rad" else ""
             click.echo(f"{key:<22}{number(value, 6)} {unit}".rstrip() + angle)
+    ways = ((USUAL, "as printed"), (TURNING_SPLINE, "fixed: flexspline")) if gear.ratio > 1 else ()
+    for arrangement, how in ways:
+        ratio = int(arrangement.ratio(gear.ratio))
+        sense = "with" if ratio > 0 else "against"
+        click.echo(f"{'arrangement':<22}{arrangement}: ratio {abs(ratio)}, {sense} the motor ({how})")
     fit = _fit(gear)
     if fit is not None:
         click.echo(f"{'cubic fit':<22}K {number(fit['K'], 4)} N*m/rad, alpha {number(fit['alpha'], 4)} 1/rad**2, "
