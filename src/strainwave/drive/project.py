@@ -255,9 +255,8 @@ class Project:
 
         def loaded(train: DriveTrain) -> DriveTrain:
             plain = train if keeps_gravity else without_gravity(train)
-            error = train.error if self.loaded_error is None else parts["kinematic_error"]
-            end = plain.load.end()._replace(excitation=parts["load_torque"] or NO_TORQUE)
-            return plain._replace(load=plain.load.with_end(end), error=error)
+            load = plain.load.with_end(plain.load.end()._replace(excitation=parts["load_torque"] or NO_TORQUE))
+            return plain._replace(load=load, error=(self.loaded_error and parts["kinematic_error"]) or train.error)
 
         train, whole = self.train and loaded(self.train), self.whole and loaded(self.whole)
         return replace(self, mean_range=None, train=train, whole=whole, **parts)
