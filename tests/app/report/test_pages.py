@@ -124,6 +124,10 @@ def test_a_telephone_shows_all_with_text_that_can_be_read(folder, browser, name)
     phone = browser.new_page(viewport={"width": 375, "height": 812})
     phone.goto((folder / name).as_uri())
     assert phone.evaluate("document.documentElement.scrollWidth") == 375
+    cut = "[...document.querySelectorAll('.scroll, figure')].filter((one) => one.scrollWidth > one.clientWidth)"
+    edges = phone.evaluate(f"{cut}.map((one) => getComputedStyle(one).backgroundAttachment)")
+    assert edges
+    assert {*edges} == {"local, local, scroll, scroll"}  # shadows at the edges, and paper that scrolls over them
     letters = """Array.from(document.querySelectorAll("svg[viewBox]"), (svg) =>
         parseFloat(svg.getAttribute("font-size")) * svg.getBoundingClientRect().width / svg.viewBox.baseVal.width)"""
     assert min(phone.evaluate(letters)) >= 8.5
