@@ -68,7 +68,7 @@ def test_gravity_of_an_angle_sags_by_what_it_takes_at_every_angle():
     found = sw.study.standstill(train)
     assert found.loads == pytest.approx((-170.0, -50.0))
     assert found.sag == pytest.approx([-torque / N / control.K_p / N for torque in (170.0, 50.0)], rel=1e-6)
-    assert "under -170 to -50 N*m on the load" in " ".join(str(found).split())
+    assert "under −170 to −50 N·m on the load" in " ".join(str(found).split())
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,8 @@ def test_with_dry_friction_rest_is_the_set_between_both_signs_over_the_stiffness
     error = [twist(G + s * T_l) + ((G + s * T_l) / N + s * T_m) / control.K_p / N for s in (-1.0, 1.0)]
     assert found.error == pytest.approx(error, rel=1e-6)
     assert not found.integrates
-    assert f"{sag[0] / ARCSEC:.4g} to {sag[1] / ARCSEC:.4g} arcsec" in " ".join(str(found).split())
+    ends = " to ".join(f"{end / ARCSEC:.4g}" for end in sag).replace("-", "−")
+    assert f"by anything from {ends} arcsec" in " ".join(str(found).split())
 
 
 def hunted(control, dry, end, lag=0.0):

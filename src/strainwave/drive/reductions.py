@@ -16,6 +16,7 @@ from ..model.excitation import KinematicError
 from ..model.laws.friction import NO_FRICTION
 from ..model.oscillator import Oscillator
 from ..model.train.drive_train import DriveTrain
+from ..model.train.motion import AngleTorque
 from ..model.train.shafts import NO_DRAG
 from ..model.train.train_forms import SteadyTrain
 from ..numerics.shooting import find_orbit
@@ -175,12 +176,12 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
     the approximation that `compare_reductions` measures, no part that is missing.
     """
     motor, load = train.motor, train.load.end()
-    control, held, couplings = type(motor.control).__name__, motor.held, len(train.load.couplings())
+    held, couplings = motor.held, len(train.load.couplings())
     parts = (
-        (not held and not motor.free, f"the motor's loop ({control})"),
-        (not held and motor.drag != NO_DRAG, f"the motor's drag ({type(motor.drag).__name__})"),
+        (not held and not motor.free, "the motor's loop"),
+        (not held and motor.drag != NO_DRAG, "the motor's drag"),
         (not held and train.friction != NO_FRICTION, "the friction of the meshing"),
-        (load.drag != NO_DRAG, f"the load's drag ({type(load.drag).__name__})"),
+        (load.drag != NO_DRAG, "the gravity of the load" if isinstance(load.drag, AngleTorque) else "the load's drag"),
         (couplings > 0, "the coupling" if couplings == 1 else f"the {couplings} couplings"),
     )
     return tuple(words for there, words in parts if there)

@@ -15,6 +15,7 @@ from ..base.law import states_of, torque_of
 from ..base.quantities import AngularSpeed, Torque
 from ..base.records import Result
 from ..base.results import Floats, SolveError
+from ..base.sentences import number
 from ..base.units import ARCSEC
 from ..model.excitation import Harmonic, NoError
 from ..model.laws.friction import Coulomb, LuGre, Stribeck, Viscous, sliding_friction
@@ -106,8 +107,8 @@ class Standstill(Result):
         """Where it rests, and whether it hunts, a sentence each."""
         dry = DRY.format(self.motor_friction, self.load_friction) if self.motor_friction + self.load_friction else ""
         place = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
-        low, high = [f"{load:.4g}" for load in self.loads]
-        under = "" if low == high else f" under {low} to {high} N*m on the load"
+        low, high = map(number, self.loads)
+        under = "" if low == high else f" under {low} to {high} N·m on the load"
         return (
             f"At standstill{under} {place}{dry}.",
             *([self._hunting()] if self.integrates and self.motor_friction else []),
@@ -126,11 +127,11 @@ class Standstill(Result):
         return f"It hunts{alone}: the integrator makes the motor stick and slip by up to {size}, with {period}."
 
 
-DRY = "; dry friction: {:.3g} N*m (motor), {:.3g} N*m (load)"
+DRY = "; dry friction: {:.3g} N·m (motor), {:.3g} N·m (load)"
 
 
 def _range(ends: tuple[float, float]) -> str:
-    low, high = [f"{round(value / ARCSEC, 6) + 0.0:.4g}" for value in ends]
+    low, high = [number(round(value / ARCSEC, 6)) for value in ends]
     return f"{low} arcsec" if low == high else f"anything from {low} to {high} arcsec"
 
 

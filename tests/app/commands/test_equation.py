@@ -75,9 +75,7 @@ def test_a_drive_that_has_more_than_its_error_equation_is_swept_by_the_names_of_
 def test_a_free_motor_with_more_is_refused_before_anything_is_computed(written):
     result = invoke("sweep", written(FREE, FRICTION), "--grid", "load.inertia=1 kg*m^2,2 kg*m^2")
     assert (result.exit_code, result.stdout) == (1, "")
-    assert (
-        "about the error equation, which leaves out the load's drag (Coulomb); give the motor a loop" in result.stderr
-    )
+    assert "about the error equation, which leaves out the load's drag; give the motor a loop" in result.stderr
 
 
 def pointing_error_of_a_linear_drive(omega, K_i, K_p):
@@ -125,8 +123,8 @@ def test_the_error_equation_of_a_drive_that_has_no_more_is_given_as_it_is(writte
 
 def test_the_error_equation_of_a_drive_that_has_more_is_given_to_who_says_so(written):
     project = read_project(written(SPEED_LOOP, COUPLING))
-    assert project.left_out == ("the motor's loop (SpeedLoop)", "the coupling")
-    with pytest.raises(ValueError, match=r"leaves out the motor's loop \(SpeedLoop\) and the coupling of this drive; "):
+    assert project.left_out == ("the motor's loop", "the coupling")
+    with pytest.raises(ValueError, match=r"leaves out the motor's loop and the coupling of this drive; "):
         project.system(100.0)
     reduced = project.system(100.0, reduced=True)
     assert (reduced.J, reduced.omega) == (pytest.approx(1.1), 100.0)  # both inertias in one
@@ -136,10 +134,10 @@ def test_a_free_motor_with_friction_behind_it_is_refused_by_the_analysis_too(wri
     path = written(FREE, FRICTION)
     result = invoke("analyze", path, "-o", str(path.parent / "out"))
     assert (result.exit_code, result.stdout) == (1, "")
-    assert "an analysis is about the error equation, which leaves out the load's drag (Coulomb)" in result.stderr
+    assert "an analysis is about the error equation, which leaves out the load's drag" in result.stderr
     drive = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5))
     train = drive.train(load_drag=sw.laws.Coulomb(4.0, 0.1))
-    with pytest.raises(ValueError, match=r"leaves out the load's drag \(Coulomb\)"):
+    with pytest.raises(ValueError, match=r"leaves out the load's drag"):
         project_of(drive, (90.0, 100.0), motor="free", train=train).analyze()
 
 

@@ -61,7 +61,7 @@ def test_parts_of_a_train_are_named_as_the_file_has_them():
         "a motor in a position loop of 20 Hz, damping 0.7, lag 1 ms, a load behind 2 couplings in series, "
         "friction or gravity on the motor"
     )
-    assert of.left_out[1:] == ("the motor's drag (Viscous)", "the 2 couplings")
+    assert of.left_out[1:] == ("the motor's drag", "the 2 couplings")
     held = project("mode: held", f"coupling: {COUPLING}")
     assert parts(View(held, None, None)) == "a motor that is ideally held, a load behind a coupling"
 

@@ -113,8 +113,8 @@ class InverseDynamics(NamedTuple):
         end = self.train.load.end()
         if end is not self.train.load or any(states_of(law) for law in (self.train.law, end.drag)):
             raise ValueError(
-                "InverseDynamics.train has couplings or laws with memory, of which there is no inverse in closed form; "
-                "give the train without them, what is left is the loop's"
+                "the train has couplings or laws with memory, of which there is no inverse in closed form; give the "
+                "inverse a train without them, what is left is the loop's"
             )
 
 

@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 from math import atan2, cos, hypot, pi, sin
-from textwrap import wrap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -146,11 +145,7 @@ def summary(run: Run) -> str:
     lines += [f"  order table, {name}: {case.table.source}" for name, case in run.tables]
     lines += [f"  warning: {text}" for text in _worse(run)]
     lines += [f"  note: {text}" for text in remarks(run)]
-    return "\n".join(part for line in lines for part in _folded(line))
-
-
-def _folded(line: str) -> list[str]:
-    return [line] if len(line) <= WIDTH else wrap(line, WIDTH, subsequent_indent="    ")
+    return "\n".join(lines)
 
 
 def _best(run: Run) -> list[str]:
@@ -202,7 +197,7 @@ def _worse(run: Run) -> list[str]:
                 texts.append(f"{name}: {problem} at {', '.join(number(case.speed / RPM) for case in bad)} rpm")
     texts += [text for row in run.found.results for case in row for text in case.warnings if case.gains]
     given = {text for row in run.found.results for case in row for text in case.warnings}
-    return texts + [text for case in run.details for text in case.warnings if text not in given]
+    return texts + [text for case in run.details if case.gains for text in case.warnings if text not in given]
 
 
 def worst(bench: CompensationBench) -> int:
