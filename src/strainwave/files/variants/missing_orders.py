@@ -38,6 +38,7 @@ COLOURED = 0.01  # probability below which a remainder is no white noise
 MASTERS = 3.0  # times what is left beside noise: what a line must explain
 BESIDE_LARGEST = 0.02  # of what the largest line explains: less is what that line is followed wrongly by
 BETTER = 2.0  # times what another term explains: the same
+EXACT = 0.01  # of what the best other term leaves: a line that leaves less is none of its shadows
 SAME = 1e-3  # of a column's size: what others leave of it when they can stand for it
 AROUND, LOBE = 24, 0.25  # places beside an order that are tried, and how far apart, of 1/turns
 
@@ -113,6 +114,12 @@ class Left:
         read = [place for place in self.places if place.in_reading]
         return (_beside(base, self.columns(read)) if read else base), rest
 
+    def remains(self) -> float:
+        """Squares that the model leaves with its lines."""
+        base, rest = self.fitted()
+        basis = _basis(base)
+        return float(np.sum((rest - basis @ (basis.T @ rest)) ** 2))
+
     def columns(self, places: Sequence[Place]) -> Floats:
         """Changes (n, places, 2) of the outputs by a cosine and a sine of each place, in units of noise and rad."""
         gear = [place.order for place in places if not place.in_reading]
@@ -147,18 +154,20 @@ def missing_lines(fit: Identified, logs: Sequence[Mapping[str, Any]]) -> list[Mi
     places = [Place(k, in_reading) for k in orders for in_reading in (False, True)]
     if not places:
         return []
-    added: list[Place] = []
     try:
         left = _left(fit, logs, angles, ())
-        while len(added) < MOST:
-            free = [place for place in places if _apart_from(place.order, [k.order for k in added])]
-            chosen = _chosen(left, free)[: MOST - len(added)]
+        while len(left.places) < MOST:
+            free = [place for place in places if _apart_from(place.order, [k.order for k in left.places])]
+            chosen = _chosen(left, free)[: MOST - len(left.places)]
             if not chosen:
                 break
             exact = [_placed(left, chosen, i, 1.0 / turns) for i in range(len(chosen))]
-            added += [place for place in exact if _apart_from(place.order, file_orders)]
-            left = _left(fit, logs, angles, tuple(added))
-        return _confirmed(left, len(places)) if added else []
+            added = (place for place in exact if _apart_from(place.order, file_orders))
+            more = _best(fit, logs, angles, (*left.places, *added))
+            if not more.remains() < left.remains():  # the fit is lost over lines that are not there
+                break
+            left = more
+        return _confirmed(left, len(places)) if left.places else []
     except (SolveError, ValueError):  # a line with which the motion leaves every bound is none
         return []
 
@@ -204,6 +213,20 @@ def _left(
     problem = LeastSquares(experiment, [Window(r, 0, len(r)) for r in records], fit.size, fit.parts)
     point, _ = solve(problem, problem.begin(np.append(fit.values, np.zeros(len(more)))), STEPS)
     return Left(problem, point, angles, places)
+
+
+def _best(
+    fit: Identified, logs: Sequence[Mapping[str, Any]], angles: tuple[Floats, ...], places: tuple[Place, ...]
+) -> Left:  # fmt: skip
+    """The model with these lines, or with all of them in the gear: far from its numbers a fit takes one for another."""
+    left = _left(fit, logs, angles, places)
+    in_gear = tuple(place._replace(in_reading=False) for place in places)
+    if in_gear == places:
+        return left
+    try:
+        return min(left, _left(fit, logs, angles, in_gear), key=Left.remains)
+    except (SolveError, ValueError):  # the motion leaves every bound with them
+        return left
 
 
 def _chosen(left: Left, places: Sequence[Place]) -> list[Place]:
@@ -308,7 +331,9 @@ def _confirmed(left: Left, tried: int) -> list[MissingLine]:
     lines = []
     for i, place in enumerate(left.places):
         others = _basis(_beside(base, np.delete(columns, i, axis=1)))
-        if drops[i] > max(needed, BETTER * _best_term(others, terms, whole)):
+        best = _best_term(others, terms, whole)
+        exact = float(remains @ remains) < EXACT * float(remains @ remains + drops[i] - best)
+        if drops[i] > max(needed, best if exact else BETTER * best):
             lines.append(MissingLine(place.order, float(amplitudes[i]), place.in_reading))
     return sorted(lines, key=lambda line: -line.amplitude)
 
