@@ -157,7 +157,8 @@ def missing_lines(fit: Identified, logs: Sequence[Mapping[str, Any]]) -> list[Mi
     try:
         left = _left(fit, logs, angles, ())
         while len(left.places) < MOST:
-            free = [place for place in places if _apart_from(place.order, [k.order for k in left.places])]
+            taken = [place.order for place in left.places]
+            free = [place for place in places if _apart_from(place.order, taken)]
             chosen = _chosen(left, free)[: MOST - len(left.places)]
             if not chosen:
                 break
@@ -218,7 +219,7 @@ def _left(
 def _best(
     fit: Identified, logs: Sequence[Mapping[str, Any]], angles: tuple[Floats, ...], places: tuple[Place, ...]
 ) -> Left:  # fmt: skip
-    """The model with these lines, or with all of them in the gear: far from its numbers a fit takes one for another."""
+    """The model with these lines, or with all of them in the gear, which a lost fit takes wrongly."""
     left = _left(fit, logs, angles, places)
     in_gear = tuple(place._replace(in_reading=False) for place in places)
     if in_gear == places:

@@ -119,17 +119,17 @@ class Balance:
         return np.asarray(r)
 
     def settles(self, c: Complexes, omega: Floats) -> Any:
-        """Whether true motions (states, H+1) are stable: no real Floquet multiplier is beyond 1 or -1.
+        """Whether true motions (states, H+1) attract: no real Floquet multiplier beyond 1 or -1.
 
         The determinant of the balance is a positive multiple of (1 - m_1)(1 - m_2) of the multipliers m.
         """
         return (np.linalg.slogdet(self.slopes(c, omega)[0])[0] > 0.0) & ~self.doubles(c, omega)
 
     def doubles(self, c: Complexes, omega: Floats) -> Any:
-        """Whether a disturbance of twice the common period grows on true motions (states, H+1) of a spring.
+        """Whether a disturbance of twice the period grows on true motions (states, H+1) of a spring.
 
-        Hill's determinant at half orders is a positive multiple of (1 + m_1)(1 + m_2). Along closed loops it is not
-        looked at.
+        Hill's determinant at half orders is a positive multiple of (1 + m_1)(1 + m_2).
+        Along closed loops it is not looked at.
         """
         if self.loops is not None:
             return np.zeros(len(c), bool)
@@ -301,7 +301,7 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
     certificate = Certificate(
         regime=str(s.resonance),
         order=order,
-        valid=converged and (solved or curve) and largest <= ACCEPTED and not pumped and not doubled,
+        valid=converged and (solved or curve) and largest <= ACCEPTED and not (pumped or doubled),
         amplitude=amplitude,
         phase=float(at_speed.phase[0]) if solved else None,
         speed=shift,
