@@ -119,6 +119,11 @@ class Trace:
     elsewhere: tuple[tuple[float, Floats], ...] = ()
     span: tuple[float, float] | None = None
 
+    @property
+    def is_cut(self) -> bool:
+        """Whether it has as many points as it may have, and would go on."""
+        return self.outcome == RUNNING
+
 
 def state_from(guess: Floats, width: float) -> Floats:
     """State of a continuation that starts at a guess (coefficients, parameter), the latter in units of `width`."""

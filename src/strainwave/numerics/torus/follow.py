@@ -14,7 +14,6 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ..balance.linear_algebra import factor, substitute
 from ..continuation.trace import Trace, trace
-from ..labels import RUNNING
 from .problem import Torus, linear_waves, torus
 
 ROUNDS, MOST, ALONG = 40, 600, 300  # of taking waves in, and waves at most: of a motion, and of a curve
@@ -163,7 +162,7 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
         points = solution.points
         if not len(points):
             raise SolveError(Sentence("the curve of motions of two turns is lost at {}", Speed(hi)))
-        if solution.outcome == RUNNING:
+        if solution.is_cut:
             text = (
                 "the curve of motions of two turns winds at {}; give the drive more damping, or end the range above it"
             )
