@@ -123,7 +123,7 @@ def test_every_number_of_a_file_has_a_slider_with_unit_and_range():
 
 def test_a_line_of_both_turns_has_sliders_that_name_it_by_its_repeats():
     text = first_text("CSG-40-50").replace(
-        "kinematic_error: [{order: 2, amplitude: 19.9 arcsec}]",
+        "accuracy: catalogue",
         "kinematic_error: [{order: {wave_generator: 2, output: -2}, amplitude: 3 arcsec}, "
         "{order: {output: 1}, amplitude: {at_rest: 4 arcsec, per_torque: -0.1 arcsec/(N*m)}}]",
     )
