@@ -42,6 +42,7 @@ def main() -> None:
             if folder is None:
                 page.goto(address)
                 wait(page, "torque")
+                page.get_by_text("is being computed").wait_for(state="hidden")
                 TARGET.parent.mkdir(parents=True, exist_ok=True)
                 page.screenshot(path=TARGET)
                 with TemporaryDirectory() as given:
