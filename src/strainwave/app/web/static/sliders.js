@@ -39,6 +39,7 @@ export function build({ parameters, parts, sources }, slid, typed) {
     return;
   }
   form.dataset.names = names;
+  const focused = form.contains(document.activeElement) && document.activeElement.id;
   form.replaceChildren();
   rows = new Map();
   const groups = new Map();
@@ -63,6 +64,7 @@ export function build({ parameters, parts, sources }, slid, typed) {
     return button;
   });
   if (add.length) form.append(element("fieldset", {}, element("legend", { textContent: "parts" }), element("div", { className: "parts" }, ...add)));
+  if (focused) document.getElementById(focused)?.focus();
 }
 
 function row(p, slid, typed) {
