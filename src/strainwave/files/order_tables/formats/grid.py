@@ -129,9 +129,9 @@ def _motion(grids: list[Floats], ratio: float, zero: float) -> Motion:
         weights, corners = [], []
         for turn, count in zip((ratio, 1.0), grid.shape, strict=True):
             place = np.mod(turn * (angle - zero) / TURN, 1.0) * count
-            low = np.floor(place).astype(int) % count
-            weights.append((1.0 - (place - np.floor(place)), place - np.floor(place)))
-            corners.append((low, (low + 1) % count))
+            low = np.floor(place)
+            weights.append((1.0 - (place - low), place - low))
+            corners.append([(low.astype(int) + i) % count for i in (0, 1)])
         terms = [weights[0][i] * weights[1][k] * grid[corners[0][i], corners[1][k]] for i in (0, 1) for k in (0, 1)]
         return np.asarray(np.sum(terms, axis=0))
 
