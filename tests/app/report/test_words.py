@@ -163,7 +163,7 @@ def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
     peaks = ((140.0, 1e-3), (200.0, 3e-4))
     advice = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep, peaks=peaks)
     assert advice["sentence"] == (
-        "Avoid 1289 to 1480 and 1814 to 1910 (the end of the range) rpm at the motor: there the error oscillates with "
+        "Avoid 1289 to 1481 and 1814 to 1910 (the end of the range) rpm at the motor: there the error oscillates with "
         "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of "
         "quasi-static rotation, and the motion jumps between 1413 and 1461 and between 1814 and 1862."
     )
@@ -184,13 +184,13 @@ def test_speeds_that_only_a_limit_of_the_motor_forbids_are_to_be_avoided_too():
     found = limit_findings(None, used, None, MotorLimits(0.3), motor)
     said = advised((), 1.5e-4, 1e-4, beyond=((90.0, 155.0),), exceeded=tuple(found))["sentence"]
     assert said.startswith("No speed of the range has to be avoided for its oscillation: ")
-    assert said.endswith("nothing jumps. With the limits of the motor, keep out of 859.4 to 1480 rpm at the motor.")
+    assert said.endswith("nothing jumps. With the limits of the motor, keep out of 859.4 to 1481 rpm at the motor.")
 
 
 def test_a_limit_of_the_project_is_the_rule_in_place_of_half_power():
     advice = advised(((135.0, 155.0),), 1e-3, 1e-4, limit=5e-4)
     assert advice["sentence"] == (
-        "Avoid 1289 to 1480 rpm at the motor: there the error oscillates with more than the limit of 103.1 arcsec, at "
+        "Avoid 1289 to 1481 rpm at the motor: there the error oscillates with more than the limit of 103.1 arcsec, at "
         "most 206.3 arcsec at 1337."
     )
     assert "is above the project's limit of 103.1 arcsec" in advice["rule"]

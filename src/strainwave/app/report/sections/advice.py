@@ -112,14 +112,15 @@ def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:
     first, last = view.analysis.speeds
     ends = {last: " (the end of the range)", first: " (from the start of the range)"}
     return listed(
-        _speed(*band) + "".join(text for end, text in ends.items() if any(math.isclose(end, speed) for speed in band))
+        _speed(*band, ways=(-1, 1))
+        + "".join(text for end, text in ends.items() if any(math.isclose(end, speed) for speed in band))
         for band in bands
     )
 
 
-def _speed(*omega: float) -> Speed:
+def _speed(*omega: float, ways: tuple[int, ...] = ()) -> Speed:
     """Speeds without their unit, for ends of bands."""
-    return Speed(*omega, digits=4, between=" to ", bare=True)
+    return Speed(*omega, digits=4, between=" to ", bare=True, ways=ways)
 
 
 def _rule(avoid: Avoid) -> str:
