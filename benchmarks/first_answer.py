@@ -1,15 +1,16 @@
 """How long does a first answer take? Processor time of whole processes, one thread, with code on disk and without.
 
-    python benchmarks/first_answer.py [readme] [twelve] [warm] [law] [orders] [response] [cascade] [curve]
+    python benchmarks/first_answer.py [demo] [readme] [twelve] [warm] [law] [orders] [response] [cascade] [curve]
 
-`readme`: `analyze` of the README's drive with an empty cache, then again. `twelve`: the first `analyze` of the twelve
-project files of the tests, one process each, one cache that is empty at first. `warm`: `analyze` with all code on
-disk, of the README's drive and of one with loop, coupling and hysteresis. `law`: a user's law with two kinks,
-simulated, in 64 lanes and as a response, in a first and a second process. `orders`: a thousand sets of orders,
-amplitudes and integers for one kind of drive in one process: functions and memory. `response`: `strainwave response`
-and `--help`, and `response` of the elbow without and with hysteresis. `cascade`: `analyze` of a cascade with filters
-that this cache has never seen, after one without filters; and its `Project.response` in one process, warm. `curve`: a
-Duffing curve, 7 and 15 harmonics.
+`demo`: `demo` with an empty cache, then with its code on disk what is first: `analyze` of the README's drive, and a
+user's law in two processes. `readme`: `analyze` of the README's drive with an empty cache, then again. `twelve`: the
+first `analyze` of the twelve project files of the tests, one process each, one cache that is empty at first. `warm`:
+`analyze` with all code on disk, of the README's drive and of one with loop, coupling and hysteresis. `law`: a user's
+law with two kinks, simulated, in 64 lanes and as a response, with an empty cache, then in a second process. `orders`:
+a thousand sets of orders, amplitudes and integers for one kind of drive in one process: functions and memory.
+`response`: `strainwave response` and `--help`, and `response` of the elbow without and with hysteresis. `cascade`:
+`analyze` of a cascade with filters that this cache has never seen, after one without filters; and its
+`Project.response` in one process, warm. `curve`: a Duffing curve, 7 and 15 harmonics.
 """
 
 import argparse
@@ -156,13 +157,19 @@ def curve() -> None:
 
 def main() -> None:
     """Measure what is asked for."""
-    every = ("readme", "twelve", "warm", "law", "orders", "response", "cascade", "curve")
+    every = ("demo", "readme", "twelve", "warm", "law", "orders", "response", "cascade", "curve")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", nargs="*", choices=[*every, []])
     asked = parser.parse_args().what or every
     readme = (ROOT / "benchmarks" / "readme_drive.yaml").read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
         cache = f"{folder}/cache"
+        if "demo" in asked:
+            print(f"demo, cold: {cpu(['-m', 'strainwave', 'demo'], f'{folder}/demo', folder)[0]:.1f} s")
+            print(f"README's drive after it: {analyze(readme, f'{folder}/demo', folder):.1f} s")
+            print(
+                "a user's law after it:", *(f"{cpu(['-c', LAW], f'{folder}/demo', folder)[0]:.1f} s" for _ in range(2))
+            )
         if "readme" in asked:
             print("README's drive, cold and again:", *(f"{analyze(readme, cache, folder):.1f} s" for _ in range(2)))
         if "twelve" in asked:
