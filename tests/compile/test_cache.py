@@ -1,5 +1,6 @@
 """The folder of compiled code: what a later process takes from it, and what it must not."""
 
+import ast
 import os
 import shutil
 import subprocess
@@ -200,6 +201,18 @@ def test_code_of_a_class_in_a_room_that_no_key_covers_stays_in_memory(tmp_path):
     assert code != PACKAGES
     run_script(code, tmp_path)
     assert files_in(tmp_path) == set()
+
+
+def test_models_of_the_package_are_in_rooms_that_a_key_covers():
+    """Else every process would compile them anew."""
+    needs, outside = ({"rhs"}, {"update"}, {"value", "slope"}, {"torque", "stiffness"}), []
+    for path in PACKAGE.rglob("*.py"):
+        if path.relative_to(PACKAGE).parts[0] not in cache.ROOMS:
+            classes = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.ClassDef)]
+            tuples = [one for one in classes if "NamedTuple" in map(ast.unparse, one.bases)]
+            methods = [{part.name for part in one.body if isinstance(part, ast.FunctionDef)} for one in tuples]
+            outside += [path.name for names in methods if any(need <= names for need in needs)]
+    assert outside == []
 
 
 def test_folders_that_nobody_has_used_for_a_month_are_removed(tmp_path):

@@ -109,6 +109,7 @@ def test_a_run_is_measured_over_whole_beats():
     assert turns_of(slow) == 4 * N
 
 
+@pytest.mark.compiled
 def test_tables_of_controllers_count_on_the_output_and_leave_what_the_controllers_do():
     bench = steady_bench_of(TRAIN, SAMPLING, LOOP)
     for name, turns in (("inverse", ["angle"]), ("predicted-table", ["torque"]), ("adaptive", ["torque"])):

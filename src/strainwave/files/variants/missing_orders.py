@@ -4,8 +4,6 @@ A line that is missing is seen through the drive: its amplitude and phase change
 model therefore runs with a little of every line, and what that changes is fitted to the residual. What else a model may
 lack (a gap, dry friction, asymmetry) repeats with the orders of the file too, and is taken up by lines in part: a line
 is one that the drive has only where it leaves little of the residual, and explains more of it than any other term.
-
-Lines of any order beside a kinematic error, in the form that many variants run side by side.
 """
 
 import math
@@ -15,11 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.quantities import Angle, Ratio
 from ...base.results import Floats, SolveError
-from ...compile.maths import cos, sin
 from ...numerics.driven import lanes_of
 from ...study.identification.discrepancy import white
+from ...study.identification.experiment import MoreLines, OrderLine
 from ...study.identification.identified import Identified, record_of
 from ...study.identification.identify import candidate_columns
 from ...study.identification.intervals import whitened, whitener
@@ -41,47 +38,6 @@ BETTER = 2.0  # times what another term explains: the same
 EXACT = 0.01  # of what the best other term leaves: a line that leaves less is none of its shadows
 SAME = 1e-3  # of a column's size: what others leave of it when they can stand for it
 AROUND, LOBE = 24, 0.25  # places beside an order that are tried, and how far apart, of 1/turns
-
-
-class OrderLine(NamedTuple):
-    """A line of any order, cosine cos(order angle) + sine sin(order angle)."""
-
-    order: Ratio
-    cosine: Angle
-    sine: Angle
-
-
-class MoreLines(NamedTuple):
-    """A kinematic error with lines of any order beside its own."""
-
-    error: Any
-    lines: tuple[OrderLine, ...]
-
-    def value(self, angle: Any) -> Any:
-        """Error [rad] at the base angle [rad]."""
-        total = self.error.value(angle)
-        for i in range(len(self.lines)):
-            line = self.lines[i]
-            total = total + line.cosine * cos(line.order * angle) + line.sine * sin(line.order * angle)
-        return total
-
-    def slope(self, angle: Any) -> Any:
-        """Derivative de/dangle [rad/rad] at the base angle [rad]."""
-        total = self.error.slope(angle)
-        for i in range(len(self.lines)):
-            line = self.lines[i]
-            a = line.order * angle
-            total = total + line.order * (line.sine * cos(a) - line.cosine * sin(a))
-        return total
-
-    def curvature(self, angle: Any) -> Any:
-        """Second derivative of e [rad/rad^2] at the base angle [rad]."""
-        total = self.error.curvature(angle)
-        for i in range(len(self.lines)):
-            line = self.lines[i]
-            a = line.order * angle
-            total = total - line.order * line.order * (line.cosine * cos(a) + line.sine * sin(a))
-        return total
 
 
 class MissingLine(NamedTuple):
