@@ -142,7 +142,9 @@ def test_a_wrong_sign_trips_the_guard_and_the_plain_loop_is_left():
 @compiled
 def test_repetitive_control_learns_every_order():
     error = sw.KinematicError((sw.Line(2, 23.0 * ARCSEC), sw.Line(4, 5.0 * ARCSEC, 0.7)))
-    found = sw.compensate(LINEAR._replace(error=error), "repetitive", speed=15.0, sampling=SAMPLING, robust=False)
+    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05, 1.0))  # the machine code of the mirrored drive
+    drive = LINEAR._replace(error=error, motor=motor)
+    found = sw.compensate(drive, "repetitive", speed=15.0, sampling=SAMPLING, robust=False)
     assert np.all(found.amplitude_after < 0.2 * found.amplitude_before)
 
 

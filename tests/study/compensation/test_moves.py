@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from one_bench import DRIVE, PERIOD, SAMPLING
+from one_bench import DRIVE, LINEAR, PERIOD, SAMPLING
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC
 
-LINEAR = DRIVE._replace(law=sw.Linear(1e5), error=sw.KinematicError((sw.Line(2, 1e-9),)))
+STRAIGHT = LINEAR._replace(error=sw.KinematicError((sw.Line(2, 1e-9),)))
 MOVE = sw.Trapezoid(0.3, 0.4)
 IDEAL = sw.controllers.Sampling(PERIOD, 0.0)
 
@@ -26,7 +26,7 @@ def test_samples_that_are_quick_give_the_continuous_loop():
 @pytest.mark.compiled
 def test_shaping_leaves_a_linear_drive_at_rest():
     """After its end the shaped reference leaves a small share of the vibration that the plain one leaves."""
-    found = sw.compensate_move(LINEAR, MOVE, ("loop",), shaping=("ZV", "ZVD"), sampling=IDEAL, window=5.0 * ARCSEC)
+    found = sw.compensate_move(STRAIGHT, MOVE, ("loop",), shaping=("ZV", "ZVD"), sampling=IDEAL, window=5.0 * ARCSEC)
     plain, zv, zvd = found.scores
     assert zv.settling_time < 0.7 * plain.settling_time
     late = found.time > 0.4 + 0.3
