@@ -14,7 +14,7 @@ w + w_1.
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -163,12 +163,12 @@ class SecondOrderFlow:
         """Return the flow at another speed [rad/s] of the base angle."""
         return replace(self, setting=self.setting.at(omega))
 
-    @property
+    @cached_property
     def push(self) -> Any:
         """What the soft line takes off the rate [rad/s], before z'' is counted."""
         return -self.setting.soft / self._carrier
 
-    @property
+    @cached_property
     def linear(self) -> Any:
         """Rate over z [1/s] of small free motions, before z'' is counted."""
         s = self.setting
@@ -178,7 +178,7 @@ class SecondOrderFlow:
         """Rate [rad/s] without the soft line and before z'' is counted."""
         return self.linear * z - self.force.values(self.setting, z)[1] / self._carrier
 
-    @property
+    @cached_property
     def _carrier(self) -> Any:
         return 2j * self.setting.fast + self.setting.mu
 
@@ -211,7 +211,7 @@ class SecondOrderFlow:
 
     def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
         """The rate before z'' is counted, which vanishes where z' does, and its derivatives to z and to omega."""
-        step, d = STEP * (abs(z) + 1e-3 * max(self.setting.scales())), STEP * self.setting.omega
+        step, d = STEP * (abs(z) + self._least), STEP * self.setting.omega
         there = self.at(self.setting.omega + np.array([0.0, 0.0, 0.0, 0.0, 0.0, d, -d]))
         places = z + np.array([0.0, step, -step, 1j * step, -1j * step, 0.0, 0.0])
         rate, *ends = (there.unforced(places) - there.push).tolist()
@@ -237,12 +237,17 @@ class SecondOrderFlow:
     def balance(self, z: Any) -> tuple[Any, Floats]:
         """The rate before z'' is counted, and its derivative to (Re z, Im z) by central differences."""
         z = np.asarray(z, complex)
-        step = STEP * (np.abs(z) + 1e-3 * max(self.setting.scales()))
+        step = STEP * (np.abs(z) + self._least)
         around = self.unforced(np.stack([z, z + step, z - step, z + 1j * step, z - 1j * step]))
         by_re, by_im = (around[1] - around[2]) / (2.0 * step), (around[3] - around[4]) / (2.0 * step)
         return around[0] - self.push, real_matrix(by_re, by_im)
 
-    @property
+    @cached_property
+    def _least(self) -> float:
+        """Amplitude [rad] that gives the step of differences at rest."""
+        return 1e-3 * max(self.setting.scales())
+
+    @cached_property
     def _matrix(self) -> Floats:
         """2 i Omega + mu as a real matrix (..., 2, 2)."""
         carrier = np.asarray(self._carrier)
