@@ -19,12 +19,17 @@ MACHINE_CODE = ("compile", "numerics/ensemble")  # rooms whose fast tests run co
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what runs `compiled`, and what is in long.txt; sort files by their slow and compiled tests, for xdist too.
+    """Mark what runs `compiled`, what is in long.txt and what drives the app in a browser, which is slow.
 
+    Sort files by their slow and compiled tests, for xdist too.
     The last files are short, so that no worker is left alone.
     """
     here = Path(__file__).parent
     rooms = {here / room for room in MACHINE_CODE}
+    for item in items:
+        if "page" in item.fixturenames:  # the app has processes of its own
+            item.add_marker(pytest.mark.slow)
+            item.add_marker(pytest.mark.interpreted)
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
     long = {line for line in (here / "long.txt").read_text(encoding="utf-8").splitlines() if line[:1] != "#"}
     for item in items:

@@ -244,6 +244,8 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     assert low < most < high
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_means_are_those_of_all_turns_after_which_motions_repeat(tmp_path):
     project = joint(tmp_path, size="15 arcsec", ratio="51, fixed: flexspline")
     found = project.response()
@@ -280,6 +282,8 @@ def test_a_map_of_a_free_motor_has_the_motions_of_its_train(tmp_path):
         sw.speed_map(heavy, speeds=(162.0, 164.0), search=False)
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 @pytest.mark.parametrize(("inertia", "omega", "stable"), [(1.0, 32.5, True), (1.0, 163.0, True), (4.0, 163.0, False)])
 def test_the_speed_of_a_free_motor_is_as_stable_as_by_its_equations(inertia, omega, stable, tmp_path):
     train = joint(tmp_path, motor="mode: free").with_load_inertia(inertia).whole

@@ -122,6 +122,7 @@ BOTH_WAYS = (
 ).replace("mode: held", "loop: {bandwidth: 20 Hz}")
 
 
+@pytest.mark.slow
 def test_backward_motion_has_its_own_error():
     axis = project(BOTH_WAYS)
     assert sizes(axis.kinematic_error) == pytest.approx([26.0, 2.0])

@@ -532,6 +532,8 @@ def test_a_number_that_ends_within_its_slider_has_none(most, tmp_path, monkeypat
     assert "damping.B" not in names
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_a_title_that_looks_like_a_place_of_the_page_stays_a_title(tmp_path):
     text = HELD.replace("LAW", LAWS["hardening"]).replace("title: page", 'title: "@DATA@ of @CODE@"')
     page = html.page_of(from_text(text, tmp_path / "project.yaml"))

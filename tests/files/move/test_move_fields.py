@@ -55,6 +55,7 @@ def test_a_move_is_read_in_si(tmp_path):
     assert task.files == ("", "", "", "back.csv")
 
 
+@pytest.mark.slow
 def test_the_verb_takes_what_the_file_asks_and_arguments_go_first(tmp_path):
     found = project(tmp_path, PROJECT + MOVE)
     rough = {"method": sw.Dopri5(rtol=1e-4, atol=1e-7), "tail": 0.01}

@@ -121,6 +121,7 @@ CURVE = SimpleNamespace(omega=OMEGA, torque=TORQUE, mean_torque=0.5 * TORQUE, vi
 QUIET = Avoid((), 1e-5, 150.0, 1e-5, limit=1e-4)
 
 
+@pytest.mark.slow
 def test_a_step_that_moves_a_fold_out_of_the_range_is_judged_by_the_large_motion_too(tmp_path):
     path = tmp_path / "axis.yaml"
     path.write_text(
