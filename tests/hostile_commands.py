@@ -3,9 +3,11 @@
 
 import os
 import re
+import shlex
 import warnings
 from pathlib import Path
 from random import Random
+from shutil import rmtree
 
 import click
 import numpy as np
@@ -19,16 +21,31 @@ from strainwave.files.yaml_text import FileError
 OWN = ("app",)  # it serves until it is stopped
 PROJECT = AXIS.replace("{name: CSG-40-50}", "CSG-40-50")
 COLUMNS = "time [s],motor_angle [rad],load_angle [rad],torque [N*m]"
+SPECIFICATION = """
+load: {inertia: 1.3 kg*m^2}
+speed: {from: 2 rpm, to: 40 rpm}
+limit: {oscillation: 900 arcsec}
+torque: {mean: 20 N*m, peak: 40 N*m}
+motor: {rotor_inertias: [0.5 kg*cm^2]}
+damping: {ratio: 3 %}
+"""
+S = 1j * np.geomspace(10.0, 1000.0, 40)  # 1/s
+LOAD, BOND = 1.3 / 2500.0, (4.4e4 + 20.0 * S) / 2500.0  # at the motor
+PLANT = (LOAD * S**2 + BOND) / (S * (6e-4 * LOAD * S**2 + (6e-4 + LOAD) * BOND))
 FILES = {
     "axis.yaml": PROJECT,
     "other.yaml": PROJECT.replace("1.3", "2.6"),
-    "spec.yaml": "load: {inertia: 1.3 kg*m^2}\n",
-    "log.csv": table(TIMES, 10.0 * TIMES, 0.2 * TIMES, np.cos(20.0 * TIMES), names=COLUMNS.split(",")),
+    "spec.yaml": SPECIFICATION,
+    "log.csv": table(
+        TIMES, 10.0 * TIMES, 0.2 * TIMES - 1e-4 * np.cos(20.0 * TIMES), np.cos(20.0 * TIMES), names=COLUMNS.split(",")
+    ),
     "scan.csv": table(TURN, 1e-4 * np.cos(2.0 * TURN), names=("angle [rad]", "error [rad]")),
-    "loop.csv": table(1e-3 * np.sin(TIMES * 7.0), 40.0 * np.sin(TIMES * 7.0), names=("torsion [rad]", "torque [N*m]")),
-    "bode.csv": table(TIMES[1:], -TIMES[1:], names=("frequency [Hz]", "size [dB]")),
+    "loop.csv": table(
+        1e-3 * np.sin(TURN), 40.0 * np.sin(TURN) + 2.0 * np.cos(TURN), names=("torsion [rad]", "torque [N*m]")
+    ),
+    "bode.csv": table(S.imag / (2.0 * np.pi), PLANT.real, PLANT.imag, names=("frequency [Hz]", "real", "imaginary")),
     "profile.csv": table(0.1 * TIMES, 0.01 * TIMES, names=("time [s]", "angle [rad]")),
-    "table.csv": "order,cosine,sine\n2,1e-4,0\n",
+    "table.csv": "direction,order,amplitude,phase\nboth,0,0.0,0.0\nboth,2,0.0001,0.3\n",
     "empty.yaml": "",
     "bytes.csv": "\x00\x01\x02",
 }
@@ -37,7 +54,7 @@ VALID = {
     "catalogue": "CSG-40-50",
     "compare": "axis.yaml other.yaml -o out",
     "compensate": "axis.yaml --controller inverse --speed 600rpm --load-angle 0deg --seed 1",
-    "compensate-move": "axis.yaml 0.01rad/0.01s --controller loop",
+    "compensate-move": "axis.yaml 'trapezoid, angle: 0.01 rad, time: 0.01 s' --controller loop",
     "compensate-run-up": "axis.yaml --from 960rpm --to 1000rpm --time 0.1s --controller loop",
     "completion": "bash",
     "demo": "-o out",
@@ -52,17 +69,18 @@ VALID = {
     "fit-bode": "axis.yaml bode.csv --free J_m,K --quantity plant",
     "fit-loop": "loop.csv --rated-torque 90N*m --ratio 50",
     "identify-drive": "axis.yaml log.csv -o out --free gear.K1 --between linear",
-    "move": "axis.yaml 0.01rad/0.01s -o out --start 0deg --window 1arcmin",
+    "move": "axis.yaml 'trapezoid, angle: 0.01 rad, time: 0.01 s' -o out --start 0deg --window 1arcmin",
     "new": "--title axis --gear CSG-40-50 --load-inertia 1.3kg*m^2 -o new.yaml",
     "order-scan": "log.csv --channel torque --angle motor_angle --orders 2",
-    "order-table": "table.csv out.csv --format csv --ratio 50",
+    "order-table": "table.csv out.csv --from csv --format csv --ratio 50",
     "read-log": "log.csv --ratio 50 --trim 0",
     "reproduce": "--json",
     "response": "axis.yaml -o out.csv",
     "schema": "--markdown",
-    "speed-map": "axis.yaml -o out --loads 0N*m --speeds 960rpm..1000rpm --limit 100arcsec",
+    "skill": "",
+    "speed-map": "axis.yaml -o out --loads 0N*m --limit 100arcsec",
     "tune": "axis.yaml -o out --goal compliance --gain K_p --load 0N*m",
-    "sweep": "axis.yaml --grid load.inertia=1.3kg*m^2 -o out --periods 1 --settle 1",
+    "sweep": "axis.yaml --grid load.inertia=1.3kg*m^2 -o out",
 }
 TEXTS = (
     "", " ", "nan", "inf", "-inf", "-1", "0", "1e400", "1e-400", "9" * 400, "-563 rpm", "5", "5 N*m", "5 rpm", "5 rad",
@@ -74,11 +92,16 @@ TEXTS = (
 )  # fmt: skip
 
 
+def valid_command(name):
+    """Arguments of a command that make sense."""
+    return [name.partition(",")[0], *shlex.split(VALID[name])]
+
+
 def hostile_command(name, seed):
     """Arguments of a command, one or two of which make no sense."""
     rng = Random(f"{name} {seed}")
-    name, row = name.partition(",")[0], VALID[name]
-    arguments = [name, *row.split()]
+    arguments = valid_command(name)
+    name = arguments[0]
     options = [
         option for option in command(name).params if option.param_type_name == "option" and option.name != "help"
     ]
@@ -102,10 +125,11 @@ def command(name):
 
 
 def answer_of(arguments, seconds):
-    """How a command ends ("done", "refused", "late"), and what is unsound about that."""
+    """How a command ends in a folder of its own ("done", "refused", "late"), and what is unsound about that."""
+    for path in Path().iterdir():  # what an earlier one has written, which a later one would refuse to replace
+        rmtree(path) if path.is_dir() else path.unlink()
     for name, text in FILES.items():
-        if not Path(name).is_file() or Path(name).read_text(encoding="utf-8") != text:
-            Path(name).write_text(text, encoding="utf-8")
+        Path(name).write_text(text, encoding="utf-8")
     os.environ["STRAINWAVE_DEBUG"] = "1"
     try:
         with within(seconds), warnings.catch_warnings():

@@ -7,10 +7,11 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from hostile_calls import answer, hostile_call
-from hostile_commands import VALID, answer_of, hostile_command
+from hostile_commands import OWN, VALID, answer_of, hostile_command, valid_command
 from valid_calls import CALLS
 
 import strainwave as sw
+from strainwave.app.commands.cli import cli
 from strainwave.base.arguments import typed
 from strainwave.base.quantities import array_of, numbers
 
@@ -94,6 +95,16 @@ def test_every_verb_answers_hostile_arguments_with_a_result_or_a_sentence(name, 
     for seed in range(3):
         function, arguments, spoilt = hostile_call(name, f"test {seed}")
         assert answer(function, arguments, 0.5)[1] == "", spoilt
+
+
+def test_every_command_has_a_call_that_is_spoilt():
+    assert {name.partition(",")[0] for name in VALID} == {*cli.commands} - {*OWN}
+
+
+@pytest.mark.parametrize("name", [name for name in VALID if name not in SLOW])
+def test_the_call_of_a_command_that_is_spoilt_is_a_valid_one(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert answer_of(valid_command(name), 60.0) == ("done", "")
 
 
 @pytest.mark.interpreted
