@@ -312,6 +312,20 @@ def test_certificate_is_not_valid_where_the_period_doubles(system, p, share):
     assert certificate.sentence.endswith("the true motion is not stable, its period doubles") == doubles
 
 
+def test_certificate_is_not_valid_where_the_true_motion_grows_beside_its_resonance():
+    """Order 4 pumps a motion of order 2, which a slow flow of 3:2 does not know."""
+    law = sw.PiecewiseLinear(1.0, 2.0737, 2.5223, 0.7264, 1.2139)
+    system = sw.Oscillator(1.0, 0.078238, law, sw.Harmonic(1.3734, 4, 2.4792, 0.54548), 0.59136)
+    flow = sw.slow_flow(system, sw.Resonance(3, 2))
+    (state,), certificate = flow.steady_states(), flow.certificate()
+    assert state.stable
+    assert certificate.amplitude < 0.1
+    x = flow.steady_x(state.z, np.array([0.0, 1e-6]))
+    assert max(multipliers(system, (x[0], (x[1] - x[0]) / 1e-6)).real) > 1.0
+    assert not certificate.valid
+    assert certificate.sentence.endswith("; the true motion is not stable")
+
+
 def test_certificate_of_a_subharmonic_state_agrees_with_the_true_one():
     """T7: .86502 by multiple scales, .87516 true."""
     certificate = sw.slow_flow(T7, sw.SUBHARMONIC).certificate()

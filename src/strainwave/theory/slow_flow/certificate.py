@@ -268,7 +268,8 @@ def balance_of(s: Setting) -> Balance:
 
 ACCEPTED = 0.10
 PUMPED = "; the speed lies beside a resonance, which decides on stability: give its Resonance(p, q)"
-DOUBLED = "; the true motion is not stable, its period doubles"
+UNSTABLE = "; the true motion is not stable"
+DOUBLED = f"{UNSTABLE}, its period doubles"
 ORDINAL = {1: "first", 2: "second"}
 
 
@@ -297,11 +298,12 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
     largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if solved else 0.0)
     pumped = z == 0.0 and _pumped(s)
     true = (equal.c, speed) if solved else (along.c, along.omega)
-    doubled = converged and is_stable(flow, z) and bool(balance.doubles(*true)[0])
+    lost = converged and is_stable(flow, z) and not balance.settles(*true)[0]
+    doubled = lost and bool(balance.doubles(*true)[0])
     certificate = Certificate(
         regime=str(s.resonance),
         order=order,
-        valid=converged and (solved or curve) and largest <= ACCEPTED and not (pumped or doubled),
+        valid=converged and (solved or curve) and largest <= ACCEPTED and not (pumped or lost),
         amplitude=amplitude,
         phase=float(at_speed.phase[0]) if solved else None,
         speed=shift,
@@ -311,7 +313,7 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
         damping=s.mu / s.omega_0,
         detuning=abs(s.fast - s.omega_0) / s.omega_0,
         quadrature_error=flow.error,
-        sentence=PUMPED * pumped + DOUBLED * doubled,
+        sentence=PUMPED * pumped + (DOUBLED if doubled else UNSTABLE * lost),
     )
     sentence = _sentence(flow, z, certificate, converged, turn is not None)
     return replace(certificate, sentence=sentence + certificate.sentence)

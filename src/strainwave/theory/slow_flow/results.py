@@ -238,7 +238,7 @@ class Certificate:
     valid : bool
         Whether every error is at most 10 %: in amplitude, in speed, and in amplitude at equal speed. Where no true
         state is near at equal speed, only a point of a curve can be valid. A stable state is not valid where the true
-        motion of a spring doubles its period.
+        motion grows by a real Floquet multiplier, as where a spring doubles its period.
     amplitude : float
         Estimated relative error of the steady amplitude (of the near-omega_0 component, or of the forced motion where
         that component is absent), at equal phase where the response curve can be followed by its phase.
