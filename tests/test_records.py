@@ -263,6 +263,14 @@ def test_a_mat_file_of_others_that_no_process_can_read_is_not_called_damaged(cau
             reader(tmp_path / "log.mat")
 
 
+def test_a_mat_file_whose_reader_was_ended_is_not_called_damaged(tmp_path, monkeypatch):
+    savemat(tmp_path / "log.mat", {"time": 0.1 * np.arange(9.0), "torque": np.ones(9)})
+    monkeypatch.setattr(formats, "CHILD", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")  # as for memory
+    for reader in (sw.load, sw.read_log):
+        with pytest.raises(RuntimeError, match=r"log\.mat is read by .*ended from outside \(signal 9\).*memory"):
+            reader(tmp_path / "log.mat")
+
+
 def test_a_missing_chunk_of_a_zarr_store_is_seen(tmp_path):
     path = branch().save(tmp_path / "curve.zarr")
     next(file for file in (path / "peak" / "c").rglob("*") if file.is_file()).unlink()

@@ -31,6 +31,7 @@ LARGEST = 2**31 - 1  # whole number of an attribute in NetCDF 3
 Arrays = dict[str, Any]
 
 HEAD, SEAL = 116, "strainwave"  # bytes of text at the begin of a MAT-file, and what is before its seal there
+STOPPED = (-9, -15)  # codes of a process that the system or a user ended: the signals SIGKILL and SIGTERM
 LONGEST = 60  # characters of a name in MATLAB, which takes 63
 CHILD = """
 import pickle, sys
@@ -46,7 +47,7 @@ pickle.dump(answer, sys.stdout.buffer)
 
 
 class NoReader(RuntimeError):
-    """No process can be started that reads a MAT-file."""
+    """No process can read a MAT-file: it does not start, or is ended from outside."""
 
 
 def write_mat(data: Any, path: str, parts: tuple[str, str]) -> None:
@@ -108,7 +109,7 @@ def mat_variables(path: Path, *, squeezed: bool = False) -> dict[str, Any]:
     ValueError
         If it is damaged.
     RuntimeError
-        If that process cannot be started, or cannot import SciPy.
+        If that process cannot be started, cannot import SciPy, or is ended from outside.
     """
     # -P: no module of the working folder stands in for one of these
     command = [sys.executable or "python", "-P", "-c", CHILD, os.fspath(path), str(squeezed)]
@@ -121,6 +122,11 @@ def mat_variables(path: Path, *, squeezed: bool = False) -> dict[str, Any]:
         raise NoReader(
             f"{path} is read by a process of its own, {command[0]}, which does not run ({cause.splitlines()[-1]}); let "
             "this program start processes, or save the data as .npz"
+        )
+    if child.returncode in STOPPED:
+        raise NoReader(
+            f"{path} is read by a process of its own, which was ended from outside (signal {-child.returncode}), as a "
+            "system does that has no memory left; read it with more memory, or save the data as .npz"
         )
     if child.returncode:
         raise ValueError(f"SciPy's reader ended with the code {child.returncode}")
