@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -437,6 +438,16 @@ def test_what_is_no_drive_no_payload_and_no_limit_is_refused():
 def test_a_move_of_too_many_steps_is_told_with_how_far_it_has_come():
     with pytest.raises(sw.SolveError, match=r"takes more than 50 steps and has come to 0\.\d+ of .* s; give a shorter"):
         sw.move(LINEAR, sw.Trapezoid(QUARTER, TIME), method=sw.Dopri5(max_steps=50))
+
+
+def test_a_move_of_too_many_steps_takes_less_than_a_gigabyte():
+    tracemalloc.start()
+    try:
+        with pytest.raises(sw.SolveError, match=r"takes more than [\d,]+ steps and has come to .* of 1e\+09 s"):
+            sw.move(LINEAR, sw.Trapezoid(QUARTER, TIME), tail=1e9)
+        assert tracemalloc.get_traced_memory()[1] < 1e9
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_law_that_cannot_carry_the_load_is_told():

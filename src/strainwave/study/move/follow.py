@@ -22,7 +22,7 @@ from ...numerics.integration.simulate import simulate
 from ..steady import finished_or_interrupted
 from .servo import on_segment
 
-MOST = 3_000_000  # steps in all: a GB of samples
+MOST = 1_000_000  # steps in all: they take up to a GB of memory
 MEANS = ("pointing^2", "motor torque^2", "gear torque^2", "gear torque^3 turns")
 
 
