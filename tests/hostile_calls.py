@@ -183,6 +183,8 @@ NONE = {
     "Standstill": ("period", "size"),
     "CompensatedRunup": ("jump",),
     "MeasuredBode": ("deviation",),
+    "Exceedance": ("low", "high"),
+    "ResponseFit": ("folds", "fold_deviation"),
 }  # where it is not known
 
 

@@ -78,7 +78,7 @@ VALID = {
     "response": "axis.yaml -o out.csv",
     "schema": "--markdown",
     "skill": "",
-    "speed-map": "axis.yaml -o out --loads 0N*m --limit 100arcsec",
+    "speed-map": "axis.yaml -o out --loads 0N*m --speeds 960rpm:1000rpm --limit 100arcsec",
     "tune": "axis.yaml -o out --goal compliance --gain K_p --load 0N*m",
     "sweep": "axis.yaml --grid load.inertia=1.3kg*m^2 -o out",
 }

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hostile_calls import answer, hostile_call
 from hostile_commands import OWN, VALID, answer_of, hostile_command, valid_command
-from valid_calls import CALLS
+from valid_calls import CALLS, TIMES
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
@@ -86,6 +86,54 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
     for read in (numbers, array_of):
         with pytest.raises(ValueError, match=r"^torque .* is .*; it must be .*numbers"):
             read("torque [N*m]", values)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("name", "spoilt"),
+    [
+        ("compensation_bench", {"loop": sw.Peak()}),
+        ("Amplitude", {"k": 10**400}),
+        ("bode_of_records", {"speed": 0.0 * TIMES}),
+        ("compensate", {"units": 10**400}),
+        ("compare_with_integration", {"t_end": 1e16}),
+        ("ensemble", {"y0": np.ma.masked}),
+        ("frequency_response", {"throw": np.ones(2)}),
+        ("fit_decay", {"value": 1e-300 * np.cos(TIMES)}),
+        ("identify", {"log": {"time": TIMES, "x": [[1.0, 2.0], [3.0]]}}),
+        ("identify_drive", {"log": []}),
+        ("LoadIntegral", {"gain": 10**400}),
+        ("LoadIntegral", {"gain": "nan"}),
+        ("Log", {"time": 1e-302 * TIMES}),
+        ("Log", {"channels": {"motor_angle": 1e299 * TIMES}}),
+        ("Log.run", {"channel": "x" * 5000}),
+        ("Log.segments", {"tolerance": 5e-324}),
+        ("OrderTable.of", {"error": (sw.Line("a", 1e-4),)}),
+        ("parameter_response", {"throw": np.ones(2)}),
+        ("read_log", {"columns": -np.inf}),
+        ("read_log", {"units": np.array(["1", "2"])}),
+        ("read_log", {"units": {"motor_angle": []}}),
+        ("read_profile", {"decimal": np.ma.array([1.0, 2.0], mask=[True, False])}),
+        ("Run", {"unit": [1.0]}),
+        ("sandwich", {"jacobian": 1e-300 * np.array([[0.9, 1.0], [0.91, 1.0], [0.92, 1.1]]), "residual": np.ones(3)}),
+        ("replaced", {"retune": np.array(["1", "2"])}),
+        ("shaped", {"kind": np.array([0, 1], np.uint8)}),
+        ("speed_map, two turns", {"units": range(3)}),
+        ("Specification", {"duty": -1.0}),
+        ("Specification", {"duty": (3.0,)}),
+        ("StabilityProof.V", {"x": np.inf}),
+        ("StabilityProof.contains", {"v": 1e300}),
+        ("Trajectory.peak", {"component": 10**400}),
+        ("tune", {"loads": [[0.0]]}),
+        ("tune", {"units": np.ones(2)}),
+        ("tune", {"gains": np.ones((2, 1, 2))}),
+        ("Trajectory.peak", {"component": 2}),
+    ],
+)
+def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    function, arguments = CALLS[name]()
+    assert answer(function, arguments | spoilt, 60.0)[1] == ""
 
 
 @pytest.mark.interpreted

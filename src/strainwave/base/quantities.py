@@ -94,7 +94,7 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
             raise ValueError(f"{field} must be a whole number, not {shown(value)}{base}")
         return int(value)
     as_text = isinstance(value, str) and value[:1] in tuple("+-.0123456789")
-    if hint is Any and (as_text or isinstance(value, list | dict | set | bytes | bytearray | np.ndarray)):
+    if hint is Any and (as_text or isinstance(value, list | dict | set | bytes | bytearray | np.ndarray | Decimal)):
         raise TypeError(f"{field} is {shown(value)}; a model holds numbers, other models and tuples of these")
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
         raise TypeError(f"{field} must be a {hint.__name__}, not {shown(value)}")
@@ -290,6 +290,8 @@ def array_of(name: str, values: object, *shape: int | None) -> NDArray[np.float6
 def samples_of(name: str, values: object) -> NDArray[np.float64]:
     """Return numbers of any shape, NaN and none at all too, as a new array, or say that `name` are no numbers."""
     array = reals(values)
+    if np.any(np.abs(array) > LARGEST):
+        raise ValueError(f"{name} is {shown(values)}; its numbers must be of a size up to {LARGEST:g} in SI units")
     if array.size == 0 and not (isinstance(values, Sized) and getattr(values, "ndim", 1) > 0 and len(values) == 0):
         raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")
     return array

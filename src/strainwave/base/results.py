@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .archive import as_file, atomic
 from .arguments import typed
-from .quantities import array_of, whole
+from .quantities import array_of, shown, whole
 from .records import Labelled, Result, Waves
 from .sentences import on_screen
 from .series import oscillation
@@ -119,8 +119,7 @@ class Trajectory(Result):
     def peak(self, component: int = 0, after: float = -np.inf) -> float:
         """Largest absolute value of a state, between the samples too.
 
-        Of the integration itself, however far the samples are apart: of its steps and, by cubic Hermite interpolation,
-        between them.
+        Of the integration itself, however far the samples are apart: its steps, joined by cubic Hermite interpolation.
 
         Parameters
         ----------
@@ -129,6 +128,8 @@ class Trajectory(Result):
         after : float
             Look at times from the first sample at t >= after [s] on.
         """
+        if component not in range(-len(self.y), len(self.y)):
+            raise ValueError(f"component is {shown(component)}; it must be below {len(self.y)}, the number of states")
         use = self.t >= after
         t, x, v = self.t[use], self.y[component, use], self.rate[component, use]
         if len(t) == 0:

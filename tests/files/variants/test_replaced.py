@@ -136,6 +136,7 @@ def test_numbers_of_a_catalogue_gear_replace_those_of_its_law(read):
         ("antenna", {"load.inertia": "-2 kg*m^2"}, r"^load\.inertia: '-2 kg\*m\^2' is not positive"),
         ("antenna", {"load.inertias": "2 kg*m^2"}, r"load\.inertias: unknown field; did you mean"),
         ("antenna", {"lod.x": "2 kg*m^2"}, "the project file has no 'lod.x'; its numbers are motor.inertia, load"),
+        ("antenna", {"x" * 5000: "2 kg*m^2"}, "^the project file has no 'x+... .{1,40}; its numbers are motor.inertia"),
         ("antenna", {"inertia": "2 kg*m^2"}, "'inertia' is in several groups of the file; write motor.inertia or load"),
         ("antenna", {"load.inertia.x": "2 kg*m^2"}, r"load\.inertia is not a group with 'x'"),
         ("antenna", {"gear": "CSG-40-51"}, "CSG-40-51"),

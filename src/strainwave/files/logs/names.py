@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...base.quantities import shown
 from ...base.results import Floats
 from ...base.units import NUMBER, convert, parse
 from ...study.identification.run import CANONICAL
@@ -116,10 +117,11 @@ def find(
         If no dialect reads the lines, or two read different tables.
     """
     single = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1 and delimiter != '"')
-    if not single or decimal not in (None, *SIGNS) or (delimiter == decimal and decimal is not None):
+    sign = decimal is None or (isinstance(decimal, str) and decimal in SIGNS)
+    if not (single and sign) or (decimal is not None and delimiter == decimal):
         raise Unclear(
-            f"cannot be read with the delimiter {delimiter!r} and the decimal sign {decimal!r}; the delimiter is one "
-            "sign, the decimal sign a point or a comma, and they differ"
+            f"cannot be read with the delimiter {shown(delimiter)} and the decimal sign {shown(decimal)}; the "
+            "delimiter is one sign, the decimal sign a point or a comma, and they differ"
         )
     pairs = [
         (d, s)

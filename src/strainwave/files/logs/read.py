@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.quantities import number, shown
+from ...base.quantities import number, several, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
 from ..yaml_text import as_path
@@ -45,6 +45,7 @@ FACTORS = (
 
 Columns = Mapping[str, str | int] | Sequence[str | None]
 Units = Mapping[str, str | float]
+EXAMPLE = {"load_angle": "deg"}
 
 
 def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[str]) -> dict[str, Column]:
@@ -117,6 +118,11 @@ def in_si(
     ValueError
         If a unit is given for a channel that is not there.
     """
+    if not isinstance(units, Mapping):
+        raise TypeError(f"units is {shown(units)}; give a dictionary of channels and units, such as {EXAMPLE}")
+    for name, unit in units.items():
+        if not isinstance(unit, str):
+            number(f"the unit of {shown(name)}", unit)
     unknown = [name for name in units if name not in columns]
     if unknown:
         raise ValueError(
@@ -287,9 +293,9 @@ def read_log(
         If the library for a format is not installed.
     """
     path = as_path(path)
-    count = None if columns is None or hasattr(columns, "keys") else len(columns)
+    count = None if columns is None or hasattr(columns, "keys") else len(several("columns", columns))
     file, notes = columns_of(path, delimiter, decimal, count)
-    log = _log(path, file, columns, units or {}, rate, unwrap, notes)
+    log = _log(path, file, columns, {} if units is None else units, rate, unwrap, notes)
     if ratio is not None:
         _check_ratio(path, log, number("ratio", ratio, positive=True), notes)
     log = trimmed(log, trim, notes)

@@ -308,4 +308,4 @@ def _lines_of(thing: object) -> tuple[Line, ...]:
     if not isinstance(lines, Sequence) or not all(hasattr(line, "order") for line in lines):
         raise TypeError(f"{shown(thing)} has no lines of orders; give a KinematicError, an ErrorScan, or lines")
     sizes = [(number("amplitude", line.amplitude), number("phase", line.phase)) for line in lines]
-    return positive([Line(_whole(line.order), *size) for line, size in zip(lines, sizes, strict=True)])
+    return positive([Line(_whole(number("order", line.order)), *size) for line, size in zip(lines, sizes, strict=True)])

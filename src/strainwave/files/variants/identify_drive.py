@@ -275,6 +275,8 @@ def identify_drive(
         )
     train = _on_measured_motor(project)
     logs = [with_torsion(channels_of(one), train.N) for one in (log if isinstance(log, list | tuple) else [log])]
+    if not logs:
+        raise ValueError(f"log is {shown(log)}; give at least one log of the drive's angles")
     places = Places(project, train)
     inputs = {"reference": "motor_angle"}
     if "load_torque" in logs[0]:

@@ -29,7 +29,7 @@ def keys_of(content: dict[str, Any], path: str) -> Keys:
             said = " or ".join(f"{group}.{path}" for group in groups)
             raise ValueError(f"{path!r} is in several groups of the file; write {said}")
         if not groups:
-            raise ValueError(f"the project file has no {path!r}; its numbers are {', '.join(numbers_of(content))}")
+            raise ValueError(f"the project file has no {shown(path)}; its numbers are {', '.join(numbers_of(content))}")
         keys = (groups[0], *keys)
     gear = content.get("gear")
     if keys[0] == "gear" and len(keys) == 2 and isinstance(gear, dict) and keys[1] not in rows_of(ExplicitGear):

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...base import quantities
-from ...base.quantities import is_model
+from ...base.arguments import typed
+from ...base.quantities import is_model, shown
 from ...drive.asked import Source
 from ...drive.project import Project
 from ...model.laws.springs import PiecewiseLinear
@@ -34,6 +35,7 @@ OF_RECORD = rows_of(PiecewiseLinear)  # of a catalogue gear's law
 PLACE = re.compile(r"^.*?:\d+:\d+: ", re.MULTILINE)  # of a complaint, in a file that nobody wrote
 
 
+@typed
 def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = False) -> Subject:
     """Read a project again with other values in its file, or change parameters of a model.
 
@@ -224,8 +226,8 @@ def _set(content: dict[str, Any], path: str, keys: Keys, text: str) -> None:
         inside = isinstance(group, dict) or (isinstance(group, list) and key.isdecimal() and int(key) < len(group))
         if not inside:
             raise ValueError(
-                f"the project file has no {path!r}: {'.'.join(keys[:i])} is not a group with {key!r}; its numbers are "
-                f"{', '.join(numbers_of(content))}"
+                f"the project file has no {shown(path)}: {'.'.join(keys[:i])} is not a group with {shown(key)}; its "
+                f"numbers are {', '.join(numbers_of(content))}"
             )
         index: Any = int(key) if isinstance(group, list) else key
         if i == len(keys) - 1:

@@ -258,7 +258,7 @@ def shaped(motion: Any, frequency: float, damping: float = 0.0, *, kind: str = "
     omega, zeta = number("frequency [rad/s]", frequency, positive=True), number("damping", damping)
     if not 0.0 <= zeta < 1.0:
         raise ValueError(f"damping is {zeta:g}; it must be from 0 to below 1, or nothing vibrates")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ValueError(f"kind is {shown(kind)}; it must be 'ZV' or 'ZVD'")
     half = pi / (omega * sqrt(1.0 - zeta * zeta))
     K = exp(-zeta * omega * half)

@@ -11,7 +11,7 @@ from math import pi, tan
 from typing import Any, NamedTuple
 
 from ...base.choices import select
-from ...base.protocols import need
+from ...base.protocols import lacking, need
 from ...base.quantities import (
     Angle,
     AngularAcceleration,
@@ -24,6 +24,7 @@ from ...base.quantities import (
     Torque,
     TorsionalStiffness,
     number,
+    shown,
 )
 from ...compile.jit import kernel
 from ..laws.friction import positive
@@ -144,7 +145,7 @@ class LoadIntegral(NamedTuple):
 
     loop: Any
     N: Ratio
-    gain: Any
+    gain: Rate
     period: Time
 
     def start(self) -> Any:
@@ -168,9 +169,18 @@ class LoadIntegral(NamedTuple):
             )
 
 
-def is_controller(name: str, thing: object) -> None:
-    """Refuse what has not the methods of a controller (TypeError)."""
-    need(name, thing, "start", "update")
+def is_controller(name: str, thing: Any, choice: str = "a controller, such as SampledPD(K_p, K_d, period)") -> None:
+    """Refuse what has not the methods of a controller, and what answers no measurement with a torque (TypeError)."""
+    if not lacking(thing, "start", "update"):
+        try:
+            _, torque = thing.update(thing.start(), Measurement(*[0.1] * len(Measurement._fields)))
+            if not lacking(torque, "__float__"):
+                return
+            cause = f"gives {shown(torque)} in place of a torque"
+        except (AttributeError, TypeError, ValueError) as error:
+            cause = f"takes no measurement: {error}"
+        raise TypeError(f"{name} is {shown(thing)}, whose update(state, measurement) {cause}; give {choice}")
+    raise TypeError(f"{name} is {shown(thing)}; give {choice}")
 
 
 def not_negative(controller: Any) -> None:

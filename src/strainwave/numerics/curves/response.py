@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.arguments import refuse
 from ...base.protocols import Balance
 from ...base.quantities import checked, interval, numbers, positive_count, replace, shown
 from ...base.results import Branch, Floats, Orbit, SolveError
@@ -166,6 +167,7 @@ def frequency_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
+    refuse("throw", throw, bool)
     system = periodic("frequency_response", checked(system), period)
     lo, hi = frequencies(span)
     (branch,) = response_curves([system], lo, hi, harmonics, period, points)

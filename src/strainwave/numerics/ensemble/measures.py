@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.choices import larger, smaller
+from ...base.quantities import LARGEST, shown
 from ...compile.maths import cos, sin
-from ...compile.tree import shown
 from .pieces import harmonic_integrals, integral
 
 
@@ -116,8 +116,10 @@ class Amplitude(NamedTuple):
         """Refuse an order below 1 (ValueError)."""
         if isinstance(self.k, bool) or not isinstance(self.k, int):
             raise TypeError(f"Amplitude.k is {shown(self.k)}; it must be the whole number of a harmonic, such as 1")
-        if self.k < 1:
-            raise ValueError(f"Amplitude.k is {self.k}; it must be at least 1 (the mean is sw.numerics.Mean())")
+        if not 1 <= self.k <= LARGEST:
+            raise ValueError(
+                f"Amplitude.k is {shown(self.k)}; it must be from 1 to {LARGEST:g} (the mean is sw.numerics.Mean())"
+            )
 
 
 class Final(NamedTuple):

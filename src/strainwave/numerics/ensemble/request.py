@@ -111,7 +111,7 @@ def lanes_of(system: System, parameters: Any, y0: Any) -> tuple[dict[str, Floats
                 f"{path} is a whole number, which all lanes share; make one ensemble for each of its values"
             )
         varied[path] = numbers(path, values)
-    if not isinstance(y0, list | tuple | np.ndarray) or len(y0) == 0:
+    if not isinstance(y0, list | tuple | np.ndarray) or getattr(y0, "ndim", 1) == 0 or len(y0) == 0:
         raise ValueError(f"y0 is {shown(y0)}; it must have one entry per state, a number or one value per lane")
     states = [numbers(f"y0[{i}]", entry) for i, entry in enumerate(y0)]
     lengths = {len(v) for v in [*varied.values(), *states] if len(v) > 1}

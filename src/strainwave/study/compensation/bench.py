@@ -14,7 +14,7 @@ from ...drive.operating_point import operating_state
 from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
-from ...model.controllers.loops import Cascade, Notch, SampledPD, sampled_filter
+from ...model.controllers.loops import Cascade, Notch, SampledPD, is_controller, sampled_filter
 from ...model.excitation import Harmonic, Harmonics, KinematicError
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
@@ -197,9 +197,7 @@ def bench_of(
     if loop is None:
         loop = _sampled(control, inertia, timing, remarks)
     else:
-        for method in ("start", "update"):
-            if lacking(loop, method):
-                raise TypeError(f"loop is {shown(loop)}; give a controller, such as SampledPD(K_p, K_d, period)")
+        is_controller("loop", loop)
     if plant is not None and not isinstance(plant, DriveTrain):
         raise TypeError(f"plant is {shown(plant)}; give a DriveTrain, such as the model's with another law")
     motor = train.motor._replace(control=COMMANDED)

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arguments import silent, typed
-from ...base.protocols import lacking, lines_of
+from ...base.protocols import lines_of
 from ...base.quantities import number, numbers, shown, whole
 from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...model.controllers.closed_loop import Sampling
-from ...model.controllers.loops import SampledPD
+from ...model.controllers.loops import SampledPD, is_controller
 from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
 from ...numerics.loading import loaded_state
@@ -26,6 +26,8 @@ from .result import DIFFER, Compensation, CompensationBench, Residual, Robustnes
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
 HERTZ = 2.0 * np.pi
+CONTROLLER = "a name such as 'adaptive', or a NamedTuple with start() and update(state, measurement)"
+MOST_UNITS = 100_000
 PLAIN = "loop"  # name of the design that everything is compared with
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at
 SLOWER = 0.5  # of the rate of the plain loop: what a controller of another kind has learns
@@ -98,7 +100,9 @@ def compensate(
     benches = benches_of(project, sampling, loop, plant, load_angles)
     motor_speed = _speed(next(iter(benches.values())), project, speed)
     design = compensator_of(controller)
-    return _worst(benches, design, motor_speed, robust, whole("units", units), whole("seed", seed), progress)
+    if whole("units", units) > MOST_UNITS:
+        raise ValueError(f"units is {shown(units)}; give {MOST_UNITS:,} at most")
+    return _worst(benches, design, motor_speed, robust, int(units), whole("seed", seed), progress)
 
 
 @typed
@@ -192,11 +196,7 @@ def compensator_of(controller: Any) -> Compensator:
         if controller not in COMPENSATORS:
             raise ValueError(f"there is no controller {shown(controller)}; there are {', '.join(COMPENSATORS)}")
         return COMPENSATORS[controller]
-    if lacking(controller, "start", "update"):
-        raise TypeError(
-            f"controller is {shown(controller)}; give a name such as 'adaptive', or a NamedTuple with start() and "
-            "update(state, measurement)"
-        )
+    is_controller("controller", controller, CONTROLLER)
     return given(controller)
 
 

@@ -145,8 +145,8 @@ class Specification:
                 )
 
     def _check_duty(self) -> None:
-        for i, part in enumerate(self.duty):
-            if len(part) != 3:
+        for i, part in enumerate(several("duty", self.duty)):
+            if len(several(f"duty[{i}]", part)) != 3:
                 raise ValueError(f"duty[{i}] is {shown(part)}; it must be a DutySegment(torque, speed, duration)")
             for name, value in zip(DutySegment._fields, part, strict=True):
                 number(f"duty[{i}].{name}", value, positive=name == "duration")

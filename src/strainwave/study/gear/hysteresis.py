@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.law import check_law, states_of
 from ...base.protocols import lacking
 from ...base.quantities import checked, number, shown
@@ -169,6 +170,7 @@ class HysteresisFit:
         return f"{law}\n  off the datasheet by: {parts}"
 
 
+@typed
 def fit_hysteresis(
     spring: PiecewiseLinear, hysteresis_loss: float, lost_motion: float | None = None, *, rated_torque: float,
     load: float | None = None, replace_spring: bool = False, n: int = 1, tolerance: float = 0.05,

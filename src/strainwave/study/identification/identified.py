@@ -67,7 +67,10 @@ def record_of(setup: Experiment, channels: Mapping[str, Any], number_of: int | N
 
 def row_of(label: str, name: str, values: Any) -> Floats:
     """One channel (n,) of real numbers, NaN where nothing was measured (ValueError)."""
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        array = np.array([None])
     if array.ndim != 1 or array.dtype.kind not in "iufb":
         raise ValueError(
             f"{label}: {name} has the shape {array.shape} and values such as {shown(values)[:40]}; give one row of "

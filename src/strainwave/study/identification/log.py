@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ...base.arguments import refuse_fields, typed
-from ...base.quantities import numbers, reals
+from ...base.quantities import LARGEST, numbers, reals, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -122,7 +122,8 @@ def _corners(t: Floats, v: Floats, tolerance: float, least: float, corners: set[
         if b - a < 2:
             continue
         inner = slice(a + 1, b)
-        off = np.abs(v[inner] - np.interp(t[inner], t[[a, b]], v[[a, b]])) / bounds[inner]
+        with np.errstate(over="ignore"):
+            off = np.abs(v[inner] - np.interp(t[inner], t[[a, b]], v[[a, b]])) / bounds[inner]
         worst = a + 1 + int(np.argmax(off))
         if off[worst - a - 1] > 1.0:
             corners.add(worst)
@@ -189,11 +190,13 @@ class Log(Result):
     def __post_init__(self) -> None:
         refuse_fields(self)
         n = numbers("time [s] of a log", self.time).size
-        if n < 2 or np.min(np.diff(self.time)) <= 0.0:
+        if n < 2 or np.min(np.diff(self.time)) <= 1.0 / LARGEST:
             raise ValueError(f"a log has two times or more, finite and ascending; these are {n} that are not")
         for name, values in self.channels.items():
-            if np.shape(values) != (n,) or not np.all(np.isfinite(array := reals(values))) or array.shape != (n,):
-                raise ValueError(f"channel {name!r} has the shape {np.shape(values)}; give {n} finite values")
+            if np.shape(values) != (n,) or not np.all(np.abs(array := reals(values)) <= LARGEST) or array.shape != (n,):
+                raise ValueError(
+                    f"channel {name!r} has the shape {np.shape(values)}; give {n} finite values, up to {LARGEST:g}"
+                )
         object.__setattr__(self, "units", {c: self.units.get(c, CANONICAL.get(c, "")) for c in self.channels})
 
     def __len__(self) -> int:
@@ -260,7 +263,9 @@ class Log(Result):
         """
         if name not in self.channels:
             there = ", ".join(self.channels)
-            raise ValueError(f"the log has no channel {name!r}; it has {there}: name one of these, or read it again")
+            raise ValueError(
+                f"the log has no channel {shown(name)}; it has {there}: name one of these, or read it again"
+            )
         return self.channels[name]
 
     @typed

@@ -20,6 +20,7 @@ from ...drive.postures import Posture
 from ...drive.project import Project
 from ...drive.two_turns import is_beating
 from ..analysis.avoid import out_of_reach
+from ..analysis.knobs import units_of
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import (
@@ -135,8 +136,7 @@ def speed_map(
     rows = (*postures, *project.postures)[: len(values)] if name == POSTURE else ()
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
-    total, drives = len(cases), list(units)
-    of_loads = 0.5 if drives else 1.0
+    total, of_loads = len(cases), 0.5 if (drives := units_of(units)) else 1.0
     computed, by_load = _all_motions(cases, span, search, count, lambda what, share: progress(what, of_loads * share))
     cases, variants, values = [cases[i] for i in computed], [variants[i] for i in computed], values[computed]
     if not any(loaded.curves for loaded in by_load):

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.quantities import numbers
 from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.project import Project
@@ -216,7 +217,7 @@ def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:
     low, high = drive.other_loads
     if loads is None and low == high:
         return [drive]
-    torques = np.linspace(low, high, 3) if loads is None else loads
+    torques = np.linspace(low, high, 3) if loads is None else numbers("loads [N*m]", loads)
     return [drive.under(float(torque), drive.is_beating) for torque in torques]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.arguments import silent, typed
 from ...base.quantities import number as checked_number
-from ...base.quantities import shown
+from ...base.quantities import several, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import number
 from ...drive.asked import MotorLimits
@@ -16,6 +16,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
+from ..analysis.knobs import units_of
 from .result import GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, FINE, SMALL, WORTH, Search, least_broken
 from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of
@@ -135,7 +136,7 @@ def tune(
     if notch and isinstance(loop.core, SpeedLoop) and loop.core.K_d:
         raise ValueError("a loop with K_d takes no filter: leave K_d out, or tune without a notch")
     time, remarks = _delay(project, loop.lag, delay)
-    drives = _drives(project, units, loop)
+    drives = _drives(project, units_of(units), loop)
     if project.postures:
         remarks = (*remarks, f"The {len(project.postures)} postures of the project are drives with the same gains.")
     setting = Setting(loads, _goals(project, goals), limits, share, time)
@@ -178,9 +179,9 @@ class Loop:
         self.inertia, self.lag = project.loop_inertia, self.about.get("lag", 0.0)
         tunable = [name for name, gain in rule(self.core, self.inertia, 1.0)._asdict().items()
                    if gain != getattr(self.core, name) > 0.0]  # fmt: skip
-        self.names = tuple(tunable if names is None else names)
+        self.names = tuple(tunable if names is None else map(str, several("gains", names)))
         if wrong := [name for name in self.names if name not in tunable]:
-            raise ValueError(f"there is no gain {wrong[0]!r} to tune in this loop; it has {', '.join(tunable)}")
+            raise ValueError(f"there is no gain {shown(wrong[0])} to tune in this loop; it has {', '.join(tunable)}")
 
     def logs(self, core: Any) -> Floats:
         """Logarithms of the gains of a loop."""
