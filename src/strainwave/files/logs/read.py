@@ -293,7 +293,11 @@ def read_log(
         If the library for a format is not installed.
     """
     path = as_path(path)
-    count = None if columns is None or hasattr(columns, "keys") else len(several("columns", columns))
+    count = (
+        None
+        if columns is None or hasattr(columns, "keys")
+        else len(columns if isinstance(columns, str) else several("columns", columns))
+    )
     file, notes = columns_of(path, delimiter, decimal, count)
     log = _log(path, file, columns, {} if units is None else units, rate, unwrap, notes)
     if ratio is not None:

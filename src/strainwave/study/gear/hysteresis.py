@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import typed
+from ...base.arguments import refuse
 from ...base.law import check_law, states_of
 from ...base.protocols import lacking
 from ...base.quantities import checked, number, shown
@@ -170,7 +170,6 @@ class HysteresisFit:
         return f"{law}\n  off the datasheet by: {parts}"
 
 
-@typed
 def fit_hysteresis(
     spring: PiecewiseLinear, hysteresis_loss: float, lost_motion: float | None = None, *, rated_torque: float,
     load: float | None = None, replace_spring: bool = False, n: int = 1, tolerance: float = 0.05,
@@ -222,6 +221,7 @@ def fit_hysteresis(
     """
     from scipy.optimize import least_squares  # half a second that a loop without a fit need not wait
 
+    refuse("replace_spring", replace_spring, bool)
     if not isinstance(spring, PiecewiseLinear):
         raise TypeError(
             f"the spring is {shown(spring)}; it must be the datasheet's PiecewiseLinear(K1, K2, K3, T1, T2), for "
