@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 import strainwave as sw
 from strainwave.drive.operating_point import operating_state
 from strainwave.drive.response import exact_response
-from strainwave.drive.train_curve import has_curve, largest_oscillation, train_curve
+from strainwave.drive.train_curve import has_curve, largest_crest, largest_oscillation, train_curve
 from strainwave.model.train.train_forms import AtLoad, own_state
 from strainwave.numerics.curves.over_a_turn import traced_turn
 
@@ -62,6 +62,19 @@ def test_the_largest_oscillation_is_that_of_the_curve():
     )
     assert size == pytest.approx(-exact.fun, rel=1e-10)
     assert speed == pytest.approx(exact.x, rel=1e-5)
+
+
+@pytest.mark.parametrize("law", [sw.Cubic(K, 1e5), sw.Parallel(sw.Linear(K), sw.BoucWen(2e4, 0.0, 2e-5))])
+def test_a_crest_tells_the_oscillation_of_another_train_at_its_speed(law):
+    loop, stiff = (sw.train.SpeedLoop(0.1 * x, 5.0 * x, 0.0) for x in (1.0, 1.7))
+    crest = largest_crest(train(loop, law), (90.0, 130.0), 14, False)
+    assert crest.size_of(train(loop, law)) == pytest.approx(crest.size, rel=1e-8)
+    orbit = sw.find_orbit(AtLoad(train(stiff, law), 100.0)._replace(omega=crest.speed), harmonics=14)
+    angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
+    c = orbit.coefficients[:, 0]
+    x = sum(c[2 * k - 1] * np.cos(k * angles) + c[2 * k] * np.sin(k * angles) for k in range(1, len(c) // 2 + 1))
+    assert crest.size_of(train(stiff, law)) == pytest.approx(np.max(np.abs(x)), rel=1e-6)
+    assert abs(crest.size_of(train(stiff, law)) / crest.size - 1.0) > 0.01
 
 
 def test_the_crests_of_the_error_and_of_its_oscillation_are_on_the_curve():

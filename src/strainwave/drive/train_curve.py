@@ -4,7 +4,7 @@ Gravity follows the load's angle, which turns N times slower than the motor: to 
 another one at every angle (quasi-static). Its own stiffness is left out: that of a gear is hundreds of times larger.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ..model.train.motion import AngleTorque
 from ..model.train.shafts import NO_DRAG
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.balance.fourier import from_blocks, synthesis
-from ..numerics.continuation.trace import Trace, with_crests
+from ..numerics.continuation.trace import Trace, solve, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
@@ -93,18 +93,44 @@ def largest_oscillation(
 
     None where no motion is found. Without `coexisting` those that do not join the curve are not looked for.
     """
+    crest = largest_crest(system, speeds, harmonics, coexisting)
+    return crest and crest[:2]
+
+
+class Crest(NamedTuple):
+    """Largest oscillation of a curve: speed [rad/s], size [rad], and the balance problem with its point there."""
+
+    speed: float
+    size: float
+    problem: Any
+    point: Floats
+
+    def size_of(self, train: DriveTrain) -> float | None:
+        """Oscillation [rad] at this speed of a train that differs in numbers alone; None where none is found."""
+        problem = self.problem.of(at_load(train)._replace(omega=self.problem.system.omega))
+        point = solve(problem, self.point)
+        return None if point is None else float(_oscillations(problem, point[None])[0])
+
+
+def largest_crest(system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool = True) -> Crest | None:
+    """As `largest_oscillation`, with what it takes to look at a train like it."""
     if isinstance(system, DriveTrain):
         system = at_load(system)
     problem, found, _, _ = traced_turn(system, speeds, FEW, harmonics, coexisting, truncation=False)
     return crest_in(problem, found, speeds) if len(found.points) else None
 
 
-def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> tuple[float, float]:
-    """Speed [rad/s] and size [rad] of the largest oscillation on the points of a curve that lie in a range."""
+def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> Crest:
+    """The largest oscillation on the points of a curve that lie in a range."""
     points, _ = with_crests(problem, found.points, found.labels)
     points = points[(points[:, -1] >= speeds[0]) & (points[:, -1] <= speeds[1])]
-    sizes = oscillation(from_blocks(problem.displacements(points).T).T)
-    return float(points[np.argmax(sizes), -1]), float(np.max(sizes))
+    sizes = _oscillations(problem, points)
+    top = int(np.argmax(sizes))
+    return Crest(float(points[top, -1]), float(sizes[top]), problem, points[top])
+
+
+def _oscillations(problem: Any, points: Floats) -> Floats:
+    return np.asarray(oscillation(from_blocks(problem.displacements(points).T).T))
 
 
 def follows_its_angle(train: DriveTrain) -> bool:

@@ -261,6 +261,10 @@ class FirstOrder(NamedTuple):
         faster = (base_speed(self, value + d) - base_speed(self, value - d)) / self.turns
         slope[:] = ((faster * derivative(y) - rise @ analysis) / (2.0 * d * self.sizes[:, None])).ravel()
 
+    def of(self, system: Any) -> "FirstOrder":
+        """The problem of another system of the same classes, with the same excitation."""
+        return self._replace(system=system)
+
     def linear_response(self, value: float) -> Floats:
         """Guess (coefficients, parameter): the response of the system linearised where its mean rate vanishes."""
         z = np.append(np.zeros(self.size()), value)
@@ -321,7 +325,7 @@ class FirstOrder(NamedTuple):
         few = max(ENOUGH, math.ceil(3 * highest_order(system) * self.turns))
         if few >= self.highest():
             return self._replace(system=system)
-        return first_order(system, leaf, leaf, few, self.turns)._replace(sizes=self.sizes)
+        return first_order(system, leaf, leaf, few, self.turns, self.sizes)
 
     def strongest(self) -> float:
         return STRONG
@@ -336,16 +340,23 @@ class FirstOrder(NamedTuple):
         return MOST_BEYOND
 
 
-def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: float = 1) -> FirstOrder:
-    """Build the general balance problem of a system for a number of harmonics of omega/turns."""
+def first_order(
+    system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: float = 1, sizes: Floats | None = None
+) -> FirstOrder:  # fmt: skip
+    """Build the general balance problem of a system for a number of harmonics of omega/turns.
+
+    Default of the `sizes`: those of its linear response.
+    """
     samples = 4 * harmonics + 4
     states = number_of_states(system)
     kinked = len(distances(system, np.zeros(1), np.zeros((states, 1)))) > 0
     problem = FirstOrder(
-        system, leaf, omega_leaf, turns, np.ones(states),
+        system, leaf, omega_leaf, turns, np.ones(states) if sizes is None else sizes,
         synthesis(harmonics, samples), analysis(harmonics, samples), analysis(2 * harmonics, samples),
         2.0 * np.pi * turns * np.arange(samples) / samples, kinked,
     )  # fmt: skip
+    if sizes is not None:
+        return problem
     value = omega_of(system) if leaf == omega_leaf else leaves(system)[leaf]
     with np.errstate(all="ignore"):
         sizes = np.linalg.norm(problem.series(problem.linear_response(float(value))[None])[0], axis=1)

@@ -92,7 +92,7 @@ def repeats(problem: FirstOrder, top: int) -> int:
 def _whole(problem: FirstOrder, curve: Trace, g: int) -> tuple[FirstOrder, Trace]:
     """The same curve over a whole turn, of which it was followed over a g-th."""
     h = g * problem.harmonics()
-    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, h)._replace(sizes=problem.sizes)
+    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, h, sizes=problem.sizes)
     points = [whole.point(stretched(problem.table(z), g), float(z[-1])) for z in curve.points]
     elsewhere = tuple((value, stretched(table, g)) for value, table in curve.elsewhere)
     return whole, with_changes(curve, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)

@@ -316,7 +316,7 @@ def balanced(train: DriveTrain, speeds: tuple[float, float]) -> Balanced | None:
     problem, found, tail, _ = traced_turn(system, speeds, POINTS)
     if not len(found.points) or tail is None:
         return None
-    at, size = crest_in(problem, found, speeds)
+    at, size, *_ = crest_in(problem, found, speeds)
     return Balanced(size, at, float(tail.share))
 
 

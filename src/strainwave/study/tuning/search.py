@@ -17,7 +17,6 @@ SPREAD, TRIED, STARTS = 400, 12, 3  # points of the box that are linear, of thes
 COARSE, FINE, PROOF = (0.5, 0.2), (0.1, 0.04), (0.2, 0.05, 0.02)  # relative changes of gains
 WORTH, SMALL, GAINED = 0.02, 0.003, 0.008  # of the measure: what a coarse, a fine and a proving step must gain
 INSIDE = 1e-9
-MANY = 8  # drives from which on the points of the box are not all computed to the end, for the front
 
 
 class Search:
@@ -37,7 +36,7 @@ class Search:
             return inf
         key = tuple(x.round(12).tolist())
         if key not in self.computed:
-            point = self.trial.kept(x, lambda goals: self._mean(goals) > bound)
+            point = self.trial.kept(x, lambda goals: self._mean(goals) > bound and self._beaten(goals, x))
             if point is None:
                 return inf
             self.computed[key] = point
@@ -47,6 +46,11 @@ class Search:
         """The measure of a point; infinite where it breaks a limit."""
         broken = max(point.used(self.trial.setting.limits).values()) > 1.0
         return inf if broken else self._mean(np.array(point.goals))
+
+    def _beaten(self, goals: Floats, x: Floats) -> bool:
+        """Whether a point that was computed is better in all goals and in the peak sensitivity."""
+        peak = self.trial.linear(x).figures.peak_sensitivity
+        return any(p.figures.peak_sensitivity <= peak and np.all(p.goals <= goals) for p in self.computed.values())
 
     def _mean(self, goals: Floats) -> float:
         with np.errstate(divide="ignore"):
@@ -58,9 +62,8 @@ class Search:
         fit = islice((x for x in sown if self.trial.fits(x)), TRIED)
         begins: list[Floats] = [*starts, *fit]
         values: list[float] = []
-        for x in begins:  # of many drives no more is asked than the first that leaves a place behind
-            enough = len(self.trial.drives) > MANY and len(values) >= STARTS
-            values.append(self.measure(x, sorted(values)[STARTS - 1] if enough else inf))
+        for x in begins:
+            values.append(self.measure(x, sorted(values)[STARTS - 1] if len(values) >= STARTS else inf))
         places = []
         for i, place in enumerate(np.argsort(values, kind="stable")[:STARTS]):
             progress(f"descent {i + 1} of {STARTS}", 0.2 + 0.15 * i)

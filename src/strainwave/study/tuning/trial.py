@@ -11,11 +11,12 @@ from ...base.quantities import numbers
 from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.project import Project
-from ...drive.train_curve import FEW, largest_oscillation
+from ...drive.train_curve import FEW, Crest, largest_crest
 from ...drive.two_turns import drive_curve, largest_beat
 from ..move.move import move
 from .linear import UNSTABLE, LoopFigures, OpenLoop, control_parts
 
+CRESTS, APART = 3, 0.1  # of a drive that are kept, and the least relative distance of their speeds
 SHORT = 1e-4  # s: a move that is settled at its end counts as settled then
 
 
@@ -105,6 +106,7 @@ class Trial:
         self.last: tuple[bytes, Any, dict[int, list[LoopFigures]]] = (b"", None, {})
         self.moved = any(GOALS[name].of_move for name in setting.goals)
         self.harmonics: int | None = None
+        self.crests: dict[tuple[int, int], list[Crest]] = {}  # of drive and load, with gains before
         motor = setting.limits.motor
         self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed
         self.computed = 0  # responses and moves
@@ -157,9 +159,11 @@ class Trial:
         point = self.linear(x)
         if not isfinite(point.figures.peak_sensitivity):
             return point
+        if surplus and self._exceeds(point, surplus):
+            return None
         worst = np.full((len(self.drives), 2 + len(self.setting.goals)), nan)
         for i in tuple(self.order):
-            for left, row in self._rows(self.drives[i], self.loaded[i], point):
+            for left, row in self._rows(i, point):
                 worst[i] = np.fmax(worst[i], row)
                 last = i == self.order[-1] and not left
                 if surplus and self.setting.share == 1.0 and not last and surplus(np.fmax.reduce(worst)[2:]):
@@ -168,27 +172,53 @@ class Trial:
         torque, share, *goals = self._over(worst).tolist()
         return point._replace(goals=tuple(goals), motor_torque=torque, motor_share=share)
 
-    def _rows(self, drive: Project, cases: Sequence[Project], point: TuningPoint) -> Iterator[tuple[int, Floats]]:
+    def _exceeds(self, point: TuningPoint, surplus: Callable[[Floats], bool]) -> bool:
+        """Whether goals are a surplus at a speed alone near which, with gains before, a drive oscillated most."""
+        if self.moved or self.setting.share < 1.0:
+            return False
+        control = self.control(np.log(point.gains))
+        for i in tuple(self.order):
+            for k, case in enumerate(self.loaded[i]):
+                train, crests = having(case, control).train, self.crests.get((i, k), [])
+                for crest in crests:
+                    size = train and crest.size_of(train)
+                    if size and surplus(self._goals(size, point)):
+                        self.computed += 1
+                        self._first(i)
+                        crests.sort(key=lambda other: other is not crest)
+                        return True
+        return False
+
+    def _goals(self, oscillation: float, point: TuningPoint) -> Floats:
+        values = {"pointing": oscillation, "compliance": point.figures.compliance}
+        return np.array([values.get(name, 0.0) for name in self.setting.goals])
+
+    def _rows(self, i: int, point: TuningPoint) -> Iterator[tuple[int, Floats]]:
         """How many rows are left; torque of the motor, its share, goals: in the move, then under each load."""
-        control, goals = self.control(np.log(point.gains)), self.setting.goals
+        control, cases = self.control(np.log(point.gains)), self.loaded[i]
         if self.moved:
             self.computed += 1
-            yield len(cases), self._of_move(having(drive, control))
-        for i, case in enumerate(cases, 1):
+            yield len(cases), self._of_move(having(self.drives[i], control))
+        for k, case in enumerate(cases):
             torque, share, largest = nan, nan, 0.0
-            if "pointing" in goals or self.full:
+            if "pointing" in self.setting.goals or self.full:
                 self.computed += 1
-                torque, share, largest = self._of_speeds(having(case, control))
-            values = {"pointing": largest, "compliance": point.figures.compliance}
-            yield len(cases) - i, np.array([torque, share, *(values.get(name, 0.0) for name in goals)])
+                torque, share, largest = self._of_speeds(having(case, control), (i, k))
+            yield len(cases) - k - 1, np.array([torque, share, *self._goals(largest, point)])
 
-    def _of_speeds(self, drive: Project) -> tuple[float, float, float]:
+    def _of_speeds(self, drive: Project, place: tuple[int, int]) -> tuple[float, float, float]:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
-        if train is not None and self.harmonics is not None and not self.full:
-            beat = drive.is_beating
-            top = largest_beat(train, speeds) if beat else largest_oscillation(train, speeds, self.harmonics, False)
-            return nan, nan, inf if top is None else top[1]
+        if train is not None and self.harmonics is not None:
+            if drive.is_beating:
+                top = None if self.full else largest_beat(train, speeds)
+            elif crest := largest_crest(train, speeds, self.harmonics, False):
+                self._keep(crest, place)
+                top = crest[:2]
+            else:
+                top = None
+            if not self.full:
+                return nan, nan, inf if top is None else top[1]
         curve = train and drive_curve(train, speeds, harmonics=self.harmonics, coexisting=False, points=FEW)
         need = None if curve is None else curve.need()
         if curve is None or curve.motor is None or need is None:
@@ -196,6 +226,11 @@ class Trial:
         self.harmonics = self.harmonics or curve.curve.coefficients.shape[1] // 2
         share = max(need.share(self.setting.limits.motor, limit) for limit in (PEAK, RMS))
         return curve.motor.torque, share, float(np.max(curve.oscillation[curve.curve.inside]))
+
+    def _keep(self, crest: Crest, place: tuple[int, int]) -> None:
+        """Keep a crest, which stands for those of about the same speed."""
+        others = (other for other in self.crests.get(place, []) if abs(np.log(other.speed / crest.speed)) > APART)
+        self.crests[place] = [crest, *others][:CRESTS]
 
     def _of_move(self, drive: Project) -> Floats:
         try:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....base.protocols import omega_of
+from ....base.protocols import linear_part_of, omega_of
 from ....base.results import Floats
 from ....compile.address import ByAddress, at
 from ....compile.jit import run
@@ -276,6 +276,10 @@ class Condensed(NamedTuple):
     def with_harmonics(self, h: int) -> "Condensed":
         """The same problem with h of its harmonics."""
         return assembled(self.system, self.part, self.gear.lines, self.leaf, self.omega_leaf, h, self.turns, self.every)
+
+    def of(self, system: Any) -> "Condensed":
+        """The problem of another system of the same classes, with the same excitation."""
+        return self._replace(system=system, part=linear_part_of(system)).with_harmonics(self.harmonics())
 
     def strongest(self) -> float:
         return strongest(self)
