@@ -56,6 +56,21 @@ def test_what_is_legal_and_absurd_gets_its_sentence(fields, said):
     assert len([note for note in found if said not in note and "natural frequency" not in note.lower()]) == 0
 
 
+@pytest.mark.parametrize(
+    ("loop", "said"),
+    [  # J = 6e-4 + 1.3/50^2 kg*m^2: K_p = 0.14 N*m*s/rad crosses over at 125 rad/s
+        ("K_v: 30 1/s, K_p: 140 N*m*s/rad, T_n: 32 ms", "crosses over at 1.99e+04 Hz"),
+        ("K_v: 30 1/s, K_p: 0.14 N*m*s/rad, T_n: 32 s", "motor.loop.T_n is 32000 ms, 1e+03 times slower"),
+        ("K_v: 0.03 1/s, K_p: 0.14 N*m*s/rad, T_n: 32 ms", "motor.loop.K_v is 0.03 1/s, 1.04e+03 times slower"),
+    ],
+)
+def test_gains_in_the_unit_of_another_maker_are_said(loop, said):
+    text = EXPLICIT.format(**SOUND).replace("motor: {", f"motor: {{loop: {{type: cascade, {loop}}}, ")
+    (note,) = from_text(text, Path("project.yaml")).notes
+    assert said in note
+    assert "check the" in note or "check its unit" in note
+
+
 def test_a_torque_that_ratchets_is_found_at_the_end_of_a_range_and_in_gravity():
     (of_range,) = notes(mean="{from: -1000 N*m, to: 3000 N*m}")
     gravity = "1.3 kg*m^2, drag: {type: angle_torque, amplitude: 2950 N*m}"

@@ -22,7 +22,7 @@ from ..drive.reductions import error_slope
 from ..model.gears.gear import NUMBERS, Gear
 from ..model.gears.limits import RATCHETING
 from ..model.laws.friction import NO_FRICTION
-from ..model.train.controls import USUAL, PositionLoop, SpeedLoop, core_of
+from ..model.train.controls import USUAL, CascadeLoop, PositionLoop, SpeedLoop, core_of
 from ..model.train.shafts import NO_DRAG
 from .fields.groups import ASSUMED, CATALOGUE, MEASURED, YOURS
 from .fields.rows import inside
@@ -38,6 +38,8 @@ DAMPED = 0.2  # damping ratio
 WRONG_SHAFT = 3.0  # times N: halfway from a matched inertia, 0.1 to 10, to one of the other shaft, off by N^2
 FASTEST = 8500.0, 4000.0  # rpm of the input: of any gear, and the middle of the catalogue
 FAR = 10.0  # times an excitation's frequency
+CROSSOVER = 1.0, 1000.0  # Hz, of a speed loop
+USUAL_TIME, SLOWER = 4.0, 100.0  # T_n and 1/K_v times the crossover, by the symmetric optimum; slow loops are sound
 
 
 def notes(project: Project) -> Iterator[str]:
@@ -135,6 +137,7 @@ def _doubts(project: Project) -> Iterator[str]:
         yield from _inertia(project)
         yield from _torque(project)
     yield from _natural_frequency(project)
+    yield from _loop(project)
     yield from _error(project)
     yield from _damping(project)
 
@@ -156,6 +159,33 @@ def _stiffness(project: Project) -> Iterator[str]:
             f"The stiffness of the gear at rest is {stiffness:.4g} N*m/rad, and gears of the catalogue have {usual}; "
             "check its unit."
         )
+
+
+def _loop(project: Project) -> Iterator[str]:
+    """Gains of a speed loop in another unit: by the frequency at which it crosses over, and by times beside it."""
+    core: Any = None if project.whole is None else core_of(project.whole.motor.control)
+    if not isinstance(core, CascadeLoop | SpeedLoop) or not core.K_p > 0.0:
+        return
+    crossover = core.K_p / project.loop_inertia
+    hertz = crossover / (2.0 * math.pi)
+    if not CROSSOVER[0] / FACTOR <= hertz <= CROSSOVER[1] * FACTOR:
+        yield (
+            f"The speed loop crosses over at {hertz:.3g} Hz, and those of drives do at {CROSSOVER[0]:g} to "
+            f"{CROSSOVER[1]:g} Hz; check the unit and the shaft of motor.loop.K_p, {core.K_p:g} N*m*s/rad."
+        )
+    elif isinstance(core, CascadeLoop):
+        yield from _beside("T_n", f"{1e3 * core.T_n:g} ms", core.T_n * crossover)
+        yield from _beside("K_v", f"{core.K_v:g} 1/s", crossover / core.K_v)
+    elif core.K_i > 0.0:
+        yield from _beside("K_i", f"{core.K_i:g} N*m/rad", core.K_p / core.K_i * crossover)
+
+
+def _beside(name: str, text: str, turns: float) -> Iterator[str]:
+    """A gain whose time, in units of that of the speed loop, is far from the usual one."""
+    share = turns / USUAL_TIME
+    if not 1.0 / FACTOR <= share <= SLOWER:
+        slower = f"{share:.3g} times slower" if share > 1.0 else f"{1.0 / share:.3g} times faster"
+        yield f"motor.loop.{name} is {text}, {slower} than is usual beside K_p; check its unit."
 
 
 def _inertia(project: Project) -> Iterator[str]:
