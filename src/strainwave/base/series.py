@@ -36,13 +36,17 @@ def _waves(harmonics: int) -> NDArray[np.float64]:
 
 def _largest_loops(c: NDArray[np.float64], waves: NDArray[np.float64], largest: NDArray[np.float64]) -> None:
     rows, samples = waves.shape
-    step, values = 2.0 * math.pi / samples, np.empty(samples)
+    step, values, half = 2.0 * math.pi / samples, np.empty(samples), samples // 2 + 1
+    even, odd = np.empty(half), np.empty(half)
     for p in range(c.shape[0]):
-        for j in range(samples):
-            values[j] = c[p, 0]
-        for i in range(rows):
-            for j in range(samples):
-                values[j] += c[p, i + 1] * waves[i, j]
+        for j in range(half):
+            even[j], odd[j] = c[p, 0], 0.0
+        for i in range(0, rows, 2):
+            for j in range(half):
+                even[j] += c[p, i + 1] * waves[i, j]
+                odd[j] += c[p, i + 2] * waves[i + 1, j]
+        for j in range(half):  # cosines are even over the period, sines are odd
+            values[-j], values[j] = even[j] - odd[j], even[j] + odd[j]
         best = 0
         for j in range(1, samples):
             if abs(values[j]) > abs(values[best]):

@@ -133,9 +133,18 @@ def made(*functions: Wanted) -> Object:
         else:
             whole.link_in(module)
     _only(whole, names)
-    passes = binding.create_pass_builder(machine, binding.create_pipeline_tuning_options(speed_level=3))
-    passes.getModulePassManager().run(whole, passes)
-    return Object(machine.emit_object(whole), arguments, tuple(sorted(read)))
+    return Object(machine.emit_object(_optimised(whole, machine, binding)), arguments, tuple(sorted(read)))
+
+
+def _optimised(module: Any, machine: Any, binding: Any) -> Any:
+    """The module after LLVM's passes, with few counts of references."""
+    for _ in range(2):
+        passes = binding.create_pass_builder(machine, binding.create_pipeline_tuning_options(speed_level=3))
+        manager = passes.getModulePassManager()
+        manager.add_refprune_pass()
+        manager.run(module, passes)
+        module = binding.parse_assembly(str(module).replace(" noinline", " inlinehint"))  # counts that stay
+    return module
 
 
 def _plain_code(item: Wanted, types: Any) -> tuple[str, str, tuple[Any, ...]]:

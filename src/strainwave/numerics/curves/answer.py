@@ -204,19 +204,32 @@ def with_crests(
 
 
 @routine
-def largest_torque(problem: Any, drive: Any, table: Floats, angles: Floats, point: Floats, work: Floats) -> float:
+def sampled(series: Floats, cosines: Floats, sines: Floats, even: Floats, odd: Floats, values: Floats) -> None:
+    """Write the values (samples,) over a period of a series in blocks, from tables of half a period; two buffers."""
+    h = len(sines)
+    row_times(series[: h + 1], cosines, even)
+    row_times(series[h + 1 :], sines, odd)
+    for j in range(len(even)):
+        values[-j], values[j] = even[j] - odd[j], even[j] + odd[j]
+
+
+@routine
+def largest_torque(
+    problem: Any, drive: Any, cosines: Floats, sines: Floats, angles: Floats, point: Floats, work: Floats
+) -> float:  # fmt: skip
     """Largest |T(u) + B u'| [N*m] over the period, u = x - e with all of e; `work` (7, samples) is a buffer.
 
-    It follows `displaced`. `table` is a synthesis and `angles` are those of the base.
+    It follows `displaced`. The tables are those of `sampled`, and `angles` are those of the base.
     """
     size, w, x = problem.blocks.shape[1], drive.every * point[-1], problem.blocks[0]
     samples, h, at, rate = len(angles), size // 2, len(drive.laws) * size, np.zeros(size)
+    even, odd = work[4, : cosines.shape[1]], work[5, : cosines.shape[1]]
     for i in range(1 + drive.follows):  # x, and the motor's deviation
         series = x if i == 0 else point[at : at + size]
         for k in range(1, h + 1):
             rate[k], rate[h + k] = k * w * series[h + k], -k * w * series[k]
-        row_times(series, table, work[2 * i])
-        row_times(rate, table, work[2 * i + 1])
+        sampled(series, cosines, sines, even, odd, work[2 * i])
+        sampled(rate, cosines, sines, even, odd, work[2 * i + 1])
     sample_error(drive.lines, 1.0, angles, work[2], work[4], work[5], work[6])
     for j in range(samples):
         work[0, j] -= work[4, j]
@@ -235,12 +248,13 @@ def described(
     size = problem.blocks.shape[1]
     errors, sizes, growth = np.empty((count, size)), np.empty((2, count)), np.empty(count)
     table = synthesis_of(size // 2, PER_HARMONIC * max(FEWEST, size // 2))
-    work, angles = np.zeros((7, table.shape[1])), np.empty(table.shape[1])
+    work, angles, half = np.zeros((7, table.shape[1])), np.empty(table.shape[1]), table.shape[1] // 2 + 1
+    cosines, sines = table[: size // 2 + 1, :half].copy(), table[size // 2 + 1 :, :half].copy()
     for j in range(len(angles)):
         angles[j] = 2.0 * math.pi * j / (drive.every * len(angles))
     for i in range(count):
         displaced(problem, drive, points[i], errors[i])
-        curve[i, TORQUE] = largest_torque(problem, drive, table, angles, points[i], work)
+        curve[i, TORQUE] = largest_torque(problem, drive, cosines, sines, angles, points[i], work)
     sizes_of(errors, True, waves, sizes[0])
     sizes_of(errors, False, waves, sizes[1])
     complete = growths(problem, drive, points, count, growth)

@@ -236,21 +236,23 @@ def tables_of(disturbed: Any, lengths: Floats, number: int) -> Any:
 
 
 @routine
-def waves_in(point: Floats, blocks: int) -> int:
-    """Number of harmonics of an orbit beyond which there is no more than QUIET of what oscillates in each block."""
-    size, most = (len(point) - 1) // blocks, 1
+def longest_in(point: Floats, blocks: int) -> float:
+    """Longest panel [rad] that resolves an orbit: a harmonic of a small share of its block may turn farther in it.
+
+    The error of Gauss's places is the share times the turn to the power 2 PLACES; stiffnesses have products of two
+    harmonics, at up to twice the order.
+    """
+    size, longest, most = (len(point) - 1) // blocks, WAVES, 1
     h = size // 2
     for b in range(blocks):
         x, total, beyond = point[b * size : (b + 1) * size], 0.0, 0.0
         for k in range(1, h + 1):
             total += abs(x[k]) + abs(x[h + k])
-        k = h
-        while k > most:
+        for k in range(h, 0, -1):
             beyond += abs(x[k]) + abs(x[h + k])
             if beyond > QUIET * total:
-                most = k
-            k -= 1
-    return most
+                most, longest = max(most, k), min(longest, 0.5 * WAVES * (beyond / total) ** (-0.5 / PLACES) / k)
+    return max(longest, WAVES / most)
 
 
 @routine
@@ -358,7 +360,7 @@ def growths(problem: Any, drive: Any, points: Floats, count: int, growth: Floats
         w = drive.every * points[p, -1]
         longest = PHASE * w / disturbed.rate
         if not steady:
-            longest = min(longest, WAVES / waves_in(points[p], blocks))
+            longest = min(longest, longest_in(points[p], blocks))
         ends[1], number = panels_of(drive, points[p], size, table, longest, first, width, kinds)
         if number == 0:
             return False
