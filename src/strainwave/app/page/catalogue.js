@@ -47,7 +47,7 @@ function gearsAt(machine, data, values, [chosen, motor], inputs) {
       });
       return head;
     }));
-    by("rows").replaceChildren(...table.rows.toSorted(byColumn(table.column, table.way)).map(({ gear, cells: [name, ...more] }) => {
+    by("rows").replaceChildren(...[...table.rows].sort(byColumn(table.column, table.way)).map(({ gear, cells: [name, ...more] }) => {
       const alone = data.gears[gear].name, button = element("button", { type: "button", textContent: alone });
       button.addEventListener("click", () => { inputs[0].value = gear; inputs[0].dispatchEvent(new Event("input")); scrollTo(0, 0); });
       const row = element("tr", {}, element("td", {}, button, name.slice(alone.length)), ...more.map((cell) => element("td", {}, cell === null ? "–" : typeof cell === "number" ? short(cell) : cell)));

@@ -33,7 +33,7 @@ const decays = (row) => row[3] < DECAYS, decay = (...two) => two.some(decays) &&
 function outside({ low, high }, bands) {
   const gaps = [];
   let end = low;
-  for (const [a, b] of [...bands.toSorted(([one], [other]) => one - other), [high, high]]) {
+  for (const [a, b] of [...[...bands].sort(([one], [other]) => one - other), [high, high]]) {
     if (a > end * (1 + 1e-6)) gaps.push([end, a]);
     end = Math.max(end, b);
   }
