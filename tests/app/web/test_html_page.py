@@ -156,7 +156,9 @@ TRAINS = {
     "cascade": "loop: {type: cascade, bandwidth: 30 Hz, damping: 0.7}",
     "position": "loop: {type: position, bandwidth: 20 Hz, damping: 0.8}",
     "held": "mode: held",
+    "gravity": "mode: held",
 }
+WEIGHT = ", drag: {type: angle_torque, amplitude: 5 N*m}"
 COUPLED = ", coupling: {inertia: 0.2 kg*m^2, B: 8 N*m*s/rad, law: {type: linear, K: 6e4 N*m/rad}}"
 
 
@@ -168,7 +170,8 @@ def test_a_page_of_a_train_has_the_numbers_of_python(motor, tmp_path):
     rng = np.random.default_rng(7)
     text = HELD.replace("LAW", LAWS["hardening"]).replace("mode: held", TRAINS[motor])
     if motor != "cascade":
-        text = text.replace("load: {inertia: 1 kg*m^2", "load: {inertia: 1 kg*m^2" + COUPLED)
+        more = WEIGHT if motor == "gravity" else COUPLED
+        text = text.replace("load: {inertia: 1 kg*m^2", "load: {inertia: 1 kg*m^2" + more)
     project = from_text(text, tmp_path / "project.yaml")
     base, moved, _ = sliders(project)
     names = {"load.inertia", "damping.B"} | ({"motor.loop.K_v", "motor.loop.T_n"} if motor == "cascade" else set())
@@ -414,14 +417,27 @@ def test_a_page_that_cannot_be_made_leaves_the_report_whole(tmp_path, monkeypatc
 
 @pytest.mark.slow
 @pytest.mark.interpreted
-def test_a_browser_without_vectors_gets_a_sentence(browser, tmp_path):
+def test_a_browser_that_is_too_old_gets_a_sentence(browser, tmp_path):
     path = tmp_path / "drive.html"
     html.write_page(project_of(tmp_path, "hardening"), path)
-    context = browser.new_context()
-    context.add_init_script("WebAssembly.validate = () => false")
+    older = tmp_path / "older.html"
+    older.write_text(path.read_text(encoding="utf-8").replace('"use strict";', "#syntax of a later year;"), "utf-8")
+    for file, missing, words in (
+        (path, "WebAssembly.validate = () => false", "no WebAssembly with SIMD"),
+        (path, "delete Array.prototype.reduce", "take a newer browser"),
+        (older, "", "take a newer browser"),
+        (path, "delete Array.prototype.toSorted", "largest oscillation"),
+    ):
+        context = browser.new_context()
+        context.add_init_script(missing)
+        page = context.new_page()
+        page.goto(file.as_uri())
+        page.locator("#said", has_text=words).wait_for()
+        context.close()
+    context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(path.as_uri())
-    assert "no WebAssembly with SIMD" in page.inner_text("#said")
+    assert "scripts are switched off" in page.inner_text("body")
     context.close()
 
 

@@ -373,7 +373,7 @@ def answer(
         if count < 0:
             return int(count)
         tail, worst = tail_of(problem, drive, points, count)
-        if (tail if len(drive.pointing) == 1 else worst) <= MATTERS or sought >= most:
+        if (tail if drive.alone > 0 else worst) <= MATTERS or sought >= most:
             break
         sought = min(2 * sought + 1, most)
     waves = waves_of(h)

@@ -76,6 +76,7 @@ def drive_numbers(problem: Condensed) -> Drive:
         pencil.matrices, disturbed, to_real(pencil.forces), pencil.per_speed, np.array(part.zero_mean, float),
         part.values[0].copy(), problem.gear.lines, float(problem.gear_damping),
         np.zeros((len(part.laws), 10), np.int64), int(part.follows), pencil.loose, pencil.controls, problem.every,
+        int(isinstance(part, EquationPart)),
     )  # fmt: skip
 
 
@@ -83,8 +84,8 @@ def beginning(problem: Condensed) -> Begin:
     """The harmonics that the response begins with."""
     top, g = problem.highest(), problem.every
     kinked = any(len(breakpoints_of(law)) for law in problem.part.laws)
-    single = len(problem.pencil.per_speed) == 1
-    return Begin(*(of_spring(top, kinked) if single else of_drive(top, g, kinked)), g)
+    alone = isinstance(problem.part, EquationPart)
+    return Begin(*(of_spring(top, kinked) if alone else of_drive(top, g, kinked)), g)
 
 
 def answered(system: Any, speeds: tuple[float, float], limit: float, points: int) -> tuple[Floats, Floats, Floats, int]:

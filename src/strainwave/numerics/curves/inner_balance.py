@@ -33,7 +33,8 @@ class Drive(NamedTuple):
     (n, 2K+1) are coefficients in blocks, at every `every`-th harmonic, `pointing` (n,) tells the error that the answer
     is about, `lines` are rows order, cosine, sine of the kinematic error, the mean first. `laws` (laws, 10) are
     whole numbers: words, torques, stiffnesses, breakpoints and their number, the functions of a `Spring`, EXACT. The
-    others are as in a `Pencil` and a `Gear`.
+    others are as in a `Pencil` and a `Gear`; `alone` is 1 of an error equation, whose harmonics grow by what its
+    torsion leaves out, else 0.
     """
 
     matrices: Floats
@@ -49,6 +50,7 @@ class Drive(NamedTuple):
     loose: int
     controls: int
     every: int
+    alone: int
 
 
 class Functions(NamedTuple):
@@ -323,7 +325,7 @@ def norm_of(series: Floats) -> float:
 def tail_of(problem: Any, drive: Any, points: Floats, count: int) -> Any:
     """Share left out of the error, and the largest of it and the blocks; as `truncation.tail_along`.
 
-    The error of a single coordinate is its torsion.
+    Of an error equation the first is that of the torsion.
     """
     blocks, size = problem.blocks.shape
     h, n = size // 2, blocks * size
@@ -339,12 +341,7 @@ def tail_of(problem: Any, drive: Any, points: Floats, count: int) -> Any:
             series = points[i, b * size : (b + 1) * size]
             last = np.sum(series[max(1, h - 1) : h + 1] ** 2) + np.sum(series[max(1, 2 * h - 1) :] ** 2)
             worst = max(worst, last**0.5 / max(norm_of(series), floor[b], 1e-300))
-    step, single, share, error = (
-        max(1, count // LOOKED_AT),
-        len(drive.pointing) == 1,
-        np.empty(blocks + 1),
-        np.empty(size),
-    )
+    step, share, error = max(1, count // LOOKED_AT), np.empty(blocks + 1), np.empty(size)
     few = (count + step - 1) // step
     for j in range(few + 1):
         point = points[place if j == few else j * step]
@@ -352,7 +349,7 @@ def tail_of(problem: Any, drive: Any, points: Floats, count: int) -> Any:
         displaced(problem, drive, point, error)
         for b in range(blocks):
             part = min(1.0, share[1 + b] / max(norm_of(point[b * size : (b + 1) * size]), floor[b], 1e-300))
-            worst, of_error = max(worst, part), max(of_error, part) if single else of_error
-        if not single:
+            worst, of_error = max(worst, part), max(of_error, part) if drive.alone > 0 else of_error
+        if drive.alone == 0:
             of_error = max(of_error, min(1.0, share[0] / max(norm_of(error), 1e-300)))
     return of_error, max(worst, of_error)
