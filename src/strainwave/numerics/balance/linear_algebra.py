@@ -172,7 +172,9 @@ def factor(a: Floats, pivots: Any) -> float:
     if len(a) > LARGE:
         from scipy.linalg.lapack import dgetrf
 
-        a[:], pivots[:], _ = dgetrf(a)
+        transposed, pivots[:], _ = dgetrf(a.T, overwrite_a=True)  # LAPACK has columns where rows are here
+        if not np.shares_memory(transposed, a):
+            a[:] = transposed.T
         swaps = np.count_nonzero(pivots != np.arange(len(a)))
         return float(np.prod(np.sign(np.diag(a)))) * (-1.0) ** swaps
     sign = float(np.linalg.slogdet(a)[0])
@@ -217,6 +219,6 @@ def substitute(a: Floats, pivots: Any, b: Floats) -> None:
     if len(a) > LARGE:
         from scipy.linalg.lapack import dgetrs
 
-        b[:] = dgetrs(a, pivots, b)[0]
+        b[:] = dgetrs(a.T, pivots, b, trans=1)[0]
     else:
         b[:] = a @ b

@@ -16,7 +16,9 @@ from ..balance.linear_algebra import factor, substitute
 from ..continuation.trace import Trace, trace
 from .problem import Torus, linear_waves, torus
 
-ROUNDS, MOST, ALONG = 40, 600, 300  # of taking waves in, and waves at most: of a motion, and of a curve
+ROUNDS, MOST, ALONG = 40, 800, 300  # of taking waves in, and waves at most: of a motion, and of a curve
+COARSEST = 1e-7  # share of the whole in a wave that a motion of too many waves leaves out
+WINDING = 150  # waves of a curve that winds, to which no more are added
 HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the end, and steps
 MARGIN = 0.5  # of the share that may be left out: waves that are taken in leave less out than those looked for
 SMALL = 1e-3  # of the share of what is left out: torques below it are not looked at
@@ -143,6 +145,9 @@ def at_speed(
                 Sentence("no motion of two turns was found at {}; follow it from another speed", Speed(omega))
             )
         more = missing(problem, solution, aim)
+        while len(pairs | more) > MOST and aim < COARSEST:
+            aim *= 10.0
+            more = missing(problem, solution, aim)
         if not more:
             return problem, solution
         pairs |= more
@@ -156,22 +161,25 @@ def at_speed(
 def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Trace, bool]:
     """Problem and curve of the motions through a range of speeds [rad/s] from its upper end; whether no wave lacks."""
     problem, z = at_speed(driven, hi, aim)
+    was_cut = False
     for _ in range(ROUNDS):
         balance: Any = problem
         solution = trace(balance, z, -1.0, lo, hi, STEP, pieces=1)
         points = solution.points
         if not len(points):
             raise SolveError(Sentence("the curve of motions of two turns is lost at {}", Speed(hi)))
-        if solution.is_cut:
+        top = int(np.argmax(np.linalg.norm(points[:, :-1], axis=1)))
+        places = np.concatenate([top + BESIDE, np.linspace(0, len(points) - 1, LOOKED_AT).astype(int)])
+        few = np.clip(places, 0, len(points) - 1)
+        lacking = any(missing(problem, point, aim) for point in points[few])
+        if solution.is_cut and (was_cut or not lacking or len(problem.pairs) > WINDING):
             text = (
                 "the curve of motions of two turns winds at {}; give the drive more damping, or end the range above it"
             )
             raise SolveError(Sentence(text, Speed(float(points[-1, -1]))))
-        top = int(np.argmax(np.linalg.norm(points[:, :-1], axis=1)))
-        places = np.concatenate([top + BESIDE, np.linspace(0, len(points) - 1, LOOKED_AT).astype(int)])
-        few = np.clip(places, 0, len(points) - 1)
-        if not any(missing(problem, point, aim) for point in points[few]):
+        if not lacking:
             return problem, solution, True
+        was_cut = solution.is_cut  # a curve of too few waves may wind where that of more does not
         wider = with_missing(driven, problem, points[few], MARGIN * aim)
         if len(wider.pairs) > ALONG:
             break

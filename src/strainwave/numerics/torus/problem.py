@@ -21,6 +21,7 @@ from ..balance.condensed.pencil import add_entries, to_complex, to_real
 
 SMOOTH = np.unique([2**a * 3**b * 5**c for a in range(14) for b in range(9) for c in range(6)])  # fast transforms
 OVERSAMPLED = 4  # samples of an angle in a period of its highest wave: a cube of these waves is exact
+LARGEST_TABLE = 60_000  # entries of a table that is quicker than a fast transform
 
 
 class LinearWaves(NamedTuple):
@@ -92,7 +93,8 @@ class Torus(NamedTuple):
     `basis` are the two pairs ((j, k), (0, q)) whose angles make a grid of `shape`; `lines` (order, cosine, sine) are
     those of the kinematic error, of the pairs `line_pairs`, `turned` (lines, samples) their angles, `slow` that of the
     output and `pulls` laws of the load's angle; `plus` and `minus` (P + 1, P + 1) are places of sums and differences
-    of pairs in a spectrum. `synthesis` (2 P + 1, samples) and `analysis` go from coefficients to samples and back.
+    of pairs in a spectrum. `synthesis` (2 P + 1, samples) goes from coefficients to samples; it is empty where fast
+    transforms are quicker.
     `loose` is the place of a mean that nothing holds among the unknowns, -1 where there is none, and `memory` has the
     latest point with what it does.
     """
@@ -110,7 +112,6 @@ class Torus(NamedTuple):
     slow: Floats
     shape: tuple[int, ...]
     synthesis: Floats
-    analysis: Floats
     plus: Any
     minus: Any
     still_error: Any
@@ -138,6 +139,19 @@ class Torus(NamedTuple):
         """Execute a kernel with the problem: as Python, where each step is a few calls of LAPACK."""
         return kernel(self, *arguments)
 
+    def sampled(self, blocks: Floats) -> Floats:
+        """Samples (..., n) of coefficients (..., 2 P + 1)."""
+        if self.synthesis.size:
+            return blocks @ self.synthesis
+        spectrum = np.zeros((*blocks.shape[:-1], len(self.slow)), complex)
+        spectrum[..., self.plus[0]] = to_complex(blocks)
+        grid = np.fft.ifft2(spectrum.reshape(*blocks.shape[:-1], *self.shape), norm="forward")
+        return np.asarray(grid.real.reshape(spectrum.shape))
+
+    def analysed(self, samples: Floats) -> Floats:
+        """Coefficients (..., 2 P + 1) of samples (..., n) on the grid."""
+        return to_real(waves_of(samples, self.shape, self.plus[0]))
+
     def turning(self, blocks: Floats) -> Floats:
         """Derivatives of coefficients (..., 2 P + 1) by the motor's angle."""
         h, orders = len(self.pairs), self.orders[1:]
@@ -157,14 +171,14 @@ class Torus(NamedTuple):
     def moved(self, z: Floats) -> Motion:
         """Torques at points (..., coefficients and speed), without what damping makes of the rate of x alone."""
         blocks, w, part, m = self.blocks(z), z[..., -1:], self.part, len(self.part.laws)
-        q, B = blocks @ self.synthesis, part.gear_damping
+        q, B = self.sampled(blocks), part.gear_damping
         torque, by_speed, by_rate = np.zeros_like(q), np.zeros_like(q), {}
         e, slope, bend = self.error(q[m]) if part.follows else self.still_error
         u = q[0] - e
         stiff = part.laws[0].stiffness(u) + 0.0 * u
         torque[0], by_place = part.laws[0].torque(u), {(0, 0): stiff}
         if part.follows:
-            rate, turning = self.turning(blocks[[0, m]]) @ self.synthesis
+            rate, turning = self.sampled(self.turning(blocks[[0, m]]))
             turning += 1.0
             gear, pull = torque[0] + B * w * (rate - slope * turning), stiff * slope + B * w * bend * turning
             by_speed[0], by_speed[m] = -B * slope * turning, -B * slope * (rate - slope * turning)
@@ -198,7 +212,7 @@ class Torus(NamedTuple):
     def residual(self, z: Floats, r: Floats) -> None:
         """Write what the equations lack [N*m] at z."""
         motion, stiff, _ = self.latest(z)
-        r[:] = (motion.torque @ self.analysis + unbalanced(stiff, self.blocks(z))).ravel()
+        r[:] = (self.analysed(motion.torque) + unbalanced(stiff, self.blocks(z))).ravel()
         if self.loose >= 0:
             r[self.loose] = self.inertia(z) * z[self.loose]
 
@@ -215,7 +229,7 @@ class Torus(NamedTuple):
             out[:, 1 : h + 1] -= w * block[:, h + 1 :]
             out[:, h + 1 :] += w * block[:, 1 : h + 1]
         add_entries(stiff, 0.0, size, len(blocks), a)
-        slope[:] = (motion.by_speed @ self.analysis + unbalanced(by_speed, blocks)).ravel()
+        slope[:] = (self.analysed(motion.by_speed) + unbalanced(by_speed, blocks)).ravel()
         if self.loose >= 0:
             a[self.loose], slope[self.loose] = 0.0, 0.0
             a[self.loose, self.loose] = self.inertia(z)
@@ -226,12 +240,14 @@ class Torus(NamedTuple):
 
     def product(self, samples: Floats) -> Floats:
         """Matrix that multiplies a series by what has these samples."""
-        spectrum = np.fft.fft2(samples.reshape(self.shape)).ravel() / samples.size
-        a, b, h = spectrum[self.minus], spectrum[self.plus], len(self.orders)
+        spectrum, h = np.fft.fft2(samples.reshape(self.shape), norm="forward").ravel(), len(self.orders)
         out = np.empty((2 * h - 1, 2 * h - 1))
-        both, apart = a + b, a - b
-        out[:h, :h], out[:h, h:] = both.real, apart.imag[:, 1:]
-        out[h:, :h], out[h:, h:] = -both.imag[1:], apart.real[1:, 1:]
+        a, b = spectrum.real.take(self.minus), spectrum.real.take(self.plus)
+        out[:h, :h] = a + b
+        np.subtract(a[1:, 1:], b[1:, 1:], out=out[h:, h:])
+        a, b = spectrum.imag.take(self.minus), spectrum.imag.take(self.plus)
+        np.subtract(a[:, 1:], b[:, 1:], out=out[:h, h:])
+        np.negative(a[1:] + b[1:], out=out[h:, :h])
         out[0] *= 0.5
         return out
 
@@ -249,6 +265,14 @@ class Torus(NamedTuple):
                 held -= np.mean(self.latest(z)[0].torque[np.flatnonzero(self.linear.retained == i)[0]])
             p[0] += held * part.integral
         return p
+
+
+def waves_of(samples: Floats, shape: tuple[int, ...], places: Any) -> Any:
+    """Complex amplitudes (..., P + 1) of samples (..., n) on a grid, from their places in its spectrum."""
+    grid = samples.reshape(*samples.shape[:-1], *shape)
+    waves = 2.0 * np.fft.fft2(grid, norm="forward").reshape(samples.shape)[..., places]
+    waves[..., 0] *= 0.5
+    return waves
 
 
 def unbalanced(stiff: Any, blocks: Floats) -> Floats:
@@ -305,15 +329,14 @@ def torus(part: Any, ratio: float, lines: Floats, pairs: Any, pulls: tuple[Any, 
     turns, of_lines, strides = np.array([1.0, 1.0 / ratio]), lines[:, :2], np.array([shape[1], 1])
     plus = ((cells[:, None] + cells[None]) % shape) @ strides
     minus = ((cells[:, None] - cells[None]) % shape) @ strides
-    table = synthesis_at(pairs, angles)
-    back = 2.0 / len(slow) * table.T
-    back[:, 0] *= 0.5
+    small = (2 * len(pairs) - 1) * len(slow) <= LARGEST_TABLE
+    table = synthesis_at(pairs, angles) if small else np.empty((0, 0))
     loose = np.flatnonzero(coordinates == part.loose)
-    orders, forces = pairs @ turns, to_complex(part.forces(angles[0]) @ back).T
+    orders, forces = pairs @ turns, waves_of(part.forces(angles[0]), shape, plus[0]).T
     problem = Torus(
         part, ratio, pulls, pairs, orders, basis, linear_waves(part, coordinates, orders, forces),
-        np.column_stack([of_lines @ turns, lines[:, 2:]]), of_lines, of_lines @ angles, slow, shape, table, back, plus,
-        minus, (), int(loose[0]) * (2 * len(pairs) - 1) if len(loose) else -1, {},
+        np.column_stack([of_lines @ turns, lines[:, 2:]]), of_lines, of_lines @ angles, slow, shape, table, plus, minus,
+        (), int(loose[0]) * (2 * len(pairs) - 1) if len(loose) else -1, {},
     )  # fmt: skip
     return problem._replace(still_error=problem.error(0.0))
 
