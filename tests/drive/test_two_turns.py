@@ -282,11 +282,23 @@ def test_a_map_of_a_free_motor_has_the_motions_of_its_train(tmp_path):
         sw.speed_map(heavy, speeds=(162.0, 164.0), search=False)
 
 
+PULLED = "load: {inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: PULL N*m, order: 1}}"
+
+
+def under_gravity(path, pull, motor="mode: held"):
+    text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
+    text = text.replace("load: {inertia: 1 kg*m^2}", PULLED.replace("PULL", f"{pull}")).replace("MOTOR", motor)
+    return from_text(text, path / "joint.yaml")
+
+
 @pytest.mark.slow
 @pytest.mark.interpreted
-@pytest.mark.parametrize(("inertia", "omega", "stable"), [(1.0, 32.5, True), (1.0, 163.0, True), (4.0, 163.0, False)])
-def test_the_speed_of_a_free_motor_is_as_stable_as_by_its_equations(inertia, omega, stable, tmp_path):
-    train = joint(tmp_path, motor="mode: free").with_load_inertia(inertia).whole
+@pytest.mark.parametrize(("inertia", "omega", "pull", "stable"), [
+    (1.0, 32.5, 0.0, True), (1.0, 163.0, 0.0, True), (4.0, 163.0, 0.0, False), (1.0, 200.0, 0.3, False),
+])  # fmt: skip
+def test_the_speed_of_a_free_motor_is_as_stable_as_by_its_equations(inertia, omega, pull, stable, tmp_path):
+    project = under_gravity(tmp_path, pull, "mode: free") if pull else joint(tmp_path, motor="mode: free")
+    train = project.with_load_inertia(inertia).whole
     motion = two_turn_motion(train, omega)
     orders, sizes, phases = np.array([(line.order, line.amplitude, line.phase) for line in train.error.lines]).T
     spring, damping = train.law, train.B
@@ -305,9 +317,10 @@ def test_the_speed_of_a_free_motor_is_as_stable_as_by_its_equations(inertia, ome
     def rates(t, y):
         slope, torque = in_gear(y[0], y[1], omega * t + y[2], omega + y[3])
         fast = (drive - (1.0 / 50.0 - slope) * torque) / train.motor.J
-        return [y[1], fast / 50.0 - (torque - 4.0) / inertia, y[3], fast]
+        against = 4.0 + pull * np.sin((omega * t + y[2]) / 50.0 - y[0])
+        return [y[1], fast / 50.0 - (torque - against) / inertia, y[3], fast]
 
-    period, columns = 2.0 * np.pi * 25.0 / omega, []
+    period, columns = 2.0 * np.pi * (50.0 if pull else 25.0) / omega, []
     for i, step in enumerate((1e-8, 1e-6, 1e-7, 1e-5)):
         ends = []
         for change in (step, -step):
@@ -336,17 +349,27 @@ def test_a_drive_that_nothing_damps_ends_in_a_sentence(motor, damping, said, tmp
         project.response()
 
 
-def test_gravity_beats_with_the_lines_of_a_response(tmp_path):
-    drag = "load: {inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: 30 N*m, order: 1}}"
-    text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
-    text = text.replace("load: {inertia: 1 kg*m^2}", drag).replace("MOTOR", "mode: held").replace("1200", "600")
-    project = from_text(text, tmp_path / "joint.yaml")
+def test_gravity_beats_with_the_lines_of_a_response_and_of_a_map(tmp_path):
+    project = under_gravity(tmp_path, 30)
     found = project.response()
     assert found.curve.beat == 50.0
     assert not found.without_angle
     assert project.other_loads == (-4.0, -4.0) != project.load_torques
     # the torque of gravity is in the gear's, beside that of the load
     assert found.torque[-1] > 30.0
+    for asked in ({}, {"load_inertias": [1.0]}, {"loads": [-4.0]}):
+        mapped = sw.speed_map(project, speeds=(31.5, 45.0), search=False, **asked)
+        motion = two_turn_motion(project.whole, mapped.speeds[-1])
+        assert mapped.oscillation.shape[0] == 1
+        assert mapped.oscillation[0, -1] == pytest.approx(motion.largest[0], rel=1e-3)
+
+
+def test_a_free_motor_that_does_not_lift_its_load_is_told_so(tmp_path):
+    project = under_gravity(tmp_path, 6, "mode: free")
+    said = r"by its own size in every turn of the output, 12 J against 3\.95 J of turning at 125\.66\d* rad/s; hold"
+    for ask in (project.response, project.analyze, lambda: two_turn_motion(project.whole, 40.0 * np.pi)):
+        with pytest.raises(sw.SolveError, match=said):
+            ask()
 
 
 def test_what_follows_no_beat_says_so(tmp_path):

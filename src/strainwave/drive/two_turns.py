@@ -17,6 +17,7 @@ from ..base.protocols import lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number, shown
 from ..base.records import Waves
 from ..base.results import Branch, Floats, Orbit, SolveError, Status
+from ..base.sentences import Sentence, Speed
 from ..base.series import largest_of_samples
 from ..base.units import ARCSEC
 from ..model.excitation import Harmonics, NoError
@@ -47,6 +48,11 @@ WHY = "a motion of two turns is balanced in waves of a motor at constant mean sp
 REMEDY = "integrate it with simulate"
 NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run has its motion in time"
 UNDAMPED = "nothing damps this drive, and its motions of two turns never settle; give it damping, or integrate it"
+STALLS = 2.0  # times the energy of turning: a load that is lifted so high all but stops at the top
+FALLS = (
+    "no motion of two turns was found: gravity changes the speed of a free motor by its own size in every turn of the "
+    "output, {} J against {} J of turning at {}; hold the motor, give it a loop, or ask for higher speeds"
+)
 VARIES = (
     "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
     "forcing; leave the variation out and give the speeds of the motor or the load, or integrate with simulate"
@@ -188,6 +194,7 @@ def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, st
         raise TypeError(f"start is {shown(start)}; give a motion that two_turn_motion returned")
     driven, flow = _driven(system, ratio)
     guess = None if start is None else (start.problem, start.points[0])
+    _refuse_falling(system, driven, omega)
     problem, point = at_speed(driven, omega, MOTION, guess)
     return _described(driven, flow, problem, point[None], (), (Status.OK, Status.OK.value))
 
@@ -199,6 +206,7 @@ def two_turn_response(system: Any, speeds: tuple[float, float], *, ratio: float 
     driven, flow = _driven(system, ratio)
     if not (driven.part.gear_damping or np.any(driven.part.damping)):
         raise SolveError(UNDAMPED)
+    _refuse_falling(system, driven, high)
     problem, found, whole = along(driven, low, high, CURVE)
     points = with_crests(problem, found.points, lambda z: _sizes(driven, problem, z))
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
@@ -310,7 +318,18 @@ def _driven(system: Any, ratio: float | None) -> tuple[TwoTurns, Any]:
     if not pairs:
         raise ValueError("nothing that repeats drives this drive; give a line, a torque with orders or gravity")
     driven = TwoTurns(part, train.N, np.array(rows).reshape(-1, 4), pairs, pulls)
-    return driven, part if part.loose < 0 else linear_part(part.disturbed)
+    return driven, linear_part(part.disturbed) if np.any(part.integral) else part
+
+
+def _refuse_falling(system: Any, driven: TwoTurns, omega: float) -> None:
+    """Refuse a free motor whose energy of turning at a speed [rad/s] does not lift its load (SolveError)."""
+    train = system if isinstance(system, DriveTrain) else None
+    if train is None or not train.motor.free:
+        return
+    height = sum(2.0 * abs(law.amplitude / law.order) for law in driven.pulls)
+    energy = 0.5 * train.loop_inertia * omega**2
+    if height > STALLS * energy:
+        raise SolveError(Sentence(FALLS, f"{height:.3g}", f"{energy:.3g}", Speed(omega)))
 
 
 def _orders(torque: Any) -> list[int]:

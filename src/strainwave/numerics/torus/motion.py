@@ -16,7 +16,8 @@ REFINED = 4  # steps of Newton's method
 NEARLY = 0.9  # of the largest sample of a turn: a crest beside it may be higher between samples
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
-CLOSER = 4.0  # the steps where only a loop far too weak to matter holds the mean: errors of coarse ones outdo it
+CLOSER = 4.0  # the steps where nothing holds the mean, whose disturbances hardly grow: errors of coarse ones outdo it
+NEUTRAL = 1e-3  # distance from 1 of multipliers that are 1 but for rounding
 STEPS = np.unique([2**a * b for a in range(1, 12) for b in (4, 5, 6, 7)])  # of a turn: curves take few of these
 HARDLY = 1e-2  # of the largest wave: those below it do not count for the steps
 ENTRIES = 4_000_000  # of all matrices at a time
@@ -84,12 +85,13 @@ def polyval(x: Floats, c: Floats) -> Floats:
 
 def states_at(problem: Torus, points: Floats, phase: Floats) -> list[Floats]:
     """States (states, n) of the system in each of some motions at base angles (n,) [rad]."""
-    part, turned, result = problem.part, np.exp(1j * np.outer(problem.orders, phase)), []
+    turned = np.outer(problem.orders, phase)
+    part, even, odd, result = problem.part, np.cos(turned), np.sin(turned), []
     for z in points:
         waves = problem.coordinates(z)
         rates = waves * (1j * problem.orders * z[-1])[:, None]
         state = part.values @ waves.T + part.rates @ rates.T
-        result.append(state.real @ turned.real - state.imag @ turned.imag)
+        result.append(state.real @ even - state.imag @ odd)
     return result
 
 
@@ -112,9 +114,11 @@ def _highest(problem: Torus, points: Floats) -> Floats:
 def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
     """Rates (n,) [1/s] at which the disturbances of motions that last longest grow; negative of stable ones.
 
-    `flow` is the part whose disturbances are meant: that of the problem, but for a mean that nothing holds. A turn of
-    the first angle of the basis maps them by a matrix that is periodic in the second angle: it is found at some of
-    these angles and interpolated at those that the motion has, whose product over all turns tells the rate.
+    `flow` is the part whose disturbances are meant: that of the problem, but for a mean that a control holds in its
+    own states. A mean that nothing holds may be any: this disturbance is left out, which neither grows nor decays.
+
+    A turn of the first angle of the basis maps them by a matrix that is periodic in the second angle: it is found at
+    some of these angles and interpolated at those that the motion has, whose product over all turns tells the rate.
     """
     (j, k), (_, q) = problem.basis.tolist()
     first, starts = j + k / problem.ratio, STARTS if problem.shape[1] > 1 else 1
@@ -123,17 +127,20 @@ def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
     if abs(float(exact) - problem.ratio) > 1e-12 * problem.ratio:
         count = math.ceil(problem.ratio * first / q)
     flows, steps = _first_order(problem, flow, points)
-    result = np.empty(len(points))
+    result, any_mean = np.empty(len(points)), flow.loose >= 0 and not np.any(flow.integral)
     for number in np.unique(steps).tolist():
         most = max(1, ENTRIES // (2 * starts * number * flows[0].shape[0] ** 2))
         at = np.flatnonzero(steps == number)
         for part in np.array_split(at, math.ceil(len(at) / most)):
-            result[part] = _rates(problem, flows, points[part], number, starts if 2 * starts < count else count, count)
+            some = starts if 2 * starts < count else count
+            result[part] = _rates(problem, flows, points[part], number, some, count, any_mean)
     return np.asarray(result * first * points[:, -1] / (2.0 * np.pi * count))
 
 
-def _rates(problem: Torus, flows: Any, points: Floats, steps: int, starts: int, count: int) -> Floats:
-    """Logarithms (n,) of the largest multipliers over `count` turns of the first angle."""
+def _rates(
+    problem: Torus, flows: Any, points: Floats, steps: int, starts: int, count: int, any_mean: bool
+) -> Floats:  # fmt: skip
+    """Logarithms (n,) of the largest multipliers over `count` turns of the first angle, but for 1 of `any_mean`."""
     while True:
         maps = turn_maps(problem, flows, points, steps, 2.0 * np.pi * np.arange(starts) / starts)
         waves = np.fft.fft(maps, axis=1) / starts
@@ -150,7 +157,11 @@ def _rates(problem: Torus, flows: Any, points: Floats, steps: int, starts: int, 
         whole = np.tensordot(waves, phases, (1, 0)).real @ whole
         largest = np.abs(whole).max(axis=(1, 2))
         whole, logarithm = whole / largest[:, None, None], logarithm + np.log(largest)
-    return np.asarray(logarithm + np.log(np.maximum(np.abs(np.linalg.eigvals(whole)).max(axis=1), 1e-300)))
+    values = np.linalg.eigvals(whole)
+    if any_mean:
+        apart = np.abs(values * np.exp(np.minimum(logarithm, 700.0))[:, None] - 1.0)
+        values[(apart < NEUTRAL) | (apart == apart.min(axis=1, keepdims=True))] = 0.0
+    return np.asarray(logarithm + np.log(np.maximum(np.abs(values).max(axis=1), 1e-300)))
 
 
 def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:

@@ -311,8 +311,10 @@ def _with_gravity(
     except (ValueError, SolveError) as error:
         sentence = Sentence("Gravity is a constant torque at every angle here, not exactly in the motion: {}.", error)
         return replace(study, remarks=(*study.remarks, sentence))
-    waves, visited = exact.curve.waves, exact.visited()
-    assert waves is not None
+    waves, visited = exact.curve.waves, exact.swept
+    if waves is None or not len(visited):
+        text = "With gravity exactly in the motion, its stiffness included, no steady motion is stable in this range."
+        return replace(study, remarks=(*study.remarks, text))
     fast = waves.amplitudes[visited] * (1.0 - np.sinc(waves.orders))  # without the mean of a turn around each angle
     sizes = oscillations(fast, waves.pairs, project.drive.N, about_mean=False).max(axis=1)
     size, omega = float(np.max(sizes)), float(exact.omega[visited[np.argmax(sizes)]])

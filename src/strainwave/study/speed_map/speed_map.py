@@ -235,13 +235,13 @@ def _loads(
         values = np.unique(numbers("load_inertias [kg*m^2]", load_inertias))
         if not values[0] > 0.0:
             raise ValueError(f"load_inertias are {shown(load_inertias)}; inertias must be positive")
-        mean = project.mean_load_torque
-        return values, "load inertia", [project.with_load_inertia(J).under(mean) for J in values.tolist()]
+        loaded = project.under(project.mean_load_torque, project.is_beating)
+        return values, "load inertia", [loaded.with_load_inertia(J) for J in values.tolist()]
     if loads is None:
-        low, high = project.load_torques
+        low, high = project.other_loads
         loads = np.linspace(low, high, LOADS) if low < high else [low]
     values = np.unique(numbers("loads [N*m]", loads))
-    return values, "load torque", [project.under(torque) for torque in values.tolist()]
+    return values, "load torque", [project.under(torque, project.is_beating) for torque in values.tolist()]
 
 
 def _apart(loads: int) -> float:

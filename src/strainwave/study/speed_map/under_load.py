@@ -88,8 +88,9 @@ def case_of(project: Project, load: float, span: Span) -> Case:
     train = project.train
     if train is not None:
         refuse_free(train)
-        train = without_gravity(train)._replace(omega=equation.omega) if has_curve(train) else None
-    followed = project.train is None or is_beating(equation.error)
+        steady = train if project.is_beating else without_gravity(train)
+        train = steady._replace(omega=equation.omega) if has_curve(train) else None
+    followed = project.train is None or project.is_beating
     return Case(load, equation, point, train, project.whole if train is None and followed else None)
 
 
@@ -256,7 +257,7 @@ def resonances(case: Case, stiffness: float) -> Floats:
     own = np.sqrt(max(stiffness, 0.0) / case.equation.J)
     if case.train is None or case.system is case.equation:
         return np.array([[own], [0.0]])
-    linear = case.train._replace(law=Linear(stiffness))
+    linear = without_gravity(case.train)._replace(law=Linear(stiffness))
     poles = state_space(linear, speed=case.train.omega).poles
     resonant = poles[(poles.imag > LEAST * own) & (-poles.real < MOST_DAMPED * np.abs(poles))]
     return np.array([np.abs(resonant), -resonant.real / np.abs(resonant)])
