@@ -144,13 +144,13 @@ def at_speed(
             raise SolveError(
                 Sentence("no motion of two turns was found at {}; follow it from another speed", Speed(omega))
             )
-        more = missing(problem, solution, aim)
-        while len(pairs | more) > MOST and aim < COARSEST:
+        missed = missing(problem, solution, aim)
+        while len(pairs | missed) > MOST and aim < COARSEST:
             aim *= 10.0
-            more = missing(problem, solution, aim)
-        if not more:
+            missed = missing(problem, solution, aim)
+        if not missed:
             return problem, solution
-        pairs |= more
+        pairs |= missed
         if len(pairs) > MOST:
             break
         old, problem = problem, driven.problem(pairs)
@@ -170,8 +170,8 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
             raise SolveError(Sentence("the curve of motions of two turns is lost at {}", Speed(hi)))
         top = int(np.argmax(np.linalg.norm(points[:, :-1], axis=1)))
         places = np.concatenate([top + BESIDE, np.linspace(0, len(points) - 1, LOOKED_AT).astype(int)])
-        few = np.clip(places, 0, len(points) - 1)
-        lacking = any(missing(problem, point, aim) for point in points[few])
+        sample = np.clip(places, 0, len(points) - 1)
+        lacking = any(missing(problem, point, aim) for point in points[sample])
         if solution.is_cut and (was_cut or not lacking or len(problem.pairs) > WINDING):
             text = (
                 "the curve of motions of two turns winds at {}; give the drive more damping, or end the range above it"
@@ -180,7 +180,7 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
         if not lacking:
             return problem, solution, True
         was_cut = solution.is_cut  # a curve of too few waves may wind where that of more does not
-        wider = with_missing(driven, problem, points[few], MARGIN * aim)
+        wider = with_missing(driven, problem, points[sample], MARGIN * aim)
         if len(wider.pairs) > ALONG:
             break
         z, problem = carried_over(problem, wider, z[None])[0], wider

@@ -241,15 +241,15 @@ class Torus(NamedTuple):
     def product(self, samples: Floats) -> Floats:
         """Matrix that multiplies a series by what has these samples."""
         spectrum, h = np.fft.fft2(samples.reshape(self.shape), norm="forward").ravel(), len(self.orders)
-        out = np.empty((2 * h - 1, 2 * h - 1))
+        matrix = np.empty((2 * h - 1, 2 * h - 1))
         a, b = spectrum.real.take(self.minus), spectrum.real.take(self.plus)
-        out[:h, :h] = a + b
-        np.subtract(a[1:, 1:], b[1:, 1:], out=out[h:, h:])
+        matrix[:h, :h] = a + b
+        np.subtract(a[1:, 1:], b[1:, 1:], out=matrix[h:, h:])
         a, b = spectrum.imag.take(self.minus), spectrum.imag.take(self.plus)
-        np.subtract(a[:, 1:], b[:, 1:], out=out[:h, h:])
-        np.negative(a[1:] + b[1:], out=out[h:, :h])
-        out[0] *= 0.5
-        return out
+        np.subtract(a[:, 1:], b[:, 1:], out=matrix[:h, h:])
+        np.negative(a[1:] + b[1:], out=matrix[h:, :h])
+        matrix[0] *= 0.5
+        return matrix
 
     def coordinates(self, z: Floats) -> Any:
         """Complex amplitudes (P + 1, n) of all coordinates at a point, with the means of a control that integrates."""
