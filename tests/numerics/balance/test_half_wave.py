@@ -10,7 +10,7 @@ from strainwave.numerics.balance.fourier import all_orders
 from strainwave.numerics.balance.harmonics import is_odd_on
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.trace import solve
-from strainwave.numerics.stability.second_order import grid_of, hill
+from strainwave.numerics.stability.second_order import displacement_peaks, grid_of, hill
 
 pytestmark = pytest.mark.compiled
 
@@ -29,10 +29,22 @@ def test_odd_orbits_their_multipliers_and_peaks_are_those_of_the_full_balance(sy
     odd = whole.odd()
     point, few = (solve(problem, problem.linear_response(0.8)) for problem in (whole, odd))
     np.testing.assert_allclose(all_orders(few[None, :-1], 2)[0], point[:-1], rtol=1e-9, atol=1e-12)
-    traces, peaks = hill(whole, point[None], grid_of(whole, 1024))
-    odd_traces, odd_peaks = hill(odd, few[None], grid_of(odd, 1024))
+    traces, odd_traces = hill(whole, point[None], grid_of(whole, 1024)), hill(odd, few[None], grid_of(odd, 1024))
     np.testing.assert_allclose(odd_traces, traces, rtol=1e-9)
+    peaks, odd_peaks = (
+        displacement_peaks(whole.displacements(point[None])),
+        displacement_peaks(odd.displacements(few[None])),
+    )
     np.testing.assert_allclose(odd_peaks, peaks, rtol=1e-9)
+
+
+def test_peaks_are_the_larger_of_two_extremes_that_are_nearly_equal():
+    small = sw.KinematicError((sw.Line(2, 1e-4, 0.3),))
+    curve = sw.frequency_response(DUFFING._replace(error=small), (0.5, 1.4))
+    turns = np.arange(1, curve.coefficients.shape[1] // 2 + 1)[:, None] * np.linspace(0.0, 2.0 * np.pi, 20_001)
+    waves = np.stack([np.cos(turns), np.sin(turns)], axis=1).reshape(2 * len(turns), -1)
+    samples = curve.coefficients[:, :1] + curve.coefficients[:, 1:] @ waves
+    np.testing.assert_allclose(curve.peak, np.max(np.abs(samples), axis=1), rtol=1e-7)
 
 
 def test_the_odd_jacobian_is_the_derivative_of_the_odd_residual():
@@ -81,7 +93,7 @@ def test_a_symmetric_curve_tells_where_its_symmetry_breaks():
     assert curve.branch_points
     whole = full(ueda, 15)
     for point in curve.branch_points:
-        traces, _ = hill(whole, np.append(_blocks(point.coefficients[:, 0]), point.omega)[None])
+        traces = hill(whole, np.append(_blocks(point.coefficients[:, 0]), point.omega)[None])
         decay = np.exp(-np.pi * 0.05 / point.omega)
         assert 1.0 - traces[0] * decay + decay**2 == pytest.approx(0.0, abs=1e-5)
 

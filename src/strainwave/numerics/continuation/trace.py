@@ -314,12 +314,11 @@ def describe(
     if locate:
         points, labels = with_crests(problem, points, labels)
     if problem.hill():
-        points, labels, floquet, peaks = with_hill(problem, points, labels)
+        points, labels, floquet = with_hill(problem, points, labels)
     else:
         points, labels, floquet = with_stability(problem, points, labels, locate, floquet)
     series = problem.displacements(points)
-    if not problem.hill() or parameter.startswith("error."):  # the kinematic error itself varies along the branch
-        peaks = displacement_peaks(series) if len(points) else np.empty(0)
+    peaks = displacement_peaks(series) if len(points) else np.empty(0)
     values, turns = points[:, -1].copy(), int(problem.turns)
     omega = base_speed(problem, values.copy())
     coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < DECAYS
@@ -341,22 +340,20 @@ def _ends(values: Floats) -> tuple[float, float]:
     return (float(np.min(values)), float(np.max(values))) if len(values) else (np.nan, np.nan)
 
 
-def with_hill(
-    problem: Any, points: Floats, labels: Any
-) -> tuple[Floats, Any, NDArray[np.complex128], Floats]:  # fmt: skip
-    """Points of an oscillator's branch with its special points, their multipliers and largest |x|."""
-    traces, peaks = hill(problem, points)
+def with_hill(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any, NDArray[np.complex128]]:
+    """Points of an oscillator's branch with its special points, and their multipliers."""
+    traces = hill(problem, points)
     decay = orbit_scales(problem, points[:, -1])[1]
     points, labels, added = with_crossings(problem, points, labels, traces, decay)
     if added:
-        traces, peaks = hill(problem, points)
+        traces = hill(problem, points)
         located = labels > TOP
-        traces[located] = hill(problem, points[located], finer_table(problem, points[located]))[0]
+        traces[located] = hill(problem, points[located], finer_table(problem, points[located]))
         decay = orbit_scales(problem, points[:, -1])[1]
     floquet = multipliers(traces, decay)
     if np.isnan(floquet).any():
         floquet = np.where(np.isnan(floquet), frozen(problem, points), floquet)
-    return points, labels, floquet, peaks
+    return points, labels, floquet
 
 
 def ending(curve: Trace, parameter: str, values: Floats) -> tuple[Status, str]:

@@ -21,12 +21,12 @@ from ...base.protocols import Balance
 from ...base.results import Floats, SolveError
 from ...base.series import largest_size
 from ...compile.address import ByAddress
-from ...compile.jit import borrowed, kernel_as, routine, run
+from ...compile.jit import borrowed, kernel_as, run
 from ...compile.tree import with_leaf
 from ..addressed import varied
 from ..balance.first_order import linearised, newton
 from ..balance.fourier import from_blocks, synthesis
-from ..balance.linear_algebra import add, row_times
+from ..balance.linear_algebra import row_times
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
 from ..balance.springs import of_law
@@ -42,59 +42,25 @@ NOISE = 1e-7  # of the products: below this a multiplier sits at 1 for good (as 
 ONE_PLACE = 1e-9  # relative distance of the parameter at a fold and at a branch point that are one
 
 
-def _stability_loops(problem: Any, table: Floats, points: Floats, traces: Floats, peaks: Floats) -> None:
+def _stability_loops(problem: Any, table: Floats, points: Floats, traces: Floats) -> None:
     problem, table, points = borrowed(problem), borrowed(table), borrowed(points)
     n, steps = table.shape
-    h = n // 2
-    u = np.empty(steps)
-    x = np.empty(n)
-    error, q = np.empty(steps), np.empty(steps)
-    row_times(problem.error, table, error)
-    spacing = 2.0 * math.pi / (problem.stride * steps)
+    u, q = np.empty(steps), np.empty(steps)
     for p in range(points.shape[0]):
         system = varied(problem.system, problem.leaf, points[p, n])
         row_times(points[p], table, u)
         traces[p] = of_law(problem.springs, system.law).hill(
             system.J, system.B, system.omega / problem.turns, points[p], u, q
         )
-        for k in range(n):
-            x[k] = points[p, k] + problem.error[k]
-        add(1.0, error, u)
-        best = 0
-        for i in range(1, steps):
-            if abs(u[i]) > abs(u[best]):
-                best = i
-        peaks[p] = _refined(x, h, problem.stride, spacing * best, u[best])
-
-
-@routine
-def _refined(x: Floats, h: int, stride: int, angle: float, value: float) -> float:
-    top = value
-    for _ in range(2):
-        ck, sk = math.cos(angle), math.sin(angle)
-        c, s = (ck, sk) if stride == 1 else (ck * ck - sk * sk, 2.0 * sk * ck)
-        top, slope, curvature, order = x[0], 0.0, 0.0, 1
-        for k in range(1, h + 1):
-            even, odd = x[k] * ck + x[h + k] * sk, x[h + k] * ck - x[k] * sk
-            top += even
-            slope += order * odd
-            curvature -= order * order * even
-            ck, sk = ck * c - sk * s, ck * s + sk * c
-            order += stride
-        if curvature * value < 0.0:
-            angle -= min(0.1, max(-0.1, slope / curvature))
-    return max(abs(top), abs(value))
 
 
 @kernel_as(_stability_loops)
-def stability(problem: Any, table: Floats, points: Floats, traces: Floats, peaks: Floats) -> None:
-    """Write the trace of Hill's period map and the largest |x| of every point (coefficients in blocks, parameter last).
+def stability(problem: Any, table: Floats, points: Floats, traces: Floats) -> None:
+    """Write the trace of Hill's period map of every point (coefficients in blocks, parameter last).
 
     `table` is the synthesis table of the Numerov grid.
     """
-    n, steps = table.shape
-    h = n // 2
-    spacing = 2.0 * math.pi / (problem.stride * steps)
+    n = len(table)
     if not problem.springs.is_sampled():
         for p, point in enumerate(points):
             system = with_leaf(problem.system, problem.leaf, float(point[n]))
@@ -102,11 +68,6 @@ def stability(problem: Any, table: Floats, points: Floats, traces: Floats, peaks
             traces[p] = of_law(problem.springs, system.law).hill(system.J, system.B, w, point, u, np.empty(0))
     else:
         traces[:] = _numerov(problem, points, table)
-    x = points[:, :n] + problem.error
-    samples = x @ table
-    best = np.argmax(np.abs(samples), axis=1)
-    for p in range(len(points)):
-        peaks[p] = _refined(x[p], h, problem.stride, spacing * best[p], samples[p, best[p]])
 
 
 def _numerov(problem: Any, points: Floats, table: Floats) -> Floats:
@@ -164,19 +125,19 @@ def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
     return values
 
 
-def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Floats, Floats]:
-    """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid.
+def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
+    """Traces of Hill's period map of points; `table` is the synthesis table of another grid.
 
     The trace is NaN where it does not fit a float, or no grid resolves the free vibration: see `frozen`.
     """
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
-    traces, peaks = np.empty(len(points)), np.empty(len(points))
+    traces = np.empty(len(points))
     with np.errstate(all="ignore"):
         native = ByAddress(problem, problem.native)
-        run(stability, native, grid, np.ascontiguousarray(points), traces, peaks, light=problem.light(), after=FEW)
+        run(stability, native, grid, np.ascontiguousarray(points), traces, light=problem.light(), after=FEW)
     coarse = problem.springs.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
-    return traces, peaks
+    return traces
 
 
 def unresolved(problem: Any, points: Floats, table: Floats) -> NDArray[np.bool_]:
@@ -276,7 +237,7 @@ def finer_table(problem: Any, points: Floats) -> Floats:
 
 
 def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:
-    traces, _ = hill(problem, point[None, :], table)
+    traces = hill(problem, point[None, :], table)
     both = products(traces, orbit_scales(problem, point[-1:])[1])
     return float(both[0 if label == DOUBLING else 1][0])
 
