@@ -62,6 +62,7 @@ def test_what_is_legal_and_absurd_gets_its_sentence(fields, said):
         ("K_v: 30 1/s, K_p: 140 N*m*s/rad, T_n: 32 ms", "crosses over at 1.99e+04 Hz"),
         ("K_v: 30 1/s, K_p: 0.14 N*m*s/rad, T_n: 32 s", "motor.loop.T_n is 32000 ms, 1e+03 times slower"),
         ("K_v: 0.03 1/s, K_p: 0.14 N*m*s/rad, T_n: 32 ms", "motor.loop.K_v is 0.03 1/s, 1.04e+03 times slower"),
+        ("bandwidth: 40 kHz", "1 to 1000 Hz; check the unit of motor.loop.bandwidth."),
     ],
 )
 def test_gains_in_the_unit_of_another_maker_are_said(loop, said):
@@ -69,6 +70,11 @@ def test_gains_in_the_unit_of_another_maker_are_said(loop, said):
     (note,) = from_text(text, Path("project.yaml")).notes
     assert said in note
     assert "check the" in note or "check its unit" in note
+
+
+def test_a_damping_of_a_bandwidth_is_no_gain_in_another_unit():
+    loop = "motor: {loop: {type: cascade, bandwidth: 40 Hz, damping: 0.1}, "
+    assert from_text(EXPLICIT.format(**SOUND).replace("motor: {", loop), Path("project.yaml")).notes == ()
 
 
 def test_a_torque_that_ratchets_is_found_at_the_end_of_a_range_and_in_gravity():

@@ -42,11 +42,12 @@ CROSSOVER = 1.0, 1000.0  # Hz, of a speed loop
 USUAL_TIME, SLOWER = 4.0, 100.0  # T_n and 1/K_v times the crossover, by the symmetric optimum; slow loops are sound
 
 
-def notes(project: Project) -> Iterator[str]:
-    """Sentences on what a reader of the results should know about the input."""
+def notes(project: Project, by_bandwidth: bool) -> Iterator[str]:
+    """Sentences on what a reader of the results should know about the input; whether the loop has a bandwidth there."""
     yield from _arranged(project)
     yield from _balance(project)
     yield from _doubts(project)
+    yield from _loop(project, by_bandwidth)
     yield from _slipping(project)
     gear = project.gear
     if gear is None:
@@ -137,7 +138,6 @@ def _doubts(project: Project) -> Iterator[str]:
         yield from _inertia(project)
         yield from _torque(project)
     yield from _natural_frequency(project)
-    yield from _loop(project)
     yield from _error(project)
     yield from _damping(project)
 
@@ -161,7 +161,7 @@ def _stiffness(project: Project) -> Iterator[str]:
         )
 
 
-def _loop(project: Project) -> Iterator[str]:
+def _loop(project: Project, by_bandwidth: bool) -> Iterator[str]:
     """Gains of a speed loop in another unit: by the frequency at which it crosses over, and by times beside it."""
     core: Any = None if project.whole is None else core_of(project.whole.motor.control)
     if not isinstance(core, CascadeLoop | SpeedLoop) or not core.K_p > 0.0:
@@ -169,10 +169,13 @@ def _loop(project: Project) -> Iterator[str]:
     crossover = core.K_p / project.loop_inertia
     hertz = crossover / (2.0 * math.pi)
     if not CROSSOVER[0] / FACTOR <= hertz <= CROSSOVER[1] * FACTOR:
+        gain = "of motor.loop.bandwidth" if by_bandwidth else f"and the shaft of motor.loop.K_p, {core.K_p:g} N*m*s/rad"
         yield (
             f"The speed loop crosses over at {hertz:.3g} Hz, and those of drives do at {CROSSOVER[0]:g} to "
-            f"{CROSSOVER[1]:g} Hz; check the unit and the shaft of motor.loop.K_p, {core.K_p:g} N*m*s/rad."
+            f"{CROSSOVER[1]:g} Hz; check the unit {gain}."
         )
+    elif by_bandwidth:
+        return  # its other gains follow from the damping
     elif isinstance(core, CascadeLoop):
         yield from _beside("T_n", f"{1e3 * core.T_n:g} ms", core.T_n * crossover)
         yield from _beside("K_v", f"{core.K_v:g} 1/s", crossover / core.K_v)

@@ -21,7 +21,7 @@ from ..model.gears.error_spectrum import LoadedError, accuracy_spectrum
 from ..model.gears.gear import Gear
 from ..model.laws.friction import NO_FRICTION, LoadFriction, NoFriction
 from ..model.orders import BY_FIXED
-from ..model.train.controls import FREE, Held
+from ..model.train.controls import FREE, Held, Tuning
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
 from ..model.train.shafts import NO_DRAG, Elastic
@@ -89,7 +89,7 @@ def resolved(
         scatter=tuple((spec.scatter or {}).items()),
         correlation=spec.scatter_correlation,
     )
-    facts = tuple(notes(project))
+    facts = tuple(notes(project, isinstance(spec.motor.loop, Tuning)))
     if accuracy is not None:
         facts = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *facts)
     if spec.speed.from_ == 0.0:
