@@ -109,6 +109,7 @@ class Trial:
         self.crests: dict[tuple[int, int], list[Crest]] = {}  # of drive and load, with gains before
         motor = setting.limits.motor
         self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed
+        self.points: dict[tuple[bytes, bool], TuningPoint] = {}
         self.computed = 0  # responses and moves
 
     def linear(self, x: Floats) -> TuningPoint:
@@ -146,8 +147,11 @@ class Trial:
         self.order.sort(key=lambda k: k != i)
 
     def point(self, x: Floats) -> TuningPoint:
-        """All that gains give, also where they break a limit."""
-        return self.kept(x) or self.linear(x)
+        """All that gains give, also where they break a limit; computed once."""
+        key = x.tobytes(), self.full
+        if key not in self.points:
+            self.points[key] = self.kept(x) or self.linear(x)
+        return self.points[key]
 
     def kept(self, x: Floats, surplus: Callable[[Floats], bool] | None = None) -> TuningPoint | None:
         """All that gains give; for a search goals stay infinite where the linear loop breaks a limit.

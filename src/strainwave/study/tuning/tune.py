@@ -147,7 +147,8 @@ def tune(
     best = search.run(starts, progress)
     if not trial.full and search.measure(best) < inf:
         trial.full = True
-        if inf in trial.point(best).goals:  # the search has not looked whether motions are stable: it does so now
+        trial.full = inf in trial.point(best).goals
+        if trial.full:  # the search has not looked whether motions are stable: it does so now
             search.computed.clear()
             best = search.run(starts, progress)
     if search.measure(best) == inf:
@@ -155,6 +156,7 @@ def tune(
     progress("before and after", 0.9)
     sensitivities = tuple(_sensitivity(search, best, i, name) for i, name in enumerate(loop.names))
     advice = _notched(search, loop, best) if notch else None
+    trial.full = True
     of_file, of_rule, recommended = [trial.point(x) for x in (loop.logs(loop.core), by_rule, best)]
     cases = drives[: max(1, len(project.postures))]
     before, after = [_response(cases, loads, loop.control(x)) for x in (loop.logs(loop.core), best)]
