@@ -124,12 +124,12 @@ class Trajectory(Result):
         Parameters
         ----------
         component : int
-            Which state; 0 is the dynamic error x.
+            Which state; 0 is the dynamic error x, -1 the last one.
         after : float
             Look at times from the first sample at t >= after [s] on.
         """
-        if component not in range(-len(self.y), len(self.y)):
-            raise ValueError(f"component is {shown(component)}; it must be below {len(self.y)}, the number of states")
+        if component not in range(-(n := len(self.y)), n):
+            raise ValueError(f"component is {shown(component)}; it must be from {-n} to {n - 1}, of {n} states")
         use = self.t >= after
         t, x, v = self.t[use], self.y[component, use], self.rate[component, use]
         if len(t) == 0:

@@ -154,6 +154,10 @@ def test_peak_is_that_of_the_dense_solution():
     dense = sw.simulate(DUFFING, (0.5, 0.0), np.linspace(0.0, 60.0, 200_001))
     assert run.peak() == pytest.approx(np.max(np.abs(dense.y[0])), rel=1e-7)
     assert run.peak(after=30.0) == pytest.approx(np.max(np.abs(dense.y[0, dense.t >= 30.0])), rel=1e-7)
+    assert run.peak(-1) == run.peak(1) != run.peak(-2) == run.peak()
+    for component in (2, -3):
+        with pytest.raises(ValueError, match=rf"component is {component}; it must be from -2 to 1, of 2 states"):
+            run.peak(component)
 
 
 def by_scipy_with_events(system, y0, t_end):
