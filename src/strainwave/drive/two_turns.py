@@ -323,12 +323,10 @@ def _driven(system: Any, ratio: float | None) -> tuple[TwoTurns, Any]:
 
 def _refuse_falling(system: Any, driven: TwoTurns, omega: float) -> None:
     """Refuse a free motor whose energy of turning at a speed [rad/s] does not lift its load (SolveError)."""
-    train = system if isinstance(system, DriveTrain) else None
-    if train is None or not train.motor.free:
+    if not isinstance(system, DriveTrain) or not system.motor.free:
         return
     height = sum(2.0 * abs(law.amplitude / law.order) for law in driven.pulls)
-    energy = 0.5 * train.loop_inertia * omega**2
-    if height > STALLS * energy:
+    if height > STALLS * (energy := 0.5 * system.loop_inertia * omega**2):
         raise SolveError(Sentence(FALLS, f"{height:.3g}", f"{energy:.3g}", Speed(omega)))
 
 

@@ -174,12 +174,10 @@ def _loop(project: Project, by_bandwidth: bool) -> Iterator[str]:
             f"The speed loop crosses over at {hertz:.3g} Hz, and those of drives do at {CROSSOVER[0]:g} to "
             f"{CROSSOVER[1]:g} Hz; check the unit {gain}."
         )
-    elif by_bandwidth:
-        return  # its other gains follow from the damping
-    elif isinstance(core, CascadeLoop):
+    elif isinstance(core, CascadeLoop) and not by_bandwidth:
         yield from _beside("T_n", f"{1e3 * core.T_n:g} ms", core.T_n * crossover)
         yield from _beside("K_v", f"{core.K_v:g} 1/s", crossover / core.K_v)
-    elif core.K_i > 0.0:
+    elif isinstance(core, SpeedLoop) and core.K_i > 0.0 and not by_bandwidth:
         yield from _beside("K_i", f"{core.K_i:g} N*m/rad", core.K_p / core.K_i * crossover)
 
 

@@ -214,15 +214,11 @@ class Trial:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
         if train is not None and self.harmonics is not None:
-            if drive.is_beating:
-                top = None if self.full else largest_beat(train, speeds)
-            elif crest := largest_crest(train, speeds, self.harmonics, False):
-                self._keep(crest, place)
-                top = crest[:2]
-            else:
-                top = None
+            top: Any = largest_beat(train, speeds) if drive.is_beating and not self.full else None
+            if not drive.is_beating and (top := largest_crest(train, speeds, self.harmonics, False)):
+                self._keep(top, place)
             if not self.full:
-                return nan, nan, inf if top is None else top[1]
+                return nan, nan, top[1] if top else inf
         curve = train and drive_curve(train, speeds, harmonics=self.harmonics, coexisting=False, points=FEW)
         need = None if curve is None else curve.need()
         if curve is None or curve.motor is None or need is None:
