@@ -95,6 +95,17 @@ def test_envelopes_are_those_of_fine_samples():
     np.testing.assert_allclose(motion.oscillations[0], sizes, rtol=1e-5)
 
 
+def test_envelopes_of_a_ratio_that_no_few_turns_hold_are_those_of_many_turns():
+    ratio = 7.123  # motor and output stand as before after 7123 turns
+    error = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / ratio, 8e-5, 0.3)))
+    motion = two_turn_motion(HELD._replace(N=ratio, error=error), HELD.omega)
+    assert motion.oscillations.shape[1] <= 1000
+    theta = np.linspace(0.0, 2.0 * np.pi, 601)
+    turns = np.array([motion.states(0, theta + 2.0 * np.pi * i)[0] for i in range(1500)])
+    sizes = np.max(np.abs(turns - simpson(turns, x=theta, axis=1)[:, None] / (2.0 * np.pi)), axis=1)
+    np.testing.assert_allclose([motion.largest[0], motion.smallest[0]], [sizes.max(), sizes.min()], rtol=1e-3)
+
+
 def test_the_part_that_repeats_with_every_turn_is_that_of_the_spectrum():
     motion = two_turn_motion(HELD, HELD.omega)
     assert motion.amplitude(2, 8)[0] > 1e-4 * motion.largest[0]
@@ -155,6 +166,11 @@ def test_one_turn_alone_has_the_folds_and_the_stability_of_its_response():
         (HELD._replace(law=sw.Backlash(K, 1e-4)), {}, "a law with corners has too many of them: integrate it with"),
         (HELD._replace(law=sw.Parallel(sw.Linear(K), sw.laws.Coulomb(1.0, 0.1))), {}, "friction, memory or a control"),
         (HELD._replace(N=7.3), {}, r"the order 1\.75 is no whole number of repeats per turn of the wave generator"),
+        (
+            HELD._replace(N=1.01, error=sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / 1.01, 8e-5)))),
+            {},
+            "the ratio is 1.01: motor and output turn nearly alike, so that the order 0.019802 beats with neither turn",
+        ),
         (sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(1.0), 1.0), {}, "is no DriveTrain, and no Oscillator with a"),
         (ALONE, {}, "nothing that repeats drives this drive; give a line"),
         (ALONE, {"omega": 0.0}, r"omega \[rad/s\] is 0\.0; it must be a positive"),

@@ -497,6 +497,21 @@ WRONG = [
     ("order: 2", "order: {wave_generator: 2}", "7:29", "excitation.kinematic_error[0].order.output", "is missing"),
     ("order: 2", "order: {output: -1}", "7:29", "excitation.kinematic_error[0].order", "repeats backwards"),
     (
+        "order: 2",
+        "order: {wave_generator: 1, output: -50}",
+        "7:29",
+        "excitation.kinematic_error[0].order",
+        "stands still at the ratio 50; leave the line out",
+    ),
+    (
+        "gear: CSG-40-50",
+        "gear: {ratio: 1.0000001, law: {type: linear, K: 7160 N*m/rad}}",
+        "1:15",
+        "gear.ratio",
+        "'1.0000001' is so near 1 that motor and output turn alike; write 1, or what the teeth give, as 1.01 with the "
+        "wave generator fixed",
+    ),
+    (
         "[{order: 2,",
         "[{order: 2, amplitude: 1 arcsec}, {order: {wave_generator: 1, output: 50},",
         "7:62",

@@ -161,7 +161,9 @@ def _pairs(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
         )
     orders = [round(ratio * line.line(ratio).order, 6) for line in lines]
     for i, order in enumerate(orders):
-        if order <= 0.0:
+        if order == 0.0:
+            yield (*field, i, "order"), f"stands still at the ratio {ratio:g}; leave the line out"
+        elif order < 0.0:
             yield (*field, i, "order"), "repeats backwards; change all signs, that of its phase too"
         elif order in orders[:i]:
             before = orders.index(order)

@@ -309,6 +309,11 @@ def order_pair(order: float, N: float) -> tuple[int, int]:
         j = round(order - k / N)
         if abs(order - j - k / N) <= SAME_ORDER:
             return j, k
+    if N < 2.0:
+        raise ValueError(
+            f"the ratio is {N:g}: motor and output turn nearly alike, so that the order {order:.6g} beats with neither "
+            "turn; integrate it with simulate or strainwave move"
+        )
     raise ValueError(
         f"the order {order:.6g} is no whole number of repeats per turn of the wave generator and of the output, whose "
         f"ratio is {N:g}; write it as j + k/{N:g}, or integrate"

@@ -13,7 +13,7 @@ from ...model.gears.gear import Gear
 from ...model.laws.friction import LoadFriction
 from ...model.laws.hysteresis import Parallel
 from ...model.laws.springs import Play
-from ...model.orders import BY_FIXED
+from ...model.orders import BY_FIXED, LARGEST_RATIO
 from ...model.oscillator import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
 from ..scan_file import ProfileFile, read_profile, read_torque_curve
@@ -51,6 +51,11 @@ DAMPING = Quantity("N*m*s/rad", "not negative")
 def _ratio(ratio: float, text: str) -> None:
     if ratio < 1.0:
         raise ValueError(f"{text!r} is less than 1; write motor turns per output turn, for example 50")
+    if 1.0 < ratio < 1.0 + 1.0 / LARGEST_RATIO:
+        raise ValueError(
+            f"{text!r} is so near 1 that motor and output turn alike; write 1, or what the teeth give, as 1.01 with "
+            "the wave generator fixed"
+        )
 
 
 def _title(text: str) -> str:

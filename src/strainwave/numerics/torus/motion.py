@@ -21,13 +21,12 @@ NEUTRAL = 1e-3  # distance from 1 of multipliers that are 1 but for rounding
 STEPS = np.unique([2**a * b for a in range(1, 12) for b in (4, 5, 6, 7)])  # of a turn: curves take few of these
 HARDLY = 1e-2  # of the largest wave: those below it do not count for the steps
 ENTRIES = 4_000_000  # of all matrices at a time
-LARGEST = 1000  # output turns after which motor and output stand as before, at most
+LARGEST = 1000  # turns of the motor after which motor and output stand as before, at most, or of one output turn
 
 
 def turns_of(ratio: float) -> int:
-    """Motor turns after which motor and output stand as before; those of an output turn where they never do."""
-    exact = Fraction(ratio).limit_denominator(LARGEST)
-    return exact.numerator if abs(float(exact) - ratio) <= 1e-12 * ratio else math.ceil(ratio)
+    """Motor turns after which motor and output stand as before, or most nearly so where these are too many."""
+    return Fraction(ratio).limit_denominator(max(1, int(LARGEST / ratio))).numerator
 
 
 def oscillations(waves: Any, pairs: Any, ratio: float, about_mean: bool = True) -> Floats:
