@@ -4,6 +4,7 @@ import math
 import random
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import strainwave as sw
@@ -75,6 +76,26 @@ def test_gains_in_the_unit_of_another_maker_are_said(loop, said):
 def test_a_damping_of_a_bandwidth_is_no_gain_in_another_unit():
     loop = "motor: {loop: {type: cascade, bandwidth: 40 Hz, damping: 0.1}, "
     assert from_text(EXPLICIT.format(**SOUND).replace("motor: {", loop), Path("project.yaml")).notes == ()
+
+
+NOTCHED = "motor: {{loop: {{type: cascade, bandwidth: 30 Hz, filters: [{{type: notch, {}}}]}}, "
+
+
+def test_a_notch_at_the_crossover_says_what_it_takes():
+    filters = NOTCHED.format("frequency: 30 Hz, width: 30 Hz, depth: 0.4")
+    (note,) = from_text(EXPLICIT.format(**SOUND).replace("motor: {", filters), Path("project.yaml")).notes
+    frequency = np.linspace(1.0, 40.0, 390_001)
+    s = 1j * frequency
+    notch = (s * s + 0.4 * 30.0 * s + 900.0) / (s * s + 30.0 * s + 900.0)
+    at = np.flatnonzero(np.abs(30.0 / s * notch) < 1.0)[0]  # of a loop that crosses over at 30 Hz on a rigid gear
+    assert f"falls from 30 to {frequency[at]:.3g} Hz" in note
+    assert f"takes {-np.degrees(np.angle(notch[at])):.3g} degrees of phase" in note
+
+
+@pytest.mark.parametrize("notch", ["frequency: 150 Hz, width: 60 Hz", "frequency: 60 Hz, width: 50 Hz"])
+def test_a_notch_beside_the_crossover_is_no_matter(notch):
+    text = EXPLICIT.format(**SOUND).replace("motor: {", NOTCHED.format(notch))
+    assert from_text(text, Path("project.yaml")).notes == ()
 
 
 def test_a_torque_that_ratchets_is_found_at_the_end_of_a_range_and_in_gravity():

@@ -13,6 +13,8 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+import numpy as np
+
 from ..base.facts import Fact
 from ..base.law import spring_stiffness
 from ..base.units import ARCSEC, RPM, convert
@@ -23,6 +25,7 @@ from ..model.gears.gear import NUMBERS, Gear
 from ..model.gears.limits import RATCHETING
 from ..model.laws.friction import NO_FRICTION
 from ..model.train.controls import USUAL, CascadeLoop, PositionLoop, SpeedLoop, core_of
+from ..model.train.filters import NotchFilter, apart
 from ..model.train.shafts import NO_DRAG
 from .fields.groups import ASSUMED, CATALOGUE, MEASURED, YOURS
 from .fields.rows import inside
@@ -167,6 +170,7 @@ def _loop(project: Project, by_bandwidth: bool) -> Iterator[str]:
     if not isinstance(core, CascadeLoop | SpeedLoop) or not core.K_p > 0.0:
         return
     crossover = core.K_p / project.loop_inertia
+    yield from _notches(project, crossover)
     hertz = crossover / (2.0 * math.pi)
     if not CROSSOVER[0] / FACTOR <= hertz <= CROSSOVER[1] * FACTOR:
         gain = "of motor.loop.bandwidth" if by_bandwidth else f"and the shaft of motor.loop.K_p, {core.K_p:g} N*m*s/rad"
@@ -179,6 +183,26 @@ def _loop(project: Project, by_bandwidth: bool) -> Iterator[str]:
         yield from _beside("K_v", f"{core.K_v:g} 1/s", crossover / core.K_v)
     elif isinstance(core, SpeedLoop) and core.K_i > 0.0 and not by_bandwidth:
         yield from _beside("K_i", f"{core.K_i:g} N*m/rad", core.K_p / core.K_i * crossover)
+
+
+def _notches(project: Project, crossover: float) -> Iterator[str]:
+    """Notches whose band holds the crossover [rad/s] of the speed loop, by |K_p F(j w)/(J w)| = 1 on a rigid gear."""
+    whole: Any = project.whole
+    for filter_ in apart(whole.motor.control)[1].get("filters", ()):
+        if not isinstance(filter_, NotchFilter) or abs(filter_.frequency - crossover) > 0.5 * filter_.width:
+            continue
+        w, a, b, _ = filter_.shape()
+        cubic = [
+            1.0, a * a - 2.0 * w**2 - crossover**2, w**4 + crossover**2 * (2.0 * w**2 - b * b), -(crossover**2) * w**4
+        ]  # fmt: skip
+        after = math.sqrt(min(root.real for root in np.roots(cubic) if abs(root.imag) <= 1e-9 * abs(root)))
+        lost = math.degrees(math.atan2(a * after, w * w - after**2) - math.atan2(b * after, w * w - after**2))
+        before, now, hertz = (x / (2.0 * math.pi) for x in (crossover, after, filter_.frequency))
+        yield (
+            f"The notch of {hertz:.3g} Hz holds the crossover of the speed loop in its band: the crossover falls from "
+            f"{before:.3g} to {now:.3g} Hz, where the notch takes {lost:.3g} degrees of phase; make it narrower, or "
+            "put it on a resonance above."
+        )
 
 
 def _beside(name: str, text: str, turns: float) -> Iterator[str]:
