@@ -56,6 +56,10 @@ print(traps.map((trap) => {
 CURVES = """
 print(positions.map((found) => [allowed(found), told(data, { ...found, top: 0, harmonics: 9, tail: 0, count: 9 })]));
 """
+PICTURE = """
+const axis = { column: 1, size: 1, name: "", limit: 9 };
+print(positions.map(([found, width]) => drawn(data, found, width, [], axis)));
+"""
 HELD = """\
 title: page
 gear: {ratio: 50, law: LAW}
@@ -257,6 +261,20 @@ def curve(speeds, growths, labels, bands):
         [speed, 1e-4, 1e-4, growth, 1.0, label] for speed, growth, label in zip(speeds, growths, labels, strict=True)
     ]
     return {"low": speeds[0], "high": speeds[-1], "bands": bands, "rows": rows}
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+@pytest.mark.parametrize("ends", [(200, 1600), (300, 900), (50, 3000), (1000, 1070), (20, 9999)])
+def test_an_axis_of_a_narrow_picture_has_its_numbers(ends, tmp_path):
+    data, own = html.data_of(project_of(tmp_path, "hardening"))
+    data |= {"scale": 1.0}
+    found = curve(ends, [0.5, 0.7], [1, 1], [])
+    for picture in of_page(data, own, [[found, 345], [found, 480], [found, 900]], asked=PICTURE):
+        numbers = [float(text) for text in re.findall(r'anchor="middle">([\d.]+)</text>', picture)]
+        assert 2 <= len(numbers) <= 8
+        assert all(ends[0] <= number <= ends[1] for number in numbers)
 
 
 @NODE

@@ -73,10 +73,10 @@ function drawn(data, found, width, pins, { column, size, name, limit }) {
   const sizes = [found, ...pins].flatMap((one) => one.rows.map((row) => row[column] / size)), curve = Math.max(...sizes);
   const most = 1.08 * Math.max(curve, limit < 4 * curve ? limit : 0);
   const x = (omega) => (L + ((omega - found.low) / (found.high - found.low)) * (W - L - R)).toFixed(1), y = (v) => (H - D - (v / most) * (H - T - D)).toFixed(1);
-  const steps = (top) => { const raw = top / 6, ten = 10 ** Math.floor(Math.log10(raw)); return [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= raw); };
+  const steps = (top, count = 6) => { const raw = top / count, ten = 10 ** Math.floor(Math.log10(raw)); return [1, 2, 2.5, 5, 10].map((one) => one * ten).find((one) => one >= raw); };
   const parts = [];
   for (const [a, b] of found.bands) parts.push(`<rect class="band" x="${x(a)}" y="${T}" width="${Math.max(1, x(b) - x(a))}" height="${H - T - D}"/>`);
-  const across = steps(scale * (found.high - found.low)) * (W < 500 ? 2 : 1), up = steps(most);
+  const across = steps(scale * (found.high - found.low), W < 500 ? 4 : 6), up = steps(most);
   for (let v = Math.ceil((scale * found.low) / across) * across; v <= scale * found.high; v += across)
     parts.push(`<line class="axis" x1="${x(v / scale)}" x2="${x(v / scale)}" y1="${T}" y2="${H - D}"/><text x="${x(v / scale)}" y="${H - D + 16}" text-anchor="middle">${short(v)}</text>`);
   for (let v = 0; v <= most; v += up)
