@@ -63,6 +63,14 @@ def test_folds_and_jumps_are_told_apart_in_words(project):
     assert f", the error jumps up at {up} and drops at {down}\n" in text
 
 
+def test_the_torque_of_a_free_motor_says_that_the_mean_is_not_in_it(project):
+    text = PROJECT.replace("mode: held", "mode: free").replace(
+        "kg*m^2}", "kg*m^2, drag: {type: viscous, B: 5 N*m*s/rad}}"
+    )
+    project.write_text(text)
+    assert ", of the motor 0 N·m beside the mean that keeps a free motor's speed\n" in invoke(project).stdout
+
+
 def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hysteresis(project):
     project.write_text(PROJECT.replace("ratio: 2 %", "ratio: 20 %"), encoding="utf-8")
     text = invoke(project).stdout
