@@ -197,7 +197,7 @@ def _notches(project: Project, crossover: float) -> Iterator[str]:
         ]  # fmt: skip
         after = math.sqrt(min(root.real for root in np.roots(cubic) if abs(root.imag) <= 1e-9 * abs(root)))
         lost = math.degrees(math.atan2(a * after, w * w - after**2) - math.atan2(b * after, w * w - after**2))
-        before, now, hertz = (x / (2.0 * math.pi) for x in (crossover, after, filter_.frequency))
+        before, now, hertz = [x / (2.0 * math.pi) for x in (crossover, after, filter_.frequency)]
         yield (
             f"The notch of {hertz:.3g} Hz holds the crossover of the speed loop in its band: the crossover falls from "
             f"{before:.3g} to {now:.3g} Hz, where the notch takes {lost:.3g} degrees of phase; make it narrower, or "
