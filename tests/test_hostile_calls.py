@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hostile_calls import answer, hostile_call
 from hostile_commands import OWN, VALID, answer_of, hostile_command, valid_command
-from valid_calls import CALLS, TIMES
+from valid_calls import CALLS, GEAR, TIMES, TURN
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
@@ -98,10 +98,14 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("compensate", {"units": 10**400}),
         ("compare_with_integration", {"t_end": 1e16}),
         ("ensemble", {"y0": np.ma.masked}),
+        ("fit_loop", {"torsion": 1e-300 * np.sin(TURN)}),
+        ("fit_odd", {"law": sw.Peak()}),
         ("frequency_response", {"throw": np.ones(2)}),
         ("fit_decay", {"value": 1e-300 * np.cos(TIMES)}),
         ("identify", {"log": {"time": TIMES, "x": [[1.0, 2.0], [3.0]]}}),
         ("identify_drive", {"log": []}),
+        ("identify_drive", {"log": {"time": TIMES, "motor_angle": {}, "load_angle": TIMES}}),
+        ("identify_drive", {"log": {"time": TIMES, "motor_angle": 1j * TIMES, "load_angle": TIMES}}),
         ("LoadIntegral", {"gain": 10**400}),
         ("LoadIntegral", {"gain": "nan"}),
         ("Log", {"time": 1e-302 * TIMES}),
@@ -113,9 +117,12 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("read_log", {"columns": -np.inf}),
         ("read_log", {"units": np.array(["1", "2"])}),
         ("read_log", {"units": {"motor_angle": []}}),
+        ("read_project", {"path": GEAR}),
         ("read_profile", {"decimal": np.ma.array([1.0, 2.0], mask=[True, False])}),
         ("Run", {"unit": [1.0]}),
         ("sandwich", {"jacobian": 1e-300 * np.array([[0.9, 1.0], [0.91, 1.0], [0.92, 1.1]]), "residual": np.ones(3)}),
+        ("replaced, of a model", {"values": {"B": np.array([1.0, np.nan])}}),
+        ("replaced, of a model", {"values": {"law.alpha": np.nan}}),
         ("replaced", {"retune": np.array(["1", "2"])}),
         ("shaped", {"kind": np.array([0, 1], np.uint8)}),
         ("speed_map, two turns", {"units": range(3)}),
@@ -134,6 +141,20 @@ def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     function, arguments = CALLS[name]()
     assert answer(function, arguments | spoilt, 60.0)[1] == ""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [*valid_command("sweep"), "-o", "x" * 3000],
+        [*valid_command("sweep"), "--cluster", "x" * 3000],
+        ["order-table", "table.csv", "\udcff", "--format", "csv", "--ratio", "50"],
+        ["order-table", "table.csv", "", "--format", "csv", "--ratio", "50"],
+    ],
+)
+def test_what_once_had_no_sentence_in_a_command_has_one(arguments, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert answer_of(arguments, 60.0)[1] == ""
 
 
 @pytest.mark.interpreted

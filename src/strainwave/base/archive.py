@@ -46,6 +46,8 @@ class atomic:
         self.path = path
 
     def __enter__(self) -> str:
+        if not self.path.name:
+            raise ValueError(f"the file is {shown(str(self.path))}, a folder; give the name of a file")
         if not self.path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {self.path.parent}; make it, or save elsewhere")
         # Not tempfile: its files are readable by their owner alone, and so would be the result.

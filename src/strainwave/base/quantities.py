@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from ..compile.tree import is_model as is_model
 from ..compile.tree import leaf_of as leaf_of
+from ..compile.tree import leaves, replaced
 from ..compile.tree import mapped as mapped
 from ..compile.tree import numbers as numbers_of
-from ..compile.tree import replaced
 from ..compile.tree import shown as shown
 from .units import convert as convert
 from .units import example as example
@@ -207,7 +207,7 @@ def replace(model: Any, changes: Mapping[str, Any]) -> Any:
     Raises
     ------
     ValueError
-        If a path does not exist; the sentence lists what does.
+        If a path does not exist; the sentence lists what does. If a number is NaN then.
     TypeError
         If `model` is no model or `changes` no dict with paths as keys.
     """
@@ -219,6 +219,8 @@ def replace(model: Any, changes: Mapping[str, Any]) -> Any:
         )
     for path, value in changes.items():
         model = replaced(model, path, value)
+    if any(np.any(leaf != leaf) for leaf in leaves(model)):
+        raise ValueError(f"{shown(model)} has NaN as a number; give finite ones")
     return model
 
 

@@ -21,6 +21,7 @@ from zarr.codecs import Crc32cCodec
 from zarr.storage import LocalStore, MemoryStore
 
 from ..base.results import Floats
+from ..compile.tree import shown
 from .identity import check_spec, check_versions
 from .points import ESTIMATE, LONGEST_MESSAGE, Array, Layout, Part, PointStatus, Variable
 from .workers import StoreLock
@@ -288,8 +289,8 @@ class SweepStore:
             kept = f"{int(np.sum(self.done))} of {self.layout.chunks} chunks are kept" if hasattr(self, "done") else ""
             remedy = "free some space" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "fix this"
             raise RuntimeError(
-                f"the store {self.path} cannot be {verb} ({why}); {kept + '; ' if kept else ''}{remedy} and run the "
-                "same sweep again"
+                f"the store {shown(str(self.path))} cannot be {verb} ({why}); {kept + '; ' if kept else ''}{remedy} "
+                "and run the same sweep again"
             ) from error
 
     def finish(self) -> None:

@@ -9,6 +9,7 @@ import os
 import re
 import signal
 import sys
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +85,8 @@ class Sentences(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the subcommand and turn its exceptions into a sentence and an exit code."""
+        if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":  # for names that are no UTF-8
+            sys.stdout.reconfigure(errors="backslashreplace")
         try:
             return super().invoke(ctx)
         except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):

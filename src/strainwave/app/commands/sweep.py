@@ -18,7 +18,7 @@ import click
 import numpy as np
 
 from ...base.protocols import state_count
-from ...base.quantities import Parameter, convert, parameters, parse
+from ...base.quantities import Parameter, convert, parameters, parse, shown
 from ...base.results import Floats
 from ...base.units import NUMBER
 from ...drive.project import Project
@@ -258,7 +258,8 @@ def client(address: str | None) -> Iterator[Any]:
     try:
         connected: Any = Client(address)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
-        raise RuntimeError(f"no scheduler answers at {address} ({error}); see the page on sweeps") from None
+        why = str(error)[:200]
+        raise RuntimeError(f"no scheduler answers at {shown(address)} ({why}); see the page on sweeps") from None
     with connected:
         yield connected
 

@@ -24,7 +24,7 @@ from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import Load
 from ...numerics.driven import Between
-from ...study.identification.identified import Identified, channels_of
+from ...study.identification.identified import Identified, channels_of, row_of
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval
 from ..fields.groups import MEASURED, MOST_OF_PHASE, MOST_SCATTER, Radians
@@ -56,7 +56,7 @@ def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
     for name in ("motor_angle", "load_angle"):
         if name not in channels:
             raise ValueError(f"log has no channel {name!r}; it has {', '.join(channels)}: name the column of it")
-    motor, load = np.asarray(channels["motor_angle"], float), np.asarray(channels["load_angle"], float)
+    motor, load = (row_of("log", name, channels[name]) for name in ("motor_angle", "load_angle"))
     if motor.shape != load.shape:
         raise ValueError(f"log: motor_angle has {len(motor)} samples and load_angle {len(load)}; give equally many")
     finite = np.isfinite(motor) & np.isfinite(load)

@@ -65,7 +65,7 @@ def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = Fals
     Raises
     ------
     ValueError
-        If there is no such field or path, or the file may not have such a value.
+        If there is no such field or path, the file may not have such a value, or a model would have NaN.
     TypeError
         If it is neither a project nor a model, or `values` is no dict with names as keys.
     """

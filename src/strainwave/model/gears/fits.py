@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.law import KINDS, depends
+from ...base.law import KINDS, depends, has
 from ...base.quantities import LARGEST, checked, number, shown
 from ..laws.springs import Cubic, Polynomial
 
@@ -65,8 +65,9 @@ def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:
     if isinstance(degree, bool) or not isinstance(degree, Integral) or degree not in range(1, HIGHEST + 1, 2):
         raise ValueError(f"degree is {shown(degree)}; an odd polynomial has one of 1, 3, 5 to {HIGHEST}")
     law = checked(law)
-    if depends(law) != 1:
-        raise TypeError(f"fit_odd takes a spring, torque(x); {type(law).__name__} has {KINDS[depends(law) - 1]}")
+    if not has(law, "torque") or depends(law) != 1:
+        kind = KINDS[depends(law) - 1] if has(law, "torque") else "no torque"
+        raise TypeError(f"fit_odd takes a spring, torque(x); {type(law).__name__} has {kind}")
     reach = number("reach [rad]", reach, positive=True)
     s = np.linspace(0.0, 1.0, POINTS)
     torque = np.broadcast_to(np.asarray(law.torque(reach * s), float), s.shape)
