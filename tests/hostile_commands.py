@@ -20,6 +20,7 @@ from strainwave.files.yaml_text import FileError
 
 OWN = ("app",)  # it serves until it is stopped
 PROJECT = AXIS.replace("{name: CSG-40-50}", "CSG-40-50")
+LINEAR = PROJECT.replace("CSG-40-50", "{ratio: 50, law: {type: linear, K: 5e4 N*m/rad}}")  # computed five times as fast
 COLUMNS = "time [s],motor_angle [rad],load_angle [rad],torque [N*m]"
 SPECIFICATION = """
 load: {inertia: 1.3 kg*m^2}
@@ -28,13 +29,17 @@ limit: {oscillation: 900 arcsec}
 torque: {mean: 20 N*m, peak: 40 N*m}
 motor: {rotor_inertias: [0.5 kg*cm^2]}
 damping: {ratio: 3 %}
+ratios: [50]
+series: [CSG]
+largest: {size: 20}
 """
 S = 1j * np.geomspace(10.0, 1000.0, 40)  # 1/s
 LOAD, BOND = 1.3 / 2500.0, (4.4e4 + 20.0 * S) / 2500.0  # at the motor
 PLANT = (LOAD * S**2 + BOND) / (S * (6e-4 * LOAD * S**2 + (6e-4 + LOAD) * BOND))
 FILES = {
     "axis.yaml": PROJECT,
-    "other.yaml": PROJECT.replace("1.3", "2.6"),
+    "linear.yaml": LINEAR,
+    "other.yaml": LINEAR.replace("1.3", "2.6"),
     "spec.yaml": SPECIFICATION,
     "log.csv": table(
         TIMES, 10.0 * TIMES, 0.2 * TIMES - 1e-4 * np.cos(20.0 * TIMES), np.cos(20.0 * TIMES), names=COLUMNS.split(",")
@@ -52,7 +57,7 @@ FILES = {
 VALID = {
     "analyze": "axis.yaml --check",
     "catalogue": "CSG-40-50",
-    "compare": "axis.yaml other.yaml -o out",
+    "compare": "linear.yaml other.yaml -o out",
     "compensate": "axis.yaml --controller inverse --speed 600rpm --load-angle 0deg --seed 1",
     "compensate-move": "axis.yaml 'trapezoid, angle: 0.01 rad, time: 0.01 s' --controller loop",
     "compensate-run-up": "axis.yaml --from 960rpm --to 1000rpm --time 0.1s --controller loop",
