@@ -15,8 +15,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..compile import tree
-
 LARGEST = 256 * 1024
 DEEPEST = 10
 MOST = 20_000
@@ -103,7 +101,7 @@ def shown(value: object) -> str:
 def as_path(path: object) -> Path:
     """Return a path given as text or as `Path`, or say that it is none (TypeError)."""
     if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"the file is {tree.shown(path)}; give its name as text")
+        raise TypeError(f"the file is {repr(path)[:200]}; give its name as text")
     return Path(path)
 
 

@@ -56,7 +56,7 @@ def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
     for name in ("motor_angle", "load_angle"):
         if name not in channels:
             raise ValueError(f"log has no channel {name!r}; it has {', '.join(channels)}: name the column of it")
-    motor, load = (row_of("log", name, channels[name]) for name in ("motor_angle", "load_angle"))
+    motor, load = [row_of("log", name, channels[name]) for name in ("motor_angle", "load_angle")]
     if motor.shape != load.shape:
         raise ValueError(f"log: motor_angle has {len(motor)} samples and load_angle {len(load)}; give equally many")
     finite = np.isfinite(motor) & np.isfinite(load)
