@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.arguments import refuse_fields
-from ...base.quantities import LARGEST, samples_of
+from ...base.quantities import LARGEST, reals, samples_of
 from ...base.results import Floats
 
 CANONICAL = {
@@ -88,12 +88,12 @@ class Run:
 
 def column(name: str, values: Any, item: str = "sample") -> Floats:
     """Finite real numbers as a new array, or say which of the samples is none (ValueError)."""
-    array = samples_of(name, values)
+    array = reals(values)
     good = np.abs(array) <= LARGEST
     if not np.all(good):
         i = int(np.flatnonzero(~good)[0])
         raise ValueError(f"{name} of {item} {i} is {array.flat[i]}; remove the {item}")
-    return array
+    return samples_of(name, values)
 
 
 def refuse_descending(time: Floats) -> None:
