@@ -118,7 +118,7 @@ class Amplitude(NamedTuple):
             raise TypeError(f"Amplitude.k is {shown(self.k)}; it must be the whole number of a harmonic, such as 1")
         if not 1 <= self.k <= LARGEST:
             raise ValueError(
-                f"Amplitude.k is {shown(self.k)}; it must be from 1 to {LARGEST:g} (the mean is sw.numerics.Mean())"
+                f"Amplitude.k is {shown(self.k)}; it must be at least 1, at most {LARGEST:g} (mean: sw.numerics.Mean())"
             )
 
 
