@@ -192,9 +192,8 @@ def _notches(project: Project, crossover: float) -> Iterator[str]:
         if not isinstance(filter_, NotchFilter) or abs(filter_.frequency - crossover) > 0.5 * filter_.width:
             continue
         w, a, b, _ = filter_.shape()
-        cubic = [
-            1.0, a * a - 2.0 * w**2 - crossover**2, w**4 + crossover**2 * (2.0 * w**2 - b * b), -(crossover**2) * w**4
-        ]  # fmt: skip
+        s, c = w * w, crossover**2
+        cubic = [1.0, a * a - 2.0 * s - c, s * s + c * (2.0 * s - b * b), -c * s * s]
         after = math.sqrt(min(root.real for root in np.roots(cubic) if abs(root.imag) <= 1e-9 * abs(root)))
         lost = math.degrees(math.atan2(a * after, w * w - after**2) - math.atan2(b * after, w * w - after**2))
         before, now, hertz = [x / (2.0 * math.pi) for x in (crossover, after, filter_.frequency)]

@@ -193,9 +193,9 @@ def bode_of_records(
     named = {"reference": reference, "torque [N*m]": torque, "speed [rad/s]": speed}
     rows = np.array([array_of(name, values, len(t)) for name, values in named.items()])
     step = even_step("the record", t)
+    omega, (r, u, y), cut = _spectra(rows, step)
     if not np.ptp(rows[2]) > 0.0:
         raise ValueError(f"the speed is {rows[2, 0]:g} rad/s throughout; give a record in which the motor moves")
-    omega, (r, u, y), cut = _spectra(rows, step)
     S_ru, S_ry, power = np.sum(r.conj() * u, axis=0), np.sum(r.conj() * y, axis=0), np.sum(np.abs(r) ** 2, axis=0)
     P = S_ry / S_ru
     # averaged, as a weight with the torque's own noise would let in the bias of H1
