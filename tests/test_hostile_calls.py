@@ -170,6 +170,7 @@ def test_every_command_has_a_call_that_is_spoilt():
     assert {name.partition(",")[0] for name in VALID} == {*cli.commands} - {*OWN}
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("name", [name for name in VALID if name not in SLOW])
 def test_the_call_of_a_command_that_is_spoilt_is_a_valid_one(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
