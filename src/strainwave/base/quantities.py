@@ -290,9 +290,9 @@ def array_of(name: str, values: object, *shape: int | None) -> NDArray[np.float6
 
 
 def samples_of(name: str, values: object) -> NDArray[np.float64]:
-    """Return numbers of any shape, NaN, inf and none at all too, as a new array, or say that `name` are no numbers."""
+    """Return numbers of any shape, NaN and none at all too, as a new array, or say that `name` are no numbers."""
     array = reals(values)
-    if np.any((np.abs(array) > LARGEST) & np.isfinite(array)):
+    if np.any(np.abs(array) > LARGEST):
         raise ValueError(f"{name} is {shown(values)}; its numbers must be of a size up to {LARGEST:g} in SI units")
     if array.size == 0 and not (isinstance(values, Sized) and getattr(values, "ndim", 1) > 0 and len(values) == 0):
         raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arguments import typed
-from ...base.quantities import checked, interval, number, samples_of, several, shown
+from ...base.quantities import checked, interval, number, reals, samples_of, several, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -125,6 +125,8 @@ def monitor(
         If arrays differ in length, samples are not even or too slow for an order, the angle does not move, or neither
         an angle nor a range of frequencies is given.
     """
+    if np.any(np.isinf(reals(signal))):
+        raise ValueError("signal has infinite numbers; give NaN where a sample is lost")
     t, y = samples_of("time", time), samples_of("signal", signal)
     if t.ndim != 1 or t.shape != y.shape or len(t) < 4:
         raise ValueError(f"time has the shape {t.shape} and signal {y.shape}; give as many numbers of both, at least 4")
@@ -136,8 +138,6 @@ def monitor(
         raise ValueError("the samples are not even in time; put them on an even grid, NaN where there is none")
     if np.all(np.isnan(y)):
         raise ValueError("signal has no number that is not NaN; there is nothing to follow")
-    if np.any(np.isinf(y)):
-        raise ValueError("signal has infinite numbers; give NaN where a sample is lost")
     if angle is None:
         return _tracked(t, y, period, frequencies, bandwidth)
     return _demodulated(t, y, period, samples_of("angle", angle), several("orders", orders), bandwidth)
