@@ -50,8 +50,8 @@ NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run
 UNDAMPED = "nothing damps this drive, and its motions of two turns never settle; give it damping, or integrate it"
 STALLS = 2.0  # times the energy of turning: a load that is lifted so high all but stops at the top
 FALLS = (
-    "no motion of two turns was found: gravity changes the speed of a free motor by its own size in every turn of the "
-    "output, {} J against {} J of turning at {}; hold the motor, give it a loop, or ask for higher speeds"
+    "gravity all but stops this free motor in every turn of the output: to lift the load takes {} J, and it turns with "
+    "{} J at {}; hold the motor, give it a loop, or ask for higher speeds"
 )
 VARIES = (
     "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
