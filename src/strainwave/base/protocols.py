@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from .law import is_spring
-from .quantities import checked, shown
+from .quantities import Reals, checked, shown
 from .results import Floats
 
 
@@ -299,7 +299,7 @@ def need(field: str, thing: object, *methods: str, remedy: str = "") -> None:
         raise TypeError(f"{field} is {shown(thing)}; it must be an object with a method {missing[0]}{remedy}")
 
 
-def with_parts(verb: str, system: Any, *parts: str) -> Any:
+def with_parts(verb: str, system: System, *parts: str) -> Any:
     """Return `checked(system)`, or say in one sentence which field or method it lacks for `verb` (TypeError)."""
     system = checked(system)
     if missing := lacking(system, *parts):
@@ -321,12 +321,12 @@ def linear_part_of(system: Any) -> Any:
     return None if lacking(system, "linear_part") else system.linear_part()
 
 
-def scaled(thing: Any, factor: Any, otherwise: Callable[[Any, Any], Any]) -> Any:
+def scaled(thing: Any, factor: Reals, otherwise: Callable[[Any, Any], Any]) -> Any:
     """A law, torque or error times a factor in its form for many steps: `otherwise` makes one where it has none."""
     return otherwise(thing, factor) if lacking(thing, "scaled") else thing.scaled(factor)
 
 
-def omega_of(system: Any) -> Any:
+def omega_of(system: System) -> Any:
     """Speed of the base angle [rad/s]: 1 where a system has none."""
     return getattr(system, "omega", 1.0)
 
@@ -336,7 +336,7 @@ def names_of(system: Any) -> tuple[str, ...]:
     return () if lacking(system, "state_names") else tuple(system.state_names())
 
 
-def state_count(system: Any) -> int:
+def state_count(system: System) -> int:
     """How many states a system has: two unless it names them."""
     return len(names_of(system)) or 2
 
@@ -361,7 +361,7 @@ def lines_of(error: object) -> tuple[Any, ...]:
     return tuple(getattr(error, "lines", ()))
 
 
-def has_jacobian(system: Any) -> bool:
+def has_jacobian(system: System) -> bool:
     """Whether a system has a `jacobian` that holds: of a law with friction or memory it does not."""
     return not lacking(system, "jacobian") and is_spring(system)
 

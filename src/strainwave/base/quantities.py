@@ -40,6 +40,10 @@ Time = Annotated[float, "s"]
 Rate = Annotated[float, "1/s"]
 Order = Annotated[Any, ""]  # an int, or a float that is not whole
 
+Reals = NDArray[np.float64] | float
+States = tuple[Reals, ...] | NDArray[np.float64]
+"""Numbers or arrays of them, one for each state: a tuple, or an array with the states along its first axis."""
+
 LARGEST = (
     1e60  # of every parameter, and 1/LARGEST the smallest that is not 0: its powers in a formula still fit a float
 )
@@ -307,7 +311,7 @@ def several(name: str, values: object) -> tuple[Any, ...]:
     return tuple(values)
 
 
-def complex_number(name: str, value: Any) -> complex:
+def complex_number(name: str, value: complex) -> complex:
     """Return a finite complex number of a size up to `LARGEST`, or say that `name` is none."""
     good = isinstance(value, Complex) and not isinstance(value, bool)
     if not (good and abs(complex(value)) <= LARGEST):

@@ -247,7 +247,8 @@ def _overload(function: Callable[..., Any], typed: Callable[..., Any], options: 
     """Let compiled code call `function`, with the implementation that `typed` gives for the types of its arguments."""
     types, templates = import_module("numba.core.types"), import_module("numba.core.typing.templates")
     options = options | {"pipeline_class": compilers()[1]}
-    made = templates.make_overload_template(function, typed, options, True, "never")
+    strict = False  # it would compare annotations too, which an implementation writes more narrowly
+    made = templates.make_overload_template(function, typed, options, strict, "never")
     made._impl_cache = ForAllCallers()
     templates.infer(made)
     templates.infer_global(function, types.Function(made))

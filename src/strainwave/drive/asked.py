@@ -106,7 +106,7 @@ class MotorLimits(NamedTuple):
         return np.minimum(constant, along(curve, speed))
 
 
-def along(curve: Curve, speed: Any) -> Floats:
+def along(curve: Curve, speed: Floats) -> Floats:
     """Torque [N*m] of a curve at speeds [rad/s]; infinite without points, and beyond the last point as there."""
     speeds, torques = np.array(curve or ((0.0, math.inf),)).T
     return np.asarray(np.interp(np.abs(speed), speeds, torques))

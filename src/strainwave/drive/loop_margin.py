@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.arguments import typed
-from ..base.protocols import with_parts
+from ..base.protocols import Control, with_parts
 from ..base.quantities import LARGEST, number, numbers
 from ..base.records import Labelled, Result
 from ..base.results import Floats, Orbit, SolveError
@@ -281,15 +281,15 @@ def unstable(train: DriveTrain, inertia: float) -> str:
     )
 
 
-def _with(train: DriveTrain, control: Any) -> DriveTrain:
+def _with(train: DriveTrain, control: Control) -> DriveTrain:
     return train._replace(motor=train.motor._replace(control=control))
 
 
-def _grows(train: DriveTrain, control: Any) -> bool:
+def _grows(train: DriveTrain, control: Control) -> bool:
     return fastest_growth(_with(train, control)) != 0.0
 
 
-def _stable_cascade(train: DriveTrain, control: Any) -> str:
+def _stable_cascade(train: DriveTrain, control: Control) -> str:
     """Which gain of a cascade makes its train stable when it is smaller, and down to which value."""
     core = core_of(control)
     for name, unit in (("K_v", "1/s"), ("K_p", "N*m*s/rad")):
@@ -300,7 +300,7 @@ def _stable_cascade(train: DriveTrain, control: Any) -> str:
     return "give it a longer T_n or T_p, or another lag or filter"
 
 
-def _grows_with(train: DriveTrain, control: Any, name: str, value: float) -> bool:
+def _grows_with(train: DriveTrain, control: Control, name: str, value: float) -> bool:
     return _grows(train, with_core(control, core_of(control)._replace(**{name: value})))
 
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import typed
 from ..base.law import share, states_of, torque_of, z_rate_of
-from ..base.protocols import with_parts
+from ..base.protocols import Control, with_parts
 from ..base.records import Result
 from ..base.results import Floats
 from ..base.sentences import on_screen
@@ -191,7 +191,7 @@ def _root(loop: MotorLoop, grid: Floats, i: int, part: Any) -> float:
     return bracketed_root(lambda w: part(loop(w)[0]), float(grid[i]), float(grid[i + 1]), xtol=0.0, rtol=1e-13)
 
 
-def linear_control(control: Any, state: Floats, own: Any) -> tuple[Any, ...]:
+def linear_control(control: Control, state: Floats, own: Any) -> tuple[Any, ...]:
     """Derivatives of a control's torque by angle and speed; its inertia; A, B (by both), C of its own states."""
     z, count = state[own], states_of(control)
     start = np.concatenate([state[2:4], z])

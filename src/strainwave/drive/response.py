@@ -11,7 +11,8 @@ import numpy as np
 
 from ..base.blas import one_thread
 from ..base.law import depends, is_spring, losses_of, torque_of
-from ..base.protocols import lacking
+from ..base.protocols import System, lacking
+from ..base.quantities import States
 from ..base.results import Branch, Floats
 from ..base.series import largest_of_samples
 from ..model.gears.limits import cubic_means
@@ -52,7 +53,7 @@ def no_multiple_scales(system: Any) -> str:
     return ""
 
 
-def gear_torque(system: Any, phase: Any, u: Any, du: Any, z: Any = ()) -> Any:
+def gear_torque(system: Any, phase: Floats, u: Floats, du: Floats, z: States = ()) -> Any:
     """Torque through the gear [N*m, output side] with its damping, at torsion u [rad], rate [rad/s] and states z."""
     torque = torque_of(system.law, u, du, z)
     if not lacking(system, "B"):
@@ -60,7 +61,7 @@ def gear_torque(system: Any, phase: Any, u: Any, du: Any, z: Any = ()) -> Any:
     return system.variation.value(phase) * torque + system.damping.value(phase, du) * du
 
 
-def heat(system: Any, phase: Any, u: Any, du: Any, z: Any = ()) -> Any:
+def heat(system: Any, phase: Floats, u: Floats, du: Floats, z: States = ()) -> Any:
     """Power [W] that damping, friction and memory turn into heat."""
     damping = system.damping.value(phase, du) if lacking(system, "B") else system.B
     return damping * du * du + sum(losses_of(system.law, u, du, z), 0.0)
@@ -77,7 +78,7 @@ ExactResponse = DriveResponse  # its name in results that were saved when it was
 
 @one_thread
 def exact_response(
-    system: Any, speeds: tuple[float, float], points: int = POINTS, harmonics: int | None = None,
+    system: System, speeds: tuple[float, float], points: int = POINTS, harmonics: int | None = None,
     coexisting: bool = True, has_reference: bool = True, train: DriveTrain | None = None,
 ) -> DriveResponse:  # fmt: skip
     """Follow the response of an error equation through a range of base-angle speeds [rad/s].
@@ -141,7 +142,7 @@ def sweep_on(curve: Branch) -> Jumps | None:
 
 
 def of_equation(
-    system: Any, curve: Branch, has_reference: bool = True, train: DriveTrain | None = None
+    system: System, curve: Branch, has_reference: bool = True, train: DriveTrain | None = None
 ) -> DriveResponse:
     """The motions on a curve of an error equation, with a sweep on it and its torques; as of `exact_response`."""
     sweep = sweep_on(curve)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.blas import one_thread
 from ..base.law import breakpoints_of, depends
-from ..base.protocols import lacking, lines_of, orders_of, terms_of
+from ..base.protocols import Law, System, lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number, shown
 from ..base.records import Waves
 from ..base.results import Branch, Floats, Orbit, SolveError, Status
@@ -166,7 +166,7 @@ class TwoTurnCurve:
 
 
 @one_thread
-def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, start: Any = None) -> TwoTurnCurve:
+def two_turn_motion(system: System, omega: float, *, ratio: float | None = None, start: Any = None) -> TwoTurnCurve:
     """Find the motion at a speed of the motor [rad/s].
 
     Parameters
@@ -200,7 +200,7 @@ def two_turn_motion(system: Any, omega: float, *, ratio: float | None = None, st
 
 
 @one_thread
-def two_turn_response(system: Any, speeds: tuple[float, float], *, ratio: float | None = None) -> TwoTurnCurve:
+def two_turn_response(system: System, speeds: tuple[float, float], *, ratio: float | None = None) -> TwoTurnCurve:
     """Follow the motions through a range of speeds of the motor [rad/s], from its upper end; as `two_turn_motion`."""
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
@@ -294,7 +294,7 @@ def _described(
     )  # fmt: skip
 
 
-def _driven(system: Any, ratio: float | None) -> tuple[TwoTurns, Any]:
+def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     """What drives a system, and the part whose disturbances are meant."""
     train = as_train(checked(system), ratio)
     end, plain = train.load.end(), without_gravity(train)
@@ -336,7 +336,7 @@ def _orders(torque: Any) -> list[int]:
     return [int(order) for order, term in known if getattr(term, "amplitude", 1.0)]
 
 
-def as_train(system: Any, ratio: float | None) -> DriveTrain:
+def as_train(system: System, ratio: float | None) -> DriveTrain:
     """The system, or an error equation as the train that it is of: a motor that is held, and a rigid load."""
     if isinstance(system, DriveTrain):
         return system
@@ -352,7 +352,7 @@ def as_train(system: Any, ratio: float | None) -> DriveTrain:
     )  # fmt: skip
 
 
-def _of_angle(law: Any) -> list[AngleTorque]:
+def _of_angle(law: Law) -> list[AngleTorque]:
     """Torques of a shaft's own angle among the parts of its drag."""
     if isinstance(law, Parallel):
         return [part for each in law for part in _of_angle(each)]

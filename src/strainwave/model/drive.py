@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Any, Literal, NamedTuple
 
 from ..base.law import spring_stiffness
-from ..base.protocols import need
+from ..base.protocols import Law, need
 from ..base.quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws.friction import NO_FRICTION
@@ -173,7 +173,7 @@ def _symbolic(thing: object) -> bool:
     return any(_symbolic(item) for item in thing) if isinstance(thing, tuple) else hasattr(thing, "free_symbols")
 
 
-def _natural_frequency(law: Any, inertia: float) -> float:
+def _natural_frequency(law: Law, inertia: float) -> float:
     stiffness = float(spring_stiffness(law, 0.0))
     if stiffness < 0.0:
         raise ValueError(f"{law} has the stiffness {stiffness:g} N*m/rad at rest: there is no natural frequency")

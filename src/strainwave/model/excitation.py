@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.protocols import scaled
-from ..base.quantities import Angle, Order, Torque
+from ..base.protocols import Excitation, scaled
+from ..base.quantities import Angle, Order, Reals, Torque
 from ..compile.maths import cos, sin
 
 HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
@@ -31,7 +31,7 @@ class Harmonic(NamedTuple):
     phase: Angle = 0.0
     mean: Torque = 0.0
 
-    def torque(self, angle: Any) -> Any:
+    def torque(self, angle: Reals) -> Any:
         """Torque [N*m] at the base angle [rad]."""
         return self.mean + self.amplitude * cos(self.order * angle + self.phase)
 
@@ -39,7 +39,7 @@ class Harmonic(NamedTuple):
         """The order of the line."""
         return (self.order,)
 
-    def scaled(self, factor: Any) -> Any:
+    def scaled(self, factor: Reals) -> Any:
         """The same torque times a factor, with the phase in two amplitudes."""
         return wave(self.amplitude * factor, self.order, self.phase, self.mean * factor)
 
@@ -66,19 +66,19 @@ class Harmonics(NamedTuple):
         """The orders of all terms."""
         return tuple(term.order for term in self.terms)
 
-    def scaled(self, factor: Any) -> Any:
+    def scaled(self, factor: Reals) -> Any:
         """The same torque times a factor, with every phase in two amplitudes."""
         return Waves(tuple(full_wave(t.amplitude * factor, t.order, t.phase, t.mean * factor) for t in self.terms))
 
 
-def wave(amplitude: Any, order: int, phase: Any, mean: Any = 0.0) -> Any:
+def wave(amplitude: Reals, order: int, phase: Reals, mean: Reals = 0.0) -> Any:
     """Wave mean + amplitude cos(order angle + phase), in its shortest form."""
     if np.all(np.asarray(phase) == 0.0) and np.all(np.asarray(mean) == 0.0):
         return Cosine(amplitude, order)
     return full_wave(amplitude, order, phase, mean)
 
 
-def full_wave(amplitude: Any, order: int, phase: Any, mean: Any = 0.0) -> "Wave":
+def full_wave(amplitude: Reals, order: int, phase: Reals, mean: Reals = 0.0) -> "Wave":
     """Wave mean + amplitude cos(order angle + phase)."""
     return Wave(mean, amplitude * np.cos(phase), -amplitude * np.sin(phase), order)
 
@@ -89,7 +89,7 @@ class Cosine(NamedTuple):
     amplitude: Any
     order: int
 
-    def torque(self, angle: Any) -> Any:
+    def torque(self, angle: Reals) -> Any:
         """Torque [N*m] at the base angle [rad]."""
         return self.amplitude * cos(self.order * angle)
 
@@ -102,7 +102,7 @@ class Wave(NamedTuple):
     sine: Any
     order: int
 
-    def torque(self, angle: Any) -> Any:
+    def torque(self, angle: Reals) -> Any:
         """Value at the base angle [rad]."""
         a = self.order * angle
         return self.mean + self.cosine * cos(a) + self.sine * sin(a)
@@ -111,7 +111,7 @@ class Wave(NamedTuple):
         """Value at the base angle [rad]."""
         return self.torque(angle)
 
-    def slope(self, angle: Any) -> Any:
+    def slope(self, angle: Reals) -> Any:
         """Derivative with respect to the base angle."""
         a = self.order * angle
         return self.order * (self.sine * cos(a) - self.cosine * sin(a))
@@ -122,18 +122,18 @@ class Waves(NamedTuple):
 
     waves: tuple[Any, ...]
 
-    def torque(self, angle: Any) -> Any:
+    def torque(self, angle: Reals) -> Any:
         """Value at the base angle [rad]."""
         total = self.waves[0].torque(angle)
         for i in range(1, len(self.waves)):
             total = total + self.waves[i].torque(angle)
         return total
 
-    def value(self, angle: Any) -> Any:
+    def value(self, angle: Reals) -> Any:
         """Value at the base angle [rad]."""
         return self.torque(angle)
 
-    def slope(self, angle: Any) -> Any:
+    def slope(self, angle: Reals) -> Any:
         """Derivative with respect to the base angle."""
         total = self.waves[0].slope(angle)
         for i in range(1, len(self.waves)):
@@ -141,7 +141,7 @@ class Waves(NamedTuple):
         return total
 
 
-def scaled_torque(excitation: Any, factor: Any) -> Any:
+def scaled_torque(excitation: Excitation, factor: Reals) -> Any:
     """Excitation times a factor, in its form for many steps."""
     return scaled(excitation, factor, Driven)
 
@@ -185,7 +185,7 @@ class KinematicError(NamedTuple):
 
     lines: tuple[Line, ...]
 
-    def value(self, angle: Any) -> Any:
+    def value(self, angle: Reals) -> Any:
         """Error e [rad] at the base angle [rad]."""
         total = 0.0 * angle
         for i in range(len(self.lines)):
@@ -193,7 +193,7 @@ class KinematicError(NamedTuple):
             total = total + line.amplitude * cos(line.order * angle + line.phase)
         return total
 
-    def slope(self, angle: Any) -> Any:
+    def slope(self, angle: Reals) -> Any:
         """Derivative de/dangle [rad/rad] at the base angle [rad]."""
         total = 0.0 * angle
         for i in range(len(self.lines)):
@@ -201,7 +201,7 @@ class KinematicError(NamedTuple):
             total = total - line.amplitude * line.order * sin(line.order * angle + line.phase)
         return total
 
-    def curvature(self, angle: Any) -> Any:
+    def curvature(self, angle: Reals) -> Any:
         """Second derivative of e [rad/rad^2] at the base angle [rad]."""
         total = 0.0 * angle
         for i in range(len(self.lines)):
@@ -213,7 +213,7 @@ class KinematicError(NamedTuple):
         """The orders of all lines."""
         return tuple(line.order for line in self.lines)
 
-    def scaled(self, factor: Any) -> Any:
+    def scaled(self, factor: Reals) -> Any:
         """The same error times a factor, with every phase in two amplitudes."""
         return Waves(tuple(full_wave(line.amplitude * factor, line.order, line.phase) for line in self.lines))
 
@@ -221,11 +221,11 @@ class KinematicError(NamedTuple):
 class NoError(NamedTuple):
     """A gear without kinematic error: e = 0."""
 
-    def value(self, angle: Any) -> Any:
+    def value(self, angle: Reals) -> Any:
         """Error e = 0 [rad]."""
         return 0.0 * angle
 
-    def slope(self, angle: Any) -> Any:
+    def slope(self, angle: Reals) -> Any:
         """Derivative de/dangle = 0."""
         return 0.0 * angle
 

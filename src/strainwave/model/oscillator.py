@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ..base.law import breakpoints_of, check_law, depends, kinks_of, losses_of, share, states_of, torque_of, z_rate_of
 from ..base.protocols import joint_orders, lacking, need, scaled
-from ..base.quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, shown
+from ..base.quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, Reals, States, shown
 from ..compile.maths import cos, exp, sin
 from .excitation import NoError, _refuse_high, scaled_torque
 from .laws.friction import Kelvin, PerKelvin, refuse_heat
@@ -32,11 +32,11 @@ class Oscillator(NamedTuple):
     omega: AngularSpeed
     error: Any = NoError()
 
-    def torsion(self, phase: Any, y: Any) -> Any:
+    def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion u = x - e(phase) [rad]."""
         return y[0] - self.error.value(phase)
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives (x', x'', z' ...) of the state y = (x, x', z ...) at the base phase [rad]."""
         v, z = y[1], y[2:]
         u = y[0] - self.error.value(phase)
@@ -44,7 +44,7 @@ class Oscillator(NamedTuple):
         torque = torque_of(self.law, u, du, z)
         return (v, (self.excitation.torque(phase) - self.B * du - torque) / self.J, *z_rate_of(self.law, u, du, z))
 
-    def jacobian(self, phase: Any, y: Any) -> Any:
+    def jacobian(self, phase: Reals, y: States) -> Any:
         """Rows of the derivative of `rhs` with respect to the state: ((0, 1), (-T'(u)/J, -B/J)); of a law torque(x)."""
         u = y[0] - self.error.value(phase)
         stiffness = self.law.stiffness(u)
@@ -54,7 +54,7 @@ class Oscillator(NamedTuple):
         """Torsions [rad] where the law is not smooth (none for a law that does not say)."""
         return tuple(breakpoints_of(self.law))
 
-    def kinks(self, phase: Any, y: Any) -> Any:
+    def kinks(self, phase: Reals, y: States) -> Any:
         """What vanishes where the law is not smooth."""
         rate = y[1] - self.omega * self.error.slope(phase)
         return kinks_of(self.law, self.torsion(phase, y), rate, y[2:])
@@ -93,7 +93,7 @@ class FreeOfError(NamedTuple):
     excitation: Any
     omega: Any
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives of the state y at the base phase [rad]."""
         x, v, z = y[0], y[1], y[2:]
         torque = torque_of(self.law, x, v, z)
@@ -109,7 +109,7 @@ class WithError(NamedTuple):
     omega: Any
     error: Any
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives of the state y at the base phase [rad]."""
         v, z = y[1], y[2:]
         u = y[0] - self.error.value(phase)
@@ -132,11 +132,11 @@ class Powers(NamedTuple):
         """Torsions where the law is not smooth."""
         return tuple(self.system.breakpoints())
 
-    def torsion(self, phase: Any, y: Any) -> Any:
+    def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion of the system."""
         return self.system.torsion(phase, y)
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Rates of the states, and the powers [W]."""
         system, v = self.system, y[1]
         z = share(system.law, y[2:])
@@ -167,7 +167,7 @@ class Variation(NamedTuple):
 
     ripples: tuple[Ripple, ...]
 
-    def value(self, angle: Any) -> Any:
+    def value(self, angle: Reals) -> Any:
         """Factor at the base angle [rad]."""
         total = 1.0 + 0.0 * angle
         for i in range(len(self.ripples)):
@@ -175,7 +175,7 @@ class Variation(NamedTuple):
             total = total + ripple.depth * cos(ripple.order * angle + ripple.phase)
         return total
 
-    def slope(self, angle: Any) -> Any:
+    def slope(self, angle: Reals) -> Any:
         """Derivative of the factor with respect to the base angle [1/rad]."""
         total = 0.0 * angle
         for i in range(len(self.ripples)):
@@ -203,11 +203,11 @@ class Variation(NamedTuple):
 class NoVariation(NamedTuple):
     """A stiffness or damping that does not change with the angle: the factor 1."""
 
-    def value(self, angle: Any) -> Any:
+    def value(self, angle: Reals) -> Any:
         """Factor 1."""
         return 1.0 + 0.0 * angle
 
-    def slope(self, angle: Any) -> Any:
+    def slope(self, angle: Reals) -> Any:
         """Derivative 0 [1/rad]."""
         return 0.0 * angle
 
@@ -236,13 +236,13 @@ class GearDamping(NamedTuple):
     fast: Ratio = 1.0
     v_fast: AngularSpeed = 1.0
 
-    def value(self, angle: Any, v: Any) -> Any:
+    def value(self, angle: Reals, v: Reals) -> Any:
         """Damping b [N*m*s/rad] at the base angle [rad] and the rate v [rad/s] of the torsion."""
         r = v / self.v_fast
         thinned = self.fast + (1.0 - self.fast) / (1.0 + r * r)
         return self.B * exp(-self.per_kelvin * self.warming) * self.variation.value(angle) * thinned
 
-    def slope(self, angle: Any, v: Any) -> Any:
+    def slope(self, angle: Reals, v: Reals) -> Any:
         """Derivative d(b v)/dv [N*m*s/rad] of the damping torque."""
         r = v / self.v_fast
         w = 1.0 + r * r
@@ -289,18 +289,18 @@ class VaryingOscillator(NamedTuple):
     error: Any = NoError()
     variation: Any = NoVariation()
 
-    def torsion(self, phase: Any, y: Any) -> Any:
+    def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion u = x - e(phase) [rad]."""
         return y[0] - self.error.value(phase)
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives (x', x'') of the state y = (x, x') at the base phase [rad]."""
         u = y[0] - self.error.value(phase)
         du = y[1] - self.omega * self.error.slope(phase)
         torque = self.damping.value(phase, du) * du + self.variation.value(phase) * self.law.torque(u)
         return y[1], (self.excitation.torque(phase) - torque) / self.J
 
-    def jacobian(self, phase: Any, y: Any) -> Any:
+    def jacobian(self, phase: Reals, y: States) -> Any:
         """Rows of the derivative of `rhs` with respect to the state."""
         u = y[0] - self.error.value(phase)
         du = y[1] - self.omega * self.error.slope(phase)

@@ -10,6 +10,8 @@ import numpy as np
 
 from ..base.law import breakpoints_of, has
 from ..base.law import torsion as torsion_of
+from ..base.protocols import Law, System
+from ..base.quantities import Reals, States
 from ..base.results import Floats
 from ..compile.address import (
     MATRIX,
@@ -52,7 +54,7 @@ class Tupled(NamedTuple):
     words: int
     rates_at: int
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives of the states."""
         return answer(self.rates_at, self.words, phase, y)
 
@@ -72,36 +74,36 @@ def system_by_address(system: Any, states: int, *, torsion: bool = False) -> ByA
     return ByAddress(system, addressed)
 
 
-def several_at(system: Any, place: int, states: int, kinks: int) -> SeveralAt:
+def several_at(system: System, place: int, states: int, kinks: int) -> SeveralAt:
     """A system of so many states and kinks whose words are at an address."""
     corners = entry(_corners, system, float, states, kinks) if kinks else 0
     return SeveralAt(place, entry(_several, system, float, int, states, states), corners)
 
 
-def rates_entry(system: Any, states: int) -> int:
+def rates_entry(system: System, states: int) -> int:
     """Address of the rates of a system of so many states."""
     return entry(_rates, system, float, states, states)
 
 
-def _rates(model: Any, phase: float, y: Any, out: Any) -> None:
+def _rates(model: Any, phase: float, y: States, out: Any) -> None:
     put_at(out, at(model).rhs(phase, at(y)))
 
 
-def _several(model: Any, phase: float, number: int, y: Any, out: Any) -> None:
+def _several(model: Any, phase: float, number: int, y: States, out: Any) -> None:
     known = at(model)
     for i in range(number):
         put_at(beyond(out, i), known.rhs(phase, at(beyond(y, i))))
 
 
-def _torsion(model: Any, phase: float, y: Any) -> Any:
+def _torsion(model: Any, phase: float, y: States) -> Any:
     return 1.0 * torsion_of(at(model), phase, at(y))
 
 
-def _watched(model: Any, phase: float, y: Any, out: Any) -> None:
+def _watched(model: Any, phase: float, y: States, out: Any) -> None:
     put_at(out, at(model).watched(phase, at(y)))
 
 
-def _corners(model: Any, phase: float, y: Any, out: Any) -> None:
+def _corners(model: Any, phase: float, y: States, out: Any) -> None:
     put_at(out, at(model).kinks(phase, at(y)))
 
 
@@ -120,7 +122,7 @@ def _rates_of_loops(system: Any, phase: float, y: Floats, out: Floats) -> None:
 
 
 @kernel_as(_rates_of_loops, inline=True)
-def rates_of(system: Any, phase: float, y: Floats, out: Floats) -> None:
+def rates_of(system: System, phase: float, y: Floats, out: Floats) -> None:
     """Write the time derivatives of several states y (n, states) at a base angle [rad]."""
     for own, rate in zip(y, out, strict=True):
         rate[:] = system.rhs(phase, tuple(own.tolist()))
@@ -131,7 +133,7 @@ def _torsion_loops(system: Any, phase: float, y: Floats) -> Any:
 
 
 @kernel_as(_torsion_loops, inline=True)
-def torsion(system: Any, phase: float, y: Floats) -> float:
+def torsion(system: System, phase: float, y: Floats) -> float:
     """Torsion [rad] of a system in the states y (states,)."""
     return float(torsion_of(system, phase, tuple(y.tolist())))
 
@@ -168,12 +170,12 @@ class LawAt(NamedTuple):
     kinks: int
 
 
-def law_by_address(law: Any) -> ByAddress:
+def law_by_address(law: Law) -> ByAddress:
     """A law torque(x) for kernels."""
     return ByAddress(law, lambda words: law_at(law, words(law)))
 
 
-def law_at(law: Any, place: int) -> LawAt:
+def law_at(law: Law, place: int) -> LawAt:
     """The law whose words are at an address."""
     kinks = len(breakpoints_of(law))
     two = (VECTOR, VECTOR)
@@ -182,19 +184,19 @@ def law_at(law: Any, place: int) -> LawAt:
     return LawAt(place, torque, stiffness, breakpoints, kinks)
 
 
-def _torques(law: Any, u: Floats, out: Floats) -> None:
+def _torques(law: Law, u: Floats, out: Floats) -> None:
     known = at(law)
     for i in range(len(u)):
         out[i] = known.torque(u[i])
 
 
-def _stiffnesses(law: Any, u: Floats, out: Floats) -> None:
+def _stiffnesses(law: Law, u: Floats, out: Floats) -> None:
     known = at(law)
     for i in range(len(u)):
         out[i] = known.stiffness(u[i])
 
 
-def _breakpoints(law: Any, out: Any) -> None:
+def _breakpoints(law: Law, out: Any) -> None:
     put_at(out, at(law).breakpoints())
 
 
@@ -203,7 +205,7 @@ def _torques_loops(law: Any, u: Floats, out: Floats) -> None:
 
 
 @kernel_as(_torques_loops)
-def torques(law: Any, u: Floats, out: Floats) -> None:
+def torques(law: Law, u: Floats, out: Floats) -> None:
     """Write the torques [N*m] of a law at torsions (n,) [rad]."""
     out[:] = law.torque(u)
 
@@ -213,7 +215,7 @@ def _stiffnesses_loops(law: Any, u: Floats, out: Floats) -> None:
 
 
 @kernel_as(_stiffnesses_loops)
-def stiffnesses(law: Any, u: Floats, out: Floats) -> None:
+def stiffnesses(law: Law, u: Floats, out: Floats) -> None:
     """Write the stiffnesses [N*m/rad] of a law at torsions (n,) [rad]."""
     out[:] = law.stiffness(u)
 
@@ -225,7 +227,7 @@ def _kinks_loops(law: Any, out: Floats) -> int:
 
 
 @kernel_as(_kinks_loops)
-def kinks(law: Any, out: Floats) -> int:
+def kinks(law: Law, out: Floats) -> int:
     """Write the breakpoints [rad] of a law; returns their number."""
     known = breakpoints_of(law)
     out[: len(known)] = known
@@ -305,7 +307,7 @@ def _varied_loops(system: Any, leaf: int, value: float) -> Any:
 
 
 @kernel_as(_varied_loops, inline=True)
-def varied(system: Any, leaf: int, value: float) -> Any:
+def varied(system: System, leaf: int, value: float) -> Any:
     """The oscillator at a value of its leaf."""
     return with_leaf(system, leaf, value)
 

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import refuse
 from ..base.law import breakpoints_of, is_spring, torsion
-from ..base.protocols import Balance, has_jacobian, omega_of, with_parts
-from ..base.quantities import number, numbers, positive_count, shown
+from ..base.protocols import Balance, System, has_jacobian, omega_of, with_parts
+from ..base.quantities import Reals, States, number, numbers, positive_count, shown
 from ..base.results import Floats, Orbit, SolveError, Status
 from ..compile.tree import leaf_of
 from .balance.choice import balance_of
@@ -54,11 +54,11 @@ class Variational(NamedTuple):
         """Torsions where the law is not smooth."""
         return tuple(breakpoints_of(self.system))
 
-    def torsion(self, phase: Any, y: Any) -> Any:
+    def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion of the system."""
         return torsion(self.system, phase, (y[0], y[1]))
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Rates of the states and of the fundamental matrix."""
         x, v, a, b, c, d = y
         first, second = self.system.rhs(phase, (x, v))
@@ -66,7 +66,7 @@ class Variational(NamedTuple):
         return first, second, j00 * a + j01 * b, j10 * a + j11 * b, j00 * c + j01 * d, j10 * c + j11 * d
 
 
-def period_map(system: Any, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
+def period_map(system: System, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
     """State after one period, the monodromy matrix (2, 2), sizes of the states; None if the solution stops before."""
     start = [*y0, 1.0, 0.0, 0.0, 1.0]
     end = simulate(Variational(system), start, (0.0, duration), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0)))
@@ -76,7 +76,7 @@ def period_map(system: Any, y0: Floats, duration: float, rtol: float) -> tuple[F
     return end.y[:2, -1], end.y[2:, -1].reshape(2, 2).T, size * np.array([1.0, 2.0 * np.pi / duration])
 
 
-def differenced_map(system: Any, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
+def differenced_map(system: System, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
     """State after one period, the monodromy matrix by central differences, and the sizes of the states; None as above.
 
     Of laws with memory, which need not be smooth: the matrix is good to about six digits.
@@ -105,7 +105,7 @@ def _size(y0: Floats) -> float:
     return max(abs(float(y0[0])), 1e-9)
 
 
-def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, throw: bool = False) -> Orbit:
+def shoot(system: System, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, throw: bool = False) -> Orbit:
     """Find the periodic orbit near a state by Newton's method on the period map.
 
     Parameters
@@ -174,7 +174,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     return raised(_sampled(system, y, omega, period, matrix, rtol, status), throw)
 
 
-def _gone_on(system: Any, y: Floats, time: float, rtol: float) -> Floats:
+def _gone_on(system: System, y: Floats, time: float, rtol: float) -> Floats:
     """State after a time [s]; the state itself where the motion ends before."""
     run = simulate(system, y, (0.0, time), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y)))
     return run.y[:, -1] if run.status else y
@@ -223,7 +223,7 @@ def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, 
 
 
 def find_orbit(
-    system: Any,
+    system: System,
     *,
     harmonics: int | None = None,
     guess: Floats | Orbit | None = None,
@@ -293,7 +293,7 @@ def find_orbit(
     return raised(_refined(system, orbit, period) if corners else orbit, throw)
 
 
-def _refined(system: Any, orbit: Orbit, period: int) -> Orbit:
+def _refined(system: System, orbit: Orbit, period: int) -> Orbit:
     """The orbit by shooting, where that converges.
 
     Corners of a law with memory are not located: they can scatter a fine integration by more than its tolerance, on

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.law import is_spring, repeating
-from ..base.protocols import lacking, state_count, with_parts
+from ..base.protocols import System, lacking, state_count, with_parts
 from ..base.quantities import LARGEST, interval, number, numbers, parameters, positive_count, replace, shown, whole
 from ..base.results import Floats, SolveError
 from ..drive.jumps import jumps
@@ -130,7 +130,7 @@ def variability(
     return Variability(drives, spreads, jumping, band, seed)
 
 
-def drawn(system: Any, distributions: Any, count: int, seed: Any) -> dict[str, Floats]:
+def drawn(system: System, distributions: Any, count: int, seed: Any) -> dict[str, Floats]:
     """Values (count,) of every parameter, drawn independently; the first drives of a larger count are the same."""
     if not isinstance(distributions, Mapping) or not distributions:
         raise ValueError(f"distributions are {shown(distributions)}; give a dict of path to distribution")
@@ -188,7 +188,7 @@ def _at_speed(
     return SpeedSpread(omega, shares, peak, running, table, int(np.count_nonzero(~good)), unsettled)
 
 
-def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, shares: Floats) -> JumpSpread:
+def _jumps(system: System, drives: dict[str, Floats], span: Any, follow: int, shares: Floats) -> JumpSpread:
     few: dict[str, Any] = {path: v[:follow] for path, v in drives.items() if path != "omega"}
     follow = len(next(iter(few.values()))) if few else 0
     jump_speeds = {"up": np.full(follow, np.nan), "down": np.full(follow, np.nan)}
@@ -207,7 +207,7 @@ def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, share
     return JumpSpread(span, shares, jump_speeds["up"], jump_speeds["down"], failed)
 
 
-def _band(system: Any, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
+def _band(system: System, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
     natural = natural_frequencies(system, drives, amplitude)
     orders = active_orders(system)
     inside = {k: (natural >= k * low) & (natural <= k * high) for k in orders}
@@ -237,7 +237,7 @@ def natural_frequencies(system: Any, drives: dict[str, Floats], amplitude: float
     )
 
 
-def _of_some(system: Any, drives: dict[str, Floats], amplitude: float) -> Floats:
+def _of_some(system: System, drives: dict[str, Floats], amplitude: float) -> Floats:
     members = replace(system, drives)
     count = len(next(iter(drives.values())))
     mean = np.mean(np.broadcast_to(members.excitation.torque(ANGLES), (64, count)), axis=0)

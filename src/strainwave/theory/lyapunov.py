@@ -10,12 +10,11 @@ Source: Khalil, Nonlinear Systems, 3rd ed., theorem 4.4 and corollary 4.2; errat
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
 from ..base.law import repeating, springs_only
-from ..base.protocols import lacking
+from ..base.protocols import Excitation, lacking
 from ..base.quantities import checked, number, shown
 from ..base.sentences import Angle, Sentence
 from ..model.excitation import Harmonic, Harmonics, NoError
@@ -86,7 +85,7 @@ def lyapunov(
     return _proof(system, tau_0, balance, wells[0], damping)
 
 
-def mean_torque(excitation: Any) -> float:
+def mean_torque(excitation: Excitation) -> float:
     """Mean over a turn of the base angle [N*m]."""
     match excitation:
         case Harmonic(mean=mean):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.arguments import typed
 from ..base.protocols import lacking
-from ..base.quantities import samples_of
+from ..base.quantities import Reals, samples_of
 from ..base.sentences import Angle, Sentence, on_screen
 from ..model.oscillator import NoVariation, Oscillator, Variation, VaryingOscillator
 
@@ -96,7 +96,7 @@ class StabilityProof:
             Sentence("{}; {}", *obstacle), (), obstacle.fact,
         )  # fmt: skip
 
-    def V(self, x: Any, v: Any, phase: Any = 0.0) -> Any:
+    def V(self, x: Reals, v: Reals, phase: Reals = 0.0) -> Any:
         """Lyapunov function J v^2/(2 kappa) + U(x) - tau_0 x [J], zero at rest (without a claim: at x = 0).
 
         Parameters
@@ -115,7 +115,7 @@ class StabilityProof:
         kappa = self.system.variation.value(phase) if isinstance(self.system, VaryingOscillator) else 1.0
         return 0.5 * self.system.J * v * v / kappa + law.energy(x) - law.energy(x_e) - self.tau_0 * (x - x_e)
 
-    def dissipation(self, x: Any, v: Any, phase: Any = 0.0) -> Any:
+    def dissipation(self, x: Reals, v: Reals, phase: Reals = 0.0) -> Any:
         """Rate V' [W] along the motion, -B v^2 or -(b + J kappa'/(2 kappa)) v^2/kappa; arguments as of V."""
         if not isinstance(self.system, VaryingOscillator):
             return -self.system.B * v * v + 0.0 * x

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...base.archive import atomic, version
 from ...base.law import spring_stiffness, states_of
-from ...base.protocols import lacking, need
+from ...base.protocols import Law, lacking, need
 from ...base.quantities import checked, floated, shown
 from ...base.sentences import on_screen
 from ...compile.tree import is_model, leaves, mapped, numbers
@@ -73,7 +73,7 @@ def joint_of(train: DriveTrain) -> Joint:
     return joint
 
 
-def _friction(law: Any) -> tuple[float, float, list[str]]:
+def _friction(law: Law) -> tuple[float, float, list[str]]:
     """Dry friction [N*m] and viscous damping [N*m*s/rad] of a drag, and the laws that are neither."""
     if isinstance(law, Parallel):
         parts = _friction(law.first), _friction(law.second)

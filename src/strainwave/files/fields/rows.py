@@ -153,7 +153,7 @@ def name_of(cls: type) -> str:
 def law_types() -> dict[str, type]:
     """Laws by their name in a project file: springs, friction, memory, and what follows a shaft's own angle."""
     found = (c for m in (springs, measured, friction, hysteresis, motion) for c in vars(m).values())
-    return {name_of(c): c for c in found if isinstance(c, type) and hasattr(c, "stiffness")}
+    return {name_of(c): c for c in found if hasattr(c, "_fields") and hasattr(c, "stiffness")}
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from math import pi
 from typing import Any, NamedTuple
 
 from ...base.choices import entry, select, with_entry
-from ...base.quantities import Angle, Order, Ratio, Time, Torque
+from ...base.quantities import Angle, Order, Ratio, Reals, States, Time, Torque
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin, sqrt
 from ..laws.friction import positive
-from .loops import is_controller, known
+from .loops import Measurement, is_controller, known
 
 
 class AdaptiveCancellation(NamedTuple):
@@ -42,7 +42,7 @@ class AdaptiveCancellation(NamedTuple):
         """Memory before the first sample."""
         return self.loop.start(), 0.0, 0.0, 0.0
 
-    def update(self, state: Any, m: Any) -> Any:
+    def update(self, state: Any, m: Measurement) -> Any:
         """Memory after a sample, and the torque [N*m]."""
         inner, a, b, tripped = state
         angle = self.order * m.reference
@@ -69,7 +69,7 @@ ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a 
 
 
 @kernel
-def place(angle: Any) -> Any:
+def place(angle: Reals) -> Any:
     """Place of an angle [rad] on the turn, from 0 to below the number of cells."""
     turns = angle * (0.5 / pi)
     share = turns - ((turns + ROUND) - ROUND)
@@ -78,7 +78,7 @@ def place(angle: Any) -> Any:
 
 
 @kernel
-def straight(cells: Any, where: Any) -> Any:
+def straight(cells: States, where: Reals) -> Any:
     """Value of a table over the turn at a place, straight between the middles of its cells."""
     shifted = where + (CELLS - 0.5)
     low = whole(shifted)
@@ -87,14 +87,14 @@ def straight(cells: Any, where: Any) -> Any:
 
 
 @kernel
-def whole(x: Any) -> Any:
+def whole(x: Reals) -> Any:
     """Largest whole number that is not above x."""
     nearest = (x + ROUND) - ROUND
     return nearest - select(nearest > x, 1.0, 0.0)
 
 
 @kernel
-def around(cell: Any) -> Any:
+def around(cell: Reals) -> Any:
     """A cell of this turn or the next one, as one of this turn."""
     return select(cell >= CELLS, cell - CELLS, cell)
 
@@ -127,7 +127,7 @@ class Repetitive(NamedTuple):
         """Memory before the first sample."""
         return self.loop.start(), (0.0,) * 64, 0.0
 
-    def update(self, state: Any, m: Any) -> Any:
+    def update(self, state: Any, m: Measurement) -> Any:
         """Memory after a sample, and the torque [N*m]."""
         inner, cells, tripped = state
         inner, torque = self.loop.update(inner, m)

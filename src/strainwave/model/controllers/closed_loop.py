@@ -13,7 +13,7 @@ import numpy as np
 
 from ...base.choices import larger, select, smaller
 from ...base.protocols import need
-from ...base.quantities import Angle, Ratio, Time, Torque
+from ...base.quantities import Angle, Ratio, Reals, Time, Torque
 from ...compile.jit import kernel, kernel_as
 from ...compile.tree import mapped, numbers
 from ..excitation import Harmonic, Line, NoError
@@ -127,7 +127,7 @@ class Driven(NamedTuple):
         """Memory before the first sample."""
         return self.loop.start()
 
-    def update(self, state: Any, m: Any) -> Any:
+    def update(self, state: Any, m: Measurement) -> Any:
         """Memory after a sample, and the torque [N*m]."""
         state, torque = self.loop.update(state, moved(m, self.angle, 0.0, 0.0))
         return state, torque + self.torque
@@ -150,7 +150,7 @@ class Memory(NamedTuple):
 
 
 @kernel
-def rounded(angle: Any, quantum: Any) -> Any:
+def rounded(angle: Reals, quantum: Any) -> Any:
     """An angle in whole steps of an encoder; as it is where the step is 0."""
     step = select(quantum > 0.0, quantum, 1.0)
     return select(quantum > 0.0, ((angle / step + ROUND) - ROUND) * step, angle)
@@ -219,7 +219,7 @@ class ClosedLoop(NamedTuple):
         left = s.delay - whole(s) * s.period
         return select(left > JUST * s.period, left, 0.0)
 
-    def watched(self, phase: Any, y: Any) -> Any:
+    def watched(self, phase: Reals, y: Any) -> Any:
         """Pointing error [rad] of the load, and torque [N*m] in the gear."""
         return self.train.pointing_error(y), self.train.torque(phase, y)
 

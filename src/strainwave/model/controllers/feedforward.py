@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 from ...base.law import states_of, torque_of
 from ...base.protocols import need
-from ...base.quantities import AngularSpeed, Inertia, Ratio, Time, Torque, number, shown
+from ...base.quantities import AngularSpeed, Inertia, Ratio, Reals, States, Time, Torque, number, shown
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin
 from ..train.motion import MOST, polygon
-from .loops import is_controller, moved
+from .loops import Measurement, is_controller, moved
 
 ROUNDS = 4  # of the fixed point theta_m = N (theta_l + u + e(theta_m)): it contracts by N e', below 1e-2
 
@@ -36,7 +36,7 @@ class AngleFeedforward(NamedTuple):
         """Memory before the first sample."""
         return self.loop.start()
 
-    def update(self, state: Any, m: Any) -> Any:
+    def update(self, state: States, m: Measurement) -> Any:
         """Memory after a sample, and the torque [N*m]."""
         now, ahead = m.reference, m.reference + self.lead * m.speed
         shift = self.N * self.error.value(now)
@@ -70,7 +70,7 @@ class TorqueTable(NamedTuple):
         """Memory before the first sample."""
         return self.loop.start()
 
-    def update(self, state: Any, m: Any) -> Any:
+    def update(self, state: States, m: Measurement) -> Any:
         """Memory after a sample, and the torque [N*m]."""
         state, torque = self.loop.update(state, m)
         return state, torque + self.table.torque(self.turns * (m.reference + self.lead * m.speed))
@@ -97,7 +97,7 @@ class InverseDynamics(NamedTuple):
         """Memory before the first sample."""
         return self.loop.start()
 
-    def update(self, state: Any, m: Any) -> Any:
+    def update(self, state: States, m: Measurement) -> Any:
         """Memory after a sample, and the torque [N*m]."""
         now = inverse(self.train, m.reference, m.speed, m.acceleration)
         ahead = inverse(
@@ -119,7 +119,7 @@ class InverseDynamics(NamedTuple):
 
 
 @kernel
-def inverse(train: Any, angle: Any, speed: Any, acceleration: Any) -> Any:
+def inverse(train: Any, angle: Reals, speed: Reals, acceleration: Reals) -> Any:
     """Angle [rad], speed [rad/s] and torque [N*m] of the motor with which the load is at (angle, ...)/N."""
     load, N = train.load, train.N
     torque = load.J * acceleration / N - load.excitation.torque(angle)
@@ -138,7 +138,7 @@ def inverse(train: Any, angle: Any, speed: Any, acceleration: Any) -> Any:
 
 
 @kernel
-def drag_of(drag: Any, angle: Any, speed: Any) -> Any:
+def drag_of(drag: Any, angle: Reals, speed: Reals) -> Any:
     """Torque [N*m] of a drag without memory."""
     return torque_of(drag, angle, speed, ())
 
@@ -160,7 +160,7 @@ class SpeedTable(NamedTuple):
         """Memory before the first sample."""
         return self.loop.start()
 
-    def update(self, state: Any, m: Any) -> Any:
+    def update(self, state: States, m: Measurement) -> Any:
         """Memory after a sample, and the torque [N*m]."""
         state, torque = self.loop.update(state, m)
         turn = self.order * (m.reference + self.lead * m.speed)
@@ -193,21 +193,21 @@ class Shaped(NamedTuple):
     times: tuple[Time, ...]
     weights: tuple[float, ...]
 
-    def value(self, phase: Any) -> Any:
+    def value(self, phase: Reals) -> Any:
         """Angle [rad] at a time [s]."""
         total = 0.0 * phase
         for i in range(len(self.times)):
             total = total + self.weights[i] * self.motion.value(phase - self.times[i])
         return total
 
-    def slope(self, phase: Any) -> Any:
+    def slope(self, phase: Reals) -> Any:
         """Speed [rad/s] at a time [s]."""
         total = 0.0 * phase
         for i in range(len(self.times)):
             total = total + self.weights[i] * self.motion.slope(phase - self.times[i])
         return total
 
-    def curvature(self, phase: Any) -> Any:
+    def curvature(self, phase: Reals) -> Any:
         """Acceleration [rad/s^2] at a time [s]."""
         total = 0.0 * phase
         for i in range(len(self.times)):

@@ -7,7 +7,7 @@ from math import log
 from typing import Any, NamedTuple
 
 from ...base.choices import larger, smaller
-from ...base.quantities import AngularSpeed, Time
+from ...base.quantities import AngularSpeed, Reals, States, Time
 from ...compile.maths import cos, sin, sqrt
 from .loops import known
 
@@ -22,11 +22,11 @@ class Average(NamedTuple):
         """Memory before the first sample: the mean."""
         return (0.0,)
 
-    def expected(self, state: Any, _angle: Any) -> Any:
+    def expected(self, state: States, _angle: Reals) -> Any:
         """What the signal is expected to be at an angle [rad]."""
         return state[0]
 
-    def corrected(self, state: Any, _angle: Any, innovation: Any) -> Any:
+    def corrected(self, state: States, _angle: Reals, innovation: Reals) -> Any:
         """Memory after a sample that is off what was expected."""
         return (state[0] + self.period * self.bandwidth * innovation,)
 
@@ -57,18 +57,18 @@ class Demodulator(NamedTuple):
         """Memory before the first sample: that of `below`, c and s."""
         return self.below.start(), 0.0, 0.0
 
-    def expected(self, state: Any, angle: Any) -> Any:
+    def expected(self, state: Any, angle: Reals) -> Any:
         """What the signal is expected to be at an angle [rad]."""
         turn = self.order * angle
         return self.below.expected(state[0], angle) + state[1] * cos(turn) + state[2] * sin(turn)
 
-    def corrected(self, state: Any, angle: Any, innovation: Any) -> Any:
+    def corrected(self, state: Any, angle: Reals, innovation: Reals) -> Any:
         """Memory after a sample that is off what was expected."""
         turn, step = self.order * angle, 2.0 * self.period * self.bandwidth * innovation
         below = self.below.corrected(state[0], angle, innovation)
         return below, state[1] + step * cos(turn), state[2] + step * sin(turn)
 
-    def update(self, state: Any, angle: Any, signal: Any) -> Any:
+    def update(self, state: Any, angle: Reals, signal: Reals) -> Any:
         """Memory after a sample at an angle [rad]; a NaN leaves it as it is."""
         return self.corrected(state, angle, known(signal - self.expected(state, angle)))
 
@@ -129,7 +129,7 @@ class Tracker(NamedTuple):
         """Memory before the first sample: v, q, m and the frequency [rad/s], in the middle of its range."""
         return 0.0, 0.0, 0.0, 0.5 * (self.low + self.high)
 
-    def update(self, state: Any, signal: Any) -> Any:
+    def update(self, state: States, signal: Reals) -> Any:
         """Memory after a sample: v, q, m and the frequency [rad/s]; over a NaN the oscillator goes on."""
         v0, q0, mean, w = state
         c, s = cos(w * self.period), sin(w * self.period)
@@ -141,7 +141,7 @@ class Tracker(NamedTuple):
         w = larger(smaller(w - turned, self.high), self.low)
         return v + step, q, mean + 0.2 * step, w
 
-    def amplitude(self, state: Any) -> Any:
+    def amplitude(self, state: States) -> Any:
         """Amplitude, 0 to peak, of the line."""
         return sqrt(state[0] * state[0] + state[1] * state[1])
 

@@ -7,7 +7,7 @@ angle and speed. Torques are in N*m, speeds in rad/s, both of the shaft that the
 
 from typing import Annotated, Any, NamedTuple
 
-from ...base.quantities import AngularSpeed, Damping, Ratio, Torque, TorsionalStiffness, number
+from ...base.quantities import AngularSpeed, Damping, Ratio, Reals, States, Torque, TorsionalStiffness, number
 from ...compile.jit import kernel
 from ...compile.maths import exp, sqrt
 
@@ -20,13 +20,13 @@ HOTTEST = 20.0  # exponent of the viscosity: 570 K for oil
 
 
 @kernel
-def smooth_sign(v: Any, width: Any) -> Any:
+def smooth_sign(v: Reals, width: Reals) -> Any:
     """Sign of v, smoothed: v/sqrt(v^2 + width^2)."""
     return v / sqrt(v * v + width * width)
 
 
 @kernel
-def sliding_friction(v: Any, low: Any, high: Any, speed: Any) -> Any:
+def sliding_friction(v: Reals, low: Reals, high: Reals, speed: Reals) -> Any:
     """Friction torque that falls from `high` at rest to `low` well above `speed`."""
     return low + (high - low) * exp(-(v / speed) * (v / speed))
 
@@ -79,11 +79,11 @@ class Viscous(NamedTuple):
     per_kelvin: PerKelvin = 0.035
     per_torque: PerTorque = 0.0
 
-    def torque(self, x: Any, v: Any) -> Any:
+    def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
         return self.B * exp(-self.per_kelvin * self.warming) * (1.0 + self.per_torque * abs(self.load)) * v
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """No stiffness: 0."""
         return 0.0 * x
 
@@ -103,11 +103,11 @@ class Coulomb(NamedTuple):
     T_c: Torque
     width: AngularSpeed
 
-    def torque(self, x: Any, v: Any) -> Any:
+    def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
         return self.T_c * smooth_sign(v, self.width)
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """No stiffness: 0."""
         return 0.0 * x
 
@@ -122,11 +122,11 @@ class QuadraticDamping(NamedTuple):
 
     D: QuadraticCoefficient
 
-    def torque(self, x: Any, v: Any) -> Any:
+    def torque(self, x: Reals, v: Any) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
         return self.D * abs(v) * v
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """No stiffness: 0."""
         return 0.0 * x
 
@@ -149,11 +149,11 @@ class Stribeck(NamedTuple):
     v_s: AngularSpeed
     width: AngularSpeed
 
-    def torque(self, x: Any, v: Any) -> Any:
+    def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
         return smooth_sign(v, self.width) * sliding_friction(v, self.T_c, self.T_s, self.v_s)
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """No stiffness: 0."""
         return 0.0 * x
 
@@ -197,31 +197,31 @@ class LuGre(NamedTuple):
         """Number of internal states."""
         return 1
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque [N*m] at the speed v [rad/s] and z = (z,) [rad]."""
         return self.sigma_0 * z[0] + self.sigma_1 * bending(self, v, z[0]) + self.sigma_2 * v
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rate (z',) [rad/s] of the deflection."""
         return (bending(self, v, z[0]),)
 
-    def kinks(self, x: Any, v: Any, z: Any) -> tuple[Any, ...]:
+    def kinks(self, x: Reals, v: Reals, z: States) -> tuple[Any, ...]:
         """What vanishes where z' has a corner: the speed v [rad/s]."""
         return (v,)
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Stiffness sigma_0 [N*m/rad] before it slips."""
         return self.sigma_0 + 0.0 * x
 
-    def spring_stiffness(self, x: Any) -> Any:
+    def spring_stiffness(self, x: Reals) -> Any:
         """No stiffness once it slips: 0."""
         return 0.0 * x
 
-    def energy(self, x: Any, z: Any) -> Any:
+    def energy(self, x: Reals, z: States) -> Any:
         """Energy stored [J] in the bristles."""
         return 0.5 * self.sigma_0 * z[0] * z[0]
 
-    def losses(self, x: Any, v: Any, z: Any) -> Any:
+    def losses(self, x: Reals, v: Reals, z: States) -> Any:
         """Power [W] turned into heat, in a tuple."""
         z_rate = bending(self, v, z[0])
         return (self.sigma_0 * z[0] * (v - z_rate) + self.sigma_1 * z_rate * v + self.sigma_2 * v * v,)
@@ -236,7 +236,7 @@ class LuGre(NamedTuple):
 class NoFriction(NamedTuple):
     """The meshing loses nothing."""
 
-    def torque(self, T: Any, v: Any) -> Any:
+    def torque(self, T: Reals, v: Reals) -> Any:
         """Torque [N*m, output side]: 0."""
         return 0.0
 

@@ -19,8 +19,8 @@ from ...base.law import (
     torque_of,
     z_rate_of,
 )
-from ...base.protocols import need, scaled
-from ...base.quantities import Angle, Ratio, TorsionalStiffness
+from ...base.protocols import Law, need, scaled
+from ...base.quantities import Angle, Ratio, Reals, States, TorsionalStiffness
 from ...compile.jit import kernel
 from ...compile.maths import sign
 from .friction import positive
@@ -62,37 +62,37 @@ class BoucWen(NamedTuple):
         """Number of internal states."""
         return 1
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque [N*m] at torsion x [rad], its rate v [rad/s] and z = (z,) [rad]."""
         return self.ratio * self.K * x + (1.0 - self.ratio) * self.K * z[0]
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Any, z: States) -> Any:
         """Rate (z',) [rad/s] of the internal state."""
         slip = self.beta * abs(v) * sign(z[0]) + self.gamma * v
         return (self.A * v - yielded(z[0], self.yield_twist, self.n) * slip,)
 
-    def kinks(self, x: Any, v: Any, z: Any) -> tuple[Any, ...]:
+    def kinks(self, x: Reals, v: Reals, z: States) -> tuple[Any, ...]:
         """What vanishes where z' is not smooth: v [rad/s] and z [rad]."""
         return v, z[0]
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Stiffness [N*m/rad] before it yields (z = 0): K (ratio + (1 - ratio) A)."""
         return self.K * (self.ratio + (1.0 - self.ratio) * self.A) + 0.0 * x
 
-    def spring_stiffness(self, x: Any) -> Any:
+    def spring_stiffness(self, x: Reals) -> Any:
         """Stiffness [N*m/rad] after it has yielded: ratio K."""
         return self.ratio * self.K + 0.0 * x
 
-    def energy(self, x: Any, z: Any) -> Any:
+    def energy(self, x: Reals, z: States) -> Any:
         """Energy stored [J]."""
         return 0.5 * self.K * (self.ratio * x * x + (1.0 - self.ratio) * z[0] * z[0] / self.A)
 
-    def losses(self, x: Any, v: Any, z: Any) -> Any:
+    def losses(self, x: Reals, v: Reals, z: States) -> Any:
         """Power [W] turned into heat, in a tuple; never negative."""
         power = abs(v * z[0]) * (self.beta + self.gamma * sign(v * z[0]))  # in this form never below zero by rounding
         return ((1.0 - self.ratio) * self.K / self.A * yielded(z[0], self.yield_twist, self.n) * power,)
 
-    def scaled(self, factor: Any) -> "Yielding":
+    def scaled(self, factor: Reals) -> "Yielding":
         """The same law times a factor, without divisions."""
         K = self.K * factor
         parts = self.ratio * K, (1.0 - self.ratio) * K, self.A, 1.0 / self.yield_twist, self.beta, self.gamma
@@ -131,11 +131,11 @@ class Yielding(NamedTuple):
         """Number of internal states."""
         return 1
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque [N*m] at torsion x [rad], its rate v [rad/s] and z = (z,) [rad]."""
         return self.elastic * x + self.plastic * z[0]
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rate (z',) [rad/s] of the internal state."""
         size = abs(z[0] * self.per_yield)
         level = size
@@ -154,29 +154,29 @@ class Parallel(NamedTuple):
     first: Any
     second: Any
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque [N*m] at torsion x [rad], its rate v [rad/s] and the states z of both laws."""
         first = torque_of(self.first, x, v, share(self.first, z))
         return first + torque_of(self.second, x, v, rest(self.first, z))
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rates of the states of both laws."""
         first = z_rate_of(self.first, x, v, share(self.first, z))
         return first + z_rate_of(self.second, x, v, rest(self.first, z))
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Sum of the stiffnesses [N*m/rad] at torsion x [rad]."""
         return self.first.stiffness(x) + self.second.stiffness(x)
 
-    def spring_stiffness(self, x: Any) -> Any:
+    def spring_stiffness(self, x: Reals) -> Any:
         """Sum of the stiffnesses [N*m/rad] of the springs at torsion x [rad]."""
         return spring_stiffness(self.first, x) + spring_stiffness(self.second, x)
 
-    def energy(self, x: Any, z: Any) -> Any:
+    def energy(self, x: Reals, z: States) -> Any:
         """Energy stored [J] in both laws."""
         return energy_of(self.first, x, share(self.first, z)) + energy_of(self.second, x, rest(self.first, z))
 
-    def losses(self, x: Any, v: Any, z: Any) -> Any:
+    def losses(self, x: Reals, v: Reals, z: States) -> Any:
         """Powers [W] that the parts turn into heat, one for each part that can."""
         first = losses_of(self.first, x, v, share(self.first, z))
         return first + losses_of(self.second, x, v, rest(self.first, z))
@@ -185,12 +185,12 @@ class Parallel(NamedTuple):
         """Torsions [rad] where a law of the two is not smooth."""
         return tuple(sorted({place for law in self for place in breakpoints_of(law)}))
 
-    def kinks(self, x: Any, v: Any, z: Any) -> Any:
+    def kinks(self, x: Reals, v: Reals, z: States) -> Any:
         """What vanishes where a law of the two is not smooth."""
         first = kinks_of(self.first, x, v, share(self.first, z))
         return first + kinks_of(self.second, x, v, rest(self.first, z))
 
-    def scaled(self, factor: Any) -> "Parallel":
+    def scaled(self, factor: Reals) -> "Parallel":
         """The same laws times a factor."""
         return Parallel(scaled_law(self.first, factor), scaled_law(self.second, factor))
 
@@ -201,7 +201,7 @@ class Parallel(NamedTuple):
             check_law(f"Parallel.{name}", law)
 
 
-def scaled_law(law: Any, factor: Any) -> Any:
+def scaled_law(law: Law, factor: Reals) -> Any:
     """Law whose torque is that of another times a factor, in its form for many steps."""
     return scaled(law, factor, Geared)
 
@@ -212,10 +212,10 @@ class Geared(NamedTuple):
     law: Any
     factor: Any
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque at torsion x [rad], its rate v [rad/s] and the law's states z."""
         return self.factor * torque_of(self.law, x, v, z)
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rates of the law's states."""
         return z_rate_of(self.law, x, v, z)

@@ -10,7 +10,7 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from ...base.arguments import refuse
-from ...base.quantities import LARGEST, Angle, Torque, TorsionalStiffness, checked, shown
+from ...base.quantities import LARGEST, Angle, Reals, Torque, TorsionalStiffness, checked, shown
 from ...compile.jit import kernel
 from .springs import PiecewiseLinear
 
@@ -24,14 +24,14 @@ def clipped(s: Any, w: Any) -> Any:
 
 
 @kernel
-def rounded(s: Any, w: Any) -> Any:
+def rounded(s: Reals, w: Reals) -> Any:
     """Return abs(s) outside -w .. w, and inside it the parabola w/2 + s^2/(2 w) that joins it smoothly."""
     c = clipped(s, w)
     return abs(s - c) + 0.5 * (w + c * c / w)
 
 
 @kernel
-def area(s: Any, w: Any) -> Any:
+def area(s: Any, w: Reals) -> Any:
     """Integral of `rounded` from 0 to s, odd in s."""
     c = clipped(s, w)
     return 0.5 * ((s - c) * (abs(s) + w) + c * (w + c * c / (3.0 * w)))
@@ -52,7 +52,7 @@ class RoundedPiecewiseLinear(NamedTuple):
     T2: Torque
     width: Angle
 
-    def torque(self, x: Any) -> Any:
+    def torque(self, x: Reals) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
         w, x1 = 0.5 * self.width, self.T1 / self.K1
         x2 = x1 + (self.T2 - self.T1) / self.K2
@@ -60,7 +60,7 @@ class RoundedPiecewiseLinear(NamedTuple):
         outer = 0.5 * (self.K2 - self.K3) * (rounded(x + x2, w) - rounded(x - x2, w))
         return self.K3 * x + inner + outer
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; continuous."""
         w, x1 = 0.5 * self.width, self.T1 / self.K1
         x2 = x1 + (self.T2 - self.T1) / self.K2

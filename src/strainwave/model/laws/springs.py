@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ...base.law import KINDS, breakpoints_of, depends
 from ...base.protocols import need
-from ...base.quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
+from ...base.quantities import Angle, PerSquareRadian, Reals, States, Torque, TorsionalStiffness
 from ...compile.jit import kernel
 from ...compile.maths import sign
 from ...compile.tree import with_leaf
@@ -24,15 +24,15 @@ class Linear(NamedTuple):
 
     K: TorsionalStiffness
 
-    def torque(self, x: Any) -> Any:
+    def torque(self, x: Reals) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
         return self.K * x
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]."""
         return self.K + 0.0 * x
 
-    def energy(self, x: Any) -> Any:
+    def energy(self, x: Reals) -> Any:
         """Energy stored [J] at torsion x [rad]."""
         return 0.5 * self.K * x * x
 
@@ -51,15 +51,15 @@ class Cubic(NamedTuple):
     K: TorsionalStiffness
     alpha: PerSquareRadian
 
-    def torque(self, x: Any) -> Any:
+    def torque(self, x: Reals) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
         return self.K * (x + self.alpha * x * x * x)
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]."""
         return self.K * (1.0 + 3.0 * self.alpha * x * x)
 
-    def energy(self, x: Any) -> Any:
+    def energy(self, x: Reals) -> Any:
         """Energy stored [J] at torsion x [rad]."""
         xx = x * x
         return self.K * xx * (0.5 + 0.25 * self.alpha * xx)
@@ -68,7 +68,7 @@ class Cubic(NamedTuple):
         """No breakpoints: the law is smooth."""
         return ()
 
-    def scaled(self, factor: Any) -> "LinearAndCubic":
+    def scaled(self, factor: Reals) -> "LinearAndCubic":
         """The same law times a factor, its coefficients multiplied out."""
         return LinearAndCubic(self.K * factor, self.K * self.alpha * factor)
 
@@ -79,7 +79,7 @@ class LinearAndCubic(NamedTuple):
     linear: Any
     cubic: Any
 
-    def torque(self, x: Any) -> Any:
+    def torque(self, x: Reals) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
         return x * (self.linear + self.cubic * (x * x))
 
@@ -89,7 +89,7 @@ class Polynomial(NamedTuple):
 
     coefficients: tuple[float, ...]
 
-    def torque(self, x: Any) -> Any:
+    def torque(self, x: Reals) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]; T(0) = c0."""
         c = self.coefficients
         total = 0.0 * x
@@ -97,7 +97,7 @@ class Polynomial(NamedTuple):
             total = total * x + c[len(c) - 1 - i]
         return total
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]."""
         c = self.coefficients
         total = 0.0 * x
@@ -145,7 +145,7 @@ class PiecewiseLinear(NamedTuple):
         outer = 0.5 * (self.K2 - self.K3) * (abs(x + x2) - abs(x - x2))
         return self.K3 * x + inner + outer
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; at a breakpoint the mean of both sides."""
         x1 = self.T1 / self.K1
         x2 = x1 + (self.T2 - self.T1) / self.K2
@@ -170,7 +170,7 @@ class PiecewiseLinear(NamedTuple):
         x2 = x1 + (self.T2 - self.T1) / self.K2
         return (-x2, -x1, x1, x2)
 
-    def scaled(self, factor: Any) -> "Slopes":
+    def scaled(self, factor: Reals) -> "Slopes":
         """The same law times a factor, without divisions."""
         x1 = self.T1 / self.K1
         x2 = x1 + (self.T2 - self.T1) / self.K2
@@ -195,7 +195,7 @@ class Slopes(NamedTuple):
     x1: Any
     x2: Any
 
-    def torque(self, x: Any) -> Any:
+    def torque(self, x: Reals) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
         inner = self.inner * (abs(x + self.x1) - abs(x - self.x1))
         return self.K3 * x + inner + self.outer * (abs(x + self.x2) - abs(x - self.x2))
@@ -212,7 +212,7 @@ class Backlash(NamedTuple):
         above, below = x - self.half_gap, x + self.half_gap
         return 0.5 * self.K * ((above + abs(above)) + (below - abs(below)))  # exactly 0 inside the gap
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; at the edge of the gap the mean of both sides."""
         b = self.half_gap
         return self.K * (1.0 - 0.5 * (sign(x + b) - sign(x - b)))
@@ -238,7 +238,7 @@ class Backlash(NamedTuple):
 
 
 @kernel
-def spread(places: Any, gap: Any) -> Any:
+def spread(places: States, gap: Any) -> Any:
     """Breakpoints of a law behind a gap, sorted: the edges of the gap, and the law's own moved outwards by it."""
     edges = (-gap, gap) + places  # noqa: RUF005  (Numba takes no starred tuple for a variable that loops change)
     for i in range(2, len(edges)):

@@ -12,8 +12,19 @@ from math import isclose, sqrt
 from typing import Any, Literal, NamedTuple
 
 from ...base.law import class_of, depends, has, share, states_of, torque_of, z_rate_of
-from ...base.protocols import lacking
-from ...base.quantities import AngularSpeed, Damping, Inertia, Rate, Ratio, Time, TorsionalStiffness, number, shown
+from ...base.protocols import Control, lacking
+from ...base.quantities import (
+    AngularSpeed,
+    Damping,
+    Inertia,
+    Rate,
+    Ratio,
+    Reals,
+    Time,
+    TorsionalStiffness,
+    number,
+    shown,
+)
 from ...base.units import HERTZ as HERTZ
 from ...compile.jit import chosen
 
@@ -47,11 +58,11 @@ class Commanded(NamedTuple):
         """Number of internal states."""
         return 1
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: Any) -> Any:
         """Torque [N*m] against the deviation: the commanded torque pushes along the motion."""
         return -z[0]
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: Any) -> Any:
         """Rate of the held torque: 0."""
         return (0.0 * z[0],)
 
@@ -68,7 +79,7 @@ class PositionLoop(NamedTuple):
     K_p: TorsionalStiffness
     K_d: Damping
 
-    def torque(self, x: Any, v: Any) -> Any:
+    def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] against the deviation x [rad] and its rate v [rad/s]."""
         return self.K_p * x + self.K_d * v
 
@@ -87,7 +98,7 @@ class SpeedLoop(NamedTuple):
     K_i: TorsionalStiffness = 0.0
     K_d: Inertia = 0.0
 
-    def torque(self, x: Any, v: Any) -> Any:
+    def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] against the deviation x [rad] and its rate v [rad/s]."""
         return self.K_i * x + self.K_p * v
 
@@ -115,11 +126,11 @@ class CascadeLoop(NamedTuple):
         """Number of internal states."""
         return 1
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: Any) -> Any:
         """Torque [N*m] against the deviation x [rad], its rate v [rad/s] and the integral z = (z,) [rad]."""
         return self.K_p * (v + self.K_v * x + z[0] / self.T_n)
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: Any) -> Any:
         """Rate (z',) [rad/s] of the integral."""
         return (v + self.K_v * x + 0.0 * z[0],)
 
@@ -147,11 +158,11 @@ class Lagged(NamedTuple):
         """Number of internal states."""
         return 1 + states_inside(self)
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: Any) -> Any:
         """Torque [N*m] against the deviation, of its rate v [rad/s] and the states z, the first [N*m]."""
         return z[0] + inertia_of(self.loop) / self.lag * v
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: Any) -> Any:
         """Rates of the internal states, the first [N*m/s]."""
         wanted = torque_of(self.loop, x, v, z[1:])
         return ((wanted - self.torque(x, v, z)) / self.lag, *z_rate_of(self.loop, x, v, z[1:]))
@@ -201,7 +212,7 @@ class Nudged(NamedTuple):
     K_p: Damping
     K_i: TorsionalStiffness
 
-    def torque(self, x: Any, v: Any) -> Any:
+    def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] against the deviation x [rad] and its rate v [rad/s]."""
         return self.K_i * x + self.K_p * v
 
@@ -217,35 +228,35 @@ def _gains_not_negative(control: Any) -> None:
 
 
 @chosen
-def motor_states(control: Any, y: Any) -> Any:
+def motor_states(control: Control, y: Any) -> Any:
     """Deviation (angle [rad], speed [rad/s]) of the motor from its reference, and the states of the train after it."""
     return _without_motor if class_of(control) is Held else _with_motor
 
 
-def _without_motor(control: Any, y: Any) -> Any:
+def _without_motor(control: Control, y: Any) -> Any:
     return (0.0 * y[0], 0.0 * y[0]), y[2:]
 
 
-def _with_motor(control: Any, y: Any) -> Any:
+def _with_motor(control: Control, y: Any) -> Any:
     return (y[2], y[3]), y[4:]
 
 
 @chosen
-def off_reference(control: Any, y: Any) -> Any:
+def off_reference(control: Control, y: Any) -> Any:
     """Deviation (angle [rad], speed [rad/s]) of the motor as the load points wrong by it: none without a reference."""
     return _with_none if class_of(control) in (Held, Free, Nudged) else _with_all
 
 
-def _with_none(control: Any, y: Any) -> Any:
+def _with_none(control: Control, y: Any) -> Any:
     return 0.0 * y[0], 0.0 * y[1]
 
 
-def _with_all(control: Any, y: Any) -> Any:
+def _with_all(control: Control, y: Any) -> Any:
     return motor_states(control, y)[0]
 
 
 @chosen
-def controlled(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+def controlled(control: Any, J: Reals, torque: Reals, excitation: Reals, reference: Any, deviation: Any, z: Any) -> Any:
     """Acceleration [rad/s^2] of a motor under its control and other torques, torque [N*m] of the control, own rates.
 
     `excitation` [N*m] is the torque of the motor beside its control, `torque` what else turns it; `reference` is the
@@ -261,11 +272,11 @@ def _prescribed(control: Any, J: Any, torque: Any, excitation: Any, reference: A
     return reference[1], J * reference[1] - torque - excitation, ()
 
 
-def _by_itself(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+def _by_itself(control: Any, J: Reals, torque: Reals, excitation: Reals, reference: Any, deviation: Any, z: Any) -> Any:
     return control.driven(J, torque, excitation, reference, deviation, z)
 
 
-def _driven(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+def _driven(control: Any, J: Reals, torque: Reals, excitation: Reals, reference: Any, deviation: Any, z: Any) -> Any:
     x, v = deviation
     own, heavy = share(control, z), inertia_of(control)
     against = torque_of(control, x, v, own)
@@ -275,7 +286,7 @@ def _driven(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, 
 
 
 @chosen
-def inertia_of(control: Any) -> Any:
+def inertia_of(control: Control) -> Any:
     """Torque [kg*m^2] of a control against the acceleration of the deviation; 0 of one that does not say."""
     return _own_inertia if has(control, "inertia") else _no_inertia
 
@@ -284,7 +295,7 @@ def _own_inertia(control: Any) -> Any:
     return control.inertia()
 
 
-def _no_inertia(control: Any) -> Any:
+def _no_inertia(control: Control) -> Any:
     return 0.0
 
 
@@ -371,7 +382,7 @@ def from_bandwidth(
     return Lagged(loop, lag) if lag else loop
 
 
-def tuning_of(control: Any, inertia: float) -> Tuning | None:
+def tuning_of(control: Control, inertia: float) -> Tuning | None:
     """Bandwidth and damping that the gains of a loop give on an inertia [kg*m^2], as `from_bandwidth` takes them.
 
     A gain K_d of a speed loop counts as inertia. None of another control, of one without damping or stiffness, and of a

@@ -22,8 +22,8 @@ from ...base.law import (
     torque_of,
     z_rate_of,
 )
-from ...base.protocols import joint_orders, need
-from ...base.quantities import LARGEST, AngularSpeed, Damping, Ratio
+from ...base.protocols import Control, joint_orders, need
+from ...base.quantities import LARGEST, AngularSpeed, Damping, Ratio, Reals, States
 from ...compile.jit import chosen, kernel
 from ..excitation import NoError
 from ..laws.friction import NO_FRICTION
@@ -34,33 +34,33 @@ from .shafts import Motor, check_load, refuse_driving
 
 
 @kernel
-def motor_motion(train: Any, phase: Any, y: Any) -> Any:
+def motor_motion(train: Any, phase: Reals, y: States) -> Any:
     """Angle [rad] and speed [rad/s] of the motor."""
     angle, speed = motor_states(train.motor.control, y)[0]
     return train.reference.value(phase) + angle, train.omega * train.reference.slope(phase) + speed
 
 
 @kernel
-def gear_motion(train: Any, y: Any, motor: Any) -> Any:
+def gear_motion(train: Any, y: States, motor: States) -> Any:
     """Torsion [rad] of the gear, its rate [rad/s], and 1/N - e'(theta_m), how much output a motor's angle gives."""
     slope = train.error.slope(motor[0])
     return y[0] - train.error.value(motor[0]), y[1] - slope * motor[1], 1.0 / train.N - slope
 
 
 @kernel
-def gear_torque(train: Any, gear: Any, states: Any) -> Any:
+def gear_torque(train: Any, gear: States, states: States) -> Any:
     """Torque [N*m, output side] that the gear transmits, with its damping."""
     return torque_of(train.law, gear[0], gear[1], share(train.law, states)) + train.B * gear[1]
 
 
 @kernel
-def inner_states(train: Any, y: Any) -> Any:
+def inner_states(train: Any, y: States) -> Any:
     """States of the train after those of the motor and of its control: of gear, motor's drag and load."""
     return rest(train.motor.control, motor_states(train.motor.control, y)[1])
 
 
 @kernel
-def motor_acceleration(train: Any, phase: Any, y: Any, motor: Any, reaction: Any, states: Any) -> Any:
+def motor_acceleration(train: Any, phase: Reals, y: States, motor: States, reaction: Reals, states: States) -> Any:
     """Acceleration [rad/s^2] of the motor, the torque [N*m] of its control, and the rates of the states of both."""
     control, drag = train.motor.control, train.motor.drag
     against = torque_of(drag, motor[0], motor[1], share(drag, states))
@@ -72,22 +72,22 @@ def motor_acceleration(train: Any, phase: Any, y: Any, motor: Any, reaction: Any
 
 
 @chosen
-def seen_deviation(control: Any, train: Any, y: Any) -> Any:
+def seen_deviation(control: Control, train: Any, y: States) -> Any:
     """Deviation (angle [rad], speed [rad/s]) from the reference that a control of the motor sees by its encoders."""
     return _of_load if has(control, "at_load") else _of_motor
 
 
-def _of_motor(control: Any, train: Any, y: Any) -> Any:
+def _of_motor(control: Control, train: Any, y: States) -> Any:
     return motor_states(control, y)[0]
 
 
-def _of_load(control: Any, train: Any, y: Any) -> Any:
+def _of_load(control: Control, train: Any, y: States) -> Any:
     angle, speed = motor_states(control, y)[0]
     return angle - train.N * (y[0] + coupling_twist(train, y)[0]), speed
 
 
 @kernel
-def forces(train: Any, phase: Any, y: Any) -> Any:
+def forces(train: Any, phase: Reals, y: States) -> Any:
     """Motions of motor, gear and output, internal states of gear and drag, torque, and `motor_acceleration`."""
     motor = motor_motion(train, phase, y)
     gear, z = gear_motion(train, y, motor), inner_states(train, y)
@@ -99,7 +99,7 @@ def forces(train: Any, phase: Any, y: Any) -> Any:
 
 
 @kernel
-def coupling_twist(train: Any, y: Any) -> Any:
+def coupling_twist(train: Any, y: States) -> Any:
     """Twist [rad] of all couplings together and its rate, from the state; from the rates of the state, their rates."""
     return train.load.twist(rest(train.motor.drag, rest(train.law, inner_states(train, y))))
 
@@ -127,7 +127,7 @@ class DriveTrain(NamedTuple):
     reference: Any = Steady()
     friction: Any = NO_FRICTION
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives of the state at the base angle [rad]."""
         motor, gear, output, z, of_motor, torque, (fast, _, own) = forces(self, phase, y)
         slow, of_load = self.load.rates(phase, output, rest(self.motor.drag, of_motor), torque)
@@ -135,20 +135,20 @@ class DriveTrain(NamedTuple):
         drag = z_rate_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
         return (y[1], fast / self.N - slow, *own, *law, *drag, *of_load)
 
-    def torsion(self, phase: Any, y: Any) -> Any:
+    def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion u = x - e(theta_m) of the gear [rad]."""
         return y[0] - self.error.value(motor_motion(self, phase, y)[0])
 
-    def torque(self, phase: Any, y: Any) -> Any:
+    def torque(self, phase: Reals, y: States) -> Any:
         """Torque that the gear transmits [N*m, output side], with its damping."""
         motor = motor_motion(self, phase, y)
         return gear_torque(self, gear_motion(self, y, motor), inner_states(self, y))
 
-    def motor_torque(self, phase: Any, y: Any) -> Any:
+    def motor_torque(self, phase: Reals, y: States) -> Any:
         """Torque of the motor [N*m], that of its control included."""
         return self.motor.excitation.torque(phase) + forces(self, phase, y)[6][1]
 
-    def energy(self, phase: Any, y: Any) -> Any:
+    def energy(self, phase: Reals, y: States) -> Any:
         """Energy [J] of the whole train: kinetic, and stored in the laws."""
         motor = motor_motion(self, phase, y)
         gear, z = gear_motion(self, y, motor), inner_states(self, y)
@@ -160,7 +160,7 @@ class DriveTrain(NamedTuple):
         kinetic = 0.5 * self.motor.J * motor[1] * motor[1]
         return kinetic + stored + self.load.energy(output, rest(self.motor.drag, of_motor))
 
-    def losses(self, phase: Any, y: Any) -> Any:
+    def losses(self, phase: Reals, y: States) -> Any:
         """Powers [W] as `power_names` lists them: put in by motor torque, control and load torque; then lost."""
         motor, gear, output, z, of_motor, torque, (_, control, _) = forces(self, phase, y)
         given = self.motor.excitation.torque(phase) * motor[1]
@@ -170,22 +170,22 @@ class DriveTrain(NamedTuple):
         of_load = self.load.powers(phase, output, rest(self.motor.drag, of_motor))
         return (given, control * motor[1], of_load[0], self.B * gear[1] * gear[1], law, mesh, drag, *of_load[1:])
 
-    def motor_speed(self, phase: Any, y: Any) -> Any:
+    def motor_speed(self, phase: Reals, y: States) -> Any:
         """Speed theta_m' of the motor [rad/s]."""
         return motor_motion(self, phase, y)[1]
 
-    def load_speed(self, phase: Any, y: Any) -> Any:
+    def load_speed(self, phase: Reals, y: States) -> Any:
         """Speed [rad/s] of the load, behind all couplings."""
         return motor_motion(self, phase, y)[1] / self.N - y[1] - coupling_twist(self, y)[1]
 
-    def load_error(self, y: Any) -> Any:
+    def load_error(self, y: States) -> Any:
         """Error between motor and load [rad]: x and the twists of all couplings, theta_m/N - theta of the load.
 
         The motor's own deviation from its reference is not in it.
         """
         return y[0] + coupling_twist(self, y)[0]
 
-    def pointing_error(self, y: Any) -> Any:
+    def pointing_error(self, y: States) -> Any:
         """Pointing error [rad] of the load: its reference angle, that of the motor over N, minus its angle.
 
         It is `load_error` less the motor's deviation over N; of a free motor, which has no reference, `load_error`.
@@ -202,7 +202,7 @@ class DriveTrain(NamedTuple):
         """Torsions [rad] where the gear's law is not smooth."""
         return tuple(breakpoints_of(self.law))
 
-    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+    def kinks(self, phase: Reals, y: States) -> tuple[Any, ...]:
         """What vanishes where the laws of the gear and of the couplings are not smooth."""
         gear = gear_motion(self, y, motor_motion(self, phase, y))
         z = inner_states(self, y)

@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from ...base.law import has, torque_of, z_rate_of
-from ...base.quantities import AngularSpeed, Ratio, Time, checked, shown
+from ...base.quantities import AngularSpeed, Ratio, Reals, States, Time, checked, shown
 from .controls import CascadeLoop, Lagged, Tuning, controlled, core_of, from_bandwidth, need_loop, states_inside
 
 
@@ -113,11 +113,11 @@ class PositionIntegral(NamedTuple):
         """Number of internal states."""
         return 1 + states_inside(self)
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque [N*m] against the deviation x [rad], its rate v [rad/s] and the states z."""
         return torque_of(self.loop, x + z[0] / self.T_p, v, z[1:])
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rates of the states."""
         return (1.0 * x, *z_rate_of(self.loop, x + z[0] / self.T_p, v, z[1:]))
 
@@ -145,12 +145,12 @@ class Filtered(NamedTuple):
         """Number of internal states."""
         return 2 + states_inside(self)
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque [N*m] against the deviation x [rad], its rate v [rad/s] and the states z [N*m]."""
         w, a, b, h = self.filter.shape()
         return h * torque_of(self.loop, x, v, z[2:]) + (1.0 - h) * z[0] + (b - h * a) / w * z[1]
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rates of the states."""
         w, a, _, _ = self.filter.shape()
         put_in = torque_of(self.loop, x, v, z[2:])
@@ -184,11 +184,11 @@ class LoadEncoder(NamedTuple):
         """Number of internal states."""
         return states_inside(self)
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque [N*m] against the load's deviation x [rad, motor side] and the rate v [rad/s] of the motor's."""
         return torque_of(self.loop, x, v, z)
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rates of the states."""
         return z_rate_of(self.loop, x, v, z)
 
@@ -196,7 +196,7 @@ class LoadEncoder(NamedTuple):
         """Whether the train gives the load's deviation."""
         return True
 
-    def driven(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+    def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
         """What `controlled` returns."""
         return controlled(self.loop, J, torque, excitation, reference, deviation, z)
 
@@ -219,11 +219,11 @@ class MixedEncoders(NamedTuple):
         """Number of internal states."""
         return 1 + states_inside(self)
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def torque(self, x: Reals, v: Reals, z: States) -> Any:  # noqa: ARG002
         """Torque [N*m] against the load's deviation x [rad, motor side] and the rate v [rad/s] of the motor's."""
         return torque_of(self.loop, z[0], v, z[1:])
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+    def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rates of the states."""
         return (v + self.frequency * (x - z[0]), *z_rate_of(self.loop, z[0], v, z[1:]))
 
@@ -231,7 +231,7 @@ class MixedEncoders(NamedTuple):
         """Whether the train gives the load's deviation."""
         return True
 
-    def driven(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+    def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
         """What `controlled` returns."""
         (x, v), seen = deviation, z[0]
         fast, given, rates = controlled(self.loop, J, torque, excitation, reference, (seen, v), z[1:])

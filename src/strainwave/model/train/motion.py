@@ -8,7 +8,7 @@ and after the last; they are meant for runs with omega = 1, where the base angle
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from ...base.quantities import Angle, AngularAcceleration, AngularJerk, AngularSpeed, Time, Torque
+from ...base.quantities import Angle, AngularAcceleration, AngularJerk, AngularSpeed, Reals, States, Time, Torque
 from ...compile.jit import kernel
 from ...compile.maths import cos, sign, sin
 from ..excitation import HIGHEST
@@ -34,15 +34,15 @@ def _check_polygon(name: str, times: tuple[float, ...], values: tuple[float, ...
 class Steady(NamedTuple):
     """The shaft turns with the base angle: at the constant speed omega."""
 
-    def value(self, phase: Any) -> Any:
+    def value(self, phase: Reals) -> Any:
         """Angle [rad] at the base angle [rad]."""
         return 1.0 * phase
 
-    def slope(self, phase: Any) -> Any:
+    def slope(self, phase: Reals) -> Any:
         """Derivative of the angle by the base angle: 1."""
         return 1.0 + 0.0 * phase
 
-    def curvature(self, phase: Any) -> Any:
+    def curvature(self, phase: Reals) -> Any:
         """Second derivative: 0."""
         return 0.0 * phase
 
@@ -50,15 +50,15 @@ class Steady(NamedTuple):
 class AtRest(NamedTuple):
     """The shaft stands at angle 0: the reference of motors that start from rest under their torque."""
 
-    def value(self, phase: Any) -> Any:
+    def value(self, phase: Reals) -> Any:
         """Angle [rad]: 0."""
         return 0.0 * phase
 
-    def slope(self, phase: Any) -> Any:
+    def slope(self, phase: Reals) -> Any:
         """Derivative of the angle by the base angle: 0."""
         return 0.0 * phase
 
-    def curvature(self, phase: Any) -> Any:
+    def curvature(self, phase: Reals) -> Any:
         """Second derivative: 0."""
         return 0.0 * phase
 
@@ -87,11 +87,11 @@ class SpeedProfile(NamedTuple):
             angle = angle + rate * (0.5 * inside * inside + width * after)
         return angle
 
-    def slope(self, phase: Any) -> Any:
+    def slope(self, phase: Reals) -> Any:
         """Speed [rad/s] at a time [s]."""
         return polygon(self.times, self.speeds, phase)
 
-    def curvature(self, phase: Any) -> Any:
+    def curvature(self, phase: Reals) -> Any:
         """Acceleration [rad/s^2] at a time [s]."""
         total = 0.0 * phase
         for i in range(len(self.times) - 1):
@@ -120,23 +120,23 @@ class Segment(NamedTuple):
     acceleration: AngularAcceleration
     jerk: AngularJerk
 
-    def value(self, phase: Any) -> Any:
+    def value(self, phase: Reals) -> Any:
         """Angle [rad] at a time [s]."""
         s = phase - self.begin
         return self.angle + s * (self.speed + s * (0.5 * self.acceleration + s * (self.jerk * (1.0 / 6.0))))
 
-    def slope(self, phase: Any) -> Any:
+    def slope(self, phase: Reals) -> Any:
         """Speed [rad/s] at a time [s]."""
         s = phase - self.begin
         return self.speed + s * (self.acceleration + s * (0.5 * self.jerk))
 
-    def curvature(self, phase: Any) -> Any:
+    def curvature(self, phase: Reals) -> Any:
         """Acceleration [rad/s^2] at a time [s]."""
         return self.acceleration + (phase - self.begin) * self.jerk
 
 
 @kernel
-def polygon(times: Any, values: Any, t: Any) -> Any:
+def polygon(times: States, values: States, t: Reals) -> Any:
     """Value at t of the polygon through points, constant before the first and after the last."""
     total = values[0] + 0.0 * t
     for i in range(len(times) - 1):
@@ -151,7 +151,7 @@ class TorqueProfile(NamedTuple):
     times: tuple[Time, ...]
     torques: tuple[Torque, ...]
 
-    def torque(self, angle: Any) -> Any:
+    def torque(self, angle: Reals) -> Any:
         """Torque [N*m] at a time [s]."""
         return polygon(self.times, self.torques, angle)
 
@@ -175,11 +175,11 @@ class AngleTorque(NamedTuple):
     order: int = 1
     phase: Angle = 0.0
 
-    def torque(self, x: Any) -> Any:
+    def torque(self, x: Reals) -> Any:
         """Torque [N*m] at the angle x [rad]."""
         return self.amplitude * sin(self.order * x + self.phase)
 
-    def stiffness(self, x: Any) -> Any:
+    def stiffness(self, x: Reals) -> Any:
         """Slope dT/dx [N*m/rad] at the angle x [rad]; negative where the torque pushes away."""
         return self.amplitude * self.order * cos(self.order * x + self.phase)
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from ...base.law import check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
 from ...base.protocols import lacking, need
-from ...base.quantities import LARGEST, Damping, Inertia, shown
+from ...base.quantities import LARGEST, Damping, Inertia, Reals, States, shown
 from ..excitation import Harmonic
 from ..laws.springs import Linear
 from .controls import FREE, Free, Held
@@ -64,20 +64,20 @@ class Load(NamedTuple):
         drag = torque_of(self.drag, angle, speed, z)
         return (torque + self.excitation.torque(phase) - drag) / self.J, z_rate_of(self.drag, angle, speed, z)
 
-    def twist(self, states: Any) -> Any:
+    def twist(self, states: States) -> Any:
         """Twist [rad] of all couplings together and its rate; from the rates of the states, their rates."""
         return 0.0, 0.0
 
-    def energy(self, motion: Any, states: Any) -> Any:
+    def energy(self, motion: States, states: States) -> Any:
         """Energy [J]: kinetic, and stored in the laws."""
         return 0.5 * self.J * motion[1] * motion[1] + energy_of(self.drag, motion[0], share(self.drag, states))
 
-    def powers(self, phase: Any, motion: Any, states: Any) -> Any:
+    def powers(self, phase: Reals, motion: States, states: States) -> Any:
         """Powers [W]: what the load torque puts in, then what the drag and each coupling lose."""
         lost = heat_of(self.drag, motion[0], motion[1], share(self.drag, states))
         return self.excitation.torque(phase) * motion[1], lost
 
-    def kinks(self, states: Any) -> Any:
+    def kinks(self, states: States) -> Any:
         """What vanishes where the laws of the couplings are not smooth: nothing."""
         return ()
 
@@ -127,26 +127,26 @@ class Elastic(NamedTuple):
         there, rates = self.load.rates(phase, behind, rest(self.law, z), passed)
         return here, (speed, here - there, *z_rate_of(self.law, twist, speed, own), *rates)
 
-    def twist(self, states: Any) -> Any:
+    def twist(self, states: States) -> Any:
         """Twist [rad] of all couplings together and its rate; from the rates of the states, their rates."""
         twist, rate = self.load.twist(rest(self.law, states[2:]))
         return states[0] + twist, states[1] + rate
 
-    def energy(self, motion: Any, states: Any) -> Any:
+    def energy(self, motion: States, states: States) -> Any:
         """Energy [J]: kinetic, and stored in the laws."""
         twist, speed, z = states[0], states[1], states[2:]
         behind = motion[0] - twist, motion[1] - speed
         here = 0.5 * self.J * motion[1] * motion[1] + energy_of(self.law, twist, share(self.law, z))
         return here + self.load.energy(behind, rest(self.law, z))
 
-    def powers(self, phase: Any, motion: Any, states: Any) -> Any:
+    def powers(self, phase: Reals, motion: States, states: States) -> Any:
         """Powers [W]: what the load torque puts in, then what the drag and each coupling lose, the nearest last."""
         twist, speed, z = states[0], states[1], states[2:]
         behind = motion[0] - twist, motion[1] - speed
         lost = self.B * speed * speed + heat_of(self.law, twist, speed, share(self.law, z))
         return (*self.load.powers(phase, behind, rest(self.law, z)), lost)
 
-    def kinks(self, states: Any) -> Any:
+    def kinks(self, states: States) -> Any:
         """What vanishes where the laws of the couplings are not smooth."""
         z = states[2:]
         own = kinks_of(self.law, states[0], states[1], share(self.law, z))

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ...base.quantities import AngularSpeed, Ratio
+from ...base.quantities import AngularSpeed, Ratio, Reals, States
 from ...compile.jit import kernel
 from ...compile.tree import axpy
 from ..excitation import NoError
@@ -33,7 +33,7 @@ class SteadyTrain(NamedTuple):
     by_angle: int = 1
     bandwidth: Ratio = 1e-6
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Rates of the state, per 1/omega of the base angle: time derivatives where that is omega t."""
         w = y[2]
         own = w + (self.omega - self.train.omega) * self.train.reference.slope(phase)
@@ -49,15 +49,15 @@ class SteadyTrain(NamedTuple):
         least = 1e-3 * self.train.motor.J * self.omega * self.omega
         return tuple(least if name == "p" else 0.0 for name in self.state_names())
 
-    def torsion(self, phase: Any, y: Any) -> Any:
+    def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion u = x - e(theta_m) of the gear [rad]."""
         return y[0] - self.train.error.value(phase)
 
-    def torque(self, phase: Any, y: Any) -> Any:
+    def torque(self, phase: Reals, y: States) -> Any:
         """Torque that the gear transmits [N*m, output side], with its damping."""
         return self.train.torque(phase, self._own_state(phase, y))
 
-    def _own_state(self, phase: Any, y: Any) -> Any:
+    def _own_state(self, phase: Reals, y: States) -> Any:
         """State of the train itself."""
         own = y[2] + (self.omega - self.train.omega) * self.train.reference.slope(phase)
         return (y[0], y[1], 0.0 * own, own, *y[4:])
@@ -66,7 +66,7 @@ class SteadyTrain(NamedTuple):
         """Torsions [rad] where the gear's law is not smooth."""
         return self.train.breakpoints()
 
-    def kinks(self, phase: Any, y: Any) -> Any:
+    def kinks(self, phase: Reals, y: States) -> Any:
         """What vanishes where the laws are not smooth, as of the train itself."""
         return self.train.kinks(phase, self._own_state(phase, y))
 
@@ -113,15 +113,15 @@ class Metered(NamedTuple):
         """Base speed [rad/s] of the train."""
         return self.train.omega
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives of the state and the powers [W]; the train looks at its own states alone."""
         return self.train.rhs(phase, y) + self.train.losses(phase, y)
 
-    def torsion(self, phase: Any, y: Any) -> Any:
+    def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion u = x - e(theta_m) of the gear [rad]."""
         return self.train.torsion(phase, y)
 
-    def watched(self, phase: Any, y: Any) -> Any:
+    def watched(self, phase: Reals, y: States) -> Any:
         """Pointing error and x at the load [rad], torque in the gear [N*m, output side], speed of the motor [rad/s]."""
         train = self.train
         return train.pointing_error(y), train.load_error(y), train.torque(phase, y), motor_motion(train, phase, y)[1]
@@ -153,14 +153,14 @@ def turning(system: Any) -> Any:
 
 
 @kernel
-def own_state(system: Any, y: Any) -> Any:
+def own_state(system: Any, y: States) -> Any:
     """State of the train itself from that of an `AtLoad`."""
     twist, rate = behind_gear(system.train, y)
     return (y[0] - twist, y[1] - rate, *y[2:])
 
 
 @kernel
-def behind_gear(train: Any, y: Any) -> Any:
+def behind_gear(train: DriveTrain, y: States) -> Any:
     """What the pointing error [rad] has beside x of the gear, and its rate; from the rates of the state, their rates.
 
     The twists of all couplings, less the motor's deviation over the ratio.
@@ -184,13 +184,13 @@ class AtLoad(NamedTuple):
         """Law of the gear."""
         return self.train.law
 
-    def rhs(self, phase: Any, y: Any) -> Any:
+    def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives of the state at the base angle [rad]."""
         rates = turning(self).rhs(phase, own_state(self, y))
         speed, acceleration = behind_gear(self.train, rates)
         return (rates[0] + speed, rates[1] + acceleration, *rates[2:])
 
-    def torsion(self, phase: Any, y: Any) -> Any:
+    def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion u = x - e(theta_m) of the gear [rad], x that across the gear."""
         return turning(self).torsion(phase, own_state(self, y))
 
@@ -198,7 +198,7 @@ class AtLoad(NamedTuple):
         """Torsions [rad] where the gear's law is not smooth."""
         return self.train.breakpoints()
 
-    def kinks(self, phase: Any, y: Any) -> Any:
+    def kinks(self, phase: Reals, y: States) -> Any:
         """What vanishes where its laws are not smooth, as of the train itself."""
         return turning(self).kinks(phase, own_state(self, y))
 

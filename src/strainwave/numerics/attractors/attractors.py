@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
-from ...base.protocols import System, omega_of
+from ...base.protocols import Balance, System, omega_of
 from ...base.quantities import replace
 from ...base.results import Floats, Orbit, SolveError
 from ..balance.fourier import orders
@@ -178,7 +178,7 @@ class Search:
     loose: list[float]
 
 
-def settled_motions(problem: Any, omegas: Floats) -> Search:
+def settled_motions(problem: Balance, omegas: Floats) -> Search:
     """Integrate random starts of a harmonic-balance problem's system at each frequency [rad/s] until they settle."""
     system = problem.system
     boxes = [box_at(problem, float(omega)) for omega in omegas]

@@ -1,8 +1,6 @@
 """Which balance serves a system."""
 
-from typing import Any
-
-from ...base.protocols import Balance, lacking
+from ...base.protocols import Balance, System, lacking
 from .condensed.build import condensed
 from .first_order import first_order
 from .rates import SAME, is_second_order
@@ -10,7 +8,7 @@ from .second_order import second_order
 
 
 def balance_of(
-    system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1, folded: bool = True
+    system: System, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1, folded: bool = True
 ) -> Balance:  # fmt: skip
     """Balance problem of a system at its own parameters, in as few unknowns as it takes.
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.protocols import Balance, lacking, omega_of, orders_of
+from ...base.protocols import Balance, System, lacking, omega_of, orders_of
 from ...base.results import Floats
 from ...compile.address import ByAddress
 from ...compile.jit import kernel, run
@@ -59,7 +59,7 @@ def linearised(problem: Balance, z: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 @kernel
-def _linearise(problem: Any, z: Floats, r: Floats, matrix: Floats, column: Floats) -> None:
+def _linearise(problem: Balance, z: Floats, r: Floats, matrix: Floats, column: Floats) -> None:
     problem.residual(z, r)
     problem.linearise(z, matrix, column)
 
@@ -194,7 +194,7 @@ class FirstOrder(NamedTuple):
         """The same (states,), in the states' own units."""
         return self.difference() * self.sizes
 
-    def places(self, system: Any, y: Floats, wide: int = 1) -> tuple[Floats, Floats, Floats]:
+    def places(self, system: System, y: Floats, wide: int = 1) -> tuple[Floats, Floats, Floats]:
         """Base angles [rad] of the samples, synthesis of the states there, and analysis up to harmonic `wide` H."""
         if not self.kinked:
             return self.angles, self.synthesis, self.analysis if wide == 1 else self.analysis_double
@@ -210,7 +210,7 @@ class FirstOrder(NamedTuple):
             return np.asarray(function(system, angles, y))
         return of_strength(function, system, angles, y, self.angles_of_mean(), float(np.exp(value)))
 
-    def slopes(self, system: Any, angles: Floats, y: Floats) -> Floats:
+    def slopes(self, system: System, angles: Floats, y: Floats) -> Floats:
         """Derivatives (states, states, samples) of the rates by the states."""
         return jacobians_at(system, angles, y, self.sizes, self.difference())
 
@@ -261,7 +261,7 @@ class FirstOrder(NamedTuple):
         faster = (base_speed(self, value + d) - base_speed(self, value - d)) / self.turns
         slope[:] = ((faster * derivative(y) - rise @ analysis) / (2.0 * d * self.sizes[:, None])).ravel()
 
-    def of(self, system: Any) -> "FirstOrder":
+    def of(self, system: System) -> "FirstOrder":
         """The problem of another system of the same classes, with the same excitation."""
         return self._replace(system=system)
 

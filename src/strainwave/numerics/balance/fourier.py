@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import breakpoints_of, torsion
-from ...base.protocols import lacking
+from ...base.protocols import System, lacking
 from ...base.results import Floats
 from ...compile.jit import kernel_as, routine
 
@@ -229,14 +229,14 @@ def distances(system: Any, angles: Floats, y: Floats) -> Floats:
     return np.array([np.broadcast_to(d, y.shape[1:]) for d in found], float)
 
 
-def samples_between(system: Any, y: Floats, turns: float) -> Samples:
+def samples_between(system: System, y: Floats, turns: float) -> Samples:
     """Samples of a period of a motion, states with coefficients y (states, 2H+1), cut at its kinks."""
     first, width = pieces(system, y, turns, PHASE / (y.shape[1] // 2))
     psi = first[:, None] + 0.5 * width[:, None] * (1.0 + PLACES)
     return Samples(psi.ravel(), (width[:, None] * WEIGHTS / (4.0 * np.pi)).ravel())
 
 
-def pieces(system: Any, y: Floats, turns: float, longest: float) -> tuple[Floats, Floats]:
+def pieces(system: System, y: Floats, turns: float, longest: float) -> tuple[Floats, Floats]:
     """Starts and lengths (n,) [rad] of pieces of a period of a motion, none above `longest`, cut at its kinks."""
     return cut(crossings(system, float(turns), y), longest)
 
@@ -251,7 +251,7 @@ def cut(cuts: Floats, longest: float) -> tuple[Floats, Floats]:
     return np.repeat(ends[:-1], parts) + width * number, width
 
 
-def panels(system: Any, y: Floats, turns: float, wide: int) -> tuple[Floats, Floats, Floats]:
+def panels(system: System, y: Floats, turns: float, wide: int) -> tuple[Floats, Floats, Floats]:
     """As `FirstOrder.places` for states with coefficients y (states, 2H+1), cut at the kinks of the motion."""
     h = y.shape[1] // 2
     samples = samples_between(system, y, turns)
@@ -260,7 +260,7 @@ def panels(system: Any, y: Floats, turns: float, wide: int) -> tuple[Floats, Flo
     return turns * samples.psi, own, samples.analysis(basis)
 
 
-def crossings(system: Any, turns: float, y: Floats) -> Floats:
+def crossings(system: System, turns: float, y: Floats) -> Floats:
     """Places (n,) [rad], in order, where distances from corners change sign along a motion."""
     h = y.shape[1] // 2
     places = LOOKED * (h + 1)
@@ -276,7 +276,7 @@ def crossings(system: Any, turns: float, y: Floats) -> Floats:
     return np.sort(false_position(f, grid[i], grid[i + 1], values[kink, i], values[kink, i + 1]))
 
 
-def false_position(function: Callable[[Floats], Floats], low: Floats, high: Floats, first: Any, last: Any) -> Floats:
+def false_position(function: Callable[[Floats], Floats], low: Floats, high: Floats, first: Floats, last: Any) -> Floats:
     """Places (n,) [rad] in [0, 2 pi) between `low` and `high` where functions change sign (Illinois).
 
     `function` gives all of them at such places; `first` and `last` are their values at the ends.

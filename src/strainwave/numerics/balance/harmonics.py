@@ -8,12 +8,12 @@ have odd harmonics alone, and a curve of them is followed with half the unknowns
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from ...base.law import is_spring
-from ...base.protocols import orders_of
+from ...base.protocols import Balance, Law, System, orders_of
 from ...base.quantities import positive_count
 from ...base.results import Floats
 from ...compile.tree import with_leaf
@@ -50,17 +50,17 @@ def grown(solve: Callable[[int, float], tuple[Result, float]], h: int, most: int
         h = min(2 * h + 1, most)
 
 
-def most_harmonics(system: Any) -> int:
+def most_harmonics(system: System) -> int:
     """How far the number of harmonics grows by itself."""
     return MOST if is_spring(system) else MOST_WITH_CORNERS
 
 
-def highest_order(system: Any) -> int:
+def highest_order(system: System) -> int:
     """Highest order of the excitation and the kinematic error on the base angle; 1 where the system does not say."""
     return max((1, *whole_orders(system)))
 
 
-def whole_orders(system: Any) -> tuple[int, ...]:
+def whole_orders(system: System) -> tuple[int, ...]:
     """Orders of a system; refuse those that do not repeat with the base angle, as of lines of the output's turn."""
     orders = orders_of(system)
     for order in orders:
@@ -72,7 +72,7 @@ def whole_orders(system: Any) -> tuple[int, ...]:
     return tuple(map(int, orders))
 
 
-def starting_harmonics(system: Any, harmonics: int | None, period: int, points: int = 1) -> int:
+def starting_harmonics(system: System, harmonics: int | None, period: int, points: int = 1) -> int:
     """Return the number H of harmonics of omega/period to begin with.
 
     Parameters
@@ -111,7 +111,7 @@ def starting_harmonics(system: Any, harmonics: int | None, period: int, points: 
     return int(harmonics)
 
 
-def seems_odd(law: Any, *series: Floats) -> bool:
+def seems_odd(law: Law, *series: Floats) -> bool:
     """Whether a law is odd at torsions of all sizes, and series (in blocks) have odd harmonics alone.
 
     Whether the law is odd on the orbits found is for `is_odd_on` to say.
@@ -128,7 +128,7 @@ def mirrored(point: Floats) -> Floats:
     return np.asarray(point * np.concatenate([sign, sign[1:], [1.0]]))
 
 
-def is_odd_on(problem: Any, points: Floats) -> bool:
+def is_odd_on(problem: Balance, points: Floats) -> bool:
     """Whether the law is odd at the torsions of the orbits found (coefficients in blocks, parameter last)."""
     some = points[::3]  # neighbours have next to the same torsions
     u = some[:, :-1] @ problem.synthesis
@@ -142,5 +142,5 @@ def _is_odd_series(series: Floats) -> bool:
     return bool(max(sizes[:1] + sizes[2 : h + 1 : 2] + sizes[h + 2 :: 2]) <= 1e-14 * max(sizes))
 
 
-def _odd(there: Any, back: Any) -> bool:
+def _odd(there: Floats, back: Floats) -> bool:
     return not np.any(np.abs(there + back) > 1e-12 * np.abs(there))

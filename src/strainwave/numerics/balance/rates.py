@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...base.law import is_spring, repeating
-from ...base.protocols import Balance, has_jacobian, lacking, omega_of
+from ...base.protocols import Balance, System, has_jacobian, lacking, omega_of
 from ...base.quantities import positive_count
 from ...base.results import Floats
 from ...compile.jit import routine
@@ -28,7 +28,7 @@ def base_speed(problem: Balance, values: Any) -> Any:
     return values if problem.leaf == problem.omega_leaf else omega_of(problem.system) + 0.0 * values
 
 
-def rates_at(system: Any, angles: Floats, y: Floats) -> Floats:
+def rates_at(system: System, angles: Floats, y: Floats) -> Floats:
     """Rates (states, ...) of a system in the states y (states, ...) at base angles [rad]."""
     return np.array([np.broadcast_to(rate, y.shape[1:]) for rate in system.rhs(angles, tuple(y))], float)
 
@@ -70,13 +70,13 @@ def strengthened(system: Any, angle: float, y: Floats, turn: Any, strength: floa
             w[0, i, j] = w[1, i, j] + strength * (w[0, i, j] - w[1, i, j])
 
 
-def of_strength(of: Any, system: Any, angles: Floats, y: Floats, turn: Floats, strength: float) -> Floats:
+def of_strength(of: Any, system: System, angles: Floats, y: Floats, turn: Floats, strength: float) -> Floats:
     """Rates or derivatives of a strength, by what gives those of a system in states at base angles [rad]."""
     mean = of(system, turn, np.broadcast_to(y[..., None], (*y.shape, len(turn)))).mean(axis=-1)
     return np.asarray(mean + strength * (of(system, angles, y) - mean))
 
 
-def number_of_states(system: Any) -> int:
+def number_of_states(system: System) -> int:
     """How many states `rhs` takes: the smallest number of which it returns as many rates.
 
     Raises
@@ -95,12 +95,12 @@ def number_of_states(system: Any) -> int:
     raise TypeError(f"{name}.rhs(phase, y) returns as many rates as y has states for no number up to {MOST_STATES}")
 
 
-def is_second_order(system: Any) -> bool:
+def is_second_order(system: System) -> bool:
     """Whether a system is J x'' + B u' + T(u) = tau, with the fields of `Oscillator` and a law torque(x)."""
     return not lacking(system, *SAME) and is_spring(system)
 
 
-def periodic(verb: str, system: Any, turns: int = 1) -> Any:
+def periodic(verb: str, system: System, turns: int = 1) -> Any:
     """Return the system, or refuse one whose rates differ so many turns of the base angle apart (ValueError).
 
     An oscillator with orders on its base angle repeats by its form; others are asked at two states.

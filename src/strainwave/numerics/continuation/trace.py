@@ -216,7 +216,7 @@ def put_in_order(points: Floats, labels: Any, count: int) -> None:
                 labels[a], labels[a + 1] = labels[a + 1], labels[a]
 
 
-def with_crests(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, Any]:
+def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> tuple[Floats, Any]:
     """Points and labels of a curve with the crests of |x| and of |x - mean| among them, labelled TOP."""
     if len(points) < 3:
         return points, labels

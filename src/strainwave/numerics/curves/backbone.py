@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.law import springs_only
-from ...base.protocols import with_parts
+from ...base.protocols import Balance, with_parts
 from ...base.quantities import numbers, shown
 from ...base.results import Floats, Status
 from ...compile.tree import leaf_of
@@ -130,7 +130,7 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     return Backbone(sizes[solved], points[:, -1], peaks, from_blocks(points[:, :-1].T).T, tail, status, message)
 
 
-def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
+def _along(problem: Balance, amplitudes: Floats) -> list[Floats | None]:
     """Solution (coefficients in blocks, omega) for every amplitude, each from the next larger or from one harmonic."""
     solutions: list[Floats | None] = [None] * len(amplitudes)
     before: Floats | None = None
@@ -156,7 +156,7 @@ def _one_harmonic(problem: Any, a: float) -> Floats:
     return z
 
 
-def _free(problem: Any, z: Floats) -> Floats | None:
+def _free(problem: Balance, z: Floats) -> Floats | None:
     """Newton's method for the mean, the cosines but the first, and omega; None where it fails."""
     if not z[-1] > 0.0:
         return None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...base.arguments import refuse
-from ...base.protocols import Balance, with_parts
+from ...base.protocols import Balance, System, with_parts
 from ...base.quantities import interval, replace, shown
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...compile.tree import leaf_of
@@ -170,7 +170,7 @@ def value_at(system: Any, path: str) -> float:
 
 
 def _beginning(
-    problem: Balance, system: Any, path: str, lo: float, hi: float, start: Orbit | None
+    problem: Balance, system: System, path: str, lo: float, hi: float, start: Orbit | None
 ) -> tuple[Floats, str]:
     """Where the branch starts (coefficients, parameter), and a sentence on it."""
     if start is not None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arguments import refuse
-from ...base.protocols import Balance
+from ...base.protocols import Balance, System
 from ...base.quantities import checked, interval, numbers, positive_count, replace, shown
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...base.sentences import Sentence, Speed
@@ -117,7 +117,7 @@ def remarks(problem: Balance, curve: Trace, branch: Branch) -> list[str]:
 
 
 def frequency_response(
-    system: Any,
+    system: System,
     span: tuple[float, float],
     *,
     harmonics: int | None = None,
@@ -193,7 +193,7 @@ def response_curves(
     """Response curves of checked systems of one class; `apply`, which is like map, goes through all but the first."""
     leaf = leaf_of(systems[0], "omega")
 
-    def followed(system: Any) -> tuple[Any, Trace, Tail | None, str]:
+    def followed(system: System) -> tuple[Any, Trace, Tail | None, str]:
         system = with_leaf(system, leaf, (lo * hi) ** 0.5)
         h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
 
@@ -216,7 +216,7 @@ def response_curves(
     return [described(curves[0], tails[0]), *apply(described, curves[1:], tails[1:])]
 
 
-def _described(problem: Any, found: Trace, tail: Tail | None, origin: str) -> Branch:
+def _described(problem: Balance, found: Trace, tail: Tail | None, origin: str) -> Branch:
     return with_all_said(problem, describe(problem, "omega", found, tail, origin), found)
 
 
@@ -275,7 +275,7 @@ def symmetric_across(
 
 
 def response_family(
-    system: Any,
+    system: System,
     span: tuple[float, float],
     parameters: dict[str, ArrayLike],
     *,

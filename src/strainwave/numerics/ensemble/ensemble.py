@@ -46,7 +46,7 @@ REST = 1e-15  # what is smaller than this share of the initial state has come to
 
 
 def dataset_of(
-    system: Any, varied: dict[str, Floats], batch: Batch, block: Block, measures: Any, method: Method
+    system: System, varied: dict[str, Floats], batch: Batch, block: Block, measures: Any, method: Method
 ) -> xr.Dataset:
     """Variables over the lanes, with units, from what came of them."""
     periods = batch.settle + batch.periods

@@ -10,6 +10,9 @@ import math
 from typing import Any
 
 from ...base.choices import larger
+from ...base.protocols import Scheme, System
+from ...base.quantities import States
+from ...base.results import Floats
 from ...compile.jit import borrowed, kernel, kernel_as
 from ...compile.lanes import LANES, lane, load, store
 from ...compile.tree import count
@@ -38,7 +41,7 @@ def pair(
 
 
 @kernel
-def one_step(scheme: Any, system: Any, y0: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any) -> None:
+def one_step(scheme: Scheme, system: Any, y0: Any, sums: Any, rows: Any, phase: float, turn: float, j: slice) -> None:
     """One step of lane j."""
     at = count(system) + 1
     s, h, y = lane(system, rows, 0, j), load(rows, at - 1, j), lane(y0, rows, at, j)
@@ -50,8 +53,8 @@ def one_step(scheme: Any, system: Any, y0: Any, sums: Any, rows: Any, phase: flo
 
 @kernel
 def measure(
-    system: Any, y0: Any, measures: Any, sums: Any, rows: Any, source: int, target: int, phase: float, turn: float,
-    j: Any,
+    system: System, y0: Any, measures: Any, sums: Any, rows: Any, source: int, target: int, phase: float, turn: float,
+    j: slice,
 ) -> None:  # fmt: skip
     """Update the measures of lane j by the pair of steps from the states in rows `source` to those in rows `target`."""
     offset = count(system) + 1 + 2 * count(y0)
@@ -82,14 +85,14 @@ def measured_step(
 
 
 @kernel
-def remember(system: Any, y0: Any, sums: Any, rows: Any, j: Any) -> None:
+def remember(system: System, y0: States, sums: Any, rows: Floats, j: slice) -> None:
     """Keep the state of lane j with which the measures begin."""
     at, n = count(system) + 1, count(y0)
     store(lane(y0, rows, at, j), rows, at + 2 * n + count(sums), j)
 
 
 @kernel
-def close(system: Any, y0: Any, measures: Any, sums: Any, rows: Any, turn: float, steps: float, j: Any) -> None:
+def close(system: System, y0: States, measures: Any, sums: Any, rows: Any, turn: float, steps: float, j: slice) -> None:
     """Add to the measures of lane j what the even pieces, `steps` each, lack: the first state, and sums' ends."""
     offset, n = count(system) + 1, count(y0)
     s, h = lane(system, rows, 0, j), load(rows, offset - 1, j)
@@ -100,7 +103,7 @@ def close(system: Any, y0: Any, measures: Any, sums: Any, rows: Any, turn: float
 
 
 @kernel
-def strobe(y0: Any, rows: Any, at: int, period: int, last: Any, points: Any, ended: Any, j: Any) -> None:
+def strobe(y0: States, rows: Floats, at: int, period: int, last: Floats, points: Floats, ended: Any, j: slice) -> None:
     """Keep the state at the end of a period, and count the periods over which all states stay bounded."""
     y = lane(y0, rows, at, j)
     store(y, last[period % KEPT], 0, j)
@@ -114,8 +117,8 @@ def strobe(y0: Any, rows: Any, at: int, period: int, last: Any, points: Any, end
 
 @kernel
 def march_pairs(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rule: Any, waiting: Any, settle: int,
-    periods: int, last: Any, points: Any, ended: Any,
+    system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Floats, rule: Any, waiting: Any, settle: int,
+    periods: int, last: Floats, points: Floats, ended: Floats,
 ) -> None:  # fmt: skip
     """March a block by pairs of steps; `rule` is the scheme and the steps a period (fours). Measure pairs of steps."""
     scheme, steps = rule
@@ -145,8 +148,8 @@ def march_pairs(
 
 @kernel
 def march_steps(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rule: Any, waiting: Any, settle: int,
-    periods: int, last: Any, points: Any, ended: Any,
+    system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Floats, rule: Any, waiting: Any, settle: int,
+    periods: int, last: Floats, points: Floats, ended: Floats,
 ) -> None:  # fmt: skip
     """March a block step by step; `rule` is the scheme and the steps a period. Measure after the first periods."""
     scheme, steps = rule

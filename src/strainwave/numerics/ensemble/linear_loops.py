@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...base.arguments import typed
-from ...base.quantities import numbers
+from ...base.quantities import States, numbers
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -206,7 +206,7 @@ def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, fl
     return np.linalg.eigvals(slopes[moving][:, moving]).astype(complex), samples * period
 
 
-def after(loop: Any, y: Any, memory: object, torque: float, angle: float, steps: int, time: float = 0.0) -> Any:
+def after(loop: Any, y: States, memory: object, torque: float, angle: float, steps: int, time: float = 0.0) -> Any:
     """State and memory one sample on, with inputs, from a time [s] of the motion."""
     driven = loop.with_inputs(torque, angle)
     memory = driven.update(time, y, memory, 0, 0)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arguments import typed
-from ...base.protocols import lacking, need
-from ...base.quantities import checked, number, numbers, positive_count, reals, shown
+from ...base.protocols import System, lacking, need
+from ...base.quantities import States, checked, number, numbers, positive_count, reals, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -206,7 +206,7 @@ def run_loop(
 
 
 def marched(
-    loop: Any, y: Any, memory: object, samples: int, steps: int, states: Floats, traces: Floats, *, unit: int = 0,
+    loop: Any, y: States, memory: object, samples: int, steps: int, states: Floats, traces: Floats, *, unit: int = 0,
     stride: int = 1,
 ) -> Any:  # fmt: skip
     """State and memory of one loop so many samples after a state and a memory; `states` and `traces` are filled."""
@@ -375,7 +375,7 @@ def steps_of(loop: Any, y: Floats) -> int:
     return max(1, needed)
 
 
-def fastest(plant: Any, y: Floats) -> float:
+def fastest(plant: System, y: Floats) -> float:
     """Largest eigenvalue [1/s] of a plant's motion near a state, by differences."""
     step = 1e-7
     with np.errstate(all="ignore"):

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.choices import larger, smaller
-from ...base.quantities import LARGEST, shown
+from ...base.quantities import LARGEST, Reals, States, shown
+from ...base.results import Floats
 from ...compile.maths import cos, sin
-from .pieces import harmonic_integrals, integral
+from .pieces import Piece, harmonic_integrals, integral
 
 
 class Peak(NamedTuple):
@@ -28,11 +29,11 @@ class Peak(NamedTuple):
         """Sums before the first piece."""
         return (0.0,)
 
-    def update(self, sums: Any, piece: Any) -> Any:
+    def update(self, sums: States, piece: Piece) -> Any:
         """Sums after a piece."""
         return (larger(larger(abs(piece.x1), abs(piece.extreme)), sums[0]),)
 
-    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+    def results(self, sums: States, time: Reals) -> dict[str, Any]:
         """Variables from the sums (rows) over a time [s]."""
         return {"peak": sums[0]}
 
@@ -44,12 +45,12 @@ class Extremes(NamedTuple):
         """Sums before the first piece."""
         return 1e300, -1e300
 
-    def update(self, sums: Any, piece: Any) -> Any:
+    def update(self, sums: States, piece: Piece) -> Any:
         """Sums after a piece."""
         low, high = smaller(piece.x1, piece.extreme), larger(piece.x1, piece.extreme)
         return smaller(low, sums[0]), larger(high, sums[1])
 
-    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+    def results(self, sums: States, time: Reals) -> dict[str, Any]:
         """Variables from the sums (rows) over a time [s]."""
         return {"lowest": sums[0], "highest": sums[1]}
 
@@ -61,13 +62,13 @@ class Rms(NamedTuple):
         """Sums before the first piece."""
         return (0.0,)
 
-    def update(self, sums: Any, piece: Any) -> Any:
+    def update(self, sums: States, piece: Piece) -> Any:
         """Sums after a piece."""
         x0, x1 = piece.x0, piece.x1
         part = integral(piece.rule, piece.width, x0 * x0, 2.0 * x0 * piece.v0, x1 * x1, 2.0 * x1 * piece.v1)
         return (sums[0] + part,)
 
-    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+    def results(self, sums: States, time: Reals) -> dict[str, Any]:
         """Variables from the sums (rows) over a time [s]."""
         return {"rms": np.sqrt(sums[0] / time)}
 
@@ -79,11 +80,11 @@ class Mean(NamedTuple):
         """Sums before the first piece."""
         return (0.0,)
 
-    def update(self, sums: Any, piece: Any) -> Any:
+    def update(self, sums: States, piece: Piece) -> Any:
         """Sums after a piece."""
         return (sums[0] + integral(piece.rule, piece.width, piece.x0, piece.v0, piece.x1, piece.v1),)
 
-    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+    def results(self, sums: States, time: Reals) -> dict[str, Any]:
         """Variables from the sums (rows) over a time [s]."""
         return {"mean": sums[0] / time}
 
@@ -97,14 +98,14 @@ class Amplitude(NamedTuple):
         """Sums before the first piece."""
         return 0.0, 0.0
 
-    def update(self, sums: Any, piece: Any) -> Any:
+    def update(self, sums: States, piece: Piece) -> Any:
         """Sums after a piece."""
         c0, s0 = cos(self.k * piece.phase0), sin(self.k * piece.phase0)
         c1, s1 = cos(self.k * piece.phase1), sin(self.k * piece.phase1)
         even, odd = harmonic_integrals(piece.rule, piece, self.k * piece.omega, c0, s0, c1, s1)
         return sums[0] + even, sums[1] + odd
 
-    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+    def results(self, sums: States, time: Reals) -> dict[str, Any]:
         """Variables from the sums (rows) over a time [s]."""
         return {f"amplitude_{self.k}": 2.0 * np.hypot(sums[0], sums[1]) / time}
 
@@ -125,7 +126,7 @@ class Amplitude(NamedTuple):
 class Final(NamedTuple):
     """State at the end: variable `final` over lane and state. It needs no sums."""
 
-    def of_end(self, y: Any) -> dict[str, Any]:
+    def of_end(self, y: Floats) -> dict[str, Any]:
         """Variables from the states at the end."""
         return {"final": y}
 
@@ -133,6 +134,6 @@ class Final(NamedTuple):
 class Poincare(NamedTuple):
     """States at the end of every period, those before the measures too: variable `points` over period, state, lane."""
 
-    def of_turns(self, y: Any) -> dict[str, Any]:
+    def of_turns(self, y: Floats) -> dict[str, Any]:
         """Variables from the states at the end of every turn."""
         return {"points": y}

@@ -6,6 +6,8 @@ import numpy as np
 
 from ...base.choices import larger, smaller
 from ...base.law import class_of
+from ...base.quantities import States
+from ...base.results import Floats
 from ...compile.jit import chosen, kernel, kernel_as
 from ...compile.maths_kernels import bits_of, float_of
 
@@ -53,15 +55,15 @@ def integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) 
     return {Whole: _whole_integral, Even: _even_integral, Ends: _ends_integral}[class_of(rule)]
 
 
-def _whole_integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
+def _whole_integral(rule: Any, width: Floats, f0: Floats, slope0: Any, f1: Any, slope1: Any) -> Any:
     return width * (0.5 * (f0 + f1) + width / 12.0 * (slope0 - slope1))
 
 
-def _even_integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
+def _even_integral(rule: Any, width: Floats, f0: Floats, slope0: Any, f1: Any, slope1: Any) -> Any:
     return width * f1
 
 
-def _ends_integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
+def _ends_integral(rule: Any, width: Floats, f0: Floats, slope0: Any, f1: Any, slope1: Any) -> Any:
     return width * (0.5 * (f0 - f1) + width / 12.0 * (slope0 - slope1))
 
 
@@ -74,14 +76,14 @@ def harmonic_integrals(rule: Any, piece: Any, rate: Any, c0: Any, s0: Any, c1: A
     return {Whole: _whole_harmonic, Even: _summed_harmonic, Ends: _summed_harmonic}[class_of(rule)]
 
 
-def _summed_harmonic(rule: Any, piece: Any, rate: Any, c0: Any, s0: Any, c1: Any, s1: Any) -> Any:
+def _summed_harmonic(rule: Any, piece: Piece, rate: Any, c0: Any, s0: Any, c1: Any, s1: Any) -> Any:
     x0, v0, x1, v1, width = piece.x0, piece.v0, piece.x1, piece.v1, piece.width
     even = integral(rule, width, x0 * c0, v0 * c0 - rate * x0 * s0, x1 * c1, v1 * c1 - rate * x1 * s1)
     odd = integral(rule, width, x0 * s0, v0 * s0 + rate * x0 * c0, x1 * s1, v1 * s1 + rate * x1 * c1)
     return even, odd
 
 
-def _whole_harmonic(rule: Any, piece: Any, rate: Any, c0: Any, s0: Any, c1: Any, s1: Any) -> Any:
+def _whole_harmonic(rule: Any, piece: Piece, rate: Any, c0: Any, s0: Any, c1: Any, s1: Any) -> Any:
     x0, x1, width = piece.x0, piece.x1, piece.width
     line = (x1 - x0) / larger(width, 1e-300)
     d0, d1, part = piece.v0 - line, piece.v1 - line, width * width / 12.0
@@ -91,16 +93,16 @@ def _whole_harmonic(rule: Any, piece: Any, rate: Any, c0: Any, s0: Any, c1: Any,
 
 
 @chosen
-def updated(measures: Any, sums: Any, piece: Any) -> Any:
+def updated(measures: Any, sums: Any, piece: Piece) -> Any:
     """Sums of several measures (tuples) after a piece."""
     return _first_and_rest if len(measures) else _nothing
 
 
-def _first_and_rest(measures: Any, sums: Any, piece: Any) -> Any:
+def _first_and_rest(measures: Any, sums: Any, piece: Piece) -> Any:
     return (measures[0].update(sums[0], piece), *updated(measures[1:], sums[1:], piece))
 
 
-def _nothing(measures: Any, sums: Any, piece: Any) -> Any:
+def _nothing(measures: Any, sums: Any, piece: Piece) -> Any:
     return ()
 
 
@@ -110,7 +112,7 @@ def _one_over_by_bits(x: Any) -> Any:
 
 
 @kernel_as(_one_over_by_bits, inline=True)
-def about_one_over(x: Any) -> Any:
+def about_one_over(x: Floats) -> Any:
     """1/x of a positive number to 2 %, in a fifth of the time of a division."""
     return 1.0 / x
 
@@ -123,7 +125,7 @@ def _log2_by_bits(x: Any) -> Any:
 
 
 @kernel_as(_log2_by_bits, inline=True)
-def about_log2(x: Any) -> Any:
+def about_log2(x: Floats) -> Any:
     """Binary logarithm of a positive number to 0.09: the straight line between powers of two, which its bits are."""
     return np.log2(x)
 
@@ -135,7 +137,7 @@ def _two_to_by_bits(x: Any) -> Any:
 
 
 @kernel_as(_two_to_by_bits, inline=True)
-def about_two_to(x: Any) -> Any:
+def about_two_to(x: Floats) -> Any:
     """2^x to 0.1 %, for x from -1022 to 1023."""
     return np.exp2(x)
 
@@ -184,9 +186,9 @@ def extreme_between(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -
     return {Smooth: _smooth_extreme, General: _general_extreme}[class_of(kind)]
 
 
-def _smooth_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:
+def _smooth_extreme(kind: Any, y: States, rate: States, y1: States, rate1: States, h: Any) -> Any:
     return smooth_vertex(y[0], rate[0], rate[1], y1[0], rate1[0], rate1[1], h)
 
 
-def _general_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:
+def _general_extreme(kind: Any, y: States, rate: States, y1: States, rate1: States, h: Any) -> Any:
     return vertex(y[0], rate[0], y1[0], rate1[0], h)

@@ -13,7 +13,8 @@ import numpy as np
 
 from ...base.choices import larger, select, smaller
 from ...base.law import is_spring
-from ...base.protocols import has_jacobian, lacking
+from ...base.protocols import System, has_jacobian, lacking
+from ...base.quantities import States
 from ...base.results import Floats
 from ...compile.jit import borrowed, chosen, kernel, kernel_as
 from ...compile.lanes import lane, load, store
@@ -77,7 +78,7 @@ def total(flags: Any) -> int:
 
 @kernel
 def begin(
-    system: Any, y0: Any, measures: Any, sums: Any, rows: Any, most: int, period: int, settle: int, j: Any
+    system: System, y0: States, measures: Any, sums: Any, rows: Floats, most: int, period: int, settle: int, j: slice
 ) -> None:  # fmt: skip
     """Put lane j at the start of a period; before the first with the rates and a step to try. A lost lane has ended.
 
@@ -99,8 +100,8 @@ def begin(
 
 @kernel
 def attempt(
-    scheme: Any, system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float,
-    measuring: float, waiting: Any, j: Any,
+    scheme: Any, system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float,
+    measuring: float, waiting: Any, j: slice,
 ) -> None:  # fmt: skip
     """Attempt one step of lane j; a lane at the end of its period takes a step of no length."""
     base, n = count(system), count(y0)
@@ -141,7 +142,7 @@ def attempt(
 
 
 @kernel
-def judge(system: Any, y0: Any, sums: Any, rows: Any, ended: Any, j: Any) -> None:
+def judge(system: System, y0: States, sums: Any, rows: Floats, ended: Floats, j: slice) -> None:
     """Tell a lane that had too few attempts by a number of periods below zero: -1 less the periods it was bounded."""
     left = load(rows, count(system) + 4 + 2 * count(y0) + count(sums), j)
     ended[j] = select(left < 0.0, -1.0 - ended[j], ended[j])
@@ -149,8 +150,8 @@ def judge(system: Any, y0: Any, sums: Any, rows: Any, ended: Any, j: Any) -> Non
 
 @kernel
 def march_adaptive(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rule: Any, waiting: Any, settle: int,
-    periods: int, last: Any, points: Any, ended: Any,
+    system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Floats, rule: Any, waiting: Any, settle: int,
+    periods: int, last: Floats, points: Floats, ended: Floats,
 ) -> int:  # fmt: skip
     """March a block through its periods; `rule` is scheme, tolerances and steps at most. Returns the attempts made."""
     scheme, rtol, atol, most = rule
@@ -239,7 +240,7 @@ class FixedLanes:
         """Arguments of the march, and the steps (lanes,) [s]."""
         return (self.method.scheme, steps), 2.0 * np.pi / steps / omega
 
-    def check(self, system: Any) -> None:
+    def check(self, system: System) -> None:
         """Refuse a system for which a step cannot be chosen (TypeError)."""
         if self.method.steps_per_period is None and not steps_known(system):
             name = type(system).__name__
@@ -275,7 +276,7 @@ def stepping_of(method: Any) -> Any:
     return (AdaptiveLanes if method.adaptive else FixedLanes)(method)
 
 
-def steps_known(system: Any) -> bool:
+def steps_known(system: System) -> bool:
     """Whether a system says how fast it is: fixed steps can be chosen for it."""
     return has_jacobian(system) and not lacking(system, "orders")
 

@@ -18,7 +18,8 @@ import numpy as np
 
 from ...base.choices import smaller
 from ...base.law import torsion as torsion_of
-from ...base.protocols import omega_of
+from ...base.protocols import Scheme, System, omega_of
+from ...base.quantities import States
 from ...base.results import Floats
 from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
 from ...compile.jit import entry, kernel, kernel_as, routine
@@ -33,7 +34,7 @@ Y, K, Y1, K1, ERROR, DENSE, INSIDE, RATE, BEFORE, _, SHIFTED, CHANGE = range(12)
 ROWS = 12
 
 
-def workspace(y: Any) -> Floats:
+def workspace(y: States) -> Floats:
     """Workspace of a march from the state y."""
     w = np.zeros((ROWS, len(y)))
     w[Y] = y
@@ -55,13 +56,13 @@ def rows(w: Floats) -> Any:
 
 
 @kernel_as(lambda w, i: beyond(w.first, (i ^ w.turn) * w.length), inline=True)
-def row(w: Any, i: int) -> Any:
+def row(w: Floats, i: int) -> Any:
     """Row number i."""
     return w[i]
 
 
 @kernel_as(lambda w: w.length, inline=True)
-def length(w: Any) -> int:
+def length(w: Floats) -> int:
     """Length of the rows: of a workspace the number of states."""
     return int(w.shape[1])
 
@@ -74,7 +75,7 @@ def turned(w: Floats) -> Any:
 
 
 @kernel
-def move(w: Any, start: int, into: Any, to: int) -> None:
+def move(w: Floats, start: int, into: Floats, to: int) -> None:
     """Copy a state and its rates to rows of a workspace."""
     y, k, new, new_rate = row(w, start), row(w, start + 1), row(into, to), row(into, to + 1)
     for i in range(length(w)):
@@ -82,7 +83,7 @@ def move(w: Any, start: int, into: Any, to: int) -> None:
 
 
 @routine
-def shift(w: Any, start: int, d: float) -> None:
+def shift(w: Floats, start: int, d: float) -> None:
     """Let `SHIFTED` be a state after a time d [s] with its rates."""
     y, k, out = row(w, start), row(w, start + 1), row(w, SHIFTED)
     for i in range(length(w)):
@@ -90,7 +91,7 @@ def shift(w: Any, start: int, d: float) -> None:
 
 
 @routine
-def look(w: Any, s: float, h: float) -> None:
+def look(w: Floats, s: float, h: float) -> None:
     """Let `INSIDE` be the state at the fraction s of a step of h."""
     y, k, y1, k1, dense, out = row(w, Y), row(w, K), row(w, Y1), row(w, K1), row(w, DENSE), row(w, INSIDE)
     a = dense_weights(s, h)
@@ -107,7 +108,7 @@ class SchemeAt(NamedTuple):
     inside_at: int
 
 
-def attempts_by_address(scheme: Any, system: Any, states: int, kinked: bool) -> ByAddress:
+def attempts_by_address(scheme: Scheme, system: System, states: int, kinked: bool) -> ByAddress:
     """A scheme for kernels that `attempt` to step a system of so many states; where `kinked` they look for switches."""
 
     def addressed(words: Callable[[Any], int]) -> SchemeAt:
@@ -119,15 +120,15 @@ def attempts_by_address(scheme: Any, system: Any, states: int, kinked: bool) -> 
     return ByAddress((scheme, system), addressed)
 
 
-def steps_by_address(scheme: Any, system: Any, states: int) -> ByAddress:
+def steps_by_address(scheme: Scheme, system: System, states: int) -> ByAddress:
     """A scheme for kernels that `step` a system of so many states."""
     pair = scheme, system
     return ByAddress(pair, lambda words: SchemeAt(words(pair), entry(_step, pair, *[float] * 3, *[states] * 3), 0, 0))
 
 
 def _attempt(
-    pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, y: Any, rate: Any, y1: Any, k1: Any,
-    error: Any, dense: Any,
+    pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, y: Any, rate: States, y1: Any, k1: Any,
+    error: Floats, dense: Any,
 ) -> Any:  # fmt: skip
     scheme, system = at(pair)
     begin = at(y)
@@ -149,17 +150,17 @@ def _step(pair: Any, phase: float, turn: float, h: float, y: Any, y1: Any, k1: A
 
 
 @kernel
-def _outcome(y: Any, y1: Any, error: Any, rtol: float, atol: float) -> float:
+def _outcome(y: Any, y1: Floats, error: Floats, rtol: float, atol: float) -> float:
     square = error_square(len(y), error, y, y1, rtol, atol)
     return square if bounded(y1, BOUND) else -1.0 - square
 
 
 @kernel
-def _sound(y: Any, rate: Any) -> float:
+def _sound(y: States, rate: States) -> float:
     return 1.0 if bounded(y, BOUND) and bounded(rate, math.inf) else 0.0
 
 
-def _attempt_loops(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Any) -> Any:
+def _attempt_loops(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Floats) -> Any:
     ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
     return value(pair.step_at, pair.words, (phase, turn, h, rtol, atol, *ends, row(w, ERROR), row(w, DENSE)))
 
@@ -175,7 +176,7 @@ def attempt(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: f
     return _outcome(y, w[Y1], w[ERROR], rtol, atol)
 
 
-def _step_loops(pair: Any, phase: float, turn: float, h: float, w: Any) -> Any:
+def _step_loops(pair: Any, phase: float, turn: float, h: float, w: Floats) -> Any:
     return value(pair.step_at, pair.words, (phase, turn, h, row(w, Y), row(w, Y1), row(w, K1)))
 
 
@@ -194,7 +195,7 @@ def _torsion_inside(system: Any, phase: float, s: float, h: float, y: Any, k: An
     return 1.0 * torsion_of(system, phase, axpy(axpy(begin, 1.0, end), a[4], at(dense)))
 
 
-def _inside_loops(pair: Any, phase: float, s: float, h: float, w: Any) -> Any:
+def _inside_loops(pair: Any, phase: float, s: float, h: float, w: Floats) -> Any:
     ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
     return value(pair.inside_at, pair.system, (phase, s, h, *ends, row(w, DENSE)))
 
@@ -213,7 +214,7 @@ TINY = 1e-200  # products of rates below it count as rest
 
 @routine
 def widen(
-    system: Any, omega: float, most: Any, watch: Any, w: Any, t: float, place: int, t1: float, place1: int
+    system: System, omega: float, most: Floats, watch: Floats, w: Floats, t: float, place: int, t1: float, place1: int
 ) -> None:
     """Raise `most` to the largest |value| after t until t1, from the states in two rows.
 
@@ -234,7 +235,7 @@ def inside(omega: float, length: Any) -> Any:
 
 
 @routine
-def see(system: Any, omega: float, t: float, w: Any, place: int, d: float, watch: Any, first: int) -> None:
+def see(system: System, omega: float, t: float, w: Floats, place: int, d: float, watch: Floats, first: int) -> None:
     """Write what is watched at a state to a row, and by a difference of d [s] its rates to the next."""
     x, v = row(watch, first), row(watch, first + 1)
     shift(w, place, d)
@@ -259,7 +260,7 @@ def watched_ends(system: Any, run: Any, steps: Any) -> Any:
 
 
 @routine
-def raise_to(largest: Any, first: int, h: float, w: Any, place: int, place1: int) -> None:
+def raise_to(largest: Floats, first: int, h: float, w: Floats, place: int, place1: int) -> None:
     """Raise `largest` to |x1| and, where a rate v changes sign, to the extreme of the cubic between.
 
     x and v are in one row and the next, x1 and v1 in another and the next; `largest` counts from `first` on.
@@ -279,7 +280,7 @@ def raise_to(largest: Any, first: int, h: float, w: Any, place: int, place1: int
 
 
 @routine
-def put(most: Any, table: Any, first: int, place: int) -> None:
+def put(most: Floats, table: Floats, first: int, place: int) -> None:
     """Move `most` to a column of the table from a row on, and begin again."""
     for i in range(length(most)):
         row(table, first + i)[place] = row(most, 0)[i]

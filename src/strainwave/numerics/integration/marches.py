@@ -7,6 +7,8 @@ switches: where the torsion of a running integration crosses a breakpoint of the
 import math
 from typing import Any
 
+from ...base.protocols import System
+from ...base.results import Floats
 from ...compile.jit import kernel, routine
 from ..addressed import rates, torsion
 from .attempts import (
@@ -51,7 +53,7 @@ SCAN = 4  # places inside a step where the torsion is compared with the breakpoi
 
 
 @routine
-def set_sides(system: Any, omega: float, t: float, w: Any, kinks: Any, at: int) -> None:
+def set_sides(system: System, omega: float, t: float, w: Floats, kinks: Floats, at: int) -> None:
     """Record on which side of each breakpoint the torsion is; on breakpoint number `at`, where the flow carries it."""
     u, breakpoints, sides = torsion(system, omega * t, row(w, Y)), row(kinks, 0), row(kinks, 1)
     for j in range(length(kinks)):
@@ -62,7 +64,7 @@ def set_sides(system: Any, omega: float, t: float, w: Any, kinks: Any, at: int) 
 
 
 @routine
-def torsion_rate(system: Any, omega: float, t: float, w: Any, place: int) -> float:
+def torsion_rate(system: System, omega: float, t: float, w: Floats, place: int) -> float:
     """Rate of the torsion along the flow, by a central difference (only its sign and about six digits matter)."""
     d = 1e-5 / (1.0 + abs(omega))
     shift(w, place, d)
@@ -72,7 +74,7 @@ def torsion_rate(system: Any, omega: float, t: float, w: Any, place: int) -> flo
 
 
 @routine
-def first_switch(pair: Any, omega: float, t: float, h: float, w: Any, kinks: Any) -> Any:
+def first_switch(pair: Any, omega: float, t: float, h: float, w: Floats, kinks: Floats) -> Any:
     """First fraction of the step at which the torsion changes side of a breakpoint, and that breakpoint (-1: none)."""
     breakpoints, sides = row(kinks, 0), row(kinks, 1)
     low, lower, upper = 0.0, -math.inf, math.inf  # the torsion is between two breakpoints
@@ -104,7 +106,7 @@ def first_switch(pair: Any, omega: float, t: float, h: float, w: Any, kinks: Any
 
 @routine
 def step_onto(
-    pair: Any, system: Any, omega: float, t: float, h: float, rtol: float, atol: float, w: Any, breakpoint: float,
+    pair: Any, system: System, omega: float, t: float, h: float, rtol: float, atol: float, w: Floats, breakpoint: float,
     t_end: float,
 ) -> Any:  # fmt: skip
     """Take a step of about h that ends on the breakpoint (Newton on h): whether it does, h, and what `attempt` returns.
@@ -123,7 +125,7 @@ def step_onto(
 
 
 @routine
-def largest(n: int, y: Any) -> float:
+def largest(n: int, y: Floats) -> float:
     """Largest absolute value of n numbers."""
     most = 0.0
     for i in range(n):
@@ -132,7 +134,7 @@ def largest(n: int, y: Any) -> float:
 
 
 @routine
-def calm_step(stable: float, system: Any, omega: float, t: float, w: Any, place: int, span: float) -> float:
+def calm_step(stable: float, system: System, omega: float, t: float, w: Floats, place: int, span: float) -> float:
     """Step [s] at which a method, by its interval of stability, becomes unstable at a state.
 
     Where that is beyond the span [s], because nothing restores the system, it is a share of the span. From the largest
@@ -159,7 +161,7 @@ def calm_step(stable: float, system: Any, omega: float, t: float, w: Any, place:
 
 @routine
 def undisturbed(
-    looks: Any, system: Any, omega: float, t: float, h: float, w: Any, rtol: float, atol: float
+    looks: Floats, system: Any, omega: float, t: float, h: float, w: Any, rtol: float, atol: float
 ) -> bool:  # fmt: skip
     """Whether the system follows the interpolant of a step between its stages too: at the fractions `looks`."""
     n, dense, missed = length(w), row(w, DENSE), row(w, RATE)
@@ -177,7 +179,7 @@ def undisturbed(
 
 
 @routine
-def first_step(order: int, system: Any, omega: float, t: float, w: Any, rtol: float, atol: float) -> float:
+def first_step(order: int, system: System, omega: float, t: float, w: Floats, rtol: float, atol: float) -> float:
     """Starting step size of a method with errors of this order (Hairer, Norsett & Wanner I, sec. II.4)."""
     n, y, k, change = length(w), row(w, Y), row(w, K), row(w, CHANGE)
     d0, d1 = math.sqrt(error_square(n, y, y, y, rtol, atol)), math.sqrt(error_square(n, k, y, y, rtol, atol))
@@ -192,7 +194,7 @@ def first_step(order: int, system: Any, omega: float, t: float, w: Any, rtol: fl
 
 
 @kernel
-def store(table: Any, place: int, t: float, w: Any, start: int) -> None:
+def store(table: Floats, place: int, t: float, w: Floats, start: int) -> None:
     """Write one sample (time, state, rate) to a column of the table."""
     n, y, k = length(w), row(w, start), row(w, start + 1)
     row(table, 0)[place] = t
@@ -202,7 +204,7 @@ def store(table: Any, place: int, t: float, w: Any, start: int) -> None:
 
 @routine
 def calmed(
-    stable: float, system: Any, omega: float, t: float, w: Any, span: float, h: float, h_next: float, calm: float,
+    stable: float, system: System, omega: float, t: float, w: Floats, span: float, h: float, h_next: float, calm: float,
     calm_to: float,
 ) -> Any:  # fmt: skip
     """Step after one of h, no longer than a calm one where nothing limits it, and what is known of that."""
@@ -225,7 +227,7 @@ def shortened(h: float, e: float, power: float) -> float:
 @routine
 def store_inside(
     system: Any, omega: float, t: float, h: float, t1: float, w: Any, samples: Any, filled: int, most: Any, watch: Any,
-    table: Any,
+    table: Floats,
 ) -> int:  # fmt: skip
     """Write the samples inside a step, each with the largest values since the one before; how many there are then."""
     t0, before = t, Y
@@ -247,7 +249,7 @@ def store_inside(
 def adaptive(
     pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float,
     h: float, longest: float, span: float, rtol: float, atol: float, kinks: Any, kink: int, samples: Any, filled: int,
-    budget: int, most: Any, watch: Any, table: Any,
+    budget: int, most: Floats, watch: Floats, table: Floats,
 ) -> Any:  # fmt: skip
     """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them.
 
@@ -314,7 +316,7 @@ def adaptive(
 @kernel
 def fixed(
     pair: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float, h: float, samples: Any, filled: int,
-    budget: int, most: Any, watch: Any, table: Any,
+    budget: int, most: Floats, watch: Floats, table: Floats,
 ) -> Any:  # fmt: skip
     """Integrate from sample to sample until t_end, in at most `budget` steps, with equal steps no longer than h.
 

@@ -16,8 +16,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...base.law import breakpoints_of
-from ...base.protocols import has_jacobian, lacking, omega_of, orders_of
-from ...base.quantities import number, positive_count, shown
+from ...base.protocols import System, has_jacobian, lacking, omega_of, orders_of
+from ...base.quantities import States, number, positive_count, shown
 from ...base.results import Floats, Status, Trajectory
 from ...compile.jit import run
 from ..addressed import system_by_address
@@ -54,7 +54,7 @@ class Record:
     """
 
     def __init__(
-        self, system: Any, times: Floats, spans: Any, y: Any, rate: Any, sampled: bool, between: bool
+        self, system: Any, times: Floats, spans: Any, y: States, rate: States, sampled: bool, between: bool
     ) -> None:  # fmt: skip
         self.times, self.states, self.sampled, self.said = times, len(y), sampled, monotonic()
         self.t, self.full, self.filled = float(times[0]), list[Floats](), 1
@@ -89,7 +89,7 @@ class Record:
             start, end = self.times[[0, -1]]
             log.info("t = %.6g of %.6g s (%.0f %%)", t, end, 100.0 * (t - start) / (end - start))
 
-    def go_on(self, t: float, y: Any, rate: Any) -> None:
+    def go_on(self, t: float, y: Floats, rate: Floats) -> None:
         """Record the state just after a corner, where every step is recorded."""
         if not self.sampled:
             self.room(1)
@@ -171,7 +171,7 @@ class AdaptiveStep:
         sampled = len(times) > 2
         return self.recorded(system, y, spans, Record(system, times, spans, y, rate, sampled, sampled))
 
-    def recorded(self, system: Any, y: Any, spans: Any, record: Record) -> Trajectory:
+    def recorded(self, system: System, y: States, spans: Any, record: Record) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, in a given record."""
         omega = float(omega_of(system))
         breakpoints = breakpoints_of(system)
@@ -268,7 +268,7 @@ class FixedStep:
             return record.trajectory(Status.INTERRUPTED, steps)
         return record.trajectory(ENDED[status], steps)
 
-    def step_of(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> float:
+    def step_of(self, system: Any, y: States, rate: States, times: Floats, spans: Any) -> float:
         """Step [s] that resolves the shortest time scale, from the Jacobian along a coarse adaptive solution."""
         omega = float(omega_of(system))
         if self.steps_per_period is not None:
@@ -351,7 +351,7 @@ def _grid(times: Floats, spans: Any, h: float) -> Floats:
     return grid
 
 
-def across(system: Any, omega: float, t: float, y: Any, begin: float) -> tuple[float, Any, Any]:
+def across(system: System, omega: float, t: float, y: Any, begin: float) -> tuple[float, Any, Any]:
     """Time, state and rates just after a corner, from the state y just before it, at t."""
     rate = system.rhs(omega * begin, y)
     y = tuple(float(value + (begin - t) * change) for value, change in zip(y, rate, strict=True))

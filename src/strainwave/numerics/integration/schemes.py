@@ -22,7 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.arguments import typed
-from ...base.quantities import shown
+from ...base.protocols import System
+from ...base.quantities import Reals, States, shown
 from ...base.results import Floats
 from ...compile.jit import chosen
 from ...compile.tree import alike, times
@@ -38,7 +39,7 @@ class Classical(NamedTuple):
         """Order of the method."""
         return 4
 
-    def step(self, system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
+    def step(self, system: System, phase: Reals, turn: Reals, y: States, h: Reals) -> Any:
         """State after a step."""
         return rk4_step(system, phase, turn, y, h)
 
@@ -50,7 +51,7 @@ class EighthOrder(NamedTuple):
         """4: the order of what the measures see between steps."""
         return 4
 
-    def step(self, system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
+    def step(self, system: System, phase: Reals, turn: Reals, y: States, h: Reals) -> Any:
         """State after a step."""
         return dop8_step(system, phase, turn, y, h)
 
@@ -58,7 +59,7 @@ class EighthOrder(NamedTuple):
 class DormandPrince(NamedTuple):
     """The step of Dormand & Prince 5(4)."""
 
-    def attempt(self, system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -> Any:
+    def attempt(self, system: Any, phase: Reals, turn: Reals, y: Any, h: Reals, rate: Any) -> Any:
         """State after a step, its rate, the error, and the vector of the dense output."""
         return dopri5_step(system, phase, turn, y, h, rate)
 
@@ -94,12 +95,12 @@ class Tableau(NamedTuple):
         """Order of the method."""
         return self.orders[0]
 
-    def step(self, system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
+    def step(self, system: System, phase: Reals, turn: Reals, y: States, h: Reals) -> Any:
         """State after a step."""
         first = times(h, system.rhs(phase, y))
         return combined(y, self.b, stages(self.a[1:], self.c[1:], system, phase, turn, y, h, (first,)))
 
-    def attempt(self, system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -> Any:
+    def attempt(self, system: Any, phase: Reals, turn: Reals, y: Any, h: Reals, rate: Any) -> Any:
         """State after a step, its rate, the error, and the vector of the dense output."""
         k = stages(self.a[1:], self.c[1:], system, phase, turn, y, h, (times(h, rate),))
         y1 = combined(y, self.b, k)
@@ -121,7 +122,7 @@ class Tableau(NamedTuple):
 
 
 @chosen
-def stages(a: Any, c: Any, system: Any, phase: Any, turn: Any, y: Any, h: Any, k: Any) -> Any:
+def stages(a: Any, c: Any, system: Any, phase: Reals, turn: Reals, y: Any, h: Reals, k: Any) -> Any:
     """Tuple of the rates of all stages, times h, from those of the first ones."""
     return _more_stages if len(a) else _no_more_stages
 
@@ -131,7 +132,7 @@ def _more_stages(a: Any, c: Any, system: Any, phase: Any, turn: Any, y: Any, h: 
     return stages(a[1:], c[1:], system, phase, turn, y, h, (*k, new))
 
 
-def _no_more_stages(a: Any, c: Any, system: Any, phase: Any, turn: Any, y: Any, h: Any, k: Any) -> Any:
+def _no_more_stages(a: Any, c: Any, system: System, phase: Reals, turn: Reals, y: States, h: Reals, k: Any) -> Any:
     return k
 
 

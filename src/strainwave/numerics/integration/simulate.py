@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.law import corners_of
-from ...base.protocols import names_of, omega_of, with_parts
+from ...base.protocols import System, names_of, omega_of, with_parts
 from ...base.quantities import reals, shown
 from ...base.results import Floats, Trajectory
 from .attempts import BOUND
@@ -21,7 +21,7 @@ NEXT = 16.0  # distance to a corner on either side, in units of the rounding of 
 MOST_ANGLE = 2.0**33  # of the base angle [rad]: beyond it floats are 2e-6 rad apart
 
 
-def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Method = METHOD) -> Trajectory:
+def simulate(system: System, y0: ArrayLike, t: float | ArrayLike, *, method: Method = METHOD) -> Trajectory:
     """Integrate a system in time.
 
     Parameters
@@ -70,7 +70,7 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Method
         return method.trajectory(system, y, rate, times, spans)
 
 
-def stretches(system: Any, omega: float, start: float, end: float) -> list[tuple[float, float]]:
+def stretches(system: System, omega: float, start: float, end: float) -> list[tuple[float, float]]:
     """Spans of time [s] from start to end in which the system has no corner, each just inside its corners.
 
     A step ends just before a corner, where the function still is what it was; the next begins just after it.
@@ -116,7 +116,7 @@ def _times(t: float | ArrayLike) -> Floats:
     return times
 
 
-def _start(system: Any, t: float, y0: ArrayLike) -> tuple[Any, Any]:
+def _start(system: System, t: float, y0: ArrayLike) -> tuple[Any, Any]:
     """Return the starting state and its rate as tuples, after checking that they fit the system."""
     y = tuple(_numbers(y0, "y0 must be a finite state, for an Oscillator (x, x')").tolist())
     name = type(system).__name__

@@ -8,6 +8,9 @@ Butcher tableaus: Dormand & Prince 5(4) with its dense output, and the 8th-order
 
 from typing import Any
 
+from ...base.protocols import System
+from ...base.quantities import Reals, States
+from ...base.results import Floats
 from ...compile.jit import chosen, kernel, routine
 from ...compile.tree import axpy, times
 
@@ -99,21 +102,21 @@ def rk4_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
 
 
 @chosen
-def combined(y: Any, weights: Any, k: Any) -> Any:
+def combined(y: States, weights: States, k: Any) -> Any:
     """Return y plus the weighted sum of the first of the tuples k."""
     return _with_first if len(weights) else _alone
 
 
-def _with_first(y: Any, weights: Any, k: Any) -> Any:
+def _with_first(y: States, weights: States, k: Any) -> Any:
     return combined(axpy(y, weights[0], k[0]), weights[1:], k[1:])
 
 
-def _alone(y: Any, weights: Any, k: Any) -> Any:
+def _alone(y: States, weights: Any, k: Any) -> Any:
     return y
 
 
 @kernel
-def dop8_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
+def dop8_step(system: System, phase: Reals, turn: Reals, y: States, h: Reals) -> Any:
     """Eighth-order step with the twelve stages of DOP853 (zero weights left out); rates are multiplied by h once."""
     a, c = DOP8_A, DOP8_C
     k0 = times(h, system.rhs(phase, y))
@@ -132,7 +135,7 @@ def dop8_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
 
 
 @kernel
-def dopri5_step(system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -> Any:
+def dopri5_step(system: System, phase: Reals, turn: Reals, y: States, h: Reals, rate: Any) -> Any:
     """Dormand-Prince step from y with rate = rhs(y): the new state, its rate, the error, and the dense-output vector.
 
     Hairer, Norsett & Wanner I, table II.5.2 and eq. (II.6.17), with the rates multiplied by h once.
@@ -160,7 +163,7 @@ def dopri5_step(system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -
 
 
 @kernel
-def dense_weights(s: Any, h: float) -> Any:
+def dense_weights(s: Reals, h: float) -> Any:
     """Weights for `weighted` that give the state at the fraction s of a step of h.
 
     It is of fourth order for the step of Dormand & Prince (Hairer, Norsett & Wanner I, eq. II.6.17).
@@ -177,13 +180,13 @@ def slope_weights(s: float, h: float) -> Any:
 
 
 @kernel
-def weighted(a: Any, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
+def weighted(a: States, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
     """Weighted sum of state and rate at the begin of a step, those at its end, and the vector of the dense output."""
     return a[0] * y + a[1] * k + a[2] * y_end + a[3] * k_end + a[4] * dense
 
 
 @routine
-def error_square(n: int, error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
+def error_square(n: int, error: Floats, y: Any, y_end: Floats, rtol: float, atol: float) -> float:
     """Mean square of n errors in units of the tolerance (Hairer, Norsett & Wanner I, eq. II.4.11).
 
     Where a step waits for it, the root costs 4 % of the step.

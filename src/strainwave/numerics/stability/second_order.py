@@ -157,7 +157,7 @@ def frozen_rates(problem: Any, points: Floats) -> Any:
         return np.where(half > 0.0, -q / (half + root), root - half), -half - root
 
 
-def frozen(problem: Any, points: Floats) -> NDArray[np.complex128]:
+def frozen(problem: Balance, points: Floats) -> NDArray[np.complex128]:
     """Multipliers (points, 2) of orbits so slow that disturbances follow the rates of the moment (WKB).
 
     With thousands of free vibrations a period what this leaves out is less than the rounding of the integral.
@@ -167,7 +167,7 @@ def frozen(problem: Any, points: Floats) -> NDArray[np.complex128]:
     return np.stack([np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag) for log in logs], axis=1)
 
 
-def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
+def orbit_scales(problem: Balance, values: Floats) -> tuple[Floats, Floats]:
     """Base frequency, and exp(-B period/(2J)), for every value of the parameter."""
     omega, system = base_speed(problem, values), with_leaf(problem.system, problem.leaf, values)
     log = -np.pi * problem.turns * system.B / system.J / omega
@@ -203,7 +203,7 @@ def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, de
 
 
 def inserted(
-    points: Floats, labels: Any, found: list[tuple[int, int, Floats]]
+    points: Floats, labels: NDArray[np.int64], found: list[tuple[int, int, Floats]]
 ) -> tuple[Floats, Any, list[int], Floats]:  # fmt: skip
     """Points and labels with new ones (number of the point before, label, point); their places, and they in order."""
     found = sorted(found, key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
@@ -212,7 +212,7 @@ def inserted(
     return np.insert(points, places, new, axis=0), labels, places, new
 
 
-def _passes_one(crossing: Floats, labels: Any, i: int) -> bool:
+def _passes_one(crossing: Floats, labels: NDArray[np.int64], i: int) -> bool:
     """Whether the sign change between points i and i + 1 is no fold and no rounding."""
     if labels[i] == FOLD or labels[i + 1] == FOLD:
         return False
@@ -223,7 +223,7 @@ def _passes_one(crossing: Floats, labels: Any, i: int) -> bool:
     return bool(max(abs(crossing[i]), abs(crossing[i + 1])) > NOISE)
 
 
-def _located(problem: Any, points: Floats, i: int, label: int) -> list[tuple[int, int, Floats]]:
+def _located(problem: Balance, points: Floats, i: int, label: int) -> list[tuple[int, int, Floats]]:
     """Where the product of the label vanishes between points i and i + 1 of a branch."""
     table = finer_table(problem, points[i : i + 2])
     point = root_on_chord(problem, points[i], points[i + 1], lambda z: _product(problem, z, table, label))

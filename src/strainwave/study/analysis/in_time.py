@@ -13,7 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...base.arguments import silent, typed
-from ...base.protocols import lacking
+from ...base.protocols import System, lacking
 from ...base.quantities import number, shown
 from ...base.records import Labelled, Result
 from ...base.results import Branch, Floats, SolveError, Trajectory, largest_between
@@ -143,7 +143,7 @@ def _state(curve: Branch, at: int) -> tuple[float, float]:
     return float(x), float(v)
 
 
-def _settled(system: Any, state: tuple[float, ...]) -> SteadyMotion:
+def _settled(system: System, state: tuple[float, ...]) -> SteadyMotion:
     """Motion that a simulation from `state` ends on: of period 1, or 2 or 3 where that does not close."""
     if not loses_energy(system):
         return settle(system, state, time=settling_time(system), close=False, method=TOLERANCE)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...base.law import repeating, springs_only
-from ...base.protocols import with_parts
+from ...base.protocols import Balance, with_parts
 from ...base.quantities import interval, shown
 from ...base.results import Branch, Floats
 from ...compile.tree import leaf_of
@@ -175,7 +175,7 @@ def _points(problem: Any, seeds: Iterator[tuple[Floats, str]]) -> Iterator[tuple
 
 
 def _settled_points(
-    problem: Any, search: Search, harmonics: int | None, lost: list[Motion]
+    problem: Balance, search: Search, harmonics: int | None, lost: list[Motion]
 ) -> Iterator[tuple[Any, Floats, str]]:
     """The orbits on which random starts settled; those that harmonic balance does not confirm are added to `lost`."""
     for motion in search.motions:
@@ -196,7 +196,7 @@ def _settled_points(
         yield finer, point, f"settled on by random starts at omega = {motion.omega:.6g} rad/s"
 
 
-def _probes(problem: Any, branch: Branch) -> Iterator[Floats]:
+def _probes(problem: Balance, branch: Branch) -> Iterator[Floats]:
     """Some orbits of a branch."""
     for share in PROBES:
         i = int(share * (len(branch) - 1))
@@ -245,7 +245,7 @@ def _turns(number: int) -> str:
 
 
 def _followed(
-    problem: Any, point: Floats, lo: float, hi: float, harmonics: int | None, step: float, origin: str
+    problem: Balance, point: Floats, lo: float, hi: float, harmonics: int | None, step: float, origin: str
 ) -> Branch:
     """Follow a branch through a point with as many harmonics as it needs, or as many as its orbit is found with."""
     best: tuple[Trace, bool, Tail] | None = None
@@ -328,7 +328,7 @@ def _one_copy(trace: Trace, point: Floats, period: int) -> tuple[Trace, bool]:
     return Trace(trace.points[kept], np.where(upright, STEP, trace.labels[kept]), END), True
 
 
-def _with_own_speed(problem: Any, trace: Trace) -> Trace:
+def _with_own_speed(problem: Balance, trace: Trace) -> Trace:
     """The branch with points at the system's own omega."""
     points, labels, omega = trace.points, trace.labels, problem.system.omega
     side = points[:, -1] - omega

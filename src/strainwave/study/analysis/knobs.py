@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import depends, is_spring, spring_stiffness
-from ...base.protocols import lacking, lines_of, terms_of
+from ...base.protocols import Law, System, lacking, lines_of, terms_of
 from ...base.quantities import parameters, replace, shown
 from ...base.results import SolveError
 from ...base.units import ARCSEC
@@ -221,7 +221,7 @@ def _preload(subject: Subject, torque: float) -> Knob | None:
     return Knob("preload", abs(float(mean)), "N·m", turned, MORE, by=torque)
 
 
-def _bends(system: Any, loaded: Any) -> bool:
+def _bends(system: System, loaded: Any) -> bool:
     """Whether a preload that the law carries changes the stiffness at the operating point."""
     try:
         before, after = operating_point(system).stiffness, operating_point(loaded).stiffness  # 0 in the play of a gear
@@ -278,7 +278,7 @@ def _number(subject: Subject, what: str, path: str, value: float, unit: str) -> 
     return Knob(what, value, unit, lambda s: subject.having(replace(whole, {path: (1.0 + s) * value})), MORE)
 
 
-def _stiffness(subject: Subject, name: str, path: str, law: Any) -> Iterator[Knob]:
+def _stiffness(subject: Subject, name: str, path: str, law: Law) -> Iterator[Knob]:
     """A stiffer law, where its numbers say how."""
     if stiffer(law, CHANGES[0]) is None:
         return
@@ -291,7 +291,7 @@ def _stiffness(subject: Subject, name: str, path: str, law: Any) -> Iterator[Kno
     yield Knob(f"stiffness of the {name}", 1e-3 * value, "kN·m/rad", turned, MORE)
 
 
-def stiffer(law: Any, share: float) -> Any:
+def stiffer(law: Law, share: float) -> Any:
     """The law with more torque by a share at every torsion; None where its numbers do not say how."""
     factor = 1.0 + share
     changes = {}

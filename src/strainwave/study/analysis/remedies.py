@@ -14,7 +14,7 @@ from math import sqrt
 from typing import Any
 
 from ...base.arguments import silent
-from ...base.protocols import lines_of
+from ...base.protocols import Law, lines_of
 from ...base.results import SolveError
 from ...base.sentences import listed
 from ...compile.tree import made
@@ -101,14 +101,14 @@ def _train_with(train: DriveTrain, drive: Drive) -> DriveTrain:
     return train._replace(motor=train.motor._replace(J=drive.J_m), N=drive.N, B=drive.B, law=drive.law)
 
 
-def _holds(law: Any, part: Any) -> bool:
+def _holds(law: Law, part: Any) -> bool:
     """Whether a law is another one, or made of it."""
     if type(law) is type(part) and law == part:
         return True
     return isinstance(law, tuple) and any(_holds(item, part) for item in law)
 
 
-def swapped(law: Any, old: Any, new: Any) -> Any:
+def swapped(law: Law, old: Any, new: Any) -> Any:
     """A law with another one in the place of one of its parts."""
     if type(law) is type(old) and law == old:
         return new

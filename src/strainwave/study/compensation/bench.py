@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.law import depends, states_of
-from ...base.protocols import lacking, lines_of, terms_of
+from ...base.protocols import Control, lacking, lines_of, terms_of
 from ...base.quantities import checked, shown
 from ...base.results import Floats, SolveError
 from ...drive.operating_point import operating_state
@@ -268,7 +268,7 @@ def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks:
     return Sampling(limit=min(limit, 1e9), motor_quantum=turn / 2**16, load_quantum=turn / 2**24)
 
 
-def _sampled(control: Any, inertia: float, sampling: Sampling, remarks: list[str]) -> Any:
+def _sampled(control: Control, inertia: float, sampling: Sampling, remarks: list[str]) -> Any:
     period = sampling.period
     if hasattr(control, "at_load"):
         raise ValueError(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import typed
-from ...base.protocols import lacking
+from ...base.protocols import System, lacking
 from ...base.quantities import interval, number, several, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, SolveError
@@ -61,7 +61,7 @@ class ClosedForm(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def closed_form(system: Any, motions: Motions) -> ClosedForm:
+def closed_form(system: System, motions: Motions) -> ClosedForm:
     """Steady motions of the second-order predictors of an error equation, at the motions of a response curve.
 
     At every speed the predictor is that of the order whose resonance is nearest. A steady state of it with the
@@ -100,7 +100,7 @@ def closed_form(system: Any, motions: Motions) -> ClosedForm:
     return forms._replace(remarks=tuple(remarks))
 
 
-def _about(system: Any, k: int, indices: Any, motions: Motions, forms: ClosedForm) -> list[str]:
+def _about(system: System, k: int, indices: Any, motions: Motions, forms: ClosedForm) -> list[str]:
     """Write the motions of these indices, about the resonance of order k, to `forms`; return sentences on them."""
     omega = motions.omega[indices]
     flow = slow_flow(system, Resonance(k, 1), order=2)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.law import depends, energy_of, parts_of, states_of, torque_of
-from ...base.protocols import lacking, with_parts
+from ...base.protocols import Law, System, lacking, with_parts
 from ...base.quantities import number, numbers, shown
 from ...base.results import Floats, Orbit, SolveError
 from ...base.units import RPM
@@ -143,7 +143,7 @@ def _check_duration(system: Any, duration: float) -> None:
         )
 
 
-def _run(system: Any, start: tuple[float, ...], duration: float, method: Dopri5) -> Floats:
+def _run(system: System, start: tuple[float, ...], duration: float, method: Dopri5) -> Floats:
     run = simulate(Powers(system), start, (0.0, duration), method=method)
     if not run.status:
         raise SolveError(f"the integration for the energy balance {run.message}")
@@ -156,7 +156,7 @@ def _stored(system: Any, phase: float, y: Floats) -> float:
     return float(0.5 * system.J * state[1] ** 2 + energy_of(system.law, system.torsion(phase, state), state[2:]))
 
 
-def _names(law: Any) -> list[str]:
+def _names(law: Law) -> list[str]:
     """Names of the parts of a law that lose energy, in the order of its losses."""
     names: list[str] = []
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...base.arguments import refuse
 from ...base.law import check_law, states_of
-from ...base.protocols import lacking
+from ...base.protocols import Law, lacking
 from ...base.quantities import checked, number, shown
 from ...base.results import Floats, SolveError
 from ...compile.tree import mapped
@@ -66,7 +66,7 @@ class HysteresisLoop:
         return float(0.5 * (on_the_way_down + np.interp(torque, self.torque[up], self.torsion[up])))
 
 
-def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: float = RTOL) -> HysteresisLoop:
+def hysteresis_loop(law: Law, torque: float, *, speed: float = SPEED, rtol: float = RTOL) -> HysteresisLoop:
     """Twist a law slowly through 0 -> +T -> -T -> +T and measure the loop.
 
     Parameters
@@ -112,7 +112,7 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
     return HysteresisLoop(torques, torsions, at_zero[1] - at_zero[2], ends[2] - ends[1], work[2] - work[0])
 
 
-def _twistable(law: Any) -> Any:
+def _twistable(law: Law) -> Any:
     """Checked law that has a torque and a stiffness."""
     law = checked(law)
     if missing := lacking(law, "torque", "stiffness"):
@@ -121,7 +121,7 @@ def _twistable(law: Any) -> Any:
     return law
 
 
-def lost_motion(law: Any, rated_torque: float, *, share: float = SMALL_LOOP, speed: float = SPEED) -> float:
+def lost_motion(law: Law, rated_torque: float, *, share: float = SMALL_LOOP, speed: float = SPEED) -> float:
     """Lost motion [rad]: torsion from end to end of a slow loop between minus and plus a share of the rated torque.
 
     Parameters
@@ -266,7 +266,7 @@ class _Target(NamedTuple):
     full: float
     small: float
 
-    def misfit(self, law: Any, rtol: float) -> dict[str, float]:
+    def misfit(self, law: Law, rtol: float) -> dict[str, float]:
         """Relative differences: first those of the values wanted, then those of the torsions."""
         loop = hysteresis_loop(law, self.full, rtol=rtol)
         differences = {"hysteresis loss": loop.loss / self.wanted["hysteresis loss"] - 1.0}

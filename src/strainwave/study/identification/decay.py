@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.optimize import least_squares
 
 from ...base.law import depends, energy_of, has, states_of, torque_of
-from ...base.protocols import with_parts
+from ...base.protocols import Law, System, with_parts
 from ...base.records import Labelled
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
@@ -94,7 +94,7 @@ def vibrations(system: Any, extreme: Floats) -> Vibrations:
     return Vibrations(extreme, omega, heat / (pull * extreme), coefficients)
 
 
-def _other_extreme(law: Any, extreme: Floats, top: Floats) -> Floats:
+def _other_extreme(law: Law, extreme: Floats, top: Floats) -> Floats:
     """Lower extremes (n,) at which the energy is that of the upper ones."""
     low = -extreme
     for _ in range(NEWTON):
@@ -142,7 +142,7 @@ class Decay(NamedTuple):
         return np.asarray(total)
 
 
-def decay(system: Any, start: float, phase: float, least: float) -> Decay:
+def decay(system: System, start: float, phase: float, least: float) -> Decay:
     """Free decay from an upper extreme [rad] and a phase [rad] at t = 0.
 
     Parameters
@@ -219,7 +219,7 @@ class DecayFit(Fitted):
         return on_screen("\n".join(lines))
 
 
-def fit_decay(time: Any, value: Any, system: Any, *, free: Sequence[str] = ("B", "law.K")) -> DecayFit:
+def fit_decay(time: Any, value: Any, system: System, *, free: Sequence[str] = ("B", "law.K")) -> DecayFit:
     """Find the frequency and the damping of a free decay against its amplitude, and the law that has them.
 
     First windows of three cycles give amplitude, frequency and decay rate without any law. Then the free parameters
@@ -304,7 +304,7 @@ def _vibrating(system: Any) -> Any:
 class _Model:
     """Motion at the samples as a function of (parameters over their sizes, log of first extreme, phase, offset)."""
 
-    def __init__(self, system: Any, leaves: list[int], sizes: Floats, least: float, t: Floats) -> None:
+    def __init__(self, system: System, leaves: list[int], sizes: Floats, least: float, t: Floats) -> None:
         self.system, self.leaves, self.sizes, self.least, self.t = system, leaves, sizes, least, t
 
     def at(self, p: Floats) -> Any:
@@ -351,7 +351,7 @@ class _Model:
         return np.array(columns).T
 
 
-def _curves(system: Any, amplitude: Floats) -> tuple[Floats, Floats]:
+def _curves(system: System, amplitude: Floats) -> tuple[Floats, Floats]:
     """Frequency [rad/s] and decay rate [1/s] of the first harmonic at its amplitudes (m,)."""
     extreme = amplitude
     for _ in range(6):
@@ -363,7 +363,7 @@ def _curves(system: Any, amplitude: Floats) -> tuple[Floats, Floats]:
     return found.omega, found.rate * growth
 
 
-def _fitted_to_windows(system: Any, leaves: list[int], sizes: Floats, waves: Waves) -> Floats:
+def _fitted_to_windows(system: System, leaves: list[int], sizes: Floats, waves: Waves) -> Floats:
     """Parameters over their sizes, from frequencies and decay rates; near the start values where these do not tell."""
 
     def off(p: Floats) -> Floats:

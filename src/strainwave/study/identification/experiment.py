@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.protocols import names_of, omega_of
+from ...base.protocols import System, names_of, omega_of
 from ...base.quantities import Angle, Ratio, checked, shown
 from ...base.results import Floats
 from ...compile.maths import cos, sin
@@ -169,7 +169,7 @@ class Experiment:
 
 
 def experiment(
-    system: Any, inputs: Mapping[str, str], outputs: Mapping[str, str], free: Sequence[str], between: Between
+    system: System, inputs: Mapping[str, str], outputs: Mapping[str, str], free: Sequence[str], between: Between
 ) -> Experiment:
     """Check what is asked for and put a signal at the place of every input.
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.arguments import silent, typed
-from ...base.protocols import with_parts
+from ...base.protocols import System, with_parts
 from ...base.quantities import Ratio, checked, positive_count
 from ...base.results import Floats, SolveError
 from ...model.laws.friction import QuadraticDamping
@@ -389,7 +389,7 @@ def _unexplained(of: Experiment, left: Floats, size: Floats) -> list[str]:
     return [f"the system explains next to nothing of {name}: start from other numbers" for name, s in told if s > POOR]
 
 
-def _notes(system: Any, converged: bool) -> tuple[str, ...]:
+def _notes(system: System, converged: bool) -> tuple[str, ...]:
     notes = []
     if not converged:
         notes.append("the iteration has not converged: start from the numbers found, or fix some of them")

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import states_of, torque_of
-from ...base.protocols import lacking, terms_of
+from ...base.protocols import Law, lacking, terms_of
 from ...base.quantities import checked, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
@@ -186,7 +186,7 @@ def _up(value: float) -> str:
     return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.4g}"
 
 
-def _drag(law: Any, angle: Floats, speed: Floats) -> Floats:
+def _drag(law: Law, angle: Floats, speed: Floats) -> Floats:
     law = settled(law)
     torque = torque_of(law, angle, speed, (0.0 * angle,) * states_of(law))
     return np.asarray(torque + 0.0 * angle)

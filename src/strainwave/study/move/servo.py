@@ -6,7 +6,7 @@ import numpy as np
 
 from ...base.choices import larger, select, smaller
 from ...base.law import class_of, share, states_of, torque_of, z_rate_of
-from ...base.protocols import lacking
+from ...base.protocols import Law, lacking
 from ...base.quantities import LARGEST, AngularSpeed, Inertia, Rate, Ratio, Torque
 from ...compile.jit import chosen
 from ...drive.asked import PEAK, Feedforward, MotorLimits
@@ -144,17 +144,17 @@ class FedTorque(NamedTuple):
 
 
 @chosen
-def steady_drag(law: Any, angle: Any, speed: Any) -> Any:
+def steady_drag(law: Law, angle: Any, speed: Any) -> Any:
     """Torque [N*m] of a drag whose internal states are 0."""
     zeros = (0.0,) * states_of(law)
 
-    def without(law: Any, angle: Any, speed: Any) -> Any:
+    def without(law: Law, angle: Any, speed: Any) -> Any:
         return torque_of(law, angle, speed, zeros)
 
     return without
 
 
-def settled(law: Any) -> Any:
+def settled(law: Law) -> Any:
     """A drag as it is at steady speeds: bristles that slip (LuGre) are dry friction beside a viscous one."""
     if isinstance(law, Parallel):
         return Parallel(settled(law.first), settled(law.second))

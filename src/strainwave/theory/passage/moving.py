@@ -215,7 +215,7 @@ class Passages(Result):
         )
 
 
-def moving_rates(flow: Flow, omega: Any, rate: Any, z: Complexes) -> Complexes:
+def moving_rates(flow: Flow, omega: Any, rate: Floats, z: Complexes) -> Complexes:
     """Rates z' [rad/s] (lanes,) at speeds omega [rad/s] that change by rate [rad/s^2], all (lanes,)."""
     if isinstance(flow, SecondOrderFlow):
         return _second(flow, omega, rate, z)
@@ -228,7 +228,7 @@ def moving_rates(flow: Flow, omega: Any, rate: Any, z: Complexes) -> Complexes:
     return np.asarray(CubicFlow(flow.setting.at(omega), flow.kind).rates(z))
 
 
-def _second(flow: SecondOrderFlow, omega: Any, rate: Any, z: Complexes) -> Complexes:
+def _second(flow: SecondOrderFlow, omega: Floats, rate: Floats, z: Complexes) -> Complexes:
     s = flow.setting
     n, ratio = len(z), s.fast / s.omega
     step, d = STEP * (np.abs(z) + 1e-3 * abs(z).max(initial=1e-30)), STEP * omega

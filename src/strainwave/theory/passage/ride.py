@@ -184,7 +184,7 @@ class Way:
         if self.linear:
             return self._exactly(signed, end)
 
-        def along(t: Floats, z: Complexes, lanes: Any) -> Complexes:
+        def along(t: Floats, z: Complexes, lanes: NDArray[np.int64]) -> Complexes:
             rate = signed[lanes]
             return moving_rates(self.quick, self.first + rate * t, rate, z)
 

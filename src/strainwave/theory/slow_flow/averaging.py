@@ -141,15 +141,15 @@ class FirstOrder:
     at: Callable[[Any], Any]
     balance: Callable[[Any], tuple[Any, Floats]]
 
-    def jacobian(self, z: Any) -> Floats:
+    def jacobian(self, z: Complexes | complex) -> Floats:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
         return self.balance(z)[1]
 
-    def stability(self, z: Any) -> Floats:
+    def stability(self, z: Complexes | complex) -> Floats:
         """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
         return self.jacobian(z)
 
-    def sound(self, z: Any) -> Any:
+    def sound(self, z: Complexes) -> Any:
         """Whether states can be ones of this order: at first order all."""
         return np.isfinite(z)
 
@@ -212,7 +212,7 @@ class AveragedFlow(FirstOrder):
         """Rate over z [1/s] of small free motions."""
         return -(0.5 * self.setting.mu + 1j * (self.setting.fast - self.setting.omega_0))
 
-    def unforced(self, z: Any) -> Any:
+    def unforced(self, z: Complexes | complex) -> Any:
         """Rate [rad/s] without the soft line."""
         return self.linear * z + (1j / self.setting.omega_0) * self.mean_force(z)
 
@@ -220,7 +220,7 @@ class AveragedFlow(FirstOrder):
         """Rate z' [rad/s] for an array of z [rad]."""
         return self.unforced(z) - self.push
 
-    def balance(self, z: Any) -> tuple[Any, Floats]:
+    def balance(self, z: Complexes | complex) -> tuple[Any, Floats]:
         """The rate z' [rad/s] for an array of z [rad], and its derivative [1/s] (..., 2, 2) to (Re z, Im z)."""
         s = self.setting
         scale = 1j / (s.omega_0 * s.system.J)

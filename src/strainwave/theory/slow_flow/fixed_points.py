@@ -50,7 +50,7 @@ def attracts(matrices: Floats) -> Any:
     return np.max(slow.real, axis=-1) < -1e-13 * np.max(np.abs(matrices), axis=(-2, -1))
 
 
-def newton_step(matrix: Floats, rate: Any) -> Any:
+def newton_step(matrix: Floats, rate: Complexes) -> Any:
     """Solve the 2x2 systems matrix (Re dz, Im dz) = -rate; not finite where singular."""
     (a, b), (c, d) = np.moveaxis(matrix, (-2, -1), (0, 1))
     with np.errstate(all="ignore"):

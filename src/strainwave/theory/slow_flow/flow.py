@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.law import check_law, repeating
-from ...base.protocols import with_parts
+from ...base.protocols import System, with_parts
 from ...base.quantities import array_of, complex_number, interval, numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
@@ -283,7 +283,7 @@ class SlowFlow:
         return predictor(self._flow, self.order, sample, speeds, amplitudes)
 
 
-def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
+def slow_flow(system: System, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     """Reduce a system to the slow flow of one resonance by multiple scales.
 
     Parameters
@@ -335,7 +335,7 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     return SlowFlow(system, resonance, s.omega_0, s.mu, s.u0, order, closed, flow)
 
 
-def _flow(system: Any, resonance: Resonance, order: int) -> Flow:
+def _flow(system: System, resonance: Resonance, order: int) -> Flow:
     s = setting(system, resonance)
     if order == 2:
         return second_order(s)

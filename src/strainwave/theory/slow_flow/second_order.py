@@ -174,7 +174,7 @@ class SecondOrderFlow:
         s = self.setting
         return -(s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast) / self._carrier
 
-    def unforced(self, z: Any) -> Any:
+    def unforced(self, z: Complexes) -> Any:
         """Rate [rad/s] without the soft line and before z'' is counted."""
         return self.linear * z - self.force.values(self.setting, z)[1] / self._carrier
 
@@ -190,11 +190,11 @@ class SecondOrderFlow:
         solved = np.linalg.solve(whole, np.stack([push.real, push.imag], axis=-1)[..., None])[..., 0]
         return solved[..., 0] + 1j * solved[..., 1]
 
-    def jacobian(self, z: Any) -> Floats:
+    def jacobian(self, z: complex) -> Floats:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z), exact at steady states: shape (..., 2, 2)."""
         return self._slow(self.balance(z)[1])
 
-    def stability(self, z: Any) -> Floats:
+    def stability(self, z: Complexes | complex) -> Floats:
         """Matrix [1/s] (..., 4, 4) of (fast z, z') next to a steady state, z'' and all: its eigenvalues decide.
 
         Of a law with friction or memory, whose loops are closed at the speed of E alone, that of the rates.
@@ -218,7 +218,7 @@ class SecondOrderFlow:
         by_re, by_im, by_omega = np.subtract(ends[::2], ends[1::2]).tolist()
         return rate, real_matrix(by_re / (2.0 * step), by_im / (2.0 * step)), by_omega / (2.0 * d)
 
-    def sound(self, z: Any) -> Any:
+    def sound(self, z: Complexes) -> Any:
         """Whether the small harmonics of states are smaller than their motions: beyond that no state is one."""
         s = self.setting
         small = sum(np.abs(amplitude) ** 2 for _, amplitude in self.small(z))
@@ -234,7 +234,7 @@ class SecondOrderFlow:
             return True
         return turns_with_phase(lambda z: self.force.values(self.setting, z)[1], self.setting, self.error)
 
-    def balance(self, z: Any) -> tuple[Any, Floats]:
+    def balance(self, z: Complexes | complex) -> tuple[Any, Floats]:
         """The rate before z'' is counted, and its derivative to (Re z, Im z) by central differences."""
         z = np.asarray(z, complex)
         step = STEP * (np.abs(z) + self._least)

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of, depends, spring_stiffness, torque_of
-from ...base.protocols import lacking
-from ...base.quantities import shown
+from ...base.protocols import Law, System, lacking
+from ...base.quantities import Reals, shown
 from ...base.results import Floats
 from ...base.sentences import Angle, Sentence, Speed
 from ...numerics.balance.harmonics import highest_order
@@ -137,7 +137,7 @@ class Setting:
         soft = complex(soft) if np.ndim(soft) == 0 else soft
         return replace(self, system=system, omega=omega, fast=fast, hard=hard, soft=soft)
 
-    def scaled(self, factor: Any) -> "Setting":
+    def scaled(self, factor: Reals) -> "Setting":
         """Return the problem with every line times a factor, or with (n,) factors for n speeds; `at` counts them."""
         factor = np.expand_dims(factor, -1)
         return replace(self, torque_lines=factor * self.torque_lines, error_lines=factor * self.error_lines)
@@ -214,7 +214,7 @@ class Setting:
         lines = zip(self.orders, self.hard, strict=True)
         return sum((abs(c) * np.cos(k * theta + np.angle(c)) for k, c in lines), 0.0 * theta)
 
-    def forced_slope(self, theta: Any) -> Any:
+    def forced_slope(self, theta: Reals) -> Any:
         """Derivative dF/dtheta [rad/rad] at base angles [rad]."""
         lines = zip(self.orders, self.hard, strict=True)
         return sum((-k * abs(c) * np.sin(k * theta + np.angle(c)) for k, c in lines), 0.0 * theta)
@@ -260,7 +260,7 @@ def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Compl
     return mean, tuple(int(k) + 1 for k in index), torque[index], error[index]
 
 
-def active_orders(system: Any) -> tuple[int, ...]:
+def active_orders(system: System) -> tuple[int, ...]:
     """Whole orders above 0 of the torque and the kinematic error whose amplitude is not 0."""
     return forcing_lines(system)[1]
 
@@ -301,7 +301,7 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     return s
 
 
-def _refuse_drift(law: Any, mean: float, u0: float) -> None:
+def _refuse_drift(law: Law, mean: float, u0: float) -> None:
     """Refuse a mean torque that friction or memory alone holds (ValueError): a vibration lets it slip ever further."""
     if depends(law) > 1 and mean != 0.0 and not spring_stiffness(law, u0) > 0.0:
         raise ValueError(

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ....base.protocols import linear_part_of, orders_of
+from ....base.protocols import Error, System, linear_part_of, orders_of
 from ....base.results import Floats
 from ..harmonics import highest_order
 from ..linear_part import STRENGTH
@@ -15,7 +15,7 @@ MOST_LINES, ROUNDING = 64, 1e-14  # of an error, and share of the largest line t
 
 
 def condensed(
-    system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1, folded: bool = True
+    system: System, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1, folded: bool = True
 ) -> Condensed | None:
     """Build the condensed problem of a system; None where it has no linear part.
 
@@ -55,7 +55,7 @@ def repeats(part: Any, top: int) -> int:
     return max(g for g in range(1, top + 1) if np.all(np.abs(driving(angles + 2.0 * np.pi / g) - here) <= least))
 
 
-def lines_of_error(error: Any) -> Floats | None:
+def lines_of_error(error: Error) -> Floats | None:
     """Rows (order, cosine, sine) of an error of any class, the mean first; None of one that has no end of lines."""
     top = max((1, *orders_of(error))) if orders_of(error) else 128
     samples = max(512, 4 * int(top) + 16)

@@ -37,7 +37,7 @@ def _sample_error_loops(
 
 @kernel_as(_sample_error_loops)
 def sample_error(
-    lines: Any, factor: float, angles: Floats, delta: Floats, value: Floats, slope: Floats, bend: Floats
+    lines: Floats, factor: float, angles: Floats, delta: Floats, value: Floats, slope: Floats, bend: Floats
 ) -> None:
     """Write e, e' and e'' at base angles [rad] and deviations of the motor; `lines` are rows order, cosine, sine."""
     order, even, odd = lines[1:].T[:, :, None]

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....base.protocols import linear_part_of, omega_of
+from ....base.protocols import System, linear_part_of, omega_of
 from ....base.results import Floats
 from ....compile.address import ByAddress, at
 from ....compile.jit import run
@@ -277,7 +277,7 @@ class Condensed(NamedTuple):
         """The same problem with h of its harmonics."""
         return assembled(self.system, self.part, self.gear.lines, self.leaf, self.omega_leaf, h, self.turns, self.every)
 
-    def of(self, system: Any) -> "Condensed":
+    def of(self, system: System) -> "Condensed":
         """The problem of another system of the same classes, with the same excitation."""
         return self._replace(system=system, part=linear_part_of(system)).with_harmonics(self.harmonics())
 
@@ -295,7 +295,7 @@ class Condensed(NamedTuple):
 
 
 def assembled(
-    system: Any, part: Any, lines: Any, leaf: int, omega_leaf: int, h: int, turns: int, step: int
+    system: System, part: Any, lines: Any, leaf: int, omega_leaf: int, h: int, turns: int, step: int
 ) -> Condensed:  # fmt: skip
     """The problem with h of the harmonics `step`, 2 `step`, ...; `lines` are those of the error."""
     samples = 8 * h + 8 if any(map(is_piecewise_linear, part.laws)) else 4 * h + 4

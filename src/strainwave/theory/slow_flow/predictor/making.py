@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....base.law import breakpoints_of
-from ....base.quantities import floated, interval, number
+from ....base.quantities import Reals, States, floated, interval, number
 from ....compile.jit import kernel
 from .. import response as response_curve
 from ..averaging import AveragedFlow
@@ -39,7 +39,7 @@ STEP = 1e-6  # of the amplitude: forward differences
 
 
 @kernel
-def speeds(form: Any, drive: Any, omega: Any) -> Any:
+def speeds(form: Any, drive: LinearDrive, omega: Reals) -> Any:
     """Speeds [rad/s] of the two angles of a formula."""
     other = omega * drive.lines[0].order
     return (drive.omega_0, other) if drive.ratio == 0.0 else (form.share * omega, other)
@@ -57,7 +57,7 @@ class SecondOrderFormula(NamedTuple):
     share: float
     formula: Any
 
-    def rate(self, drive: Any, omega: Any, amplitude: Any, z: Any) -> Any:
+    def rate(self, drive: LinearDrive, omega: Reals, amplitude: Reals, z: complex) -> Any:
         """Rate z' [rad/s] by a formula of second order, and the small harmonics [rad]."""
         fast, pull = fast_speed(drive, omega), drive.omega_0 * drive.omega_0
         carrier, linear = complex(drive.mu, 2.0 * fast), complex(pull - fast * fast, drive.mu * fast)
@@ -95,7 +95,7 @@ OVERSHOOT = 2.0  # the excitation at which validity is sought, over the largest 
 Probes = list[tuple[float, complex]]
 
 
-def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Any) -> Predictor:
+def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: States) -> Predictor:
     """Make the predictor of a slow flow; see `SlowFlow.predictor`."""
     s = flow.setting
     if not s.mu > 0.0:
@@ -117,7 +117,7 @@ def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Any)
     return Predictor(*floated(made._replace(steps=_steps(at_most, made))))
 
 
-def _amplitudes(amplitudes: Any) -> tuple[float, float]:
+def _amplitudes(amplitudes: States) -> tuple[float, float]:
     """The range of the factor on the torque lines."""
     least, most = interval("amplitudes", amplitudes)
     if least < 0.0:

@@ -10,7 +10,7 @@ Solving Ordinary Differential Equations I, sec. III.1): steady states are its fi
 import math
 from typing import Any, NamedTuple
 
-from ....base.quantities import shown
+from ....base.quantities import Reals, States, shown
 from ....compile.jit import kernel
 from .samples import LinearDrive, fast_speed, hard, power, turned
 
@@ -97,13 +97,13 @@ class Prediction(NamedTuple):
 
 
 @kernel
-def is_finite(value: Any) -> Any:
+def is_finite(value: Reals) -> Any:
     """Whether a number is finite."""
     return value - value == 0.0
 
 
 @kernel
-def is_sound(state: Any, largest: Any) -> Any:
+def is_sound(state: PredictorState, largest: Any) -> Any:
     """Whether all numbers of a state are finite, and z is not above `largest` [rad]."""
     total = state.re_rate + state.im_rate + state.re_rate_1 + state.im_rate_1 + state.re_rate_2 + state.im_rate_2
     total += state.re + state.im + state.omega + state.amplitude
@@ -112,25 +112,25 @@ def is_sound(state: Any, largest: Any) -> Any:
 
 
 @kernel
-def clipped(value: Any, low: Any, high: Any) -> Any:
+def clipped(value: Reals, low: Reals, high: Reals) -> Any:
     """The nearest number of a range."""
     return low if value < low else (high if value > high else value)
 
 
 @kernel
-def wrapped(angle: Any, turn: Any) -> Any:
+def wrapped(angle: Reals, turn: Reals) -> Any:
     """Angle [rad] less whole turns."""
     return angle - turn * math.floor(angle / turn)
 
 
 @kernel
-def square(z: Any) -> Any:
+def square(z: complex) -> Any:
     """Square of the size of a complex number."""
     return z.real * z.real + z.imag * z.imag
 
 
 @kernel
-def state_of(z: Any, rates: Any, angle: Any, free: Any, omega: Any, amplitude: Any) -> Any:
+def state_of(z: complex, rates: Any, angle: Any, free: Any, omega: Any, amplitude: Any) -> Any:
     """The state of these numbers."""
     now, one, two = rates
     slow = (z.real, z.imag, now.real, now.imag, one.real, one.imag, two.real, two.imag)
@@ -144,7 +144,7 @@ def at_rest(predictor: Any) -> Any:
 
 
 @kernel
-def combined(h: Any, weights: Any, rates: Any) -> Any:
+def combined(h: Reals, weights: States, rates: Any) -> Any:
     """Sum of four rates with weights, times h."""
     re = im = 0.0
     for i in range(4):
@@ -154,7 +154,7 @@ def combined(h: Any, weights: Any, rates: Any) -> Any:
 
 
 @kernel
-def step(predictor: Any, z: Any, rates: Any, omega: Any, amplitude: Any, h: Any) -> Any:
+def step(predictor: Any, z: complex, rates: Any, omega: Reals, amplitude: Reals, h: Reals) -> Any:
     """One step of h [s] to a speed and an amplitude, from z and its last three rates; and the small harmonics there."""
     guess = z + combined(h / 12.0, (0.0, 23.0, -16.0, 5.0), (0j, *rates))
     rate, small = predictor.force.rate(predictor.drive, omega, amplitude, guess)
@@ -163,7 +163,7 @@ def step(predictor: Any, z: Any, rates: Any, omega: Any, amplitude: Any, h: Any)
 
 
 @kernel
-def advanced(predictor: Any, state: Any, omega: Any, amplitude: Any) -> Any:
+def advanced(predictor: Any, state: PredictorState, omega: Reals, amplitude: Reals) -> Any:
     """State z [rad] at the next sample, its last three rates, and the small harmonics."""
     z = complex(state.re, state.im)
     now, one = complex(state.re_rate, state.im_rate), complex(state.re_rate_1, state.im_rate_1)
@@ -177,7 +177,7 @@ def advanced(predictor: Any, state: Any, omega: Any, amplitude: Any) -> Any:
 
 
 @kernel
-def step_back(predictor: Any, z: Any, rate: Any, omega: Any, amplitude: Any) -> Any:
+def step_back(predictor: Any, z: complex, rate: complex, omega: Reals, amplitude: Reals) -> Any:
     """State and rate one step earlier, at constant speed and amplitude, by the Runge-Kutta method."""
     force, drive, h = predictor.force, predictor.drive, -predictor.sample / predictor.steps
     k2, _ = force.rate(drive, omega, amplitude, z + 0.5 * h * rate)
@@ -188,7 +188,7 @@ def step_back(predictor: Any, z: Any, rate: Any, omega: Any, amplitude: Any) -> 
 
 
 @kernel
-def swing(predictor: Any, z: Any, omega: Any, amplitude: Any) -> Any:
+def swing(predictor: Any, z: complex, omega: Reals, amplitude: Reals) -> Any:
     """Torsion [rad] that the first-order motion may reach about its mean: the sum of all amplitudes."""
     total = math.sqrt(square(z))
     for i in range(len(predictor.drive.lines)):
@@ -251,7 +251,7 @@ class Predictor(NamedTuple):
     drive: LinearDrive
     force: Any
 
-    def start(self, omega: Any, amplitude: Any = 1.0, z: Any = 0j, angle: Any = 0.0) -> Any:
+    def start(self, omega: Reals, amplitude: Reals = 1.0, z: Any = 0j, angle: Reals = 0.0) -> Any:
         """State of a drive at a speed [rad/s], clipped to the range.
 
         Parameters
@@ -278,7 +278,7 @@ class Predictor(NamedTuple):
         _, two = step_back(self, before, one, omega, amplitude)
         return state_of(z, (rate, one, two), angle, 0.0, omega, amplitude)
 
-    def update(self, omega: Any, amplitude: Any, state: Any) -> Any:
+    def update(self, omega: Reals, amplitude: Reals, state: PredictorState) -> Any:
         """Predict the motion at the next sample.
 
         Parameters

@@ -5,6 +5,7 @@ What drives the slow flow of a predictor, in scalar code: by formula, or by samp
 
 from typing import Any, NamedTuple
 
+from ....base.quantities import Reals, States
 from ....compile.jit import kernel
 from ....compile.maths import cos, sin
 from ..closed_forms import answer
@@ -46,13 +47,13 @@ class LinearDrive(NamedTuple):
 
 
 @kernel
-def fast_speed(drive: Any, omega: Any) -> Any:
+def fast_speed(drive: LinearDrive, omega: Reals) -> Any:
     """Omega [rad/s]: the speed of the fast angle."""
     return drive.ratio * omega if drive.ratio > 0.0 else drive.omega_0
 
 
 @kernel
-def forcing(line: Any, omega: Any, amplitude: Any) -> Any:
+def forcing(line: ForcedLine, omega: Reals, amplitude: Reals) -> Any:
     """A line of torque/J - omega^2 e'' [rad/s^2]."""
     speed = line.order * omega
     square = speed * speed
@@ -73,7 +74,7 @@ def hard(drive: Any, line: Any, omega: Any, amplitude: Any) -> Any:
 
 
 @kernel
-def soft(drive: Any, omega: Any, amplitude: Any) -> Any:
+def soft(drive: LinearDrive, omega: Reals, amplitude: Reals) -> Any:
     """The soft line [rad/s^2]."""
     total = 0j
     for i in range(len(drive.lines)):
@@ -83,7 +84,7 @@ def soft(drive: Any, omega: Any, amplitude: Any) -> Any:
 
 
 @kernel
-def turned(angle: Any) -> Any:
+def turned(angle: Reals) -> Any:
     """exp(i angle)."""
     return complex(cos(angle), sin(angle))
 
@@ -101,7 +102,7 @@ def power(b: Any, n: Any) -> Any:
 
 
 @kernel
-def with_inertia(rate: Any, by_re: Any, by_im: Any, carrier: Any) -> Any:
+def with_inertia(rate: complex, by_re: complex, by_im: complex, carrier: complex) -> Any:
     """Rate z' of z'' + carrier z' = carrier rate, from the derivatives of `rate` to Re z and Im z."""
     by_re, by_im = by_re / carrier, by_im / carrier
     a, b, c, d = 1.0 + by_re.real, by_im.real, by_re.imag, 1.0 + by_im.imag
@@ -121,7 +122,7 @@ class FirstOrderCubic(NamedTuple):
     superharmonic: float
     subharmonic: float
 
-    def rate(self, drive: Any, omega: Any, amplitude: Any, z: Any) -> Any:
+    def rate(self, drive: LinearDrive, omega: Reals, amplitude: Reals, z: complex) -> Any:
         """Rate z' [rad/s], and the small harmonics [rad]."""
         c, force, y = hard(drive, drive.lines[0], omega, amplitude), soft(drive, omega, amplitude), z.conjugate()
         zz, cc = z.real * z.real + z.imag * z.imag, c.real * c.real + c.imag * c.imag
@@ -141,7 +142,7 @@ class FirstOrderCubic(NamedTuple):
 
 
 @kernel
-def first_motion(drive: Any, omega: Any, amplitude: Any, fast: Any, z: Any, b: Any) -> Any:
+def first_motion(drive: Any, omega: Reals, amplitude: Reals, fast: Any, z: complex, b: Any) -> Any:
     """E and Re(z E) + F [rad] where the angle of the samples has turned by b."""
     turn = power(b, fast)
     w = z.real * turn.real - z.imag * turn.imag
@@ -166,7 +167,7 @@ class FirstOrderSamples(NamedTuple):
     fast: int
     share: float
 
-    def rate(self, drive: Any, omega: Any, amplitude: Any, z: Any) -> Any:
+    def rate(self, drive: LinearDrive, omega: Reals, amplitude: Reals, z: complex) -> Any:
         """Rate z' [rad/s], and the small harmonics [rad]."""
         rest, stiffness = self.law.torque(drive.u0), self.J * drive.omega_0 * drive.omega_0
         b, step, total = 1.0 + 0j, complex(self.cosine, self.sine), 0j
@@ -195,20 +196,20 @@ def product(a: Any, b: Any) -> Any:
 
 
 @kernel
-def shifted(a: Any, h: Any, b: Any) -> Any:
+def shifted(a: complex, h: Reals, b: complex) -> Any:
     """Return a + h b for complex numbers a and b and a number h."""
     return complex(a.real + h * b.real, a.imag + h * b.imag)
 
 
 @kernel
-def added(a: Any, h: Any, b: Any) -> Any:
+def added(a: Any, h: Reals, b: Any) -> Any:
     """Return a + h b for the slots of two tuples."""
     first = shifted(a[0], h, b[0]), shifted(a[1], h, b[1]), shifted(a[2], h, b[2])
     return (*first, shifted(a[3], h, b[3]), shifted(a[4], h, b[4]), shifted(a[5], h, b[5]))
 
 
 @kernel
-def powers(b: Any, n: Any) -> Any:
+def powers(b: complex, n: States) -> Any:
     """Powers of a number on the unit circle, one a slot."""
     return power(b, n[0]), power(b, n[1]), power(b, n[2]), power(b, n[3]), power(b, n[4]), power(b, n[5])
 
@@ -223,7 +224,7 @@ def real_sum(a: Any, b: Any) -> Any:
 
 
 @kernel
-def slot(force: Any, drive: Any, omega: Any, amplitude: Any, n: Any, i: Any) -> Any:
+def slot(force: Any, drive: LinearDrive, omega: Reals, amplitude: Reals, n: complex, i: Any) -> Any:
     """Small harmonic [rad] in a slot, from the torque's harmonic over J [rad/s^2] there."""
     speed = force.share * force.numbers[i] * omega
     for j in range(len(drive.lines)):
@@ -235,7 +236,7 @@ def slot(force: Any, drive: Any, omega: Any, amplitude: Any, n: Any, i: Any) -> 
 
 
 @kernel
-def small_harmonics(force: Any, drive: Any, omega: Any, amplitude: Any, z: Any) -> Any:
+def small_harmonics(force: Any, drive: Any, omega: Reals, amplitude: Reals, z: complex) -> Any:
     """Amplitudes [rad] of the small harmonics that the law's torque along the first-order motion drives."""
     mean_torque, pull = force.law.torque(drive.u0), drive.omega_0 * drive.omega_0
     b, step = 1.0 + 0j, complex(force.cosine, force.sine)
@@ -274,7 +275,7 @@ class SecondOrderSamples(NamedTuple):
     numbers: tuple[int, ...]
     weights: tuple[float, ...]
 
-    def rate(self, drive: Any, omega: Any, amplitude: Any, z: Any) -> Any:
+    def rate(self, drive: LinearDrive, omega: Reals, amplitude: Reals, z: complex) -> Any:
         """Rate z' [rad/s], and the small harmonics [rad]; z'' is that at constant ones, which is of second order."""
         small = small_harmonics(self, drive, omega, amplitude, z)
         mean_torque, pull, per_J = self.law.torque(drive.u0), drive.omega_0 * drive.omega_0, 1.0 / self.J
