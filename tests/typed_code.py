@@ -11,13 +11,13 @@ from itertools import chain
 from pathlib import Path
 
 import numba
-from numba.core import compiler, typed_passes
+from numba.core import caching, compiler, typed_passes
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typing import signature
 
 import strainwave as sw
 from strainwave.base.law import is_spring, torsion
-from strainwave.compile import inner, jit
+from strainwave.compile import address, inner, jit
 from strainwave.compile.tree import classes
 from strainwave.files.reading import from_text
 from strainwave.model.train.train_forms import AtLoad, Metered
@@ -62,9 +62,17 @@ class TypedError(Exception):
 
 
 def typed(function, *arguments, **_options):
-    """Find the types of a kernel with its arguments, in place of a run of it."""
-    jit._dispatcher(function, classes(arguments)).get_call_template(tuple(map(numba.typeof, arguments)), {})
+    """Find the types of a kernel with its arguments, and of what it calls by address, in place of a run of it."""
+    things = [arg.native()[0] if isinstance(arg, address.ByAddress) else arg for arg in arguments]
+    jit._dispatcher(function, classes(things)).get_call_template(tuple(map(numba.typeof, things)), {})
     raise TypedError
+
+
+def typed_entry(function, thing, _kind, kinds):
+    """Find the types of a function that kernels call by address, in place of its machine code."""
+    written = address.signature(numba.types, numba.typeof(thing), kinds)
+    jit._dispatcher(function, classes((thing,))).get_call_template(written, {})
+    return 0
 
 
 def forms(project):
@@ -101,5 +109,6 @@ if __name__ == "__main__":
     for each in (compiler.Compiler, *inner.compilers()):
         each.define_pipelines = pipelines
     balance.run = integrate.run = typed
-    jit.cache_writable = lambda: False  # types alone are not kept
+    jit._address_of = typed_entry
+    jit.CodeCache = lambda *_: caching.NullCache()  # types alone are not kept
     print(json.dumps(list(chain.from_iterable(map(complaints, json.load(sys.stdin))))))
