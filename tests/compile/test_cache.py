@@ -258,3 +258,46 @@ def test_a_user_without_a_home_keeps_code_where_the_environment_says_or_in_memor
     nowhere = cache.cache_folder.__wrapped__()
     monkeypatch.setattr(cache, "cache_folder", lambda: nowhere)
     assert not cache.cache_writable.__wrapped__()
+
+
+SHIPPED = """
+import sys
+import strainwave as sw
+from numba.core import event
+from pathlib import Path
+from strainwave.compile import cache
+if sys.argv[1] == "none":
+    cache.SHIPPED = Path("none")
+with event.install_recorder("numba:compile") as recorder:
+    drive = sw.read_project(sys.argv[2])
+    response = drive.response()
+    print(*(value.hex() for value in (*response.omega, *response.oscillation)))
+print(len([1 for _, one in recorder.buffer if one.is_start]))
+"""
+
+
+def test_kernels_that_the_package_brings_give_the_bits_of_those_compiled_here(tmp_path):
+    """A cascade's curve with an empty folder of code, from the package's LLVM code and without it."""
+    path = tmp_path / "drive.yaml"
+    path.write_text((PACKAGE.parents[1] / "benchmarks" / "readme_drive.yaml").read_text(encoding="utf-8"))
+    printed = {}
+    for brings in ("all", "none"):
+        folder = {"STRAINWAVE_CACHE_DIR": str(tmp_path / brings), "STRAINWAVE_JIT": "1"}
+        command = [sys.executable, "-c", SHIPPED, brings, str(path)]
+        done = subprocess.run(command, env=os.environ | folder, capture_output=True, text=True, check=True)
+        *lines, compiled = done.stdout.splitlines()
+        printed[brings] = lines, int(compiled)
+    assert printed["all"][0] == printed["none"][0]
+    assert printed["all"][1] < printed["none"][1] / 10
+
+
+def test_kernels_of_other_sources_or_a_damaged_file_are_not_taken(tmp_path, monkeypatch):
+    triple = "x86_64-unknown-linux-gnu"
+    assert len(cache.shipped.__wrapped__(triple)) > 50
+    assert cache.shipped.__wrapped__("arm64-apple-darwin") == {}
+    first, content = cache.SHIPPED.read_bytes().split(b"\n", 1)
+    monkeypatch.setattr(cache, "SHIPPED", tmp_path / "kernels.xz")
+    assert cache.shipped.__wrapped__(triple) == {}
+    for wrong in (b"0" + first[1:] + b"\n" + content, first + b"\n" + content[:-100], first + b"\n"):
+        cache.SHIPPED.write_bytes(wrong)
+        assert cache.shipped.__wrapped__(triple) == {}

@@ -5,6 +5,9 @@ process. Here a file has the name of what its code depends on: the kernel, the k
 classes among them, a user's class with its methods and all that these read (`identity`). What cannot be recognised in
 another process, such as a class that holds an open file, stays in memory.
 
+The package brings LLVM code of its own kernels, for 64-bit x86 under Linux (`tools/kernels.py`): where it has a kernel,
+and sources and libraries are those that it was made of, machine code is made of that, in a fifth of the time.
+
 What is being compiled now: for whoever shows progress; nothing is printed here.
 
 Code that is on disk is loaded within a fraction of a second and is not listed.
@@ -12,6 +15,7 @@ Code that is on disk is loaded within a fraction of a second and is not listed.
 
 import hashlib
 import io
+import lzma
 import os
 import pickle
 import re
@@ -32,6 +36,7 @@ ROOMS = ("compile", "base", "model", "numerics", "theory", "drive", "sample", "s
 UNUSED_DAYS = 30  # after which the folder of other sources is removed
 DAY = 86400.0  # s
 DIGEST = 32  # bytes at the beginning of a file: the hash of the others
+SHIPPED = Path(__file__).with_name("kernels.xz")
 BAD_FILE = (OSError, EOFError, pickle.UnpicklingError, ImportError, AttributeError, LookupError, TypeError, ValueError)
 
 
@@ -45,51 +50,90 @@ class CodeCache:
     def load_overload(self, kinds: Any, target: Any) -> Any:
         """Machine code for arguments of these kinds, None where there is none that fits."""
         target.refresh()
-        classes, path = self._place(kinds, target.codegen())
-        if path is None or not path.is_file():
+        classes, path, name = self.place(kinds, target.codegen())
+        if path is None:
             return None
         try:
-            written = path.read_bytes()
-            if hashlib.sha256(written[DIGEST:]).digest() != written[:DIGEST]:  # a damaged one would end the process
+            if path.is_file():
+                written = path.read_bytes()
+                if hashlib.sha256(written[DIGEST:]).digest() != written[:DIGEST]:  # damaged code would end the process
+                    return None
+                parts = _Unpickler(io.BytesIO(written[DIGEST:]), classes).load()
+            elif name in (known := shipped(target.codegen().magic_tuple()[0])):
+                library, *others = _Unpickler(io.BytesIO(known[name]), classes).load()
+                parts = _made(library, target.codegen()), *others
+                write(path, classes, parts)
+            else:
                 return None
-            parts = _Unpickler(io.BytesIO(written[DIGEST:]), classes).load()
             return import_module("numba.core.compiler").CompileResult._rebuild(target, *parts)
         except BAD_FILE:  # written by a machine that stopped on the way, or by another version of a library
             return None
 
     def save_overload(self, kinds: Any, code: Any) -> None:
         """Keep machine code for arguments of these kinds."""
-        classes, path = self._place(kinds, code.codegen)
-        if path is None or code.lifted or code.library.has_dynamic_globals:
-            return
-        stream = io.BytesIO()
-        pickler = _pickler()(stream, protocol=4)
-        pickler.classes = classes
-        draft = path.with_name(f"{path.name}.{os.getpid()}.part")
-        with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
-            pickler.dump(code._reduce())
-            draft.write_bytes(hashlib.sha256(stream.getvalue()).digest() + stream.getvalue())
-            draft.replace(path)
-        with suppress(OSError):  # of what could not be written to its end or put in its place
-            draft.unlink()
+        classes, path, _ = self.place(kinds, code.codegen)
+        if path is not None and not code.lifted and not code.library.has_dynamic_globals:
+            write(path, classes, code._reduce())
 
     def flush(self) -> None:
         """Numba calls this before it compiles all again, which nothing here does."""
 
-    def _place(self, kinds: Any, codegen: Any) -> tuple[list[type], Path | None]:
-        """Model classes among the kinds, and the file of the code; None where it stays in memory."""
+    def place(self, kinds: Any, codegen: Any) -> tuple[list[type], Path | None, str]:
+        """Model classes among the kinds, the file of the code (None: it stays in memory), and its name in `shipped`."""
         classes = list(dict.fromkeys(_classes(kinds)))
         if not all(_read(thing.__module__) for thing in (self.function, *classes)):
-            return classes, None
+            return classes, None, ""
         try:
             text = Identity().text((self.function, *classes))
         except TypeError:
-            return classes, None
-        target = repr((kinds, codegen.magic_tuple(), sys.version_info[:2]))
-        if " at 0x" in target:  # a compiled function among the arguments, which has no name of its own
-            return classes, None
-        name = hashlib.sha256(f"{text} {target}".encode(errors="surrogatepass")).hexdigest()[:32]
-        return classes, cache_folder() / f"{self.function.__name__}-{name}.code"
+            return classes, None, ""
+        if " at 0x" in repr(kinds):  # a compiled function among the arguments, which has no name of its own
+            return classes, None, ""
+        names = [
+            hashlib.sha256(f"{text} {target!r}".encode(errors="surrogatepass")).hexdigest()[:32]
+            for target in ((kinds, codegen.magic_tuple(), sys.version_info[:2]), kinds)
+        ]
+        return classes, cache_folder() / f"{self.function.__name__}-{names[0]}.code", names[1]
+
+
+def write(path: Path, classes: list[type], parts: tuple[Any, ...]) -> None:
+    """Write parts of compiled code, with the model classes among its kinds as numbers, or nothing."""
+    stream = io.BytesIO()
+    pickler = _pickler()(stream, protocol=4)
+    pickler.classes = classes
+    draft = path.with_name(f"{path.name}.{os.getpid()}.part")
+    with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
+        pickler.dump(parts)
+        draft.write_bytes(hashlib.sha256(stream.getvalue()).digest() + stream.getvalue())
+        draft.replace(path)
+    with suppress(OSError):  # of what could not be written to its end or put in its place
+        draft.unlink()
+
+
+@cache
+def shipped(triple: str) -> dict[str, bytes]:
+    """Kernels that the package brings, by their names: none for other sources, libraries and machines."""
+    with suppress(OSError, lzma.LZMAError):
+        mark, _, content = SHIPPED.read_bytes().partition(b"\n")
+        if mark.decode() == stamp(triple):
+            kernels: dict[str, bytes] = pickle.loads(lzma.decompress(content))
+            return kernels
+    return {}
+
+
+def stamp(triple: str) -> str:
+    """What the LLVM code of kernels depends on: sources, compiler and machine."""
+    versions = [f"{name} {import_module(name).__version__}" for name in ("numba", "llvmlite")]
+    return ", ".join([source_hash(), *versions, triple])
+
+
+def _made(library: tuple[str, bytes], codegen: Any) -> tuple[str, str, tuple[bytes, bytes]]:
+    """Machine code of a library of LLVM code, as Numba keeps it."""
+    name, code = library
+    made = codegen.create_library(name)
+    made._final_module = import_module("llvmlite.binding").parse_bitcode(code)
+    made._optimize_final_module()
+    return name, "object", (codegen._tm.emit_object(made._final_module), made._final_module.as_bitcode())
 
 
 def _read(module: str) -> bool:

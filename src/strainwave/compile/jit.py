@@ -228,8 +228,8 @@ def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
     body = getattr(function, "loops", function)
     dispatcher = _numba().njit(pipeline_class=compilers()[0], **OPTIONS)(body)
     dispatcher._compiler.compile = watched(dispatcher._compiler.compile, function.__name__)
-    if cache_writable():
-        dispatcher._cache = CodeCache(body)
+    cache_writable()  # makes the folder
+    dispatcher._cache = CodeCache(body)
     return dispatcher
 
 
