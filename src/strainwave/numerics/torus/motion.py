@@ -16,8 +16,7 @@ REFINED = 4  # steps of Newton's method
 NEARLY = 0.9  # of the largest sample of a turn: a crest beside it may be higher between samples
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
-CLOSER = 4.0  # the steps where nothing holds the mean, whose disturbances hardly grow: errors of coarse ones outdo it
-NEUTRAL = 1e-3  # distance from 1 of multipliers that are 1 but for rounding
+FINER = {"none": 1.0, "shift": 4.0, "mean": 8.0}  # steps by the disturbance left out; those beside it hardly grow
 STEPS = np.unique([2**a * b for a in range(1, 12) for b in (4, 5, 6, 7)])  # of a turn: curves take few of these
 HARDLY = 1e-2  # of the largest wave: those below it do not count for the steps
 ENTRIES = 4_000_000  # of all matrices at a time
@@ -114,7 +113,8 @@ def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
     """Rates (n,) [1/s] at which the disturbances of motions that last longest grow; negative of stable ones.
 
     `flow` is the part whose disturbances are meant: that of the problem, but for a mean that a control holds in its
-    own states. A mean that nothing holds may be any: this disturbance is left out, which neither grows nor decays.
+    own states. The angle of a motor that nothing holds may be any: this disturbance is left out, which neither grows
+    nor decays. Its speed is not: it grows where the torque that the motor needs falls with the speed.
 
     A turn of the first angle of the basis maps them by a matrix that is periodic in the second angle: it is found at
     some of these angles and interpolated at those that the motion has, whose product over all turns tells the rate.
@@ -126,20 +126,18 @@ def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
     if abs(float(exact) - problem.ratio) > 1e-12 * problem.ratio:
         count = math.ceil(problem.ratio * first / q)
     flows, steps = _first_order(problem, flow, points)
-    result, any_mean = np.empty(len(points)), flow.loose >= 0 and not np.any(flow.integral)
+    result = np.empty(len(points))
     for number in np.unique(steps).tolist():
         most = max(1, ENTRIES // (2 * starts * number * flows[0].shape[0] ** 2))
         at = np.flatnonzero(steps == number)
         for part in np.array_split(at, math.ceil(len(at) / most)):
             some = starts if 2 * starts < count else count
-            result[part] = _rates(problem, flows, points[part], number, some, count, any_mean)
+            result[part] = _rates(problem, flows, points[part], number, some, count)
     return np.asarray(result * first * points[:, -1] / (2.0 * np.pi * count))
 
 
-def _rates(
-    problem: Torus, flows: Any, points: Floats, steps: int, starts: int, count: int, any_mean: bool
-) -> Floats:  # fmt: skip
-    """Logarithms (n,) of the largest multipliers over `count` turns of the first angle, but for 1 of `any_mean`."""
+def _rates(problem: Torus, flows: Any, points: Floats, steps: int, starts: int, count: int) -> Floats:
+    """Logarithms (n,) of the largest multipliers over `count` turns of the first angle, but for that of a mean."""
     while True:
         maps = turn_maps(problem, flows, points, steps, 2.0 * np.pi * np.arange(starts) / starts)
         waves = np.fft.fft(maps, axis=1) / starts
@@ -157,38 +155,62 @@ def _rates(
         largest = np.abs(whole).max(axis=(1, 2))
         whole, logarithm = whole / largest[:, None, None], logarithm + np.log(largest)
     values = np.linalg.eigvals(whole)
-    if any_mean:
+    if flows[-1] == "mean":
         apart = np.abs(values * np.exp(np.minimum(logarithm, 700.0))[:, None] - 1.0)
-        values[(apart < NEUTRAL) | (apart == apart.min(axis=1, keepdims=True))] = 0.0
+        values[np.arange(len(values)), apart.argmin(axis=1)] = 0.0
     return np.asarray(logarithm + np.log(np.maximum(np.abs(values).max(axis=1), 1e-300)))
 
 
 def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:
-    """Matrix of the disturbances, that of the torques, and the place of each of these; steps of a turn of motions."""
+    """Matrix of the disturbances, that of the torques, the place of each of these, and that left out; steps of a turn.
+
+    Where nothing but the motor's own angle drives it, a motion may begin at any time: the disturbance "shift".
+    """
     heavy = np.flatnonzero(np.any(flow.inertia != 0.0, axis=1))
     massless, loaded = np.setdiff1d(np.arange(len(flow.inertia)), heavy), problem.linear.retained
     damping = flow.damping.copy()
     damping[0, 0] += flow.gear_damping
     a, b = first_order_of(flow.inertia, damping, flow.stiffness, heavy, massless, loaded)
-    flows = a, b, np.searchsorted(heavy, loaded), len(heavy)
+    any_mean = flow.loose >= 0 and not np.any(flow.integral)
+    forced = not flow.follows or np.any(problem.linear.matrices[0, 1:, :, -1])
+    left_out = "none" if not any_mean else "mean" if forced else "shift"
+    flows = a, b, np.searchsorted(heavy, loaded), heavy, massless, left_out
     mean = disturbed(flows, problem.moved(points), points[:, -1:], lambda samples: samples.mean(axis=-1, keepdims=True))
     fastest = np.abs(np.linalg.eigvals(mean[:, 0])).max(axis=1)
     first = float(problem.basis[0] @ np.array([1.0, 1.0 / problem.ratio]))
     steps = np.maximum(PER_ORDER * _highest(problem, points), 2.0 * np.pi * fastest / points[:, -1] / PHASE) / first
-    steps *= CLOSER if problem.part.loose >= 0 else 1.0
+    steps *= FINER[left_out]
     return flows, STEPS[np.searchsorted(STEPS, np.clip(steps, LEAST_STEPS, FINEST))]
 
 
 def disturbed(flows: Any, motion: Any, w: Floats, measure: Any) -> Floats:
     """Matrices (points, samples, states, states) of disturbances along motions, of a measure of their samples."""
-    a, b, place, count = flows
+    a, b, place, heavy = flows[:4]
     matrices = np.zeros(())
-    for some, first, factor in ((motion.by_place, 0, 1.0), (motion.by_rate, count, 1.0 / w)):
+    for some, first, factor in ((motion.by_place, 0, 1.0), (motion.by_rate, len(heavy), 1.0 / w)):
         for (i, j), samples in some.items():
             change = np.zeros_like(a)
             change[:, first + place[j]] = b[:, i]
             matrices = matrices - measure(factor * samples)[..., None, None] * change
     return np.asarray(a + matrices)
+
+
+def at_equal_angles(problem: Torus, flows: Any, points: Floats, angles: Floats, matrices: Floats) -> Floats:
+    """Matrices of the disturbances z that are compared at equal angles theta of the motor, without its row and column.
+
+    z' = A z - y' z_w / theta', with the rates y' of the states and the disturbance z_w of the motor's.
+    """
+    heavy, massless = flows[3:5]
+    place, turned, rates = int(np.searchsorted(heavy, problem.part.loose)), problem.pairs @ angles, []
+    even, odd = np.cos(turned), np.sin(turned)
+    for z in points:
+        turning = 1j * (problem.orders * z[-1])[:, None]
+        waves = turning * problem.coordinates(z)
+        states = np.concatenate([waves[:, heavy], turning * waves[:, heavy], waves[:, massless]], axis=1)
+        rates.append(even.T @ states.real - odd.T @ states.imag)
+    along = np.array(rates)
+    matrices[..., len(heavy) + place] -= along / (along[..., [place]] + points[:, -1, None, None])
+    return np.delete(np.delete(matrices, place, axis=-1), place, axis=-2)
 
 
 def turn_maps(problem: Torus, flows: Any, points: Floats, steps: int, starts: Floats) -> Floats:
@@ -204,6 +226,8 @@ def turn_maps(problem: Torus, flows: Any, points: Floats, steps: int, starts: Fl
     angles = np.array([(np.tile(first, len(starts)) - k * slow) / j, slow])
     w = points[:, -1:]
     matrices = disturbed(flows, at_angles(problem, angles).moved(points), w, lambda samples: samples)
+    if flows[-1] == "shift":
+        matrices = at_equal_angles(problem, flows, points, angles, matrices)
     h = 2.0 * np.pi / steps / (w[..., None, None] * (j + k / problem.ratio))
     one, two = h * matrices[:, ::2], h * matrices[:, 1::2]
     x = 0.5 * (one + two) + math.sqrt(3.0) / 12.0 * (two @ one - one @ two)
