@@ -256,7 +256,7 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     assert {line.order for line in mapped.lines if line.excited} == {2, 2 + 2 / 50}
     ((low, high),) = mapped.forbidden[0]
     edge = two_turn_motion(project.whole, low)
-    assert edge.largest[0] == pytest.approx(project.limit, rel=1e-3)
+    assert edge.largest[0] == pytest.approx(project.limit, rel=1e-4)
     assert low < most < high
 
 

@@ -329,7 +329,7 @@ class Project:
     @cached_property
     def beating(self) -> DriveResponse:
         """The response of a drive whose motions beat; see `beating_response`."""
-        return beating_response(self.whole, self.speeds.limits)
+        return beating_response(self.whole, self.speeds.limits, self.limit)
 
     def train_response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int = OF_TRAIN
@@ -349,7 +349,7 @@ class Project:
             if self.train is None:
                 return self.beating
             alone = as_train(self.system(reduced=True), self.drive.N)
-            return replace(beating_response(alone, self.speeds.limits), has_reference=self.motor == "held")
+            return replace(beating_response(alone, self.speeds.limits, self.limit), has_reference=self.motor == "held")
         return exact_response(
             self.system(reduced=True), self.speeds.limits, points, harmonics, coexisting, self.motor == "held",
             None if self.train else self.whole,

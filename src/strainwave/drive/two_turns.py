@@ -35,7 +35,7 @@ from ..model.train.shafts import Load, Motor
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import ending
 from ..numerics.labels import FOLD
-from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests
+from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests, with_crossings
 from ..numerics.torus.motion import along_turns, growth, oscillations, states_at
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
@@ -200,8 +200,13 @@ def two_turn_motion(system: System, omega: float, *, ratio: float | None = None,
 
 
 @one_thread
-def two_turn_response(system: System, speeds: tuple[float, float], *, ratio: float | None = None) -> TwoTurnCurve:
-    """Follow the motions through a range of speeds of the motor [rad/s], from its upper end; as `two_turn_motion`."""
+def two_turn_response(
+    system: System, speeds: tuple[float, float], *, ratio: float | None = None, limit: float | None = None
+) -> TwoTurnCurve:  # fmt: skip
+    """Follow the motions through a range of speeds of the motor [rad/s], from its upper end; as `two_turn_motion`.
+
+    The curve has a point wherever the largest oscillation is at a `limit` [rad].
+    """
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
     if not (driven.part.gear_damping or np.any(driven.part.damping)):
@@ -209,17 +214,22 @@ def two_turn_response(system: System, speeds: tuple[float, float], *, ratio: flo
     _refuse_falling(system, driven, high)
     problem, found, whole = along(driven, low, high, CURVE)
     points = with_crests(problem, found.points, lambda z: _sizes(driven, problem, z))
+    if limit is not None and limit < math.inf:
+        points = with_crossings(problem, points, lambda z: _sizes(driven, problem, z), limit)
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
     lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
     return _described(driven, flow, problem, points, folds, how if whole or not how[0] else lacking_waves)
 
 
-def beating_response(train: DriveTrain | None, speeds: tuple[float, float]) -> DriveResponse:
+def beating_response(
+    train: DriveTrain | None, speeds: tuple[float, float], limit: float | None = None
+) -> DriveResponse:  # fmt: skip
     """The motions of a train in two turns through a range of speeds [rad/s], with a sweep and their torques.
 
     The oscillation of a motion is that of the turn of the motor in which it is largest; its coefficients are the part
     that repeats with every turn of the motor. Gravity is in it exactly, its stiffness too. Corners of a law of
     three slopes are rounded as widely as they lie apart: in a CSG-40-50 that moves a fold by 1 %, the top by 0.1 %.
+    Speeds at which the oscillation is at a `limit` [rad] are points of the curve.
     No train, as where damping or stiffness vary, is refused (ValueError).
     """
     if train is None:
@@ -228,7 +238,7 @@ def beating_response(train: DriveTrain | None, speeds: tuple[float, float]) -> D
     rounding = (
         "" if train is exact else f"the corners of the law are rounded over {train.law.width / ARCSEC:.3g} arcsec"
     )
-    found = two_turn_response(train, speeds)
+    found = two_turn_response(train, speeds, limit=limit)
     found = replace(found, message=f"{found.message}; motions apart from the curve are not looked for")
     curve = found.branch(speeds)
     angles, states = along_turns(found.problem, found.points, found.beats)

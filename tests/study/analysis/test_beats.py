@@ -94,8 +94,10 @@ def test_the_largest_motion_is_that_of_an_integration_in_every_turn(analysed):
 
 def test_speeds_to_avoid_end_where_the_largest_turn_is_at_the_limit(analysed):
     ((low, high),) = analysed.analysis.avoid.bands
+    mapped = sw.speed_map(analysed.project, search=False)
+    np.testing.assert_allclose(mapped.forbidden[0], [[low, high]], rtol=1e-8)
     for omega in (low, high):
-        assert np.max(sizes_of_turns(analysed.motor, omega)) == pytest.approx(analysed.project.limit, rel=7e-3)
+        assert np.max(sizes_of_turns(analysed.motor, omega)) == pytest.approx(analysed.project.limit, rel=2e-4)
     assert analysed.analysis.verdict.answer == "OK except for some speeds"
 
 

@@ -137,7 +137,7 @@ def speed_map(
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
     total, of_loads = len(cases), 0.5 if (drives := units_of(units)) else 1.0
-    computed, by_load = _all_motions(cases, span, search, count, lambda what, share: progress(what, of_loads * share))
+    computed, by_load = _all_motions(cases, span, search, count, rules, progress, of_loads)
     cases, variants, values = [cases[i] for i in computed], [variants[i] for i in computed], values[computed]
     if not any(loaded.curves for loaded in by_load):
         raise SolveError(by_load[0].remarks[0])
@@ -250,8 +250,9 @@ def _apart(loads: int) -> float:
 
 
 def _all_motions(
-    cases: list[Case], span: Span, search: bool, threads: int, progress: Callable[[str, float], None]
-) -> tuple[list[int], list[UnderLoad]]:
+    cases: list[Case], span: Span, search: bool, threads: int, rules: Rules, progress: Callable[[str, float], None],
+    share: float,
+) -> tuple[list[int], list[UnderLoad]]:  # fmt: skip
     """Motions under every load, or under those finished at Ctrl-C, with their numbers.
 
     Motions apart from the main curve are tried under the neighbouring loads too.
@@ -261,9 +262,9 @@ def _all_motions(
     seeds: dict[int, Any] = {}
 
     def one(i: int) -> None:
-        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0)
+        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0, rules)
         by_load[i] = loaded
-        progress("motions", len(by_load) / len(cases))
+        progress("motions", share * len(by_load) / len(cases))
 
     with ThreadPoolExecutor(threads) as pool:  # the first compiles, where that is still to do, before threads start
         left: set[Any] = set()
@@ -290,8 +291,7 @@ def _all_motions(
 
 def _lines(cases: list[Case], found: list[UnderLoad], orders: tuple[float, ...]) -> list[CampbellLine]:
     """Lines of the Campbell diagram under every load, up to the largest oscillation that any stable motion has."""
-    sizes = [float(np.max(run[:, OSCILLATION])) for own in found for run, _ in own.runs]
-    largest = max(sizes, default=0.0)
+    largest = max((float(np.max(run[:, OSCILLATION])) for own in found for run, _ in own.runs), default=0.0)
     return [line for case in cases for line in campbell(case, largest, orders)]
 
 
@@ -364,7 +364,7 @@ def _scatter(
 
 def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Any]:
     """Largest oscillation (m,) [rad] of one unit under a load by its main curve, and where it is forbidden."""
-    own, _ = under_load(case, span, None)
+    own, _ = under_load(case, span, None, rules=rules)
     lines = [] if rules.margin is None else _lines([case], [own], ())
     return cells_of(own, cells)[0], holds(bands_of(own, rules, span, _resonances(own, lines), 0.0).forbidden, cells)
 

@@ -4,7 +4,7 @@ Campbell diagram of a nonlinear drive: motor speeds at which each order meets ea
 """
 
 from dataclasses import replace
-from math import gcd, pi, sqrt
+from math import gcd, inf, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,12 +28,13 @@ from ...numerics.curves.backbone import backbone
 from ..analysis.avoid import quasi_static, searched
 from ..analysis.resonances import OperatingPoint, active_orders, equation_orders, operating_point
 from .motions import OMEGA, Motions, UnderLoad
-from .rules import Span, gaps
+from .rules import Rules, Span, gaps
 from .search import Found, search
 from .starts import Settling
 
 AMPLITUDES, HARMONICS = 24, 7
 MOST_DAMPED = 0.5  # damping ratio of what is still a resonance
+NO_RULES = Rules()
 LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift of a motor that nothing holds
 
 APART = 0.025  # relative distance of the speeds of the search
@@ -94,8 +95,8 @@ def case_of(project: Project, load: float, span: Span) -> Case:
     return Case(load, equation, point, train, project.whole if train is None and followed else None)
 
 
-def main_curve(case: Case, span: Span) -> DriveResponse:
-    """The curve of the drive from one end of the range to the other.
+def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
+    """The curve of the drive from one end of the range to the other, in a beat with points at a level [rad].
 
     Raises
     ------
@@ -104,7 +105,7 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
     """
     curve: DriveResponse | None
     if is_beating(case.equation.error):
-        curve = beating_response(case.train or case.whole, span)
+        curve = beating_response(case.train or case.whole, span, level)
     elif case.train is not None:
         curve = train_curve(case.train, span, coexisting=False)
     else:
@@ -116,16 +117,17 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
 
 
 def under_load(
-    case: Case, span: Span, apart: float | None = APART, shift: float = 0.0
+    case: Case, span: Span, apart: float | None = APART, shift: float = 0.0, rules: Rules = NO_RULES
 ) -> tuple[UnderLoad, tuple[Settling, ...]]:
     """All stable motions under a load; and the states that led to those apart from the main curve.
 
     The speeds of the search are `apart`, relative to each; None leaves it out. `shift` moves them by a share of that
-    distance, so that those of many loads differ. Where no motion is found there are no curves, and `remarks` says why.
+    distance, so that those of many loads differ. The main curve of a beat has points at the level of the rules. Where
+    no motion is found there are no curves, and `remarks` says why.
     """
     slow = quasi_static(case.equation, case.point)
     try:
-        response = main_curve(case, span)
+        response = main_curve(case, span, rules.level(slow))
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     every = 1 if is_beating(case.equation.error) else gcd(*active_orders(case.equation)) or 1
