@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from canonical import Saturating
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
 import strainwave as sw
 from strainwave.base.law import torque_of
@@ -111,6 +111,43 @@ LOOPS = {
     "unlimited, both encoders": sw.train.MixedEncoders(LAGGING, 50.0),
 }
 SHARES = sw.Feedforward(0.9, 0.8, 0.7, 0.98)
+
+
+@pytest.mark.slow
+def test_a_move_with_lines_of_both_turns_is_that_of_equations_by_hand():
+    first, second, phase, order, stiff = 5e-5, 3e-5, 0.7, 2.0 - 2.0 / N, 31000.0
+    error = sw.KinematicError((sw.Line(2, first), sw.Line(order, second, phase)))
+    train = LINEAR._replace(error=error)
+    move = sw.move(train, sw.Trapezoid(QUARTER, TIME))
+
+    def written(t, y, k):
+        motor, fast, load, slow = y
+        angle, speed = commanded(t, k)
+        shaft = 2.0 * motor - 2.0 * motor / N + phase  # twice a motor turn against the output, which turns by 1/N
+        e = first * math.cos(2.0 * motor) + second * math.cos(shaft)
+        slope = -2.0 * first * math.sin(2.0 * motor) - (2.0 - 2.0 / N) * second * math.sin(shaft)
+        passed = stiff * (motor / N - load - e) + B * (fast / N - slow - slope * fast)
+        drive = -LOOP.K_p * (motor - N * angle) - LOOP.K_d * (fast - N * speed)
+        return fast, (drive - (1.0 / N - slope) * passed) / J_M, slow, (passed - PULL * math.sin(load)) / J_L
+
+    # at rest: stiff (motor/N - load - e) = PULL sin(load), and 0 = K_p motor + (1/N - e') PULL sin(load)
+    rest = root(lambda y: written(0.0, (y[0], 0.0, y[1], 0.0), 0)[1::2], (0.0, -first), tol=1e-15).x
+    y, knots = (rest[0], 0.0, rest[1], 0.0), (0.0, 0.2, 0.4, 0.6, float(move.time[-1]))
+    for k in range(4):
+        span = (knots[k], knots[k + 1])
+        run = solve_ivp(written, span, y, "DOP853", rtol=1e-12, atol=1e-15, args=(k,), dense_output=True)
+        use = (move.time > span[0]) & (move.time <= span[1])
+        theirs = np.array([commanded(t, k)[0] for t in move.time[use]]) - run.sol(move.time[use])[2]
+        np.testing.assert_allclose(move.pointing_error[use], theirs, rtol=0.0, atol=1e-6 * move.peak_error)
+        y = tuple(run.y[:, -1])
+    (said,) = (remark for remark in move.remarks if "beat" in remark)
+    # 100/2 turns of the motor in a beat; a quarter of the output in 0.6 s is 25 turns: 1.2 s for 50
+    assert "beat every 50 turns of the motor, 1.2 s at the mean speed; the profile turns it by 25 in 0.6 s." in said
+    along = np.linspace(0.0, 0.5 * np.pi * N, 20_001)
+    slow = np.max(np.abs(first * np.cos(2.0 * along) + second * np.cos(order * along + phase)))
+    assert move.passes[0].quasi_steady == pytest.approx(slow, rel=1e-3)
+    whole = sw.move(train, sw.Trapezoid(math.pi, 2.0 * TIME), method=ROUGH)
+    assert not any("beat" in remark for remark in whole.remarks)
 
 
 @pytest.mark.slow

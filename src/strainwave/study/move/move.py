@@ -32,7 +32,7 @@ from ..steady import finished_or_interrupted
 from .follow import Followed, Path, follow
 from .mover import Motion, Mover, move_findings, mover_of, refuse_heavy, standing_torque
 from .profiles import path_of
-from .result import Move, Pass, crossings, passes
+from .result import Move, Pass, crossings, part_of_beat, passes
 from .servo import commanded_speed, limited_time, on_segment, servo_train
 
 ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
@@ -224,7 +224,7 @@ def move(
         whole = Quintic.through(run.t, *run.pointing(), run.steps)
         plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
         t = whole.dense(WITHIN)
-        passed = passes(crossed, mover.train.error, path, t, whole.at(t) - plain.at(t))
+        passed = passes(crossed, mover.train, path, t, whole.at(t) - plain.at(t))
     rests = _rests(mover, path, run, decay, method)
     return _result(mover, path, run, window, spans, passed, rests)
 
@@ -292,7 +292,7 @@ def _result(
 ) -> Move:  # fmt: skip
     train = run.train
     error, motor, gear, speed = run.seen()
-    peaks, remarks = run.peaks(), mover.remarks
+    peaks, remarks = run.peaks(), (*mover.remarks, *part_of_beat(train, path))
     if mover.limited:
         peaks[1] = min(peaks[1], mover.limits.most)
         remarks = (*remarks, *_times_at_limits(run, motor, speed, mover.limits))

@@ -3,6 +3,7 @@
 Resonances that a move passes, and what each costs: the error that the kinematic error causes there.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -16,10 +17,12 @@ from ...base.results import Floats
 from ...base.sentences import number
 from ...base.units import RPM
 from ...model.gears.limits import Finding, gravest
+from ...model.orders import order_pair
 from ...model.train.drive_train import DriveTrain
 from .follow import Path
 
 LIFE = "L10 life of the bearing {}, if the profile goes on without end"
+EACH = 16  # places of a segment where its angle is looked at
 TURN = 2.0 * np.pi * np.arange(4096) / 4096
 
 
@@ -41,7 +44,7 @@ class Pass:
         Largest part of the pointing error [rad] that the kinematic error causes, from there to the next such crossing
         or the end of the motion: the difference from the same move without kinematic error.
     quasi_steady : float
-        The same of a slow move [rad]: the largest kinematic error.
+        The same of a slow move [rad]: the largest kinematic error, of lines that beat along the path.
     """
 
     time: float
@@ -103,9 +106,30 @@ def crossings(train: DriveTrain, path: Path, frequencies: Floats) -> list[tuple[
     return sorted(found)
 
 
-def passes(crossed: list[Any], error: Any, path: Path, t: Floats, ripple: Floats) -> tuple[Pass, ...]:
+def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
+    """That a path has part of the beat of its lines of two turns, in a sentence, where it is shorter."""
+    lines_here = [line for line in lines_of(train.error) if line.amplitude]
+    try:
+        pairs = {order_pair(line.order, train.N) for line in lines_here}
+    except ValueError:  # lines that beat with neither turn
+        return
+    angle = path.at(path.dense(EACH))[0]
+    beat = train.N / (math.gcd(*(k for _, k in pairs)) or math.inf)
+    turned = train.N * float(np.ptp(angle)) / (2.0 * math.pi)
+    if turned < beat:
+        mean = train.N * path.travel() / (2.0 * math.pi * path.duration)
+        yield (
+            f"Lines of motor and output beat every {beat:.4g} turns of the motor, {beat / mean:.3g} s at the mean "
+            f"speed; the profile turns it by {turned:.4g} in {path.duration:.4g} s. The move has part of the beat: "
+            "from another angle the error may be larger."
+        )
+
+
+def passes(crossed: list[Any], train: DriveTrain, path: Path, t: Floats, ripple: Floats) -> tuple[Pass, ...]:
     """Costs of crossings, from what of the pointing error (n,) [rad] the kinematic error causes at times [s]."""
-    slow = float(np.max(np.abs(error.value(TURN))))
+    error, N = train.error, train.N
+    beats = any(line.order % 1 for line in lines_of(error))
+    slow = float(np.max(np.abs(error.value(N * path.at(t)[0] if beats else TURN))))
     ends = [end for _, end in path.motions()]
     costs = []
     for i, (time, speed, order, frequency) in enumerate(crossed):
