@@ -353,6 +353,38 @@ def test_the_speed_of_a_free_motor_is_as_stable_as_by_its_equations(inertia, ome
     assert motion.stable[0] == (grown < 0.0) == stable
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
+@pytest.mark.parametrize("order", ["{wave_generator: 2, output: 2}", "4"])
+def test_the_whole_torque_of_a_free_motor_keeps_its_speed_by_its_equations(order, tmp_path):
+    drags = "drag: {type: viscous, B: 3 mN*m*s/rad}, mode: free", "drag: {type: viscous, B: 2 N*m*s/rad}"
+    text = PROJECT.replace("ORDER", order).replace("SIZE", "15 arcsec").replace("MOTOR", drags[0])
+    text = text.replace("load: {inertia: 1 kg*m^2}", f"load: {{inertia: 1 kg*m^2, {drags[1]}}}")
+    project = from_text(text, tmp_path / "joint.yaml")
+    found, train = project.response(), project.whole
+    at = int(np.argmin(np.abs(found.omega - 60.0)))
+    omega, given = float(found.omega[at]), float(found.motor_mean[at])
+    orders, sizes, phases = np.array([(line.order, line.amplitude, line.phase) for line in train.error.lines]).T
+
+    def rates(_, y):
+        x, v, angle, speed = y
+        a = angle * orders + phases
+        slope, u = -np.sin(a) @ (sizes * orders), x - np.cos(a) @ sizes
+        torque = train.law.K * (u + train.law.alpha * u**3) + train.B * (v - slope * speed)
+        fast = (given - 3e-3 * speed - (1.0 / 50.0 - slope) * torque) / train.motor.J
+        slow = (torque - 4.0 - 2.0 * (speed / 50.0 - v)) / 1.0
+        return [v, fast / 50.0 - slow, speed, fast]
+
+    turn = 2.0 * np.pi / omega
+    t = turn * np.array([25.0, 50.0])  # it settles within 0.14 s
+    angle = solve_ivp(rates, (0.0, t[-1]), [4.0 / train.law.K, 0.0, 0.0, omega], "DOP853", t, rtol=1e-10, atol=1e-13).y[
+        2
+    ]
+    assert np.diff(angle)[0] / np.diff(t)[0] == pytest.approx(omega, rel=1e-4)
+    assert found.motor_torque[at] == pytest.approx(given, rel=1e-9)  # constant
+    assert found.motor.holding >= given > 0.26
+
+
 @pytest.mark.parametrize(("motor", "damping", "said"), [
     ("held", "0", "nothing damps this drive, and its motions of two turns never settle"),
     ("free", "0", "nothing damps this drive, and its motions of two turns never settle"),

@@ -135,7 +135,8 @@ class DriveResponse(Result):
         the motor, so that no motion with it repeats with every turn.
     motor_torque, motor_mean, motor_rms : (n,) arrays or None
         Largest size, mean and root mean square over a turn of the torque of the motor [N*m, motor side], at every
-        point; of a free motor that which it is given. None where the ratio is not known.
+        point; of a free motor with the mean that keeps its speed, of an error equation that which it is given. None
+        where the ratio is not known.
     rounding : str
         How wide the corners of the law are rounded for the curve, a sentence; empty where they are not.
     starts : (n, states) array or None

@@ -14,7 +14,7 @@ from ..base.sentences import listed
 from ..base.series import largest_of_samples, oscillation
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
-from ..model.train.drive_train import DriveTrain
+from ..model.train.drive_train import DriveTrain, forces
 from ..model.train.motion import AngleTorque
 from ..model.train.shafts import NO_DRAG
 from ..model.train.train_forms import AtLoad, own_state, turning
@@ -162,11 +162,23 @@ def of_train(system: AtLoad, found: TurnResponse, without_angle: bool = False) -
     there = tuple(state @ synthesis(h, samples))
     train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
     torque = np.asarray(train.torque(angles, there))
-    motor = train.motor_torque(angles, there) + 0.0 * torque
+    motor = whole_torque(train, angles, there, torque)
     return DriveResponse(
         curve, sweep_on(curve), displacement_peaks(state[0]), largest_of_samples(torque), cubic_means(torque),
         not system.train.motor.free, without_angle, **sizes_of(motor),
     )  # fmt: skip
+
+
+def whole_torque(train: Any, angles: Floats, y: tuple[Any, ...], torque: Floats) -> Floats:
+    """Torque (..., samples) [N*m] of the motor of a train over whole periods of a motion, from states y.
+
+    `torque` is that in the gear. A free motor gives the mean that keeps its mean speed beside what it is given.
+    """
+    given = np.asarray(train.motor_torque(angles, y) + 0.0 * torque)
+    if not train.motor.free:
+        return given
+    accelerating = train.motor.J * forces(train, angles, y)[6][0] + 0.0 * torque
+    return np.asarray(given - np.mean(accelerating, axis=-1, keepdims=True))
 
 
 def torque_in(system: Any, phase: Floats, y: tuple[Any, ...]) -> Floats:

@@ -40,7 +40,7 @@ from ..numerics.torus.motion import along_turns, growth, oscillations, states_at
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
-from .train_curve import train_curve, without_gravity
+from .train_curve import train_curve, whole_torque, without_gravity
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 
@@ -247,7 +247,7 @@ def beating_response(
         there, steady = own_state(system, tuple(y)), turning(system._replace(omega=float(omega)))
         torque = steady.torque(angles, there)
         starts.append([float(np.ravel(state)[0]) for state in there])
-        sizes.append((there[0], torque, steady.motor_torque(angles, there) + 0.0 * torque))
+        sizes.append((there[0], torque, whole_torque(steady, angles, there, torque)))
     across, torque, motor = map(np.array, zip(*sizes, strict=True))
     return DriveResponse(
         curve, sweep_on(curve), largest_of_samples(across), largest_of_samples(torque), cubic_means(torque),

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -63,12 +64,13 @@ def test_folds_and_jumps_are_told_apart_in_words(project):
     assert f", the error jumps up at {up} and drops at {down}\n" in text
 
 
-def test_the_torque_of_a_free_motor_says_that_the_mean_is_not_in_it(project):
-    text = PROJECT.replace("mode: held", "mode: free").replace(
-        "kg*m^2}", "kg*m^2, drag: {type: viscous, B: 5 N*m*s/rad}}"
-    )
-    project.write_text(text)
-    assert ", of the motor 0 N·m beside the mean that keeps a free motor's speed\n" in invoke(project).stdout
+def test_the_torque_of_a_free_motor_says_whether_the_mean_is_in_it(project):
+    free = PROJECT.replace("mode: held", "mode: free")
+    ripple = "{motor_torque: {lines: [{order: 2, amplitude: 1 N*cm}]}}"
+    project.write_text(free.replace("{kinematic_error: [{order: 2, amplitude: 10 arcsec}]}", ripple))
+    assert ", of the motor 0.01 N·m beside the mean that keeps a free motor's speed\n" in invoke(project).stdout
+    project.write_text(free.replace("kg*m^2}", "kg*m^2, drag: {type: viscous, B: 5 N*m*s/rad}}"))
+    assert re.search(r", of the motor 0\.\d+ N·m, 0\.\d+ N·m of it at steady speed\n", invoke(project).stdout)
 
 
 def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hysteresis(project):

@@ -192,7 +192,7 @@ def _torques(project: Project, judged: Any) -> str:
     """What gear and motor take: under a range of loads at least, for their vibration under the others is not known."""
     ranged, motor = _ranged(project), judged.motor
     said = f"in the gear at {'least' if ranged else 'most'} {number(judged.used.peak_torque)} N·m"
-    if motor and project.motor == "free":
+    if motor and project.motor == "free" and project.train is None:
         said += f", of the motor {number(motor.torque)} N·m beside the mean that keeps a free motor's speed"
     elif motor:
         said += f", of the motor {number(motor.torque)} N·m"
