@@ -254,6 +254,8 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     np.testing.assert_allclose(found.curve.envelope[-1], [slow.largest[0], slow.smallest[0]], rtol=1e-4)
     mapped = sw.speed_map(project, search=False)
     assert {line.order for line in mapped.lines if line.excited} == {2, 2 + 2 / 50}
+    # 25 turns of 300 rpm, and of 1200 rpm
+    assert any("beats every 25 turns of the motor, 5 s at 300 rpm and 1.25 s at 1200 rpm" in r for r in mapped.remarks)
     ((low, high),) = mapped.forbidden[0]
     edge = two_turn_motion(project.whole, low)
     assert edge.largest[0] == pytest.approx(project.limit, rel=1e-4)

@@ -189,3 +189,11 @@ def test_what_the_catalogue_doubts_of_a_gear_is_a_note_of_its_project_once(gear,
     for note in doubts:
         assert sum(note in sentence.replace("N·m", "N*m") for sentence in [*beyond, *unsaid(doubts, beyond)]) >= 1
         assert unsaid([note], [f"First. {note.replace('N*m', 'N·m')}"]) == []
+
+
+@pytest.mark.parametrize(("ratio", "teeth"), [(100.5, False), (100, True), (101, True), (1.02, True), (1.03, False)])
+def test_a_ratio_that_no_teeth_give_is_said(ratio, teeth):
+    text = EXPLICIT.format(**SOUND).replace("ratio: 50", f"ratio: {ratio}")
+    said = [note for note in from_text(text, Path("project.yaml")).notes if note.startswith("gear.ratio: ")]
+    assert len(said) == (not teeth)
+    assert all(f"{ratio} is no ratio of a strain wave gear alone" in note for note in said)

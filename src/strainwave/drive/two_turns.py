@@ -308,7 +308,7 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     """What drives a system, and the part whose disturbances are meant."""
     train = as_train(checked(system), ratio)
     end, plain = train.load.end(), without_gravity(train)
-    pulls = tuple(_of_angle(end.drag))
+    pulls = tuple(law for law in _of_angle(end.drag) if law.amplitude)
     part = linear_part(plain, at_load=True)
     laws = (train.law, *train.load.couplings())
     if part is None or not isinstance(train.reference, Steady):

@@ -24,6 +24,7 @@ from ..drive.reductions import error_slope
 from ..model.gears.gear import NUMBERS, Gear
 from ..model.gears.limits import RATCHETING
 from ..model.laws.friction import NO_FRICTION
+from ..model.orders import without_teeth
 from ..model.train.controls import USUAL, CascadeLoop, PositionLoop, SpeedLoop, core_of
 from ..model.train.filters import NotchFilter, apart
 from ..model.train.shafts import NO_DRAG
@@ -52,8 +53,7 @@ def notes(project: Project, by_bandwidth: bool) -> Iterator[str]:
     yield from _doubts(project)
     yield from _loop(project, by_bandwidth)
     yield from _slipping(project)
-    gear = project.gear
-    if gear is None:
+    if (gear := project.gear) is None:
         return
     yield from gear.doubts_about(*(name for name in NUMBERS if name != "mass"))
     if gear.input_inertia is not None and project.drive.J_m < (1.0 - 1e-6) * gear.input_inertia:
@@ -67,6 +67,7 @@ def _arranged(project: Project) -> Iterator[str]:
     """Ratio, sense of rotation and turns of the errors that follow from the member that is fixed."""
     arrangement, R = project.arrangement, project.drive.N
     if arrangement is None:
+        yield from without_teeth(R)
         return
     signed = arrangement.ratio(arrangement.teeth(R))
     sense = "with" if signed > 0 else "against"
@@ -108,8 +109,7 @@ def load_remark(project: Project) -> tuple[str, ...]:
 
 def _slipping(project: Project) -> Iterator[str]:
     """Note on a loop without stiffness, which gives way under a mean torque."""
-    loop = None if project.train is None else project.train.motor.control
-    loop = core_of(loop)
+    loop = core_of(None if project.train is None else project.train.motor.control)
     if (isinstance(loop, SpeedLoop) and loop.K_i == 0.0) or (isinstance(loop, PositionLoop) and loop.K_p == 0.0):
         gain = "K_i" if isinstance(loop, SpeedLoop) else "K_p"
         yield (

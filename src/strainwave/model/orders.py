@@ -12,6 +12,7 @@ The source article names design, assembly and the deformation of the flexspline;
 parts are a kind of their own here. The orders follow from the two lobes of the wave generator.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from math import pi
@@ -318,6 +319,16 @@ def order_pair(order: float, N: float) -> tuple[int, int]:
         f"the order {order:.6g} is no whole number of repeats per turn of the wave generator and of the output, whose "
         f"ratio is {N:g}; write it as j + k/{N:g}, or integrate"
     )
+
+
+def without_teeth(ratio: float) -> Iterator[str]:
+    """That no strain wave gear has a ratio, whichever member is fixed, in a sentence."""
+    counts = ratio, 1.0 / (ratio - 1.0) if ratio > 1.0 else 0.0
+    if not any(x > 1.5 and abs(x - round(x)) <= SAME_ORDER * x for x in counts):
+        yield (
+            f"gear.ratio: {ratio:.6g} is no ratio of a strain wave gear alone, whose teeth give N, N + 1 or 1 + 1/N of "
+            "a whole N; it is taken as that of gear and further stages together. Correct it where there are none."
+        )
 
 
 def whole_ratio(N: float) -> int:

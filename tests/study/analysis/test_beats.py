@@ -233,3 +233,16 @@ def test_a_free_motor_is_analysed_by_its_train_beside_its_error_equation(tmp_pat
     assert largest.smallest == pytest.approx(sizes[0] - sizes[1], rel=0.04)
     assert analysis.exact.oscillation.max() == pytest.approx(sum(sizes), rel=0.01)
     assert {"damping of the gear", "kinematic error of order 2"} <= {remedy.what for remedy in analysis.remedies}
+
+
+def test_a_comparison_has_the_period_of_the_beat(tmp_path):
+    project = joint(tmp_path, pull=0.0)
+    alone = "\n".join(line for line in TEXT.splitlines() if "wave_generator" not in line)
+    alone = alone.replace("MOTOR", MOTORS["held"]).replace("PULL", "0").replace("title: joint", "title: plain")
+    found = sw.compare([project, from_text(f"{alone}\n", tmp_path / "plain.yaml")])
+    rpm = found.speed[0] * 30.0 / np.pi
+    assert found.beat(0) == pytest.approx(25.0 * 60.0 / rpm, rel=1e-12)  # two beats in the 50 turns of an output turn
+    assert found.beat(1) is None
+    said = " ".join(str(found).split())
+    assert f"at {rpm:.5g} rpm at the motor, in a beat of {found.beat(0):.3g} s, with" in said
+    assert "of the base angle" not in said

@@ -12,7 +12,7 @@ from ...base.quantities import shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted
 from ...base.sentences import number, on_screen
-from ...base.units import ARCSEC, RPM
+from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.gears.limits import gravest
@@ -96,6 +96,11 @@ class ProjectComparison(Result):
         }  # fmt: skip
         return {name: ("drive", getattr(self, name), unit) for name, unit in units.items()}
 
+    def beat(self, i: int) -> float | None:
+        """Period [s] of the beat of a drive at its largest oscillation; None where its motions do not beat."""
+        turns = self.responses[i].curve.beat
+        return None if turns is None else 2.0 * np.pi * turns / float(self.speed[i])
+
     def _failures(self, i: int) -> str:
         return self.failures[i] if self.failures else ""  # results saved before have none
 
@@ -106,6 +111,7 @@ class ProjectComparison(Result):
             Fact("file", self.files[i] if self.files else None),
             Fact("title", self.titles[i]), Fact("gear", self.gears[i]),
             Fact("oscillation_arcsec", numbers["oscillation"]), Fact("speed_rpm", numbers["speed"]),
+            Fact("beat_s", self.beat(i)),
             Fact("load_torque_N_m", numbers["load"]), Fact("lowest_load_torque_N_m", numbers["lowest_load"]),
             Fact("highest_load_torque_N_m", numbers["highest_load"]), Fact("verdict", self.verdicts[i].answer.value),
             Fact("keep_out_of", self.keep_out_of(i) or "none"), Fact("torque_N_m", numbers["torque"]),
@@ -127,10 +133,13 @@ class ProjectComparison(Result):
 
     def _sentences(self, i: int) -> Iterator[str]:
         limit = "" if np.isnan(self.limit[i]) else f" (limit {number(self.limit[i] / ARCSEC)})"
+        (scale, unit), period = self.scales[i], self.beat(i)
+        shaft = "at the motor" if unit == "rpm" else "of the forcing"
+        beating = "" if period is None else f", in a beat of {number(period, 3)} s,"
         yield (
             f"{self.titles[i]} ({self.gears[i]}): {number(self.oscillation[i] / ARCSEC)} arcsec{limit} at "
-            f"{number(self.speed[i] / RPM)} rpm of the base angle with {number(self.load[i])} N·m on the load, largest "
-            f"torque in the gear {number(self.torque[i])} N·m, ω₀ {number(self.omega_0[i])} rad/s, "
+            f"{number(self.speed[i] * scale, 5)} {unit} {shaft}{beating} with {number(self.load[i])} N·m on the load, "
+            f"largest torque in the gear {number(self.torque[i])} N·m, ω₀ {number(self.omega_0[i])} rad/s, "
             f"{int(self.jumps[i])} folds; {self.verdicts[i].answer}; keep out of: {self.keep_out_of(i) or 'none'}"
         )
         yield from [f"  {self._failures(i)}"] if self._failures(i) else []

@@ -11,6 +11,8 @@ import numpy as np
 
 from ...base.law import depends, states_of, torque_of
 from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence, number
+from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import doubled
 from ...drive.project import Project
@@ -39,7 +41,10 @@ LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift 
 
 APART = 0.025  # relative distance of the speeds of the search
 HIGHEST = 100  # harmonic of an order that may still meet a resonance
-BEATS = "the oscillation is that of the turn of the motor in which a beat is largest"
+BEATS = (
+    "the error beats every {} turns of the motor, {} s at {} and {} s at {}; the oscillation is that of the turn of "
+    "the motor in which the beat is largest"
+)
 TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
 
 
@@ -139,13 +144,19 @@ def under_load(
     )  # fmt: skip
     said = () if response.status else (f"{response.curve.message}; a speed without a known motion is forbidden",)
     if is_beating(case.equation.error):
-        said = (*said, BEATS, *filter(None, (response.rounding,)))
+        said = (*said, _beat(response.curve.beat or 0.0, span), *filter(None, (response.rounding,)))
     jumping = () if sweep is None else tuple((band.low, band.high) for band in sweep.jumping)
     loaded = UnderLoad(case.load, curves, slow, jumps, jumping, doubled_spans(response.curve), (), said)
     if apart is None or not case.searched:
         return loaded, ()
     speeds = searched_at(loaded, span, apart, shift)
     return extended(loaded, case, span, speeds[speeds >= slowest(case)], ())
+
+
+def _beat(turns: float, span: Span) -> str:
+    """How long a beat takes at both ends of a range, in a sentence."""
+    ends = [text for w in span for text in (number(2.0 * pi * turns / w, 3), f"{number(w / RPM, 5)} rpm")]
+    return Sentence(BEATS, number(turns), *ends)
 
 
 def extended(
