@@ -2,13 +2,16 @@
 """Arguments of other kinds: what a signature says is said to who calls, and no public verb answers with a traceback."""
 
 from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any, Literal
 
 import numpy as np
 import pytest
+from canonical import TRAINS
 from hostile_calls import answer, hostile_call
 from hostile_commands import OWN, VALID, answer_of, hostile_command, valid_command
-from valid_calls import CALLS, GEAR, TIMES, TURN
+from valid_calls import CALLS, GEAR, STRONG, TIMES, TURN
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
@@ -92,8 +95,32 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
 @pytest.mark.parametrize(
     ("name", "spoilt"),
     [
-        ("compensation_bench", {"loop": sw.Peak()}),
         ("Amplitude", {"k": 10**400}),
+        ("arrangement", {"load_counts": 1e-297 * np.arange(50.0)}),
+        ("BoucWen", {"n": np.longdouble("1e4000")}),
+        ("compensate_move", {"tail": 5e-15}),
+        ("compensation_bench", {"loop": sw.Peak()}),
+        ("discrepancy", {"jacobian": 1e-300 * np.vander(np.linspace(0.0, 1.0, 32), 2), "candidates": None}),
+        ("EnsembleMeasure", {"device": np.array([1j, 2.0])}),
+        ("find_orbit", {"system": TRAINS["commanded"]}),
+        ("find_orbit", {"guess": np.longdouble("1e4000")}),
+        ("fit_response", {"amplitude": 1e-300 * np.arange(1.0, 9.0)}),
+        ("identify", {"free": np.zeros(0)}),
+        ("identify_drive", {"free": np.arange(3, dtype=np.uint8)}),
+        ("LoadIntegral", {"N": 0.0}),
+        ("LoadIntegral", {"period": 0.0}),
+        ("loop_ensemble", {"orders": STRONG}),
+        ("MotorLimits", {"torque": Fraction(1, 3)}),
+        ("MotorLimits", {"peak_torque": sw.Dopri5(1e-3)}),
+        ("order_scan", {"orders": np.array(1.5)}),
+        ("read_frd", {"amplitude": np.nan}),
+        ("read_log", {"trim": {1: 2}}),
+        ("read_log", {"trim": (1.0, 2.0, 3.0)}),
+        ("read_scan", {"backward": GEAR}),
+        ("replaced, of a model", {"values": {"B": [np.nan]}}),
+        ("runge_kutta", {"a": [[], [1e300]]}),
+        ("StabilityProof.V", {"v": Decimal("NaN")}),
+        ("tabulated", {"points": np.ma.masked}),
         ("bode_of_records", {"speed": 0.0 * TIMES}),
         ("compensate", {"units": 10**400}),
         ("compare_with_integration", {"t_end": 1e16}),

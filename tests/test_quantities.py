@@ -1,5 +1,6 @@
 """Parameters by path: what a model lists, and what replacing one of them changes."""
 
+import numpy as np
 import pytest
 
 import strainwave as sw
@@ -157,3 +158,11 @@ def test_a_verb_says_what_a_system_lacks():
         sw.find_orbit(sw.Cubic(1.0, 0.1))
     with pytest.raises(TypeError, match=r"Drive has no omega; drive\.error_equation\(\) gives one"):
         with_parts("isolas", sw.HDC_40_050, "law", "omega")
+
+
+@pytest.mark.parametrize("value", [[float("nan")], [1.0, 2.0], "nan", {1: 2.0}, {1.0}, ([1.0],)])
+def test_a_number_of_a_model_is_replaced_by_no_list_and_no_text(value):
+    with pytest.raises(TypeError, match=r"^B is .*; give a number, an array of numbers, a model or a tuple$"):
+        sw.replaced(sw.HDC_40_050, {"B": value})
+    with pytest.raises(ValueError, match="NaN as a number"):
+        sw.replaced(sw.HDC_40_050, {"B": np.array([1.0, np.nan])})

@@ -4,7 +4,7 @@ An annotation that says no more than `Any`, or what NumPy can make an array of, 
 at such a value.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import fields
 from functools import cache, wraps
 from inspect import signature
@@ -135,7 +135,9 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
         return True  # what takes names says how a single one is written
     if isinstance(value, str | bytes | Mapping | type) or is_model(value) or not np.iterable(value):
         return False
-    return _items_fit(value if isinstance(value, list | tuple) else (), float if inner[0] is int else inner[0])
+    if isinstance(value, range) or (isinstance(value, np.ndarray) and not value.dtype.hasobject):
+        value = value[:1]  # the others are of the same kind
+    return _items_fit(value if isinstance(value, Collection) else (), float if inner[0] is int else inner[0])
 
 
 def _items_fit(items: Iterable[Any], kind: object) -> bool:

@@ -9,7 +9,7 @@ report read it. `parse` is the only way in for text with units; it refuses what 
 from collections.abc import Iterable, Mapping, Sized
 from decimal import Decimal
 from functools import cache
-from math import isfinite
+from math import inf, isfinite
 from numbers import Complex, Integral, Real
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
@@ -181,8 +181,8 @@ def _check(model: Any) -> None:
         for item in items:
             if is_model(item):
                 _check(item)
-            elif isinstance(item, float) and not abs(item) <= LARGEST:
-                limit = f"not exceed {LARGEST:g} in SI units" if isfinite(item) else "be finite"
+            elif isinstance(item, float | int) and not abs(item) <= LARGEST:
+                limit = f"not exceed {LARGEST:g} in SI units" if abs(item) < inf else "be finite"
                 raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; it must {limit}")
     if hasattr(model, "check"):
         model.check()
@@ -213,7 +213,7 @@ def replace(model: Any, changes: Mapping[str, Any]) -> Any:
     ValueError
         If a path does not exist; the sentence lists what does. If a number is NaN then.
     TypeError
-        If `model` is no model or `changes` no dict with paths as keys.
+        If `model` is no model, `changes` no dict with paths as keys, or a value a list or a text.
     """
     if not is_model(model):
         raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {shown(model)}")
@@ -222,8 +222,10 @@ def replace(model: Any, changes: Mapping[str, Any]) -> Any:
             f"changes are {shown(changes)}; they must be a dict of path to value, as in {{'law.alpha': 2.0}}"
         )
     for path, value in changes.items():
+        if any(isinstance(leaf, list | set | Mapping | str | bytes) for leaf in leaves(value)):
+            raise TypeError(f"{path} is {shown(value)}; give a number, an array of numbers, a model or a tuple")
         model = replaced(model, path, value)
-    if any(np.any(leaf != leaf) for leaf in leaves(model)):
+    if any(np.isnan(reals(leaf)).any() for leaf in leaves(model)):
         raise ValueError(f"{shown(model)} has NaN as a number; give finite ones")
     return model
 

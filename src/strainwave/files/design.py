@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.arguments import typed
+from ..base.quantities import floated
 from ..base.sentences import printable
 from ..base.units import RPM
 from ..model.excitation import KinematicError
@@ -223,7 +224,7 @@ def design_text(specification: Specification, candidate: Candidate) -> str:
     ValueError
         If a project file does not take the loop of the motor.
     """
-    spec, c = specification, candidate
+    spec, c = specification, floated(candidate)
     low, high = spec.speeds
     usual = CATALOGUE if spec.accuracy is None else spec.accuracy
     error = spec.kinematic_error

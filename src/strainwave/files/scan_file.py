@@ -98,7 +98,9 @@ def read_scan(
     fields = {ANGLE: angle, OURS: error, BACKWARD: backward}
     for field, name in fields.items():
         if not isinstance(name, str) and (name is not None or field == ANGLE):
-            raise TypeError(f"{field} is {name!r}; give the name of a column as text, with its unit: 'Winkel [deg]'")
+            raise TypeError(
+                f"{field} is {shown(name)}; give the name of a column as text, with its unit: 'Winkel [deg]'"
+            )
     file, _, lines = read_table(path, delimiter, decimal, kind="scan file")
     names = [named(column.name).name for column in file]
     vendors = error is None and OURS not in names and VENDORS in names

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from ..base.arguments import refuse
 from ..base.law import breakpoints_of, is_spring, torsion
 from ..base.protocols import Balance, System, has_jacobian, omega_of, with_parts
-from ..base.quantities import Reals, States, number, numbers, positive_count, shown
+from ..base.quantities import Reals, States, number, numbers, positive_count, reals, shown
 from ..base.results import Floats, Orbit, SolveError, Status
 from ..compile.tree import leaf_of
 from .balance.choice import balance_of
@@ -316,13 +316,12 @@ def raised(orbit: Orbit, throw: bool) -> Orbit:
 
 def _table(guess: Floats | Orbit) -> Floats:
     """Coefficients (2H+1, states) of a guess."""
-    try:
-        table = np.asarray(guess.coefficients if isinstance(guess, Orbit) else guess, float)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"guess is {shown(guess)}; it must be an Orbit or an array (2H+1, states)") from None
+    table = reals(guess.coefficients if isinstance(guess, Orbit) else guess)
+    if table.size == 0:
+        raise ValueError(f"guess is {shown(guess)}; it must be an Orbit or an array (2H+1, states)")
     if table.ndim == 1:
         table = table[:, None]
-    if table.ndim != 2 or table.size == 0 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
+    if table.ndim != 2 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
         raise ValueError(f"guess has shape {table.shape}; it must be finite, (2H+1, states): mean, cos 1, sin 1, ...")
     return table
 

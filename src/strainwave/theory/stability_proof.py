@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.arguments import typed
 from ..base.protocols import lacking
-from ..base.quantities import Reals, samples_of
+from ..base.quantities import Reals, array_of
 from ..base.sentences import Angle, Sentence, on_screen
 from ..model.oscillator import NoVariation, Oscillator, Variation, VaryingOscillator
 
@@ -108,8 +108,8 @@ class StabilityProof:
         phase : float or array
             Base angle [rad], on which the stiffness factor kappa depends; kappa = 1 of an `Oscillator`.
         """
-        x, v = samples_of("x [rad]", x)[()], samples_of("v [rad/s]", v)[()]
-        phase = samples_of("phase [rad]", phase)[()]
+        x, v = array_of("x [rad]", x)[()], array_of("v [rad/s]", v)[()]
+        phase = array_of("phase [rad]", phase)[()]
         x_e = 0.5 * (self.rest[0] + self.rest[1]) if self.rest else 0.0
         law = self.system.law
         kappa = self.system.variation.value(phase) if isinstance(self.system, VaryingOscillator) else 1.0

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...base.quantities import numbers
 from ...base.results import Floats
 from ...study.identification.log import Log, LogSegment
 from .names import TURN
@@ -161,10 +162,10 @@ def trimmed(log: Log, trim: float | tuple[float, float] | None, notes: list[str]
     Raises
     ------
     ValueError
-        If `trim` leaves nothing.
+        If `trim` is neither one nor two numbers, or leaves nothing.
     """
     if trim is not None:
-        head, tail = trim if isinstance(trim, tuple) else (trim, 0.0)
+        head, tail = numbers("trim [s]", trim if isinstance(trim, list | tuple) else (trim, 0.0), count=2)
         return log.cut(log.time[0] + head, log.time[-1] - tail) if head or tail else log
     if not log.moving:
         return log

@@ -161,6 +161,7 @@ class LoadIntegral(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), a gain that is not positive and a gain too high (ValueError)."""
+        positive(self, "N", "period")
         is_controller("LoadIntegral.loop", self.loop)
         if not 0.0 < self.gain * self.period < 1.0:
             raise ValueError(

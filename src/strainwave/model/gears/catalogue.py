@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ...base.quantities import number, positive_count, shown
+from ...base.quantities import number, positive_count, several, shown
 from .gear import Gear
 
 __all__ = ["Gear", "gear", "names", "select"]
@@ -104,7 +104,7 @@ def select(
         If a condition is of another kind than these, or `gears` are no gears.
     """
     given = _gears().values() if gears is None else gears
-    chosen = list(given) if isinstance(given, Iterable) else [given]
+    chosen = several("gears", given) if isinstance(given, Iterable) else (given,)
     if not all(isinstance(g, Gear) for g in chosen):
         raise TypeError(f"gears are {shown(gears)}; give a list of records, such as [gear('CSG-40-50')]")
     if not (series is None or isinstance(series, str)):

@@ -4,10 +4,12 @@ As in `laws`, a law is a NamedTuple with branch-free `torque(x)`, `stiffness(x)`
 in the torque, so they have no breakpoints. x is in rad on the output side, torque in N*m, energy in J.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ...base.arguments import refuse
 from ...base.quantities import LARGEST, Angle, Reals, Torque, TorsionalStiffness, checked, shown
@@ -228,7 +230,7 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17(2), 238-246 (monotone cubics); Fritsch & Butland 1984, SIAM J. Sci.
     Stat. Comput. 5(2), 300-304, eq. (5) (the mean); Moler 2004, Numerical Computing with MATLAB, sec. 3.6 (the ends).
     """
-    if not isinstance(points, Iterable):
+    if not np.iterable(points):
         raise TypeError(f"points are {shown(points)}; write [(torsion in rad, torque in N*m), ...]")
     refuse("odd", odd, bool)
     pairs = [_pair(point) for point in points]

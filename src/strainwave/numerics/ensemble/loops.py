@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ...base.arguments import typed
 from ...base.protocols import System, lacking, need
-from ...base.quantities import States, checked, number, numbers, positive_count, reals, shown
+from ...base.quantities import States, checked, number, numbers, positive_count, reals, samples_of, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -276,7 +276,7 @@ def loop_ensemble(
     members = [lane(loop, table, 0, j) for j in range(lanes)]
     held, memories = begun(loop, y), [leaves(begun(each, starts[:, j])) for j, each in enumerate(members)]
     table = np.concatenate([table, starts, np.array(memories, float).T])
-    lines = numbers("orders", orders) if np.size(orders) else np.zeros(0)
+    lines = numbers("orders", orders) if samples_of("orders", orders).size else np.zeros(0)
     jobs = [(i, min(i + LANES_OF_JOB, lanes)) for i in range(0, lanes, LANES_OF_JOB)]
     sums = np.zeros((SUMS + 2 * len(lines), lanes))
 

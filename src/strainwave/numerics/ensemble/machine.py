@@ -128,7 +128,7 @@ class Machine(NamedTuple):
 
 def machine_of(device: str, threads: int) -> Machine:
     """The graphics processor if it is asked for and there, else so many threads of the processor."""
-    if device not in ("cpu", "gpu"):
+    if not isinstance(device, str) or device not in ("cpu", "gpu"):
         raise ValueError(f"device is {shown(device)}; it must be 'cpu' or 'gpu'")
     if device == "gpu":
         if not cuda.missing():

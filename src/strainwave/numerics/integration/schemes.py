@@ -29,6 +29,7 @@ from ...compile.jit import chosen
 from ...compile.tree import alike, times
 from .steps import combined, dop8_step, dopri5_step, rk4_step
 
+HEAVIEST = 1e6  # weight of a stage: products of fifty still fit a float
 EIGHTHS = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 
 
@@ -200,8 +201,10 @@ def _weights(name: str, row: Any, lengths: tuple[int, ...]) -> tuple[float, ...]
         found = tuple(float(weight) for weight in row)
     except (TypeError, ValueError, OverflowError):
         found = (np.nan,)
-    if len(found) not in lengths or not np.all(np.isfinite(found)):
-        raise ValueError(f"{name} is {shown(row)}; it must be {lengths[0]} finite weights, of the stages before")
+    if len(found) not in lengths or not np.all(np.abs(found) <= HEAVIEST):
+        raise ValueError(
+            f"{name} is {shown(row)}; it must be {lengths[0]} finite weights up to {HEAVIEST:g}, of the stages before"
+        )
     return found
 
 

@@ -236,7 +236,7 @@ def _run(bench: Bench, controller: Any, motion: Any, duration: float) -> Any:
 
 
 def _score(name: str, time: Floats, error: Floats, run: Any, duration: float, window: float) -> MoveScore:
-    moving, last = time <= duration, time >= time[-1] - 0.1 * (time[-1] - duration)
+    moving, last = time <= duration, time >= time[-1] - 0.1 * max(time[-1] - duration, 0.0)
     remaining = float(np.mean(error[last]))
     outside = np.flatnonzero((np.abs(error - remaining) > window) & ~moving)
     settled: float | None = 0.0

@@ -197,7 +197,7 @@ def experiment(
     for name in outputs:
         if name not in states:
             raise ValueError(f"the output {shown(name)} is no state of the system; it has {', '.join(states)}")
-    if isinstance(free, str) or not free or not all(isinstance(path, str) for path in free):
+    if isinstance(free, str) or not len(free) or not all(isinstance(path, str) for path in free):
         raise ValueError(f"free is {shown(free)}; give the paths of one number at least, for example ('law.K', 'B')")
     ready = Experiment(system, driven, dict(inputs), dict(outputs), tuple(free), between)
     places = places_of(driven)

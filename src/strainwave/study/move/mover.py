@@ -13,7 +13,7 @@ import numpy as np
 
 from ...base.law import states_of, torque_of
 from ...base.protocols import Law, lacking, terms_of
-from ...base.quantities import checked, shown
+from ...base.quantities import checked, floated, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
 from ...drive.asked import (
@@ -256,6 +256,7 @@ def checked_limits(limits: MotorLimits | None) -> MotorLimits | None:
     if limits is not None:
         if not isinstance(limits, MotorLimits):
             raise TypeError(f"limits is {shown(limits)}; give MotorLimits(torque, speed)")
+        limits = floated(limits)
         limits.check()
     return limits
 

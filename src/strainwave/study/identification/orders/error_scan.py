@@ -7,7 +7,7 @@ Which orders a scan has: the strongest line first, and in the end only those tha
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -234,7 +234,7 @@ def _sought(highest: int | None, limit: float) -> int:
 
 
 def _given(orders: Sequence[int], limit: float) -> list[int]:
-    if isinstance(orders, str) or not isinstance(orders, Iterable):
+    if isinstance(orders, str) or not np.iterable(orders):
         raise ValueError(f"orders are {shown(orders)}; give a list of whole numbers, for example [1, 2, 4]")
     chosen = [positive_count("order", order, HIGHEST) for order in orders]
     if not chosen or len(set(chosen)) < len(chosen):

@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter1d
 
 from ....base.arguments import typed
 from ....base.facts import Fact
-from ....base.quantities import array_of, complex_numbers, numbers
+from ....base.quantities import array_of, complex_numbers, number, numbers
 from ....base.records import Labelled, Result
 from ....base.results import Floats
 from ....model.train.controls import HERTZ
@@ -148,7 +148,8 @@ def measured_bode(
     if not np.all(z):
         raise ValueError(f"the value at {w[z == 0.0][0]:.6g} rad/s is 0; leave the frequency out")
     bias = () if quantity == "closed loop" or estimator not in BY else (BY[estimator],)
-    return MeasuredBode(w, z, noise, quantity, phased, nan if amplitude is None else amplitude, (*notes, *bias))
+    size = nan if amplitude is None else number("amplitude", amplitude, positive=True)
+    return MeasuredBode(w, z, noise, quantity, phased, size, (*notes, *bias))
 
 
 @typed
@@ -212,7 +213,7 @@ def bode_of_records(
     )
     hold = f"the torque was taken as constant from sample to sample, for {1e3 * step:.4g} ms"
     remarks = (*notes, cut, bias, *[hold][: int(held)], *[hidden][: int(not np.all(clear))])
-    size = nan if amplitude is None else amplitude
+    size = nan if amplitude is None else number("amplitude", amplitude, positive=True)
     return MeasuredBode(omega[clear], P[clear], deviation[clear], "plant", True, size, remarks, step if held else 0.0)
 
 
