@@ -9,12 +9,14 @@ digit); within 10 % it is called close, with the difference; anything else is no
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from decimal import Decimal
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ..base.arguments import silent, typed
 from ..base.results import Floats
 from ..model.drive import HDC_40_050
 from ..model.excitation import Harmonic
@@ -139,8 +141,14 @@ def printed_system(omega: float = 1.0) -> Oscillator:
     return Oscillator(1.0, PRINTED_MU, Cubic(PRINTED_OMEGA_0**2, ALPHA), Harmonic(amplitude), omega)
 
 
-def reproduce() -> Reproduction:
+@typed
+def reproduce(*, progress: Callable[[str, float], None] = silent) -> Reproduction:
     """Compute the article's Tables 3 and 4 for both parameter sets.
+
+    Parameters
+    ----------
+    progress : callable
+        Called with the case and the share that is computed.
 
     Returns
     -------
@@ -152,9 +160,11 @@ def reproduce() -> Reproduction:
     The article's Tables 3 and 4, and the errata list of the documentation (N1-N7).
     """
     cells = _table_3()
-    for parameters, system in (("derived", derived_system()), ("printed", printed_system())):
-        for case in CASES:
-            cells += _row(parameters, system, case)
+    systems = (("derived", derived_system()), ("printed", printed_system()))
+    rows = [(*both, case) for both in systems for case in CASES]
+    for i, (parameters, system, case) in enumerate(rows):
+        progress(f"{case.name}, {parameters} parameters", i / len(rows))
+        cells += _row(parameters, system, case)
     return Reproduction(tuple(cells))
 
 

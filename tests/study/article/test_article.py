@@ -45,8 +45,13 @@ RMS_LIMITS = {"non-resonant": 0.05, "primary": 2.0, "superharmonic": 0.1, "subha
 
 
 @pytest.fixture(scope="module")
-def result():
-    return reproduce()
+def shares():
+    return []
+
+
+@pytest.fixture(scope="module")
+def result(shares):
+    return reproduce(progress=lambda _stage, share: shares.append(share))
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +112,11 @@ def test_claims_in_words_get_a_verdict_with_the_share(cells):
 def test_every_cell_has_a_reason_and_json_has_no_nan(result):
     assert all(c.why for c in result.cells)
     json.dumps(result.as_dict(), allow_nan=False)
+
+
+def test_each_case_of_both_sets_tells_the_share_that_is_computed(result, shares):
+    cells = {(cell.parameters, cell.case) for cell in result.cells if cell.case}
+    assert shares == [i / len(cells) for i in range(len(cells))]
 
 
 def test_every_case_of_both_sets_has_the_same_quantities(result):

@@ -34,8 +34,7 @@ def derive(latex: bool, as_json: bool) -> None:
 def reproduce(as_json: bool) -> None:
     """Compute the article's tables again and compare them."""
     with Progress("reproduce") as progress:
-        progress.show("integrating both parameter sets", 0.0)
-        result = reproduced()
+        result = reproduced(progress=progress.show)
     if as_json:
         click.echo(to_json(result.as_dict()))
         return

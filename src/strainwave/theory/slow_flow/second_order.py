@@ -35,6 +35,7 @@ SMOOTH, KINKED = 10, 128  # points per period of the highest small harmonic, and
 FREE_REACH, FREE_POINTS = 4, 24  # without resonance, of each of the two angles
 MOST_SAMPLES = 5_000_000  # small harmonics times sample points
 STEP = 1e-5  # of the amplitude: central differences of R
+AROUND = np.array([0.0, 1.0, -1.0, 1j, -1j])
 Small = list[tuple[Any, Any]]  # speed [rad/s] and amplitude [rad, complex] of each small harmonic
 
 
@@ -184,11 +185,10 @@ class SecondOrderFlow:
 
     def rates(self, z: Any) -> Any:
         """Rate z' [rad/s] for an array of z [rad]."""
-        rate, slope = self.balance(z)
-        push = self._carrier * rate
-        whole = self._matrix + slope
-        solved = np.linalg.solve(whole, np.stack([push.real, push.imag], axis=-1)[..., None])[..., 0]
-        return solved[..., 0] + 1j * solved[..., 1]
+        rate, by_re, by_im = self._slopes(z)
+        push, other = self._carrier * rate, 0.5 * (by_re + 1j * by_im)
+        whole = self._carrier + 0.5 * (by_re - 1j * by_im)  # whole z' + other conj(z') = push
+        return (whole.conjugate() * push - other * push.conjugate()) / (np.abs(whole) ** 2 - np.abs(other) ** 2)
 
     def jacobian(self, z: complex) -> Floats:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z), exact at steady states: shape (..., 2, 2)."""
@@ -236,11 +236,16 @@ class SecondOrderFlow:
 
     def balance(self, z: Complexes | complex) -> tuple[Any, Floats]:
         """The rate before z'' is counted, and its derivative to (Re z, Im z) by central differences."""
+        rate, by_re, by_im = self._slopes(z)
+        return rate, real_matrix(by_re, by_im)
+
+    def _slopes(self, z: Any) -> tuple[Any, Any, Any]:
+        """The rate before z'' is counted, and its derivatives to Re z and to Im z."""
         z = np.asarray(z, complex)
         step = STEP * (np.abs(z) + self._least)
-        around = self.unforced(np.stack([z, z + step, z - step, z + 1j * step, z - 1j * step]))
+        around = self.unforced(z + np.multiply.outer(AROUND, step))
         by_re, by_im = (around[1] - around[2]) / (2.0 * step), (around[3] - around[4]) / (2.0 * step)
-        return around[0] - self.push, real_matrix(by_re, by_im)
+        return around[0] - self.push, by_re, by_im
 
     @cached_property
     def _least(self) -> float:
