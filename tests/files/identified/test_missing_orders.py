@@ -37,6 +37,12 @@ def test_a_line_that_the_file_lacks_is_named_with_its_amplitude(project, order, 
     assert not line.in_reading
 
 
+def test_a_line_that_hides_beside_a_gap_is_said_to_hide(project):
+    found = sw.identify_drive(project, measured(line=(4.0, 5.0 * ARCSEC), gap=9e-5))
+    assert of_orders(found) == []
+    assert "What the model leaves is no noise" in found.remarks[-1]
+
+
 def test_a_line_of_a_sensor_is_none_of_the_gear(project):
     log = measured()
     log["load_angle"] -= 3e-5 * np.cos(5.05 * log["motor_angle"] + 1.0)
@@ -53,6 +59,8 @@ def test_what_else_a_file_lacks_is_no_order(project, machine):
     found = sw.identify_drive(project, measured(**machine))
     assert of_orders(found) == []
     assert missing_lines(found.found, [with_torsion(measured(**machine), 100.0)]) == []
+    hides = any("lines of the kinematic error that the file lacks may hide in it" in said for said in found.remarks)
+    assert hides is (found.unexplained > 0.02)
 
 
 @pytest.mark.parametrize(("hidden", "named"), [(0.0, True), (0.6, False)], ids=["the line alone", "its shadow too"])

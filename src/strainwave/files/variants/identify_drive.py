@@ -30,7 +30,7 @@ from ...study.identification.intervals import Interval
 from ..fields.groups import MEASURED, MOST_OF_PHASE, MOST_SCATTER, Radians
 from ..project_text import project_text
 from ..reading import from_text
-from .missing_orders import missing_lines
+from .missing_orders import hidden, missing_lines
 from .names import OF_SIGNAL, Places
 
 POOR = 0.1  # of the motion: what the numbers may leave of it
@@ -352,7 +352,7 @@ def _orders_left(fit: Identified, logs: Sequence[Mapping[str, Any]]) -> list[str
         if items:
             plural = "s" if len(items) > 1 else ""
             sentences.append(sentence.format(f"order{plural} {listed(items)} of the motor's angle"))
-    return sentences
+    return sentences or hidden(fit)
 
 
 def _scatter(

@@ -36,6 +36,7 @@ MASTERS = 3.0  # times what is left beside noise: what a line must explain
 BESIDE_LARGEST = 0.02  # of what the largest line explains: less is what that line is followed wrongly by
 BETTER = 2.0  # times what another term explains: the same
 EXACT = 0.01  # of what the best other term leaves: a line that leaves less is none of its shadows
+HIDING = 0.02  # of the motion: what a model leaves of it where lines hide
 SAME = 1e-3  # of a column's size: what others leave of it when they can stand for it
 AROUND, LOBE = 24, 0.25  # places beside an order that are tried, and how far apart, of 1/turns
 
@@ -127,6 +128,13 @@ def missing_lines(fit: Identified, logs: Sequence[Mapping[str, Any]]) -> list[Mi
         return _confirmed(left, len(places)) if left.places else []
     except (SolveError, ValueError):  # a line with which the motion leaves every bound is none
         return []
+
+
+def hidden(fit: Identified) -> list[str]:
+    """That lines may hide in what a model leaves, where it is more than a little and no noise; nothing elsewhere."""
+    if fit.discrepancy.white >= COLOURED or not fit.rms[0] > HIDING * fit.size[0]:
+        return []
+    return ["What the model leaves is no noise: lines of the kinematic error that the file lacks may hide in it."]
 
 
 def _apart_from(order: float, orders: Sequence[float]) -> bool:
