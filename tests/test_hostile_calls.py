@@ -112,6 +112,7 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("loop_ensemble", {"orders": STRONG}),
         ("MotorLimits", {"torque": Fraction(1, 3)}),
         ("MotorLimits", {"peak_torque": sw.Dopri5(1e-3)}),
+        ("monitor", {"bandwidth": 2e-11}),
         ("order_scan", {"orders": np.array(1.5)}),
         ("read_frd", {"amplitude": np.nan}),
         ("read_log", {"trim": {1: 2}}),

@@ -40,7 +40,8 @@ class Monitored(Result):
     settled_from : float
         Time [s] from which on less than 1 % of the first error is left.
     standard_error : float
-        Of an amplitude, in units of the signal, from what is left of the signal once the estimate has settled.
+        Of an amplitude, in units of the signal, from what is left of the signal once the estimate has settled; inf
+        where it has not.
     lost : int
         Samples that are NaN: over them the estimate stays as it is.
     """
@@ -196,9 +197,9 @@ def _tracked(
 
 
 def _monitored(t: Floats, y: Floats, lines: tuple[Floats, ...], left: Floats, settle: float, gain: float) -> Monitored:
-    """Orders over a record, with the standard error that what is left of it gives; NaN where nothing has settled."""
+    """Orders over a record, with the standard error that what is left of it gives; inf where nothing has settled."""
     late = left[(t >= t[0] + settle) & np.isfinite(left)]
-    error = float(np.std(late) * np.sqrt(gain)) if len(late) > 1 else float("nan")
+    error = float(np.std(late) * np.sqrt(gain)) if len(late) > 1 else float("inf")
     orders, amplitude, phase, mean, frequency = lines
     lost = int(np.sum(np.isnan(y)))
     return Monitored(t, orders, amplitude, phase, mean, frequency, float(t[0] + settle), error, lost)
