@@ -2,10 +2,6 @@
 
 #include "instance.h"
 
-typedef int status;
-enum { OK = 0, ERROR = 3 };
-
-typedef void *component;
 typedef void (*logger)(void *, const char *, status, const char *, const char *, ...);
 
 typedef struct {
@@ -26,14 +22,6 @@ typedef struct {
     const callbacks *functions;
     char name[64];
 } instance;
-
-#ifdef FMI2_FUNCTION_PREFIX
-#define JOINED(a, b) a##b
-#define PREFIXED(a, b) JOINED(a, b)
-#define FMI(type, name) EXPORTED type PREFIXED(FMI2_FUNCTION_PREFIX, name)
-#else
-#define FMI(type, name) EXPORTED type name
-#endif
 
 static status failed(const instance *one, const char *message)
 {
@@ -68,23 +56,10 @@ FMI(void, fmi2FreeInstance)(component c)
     }
 }
 
-FMI(status, fmi2SetupExperiment)(component c, int has_tolerance, double tolerance, double start, int has_stop, double stop)
-{
-    if (!c) {
-        return ERROR;
-    }
-    ((instance *)c)->my.time = start;
-    return OK;
-}
-
-FMI(status, fmi2Reset)(component c)
-{
-    if (!c) {
-        return ERROR;
-    }
-    begin(&((instance *)c)->my, 0.0);
-    return OK;
-}
+CHANGED(fmi2SetupExperiment, my->time = start, component c, int has_tolerance, double tolerance, double start,
+        int has_stop, double stop)
+CHANGED(fmi2Reset, begin(my, 0.0), component c)
+CHANGED(fmi2SetTime, my->time = time, component c, double time)
 
 FMI(status, fmi2GetReal)(component c, const unsigned references[], size_t count, double values[])
 {
@@ -121,8 +96,6 @@ NO_VARIABLES(Boolean, int)
 NO_VARIABLES(String, char *)
 
 /* Calls that change nothing here. */
-#define NOTHING(name, ...)                                                                                            \
-    FMI(status, name)(__VA_ARGS__) { return c ? OK : ERROR; }
 NOTHING(fmi2SetDebugLogging, component c, int on, size_t count, const char *const categories[])
 NOTHING(fmi2EnterInitializationMode, component c)
 NOTHING(fmi2ExitInitializationMode, component c)
@@ -133,8 +106,6 @@ NOTHING(fmi2GetEventIndicators, component c, double indicators[], size_t count)
 NOTHING(fmi2CancelStep, component c)
 
 /* What the model description says that this unit cannot do. */
-#define REFUSED(name, ...)                                                                                            \
-    FMI(status, name)(__VA_ARGS__) { return failed(c, #name " is not supported"); }
 REFUSED(fmi2SerializedFMUstateSize, component c, void *state, size_t *size)
 REFUSED(fmi2SerializeFMUstate, component c, void *state, char bytes[], size_t size)
 REFUSED(fmi2DeSerializeFMUstate, component c, const char bytes[], size_t size, void **state)
@@ -202,15 +173,6 @@ FMI(status, fmi2CompletedIntegratorStep)(component c, int no_way_back, int *even
 {
     *event_mode = *terminate = 0;
     return c ? OK : ERROR;
-}
-
-FMI(status, fmi2SetTime)(component c, double time)
-{
-    if (!c) {
-        return ERROR;
-    }
-    ((instance *)c)->my.time = time;
-    return OK;
 }
 
 static status copied(const component c, size_t count, double *to, const double *from)

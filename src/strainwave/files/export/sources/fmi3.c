@@ -6,10 +6,6 @@
 
 #include "instance.h"
 
-typedef int status;
-enum { OK = 0, ERROR = 3 };
-
-typedef void *component;
 typedef void (*logger)(void *, status, const char *, const char *);
 
 typedef struct {
@@ -17,14 +13,6 @@ typedef struct {
     void *environment;
     logger log;
 } instance;
-
-#ifdef FMI3_FUNCTION_PREFIX
-#define JOINED(a, b) a##b
-#define PREFIXED(a, b) JOINED(a, b)
-#define FMI(type, name) EXPORTED type PREFIXED(FMI3_FUNCTION_PREFIX, name)
-#else
-#define FMI(type, name) EXPORTED type name
-#endif
 
 static status failed(const instance *one, const char *message)
 {
@@ -68,24 +56,9 @@ FMI(component, fmi3InstantiateScheduledExecution)(const char *name, const char *
 
 FMI(void, fmi3FreeInstance)(component c) { free(c); }
 
-FMI(status, fmi3EnterInitializationMode)(component c, bool has_tolerance, double tolerance, double start, bool has_stop,
-                                         double stop)
-{
-    if (!c) {
-        return ERROR;
-    }
-    ((instance *)c)->my.time = start;
-    return OK;
-}
-
-FMI(status, fmi3Reset)(component c)
-{
-    if (!c) {
-        return ERROR;
-    }
-    begin(&((instance *)c)->my, 0.0);
-    return OK;
-}
+CHANGED(fmi3EnterInitializationMode, my->time = start, component c, bool has_tolerance, double tolerance, double start,
+        bool has_stop, double stop)
+CHANGED(fmi3Reset, begin(my, 0.0), component c)
 
 FMI(status, fmi3GetFloat64)(component c, const unsigned references[], size_t count, double values[], size_t n)
 {
@@ -171,16 +144,12 @@ NO_VARIABLES(Boolean, bool)
 NO_VARIABLES(String, char *)
 
 /* Calls that change nothing here. */
-#define NOTHING(name, ...)                                                                                            \
-    FMI(status, name)(__VA_ARGS__) { return c ? OK : ERROR; }
 NOTHING(fmi3SetDebugLogging, component c, bool on, size_t count, const char *const categories[])
 NOTHING(fmi3ExitInitializationMode, component c)
 NOTHING(fmi3EnterStepMode, component c)
 NOTHING(fmi3Terminate, component c)
 
 /* What the model description says that this unit cannot do. */
-#define REFUSED(name, ...)                                                                                            \
-    FMI(status, name)(__VA_ARGS__) { return failed(c, #name " is not supported"); }
 REFUSED(fmi3GetBinary, component c, const unsigned references[], size_t count, size_t sizes[], const uint8_t *values[],
         size_t n)
 REFUSED(fmi3SetBinary, component c, const unsigned references[], size_t count, const size_t sizes[],

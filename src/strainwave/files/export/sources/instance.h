@@ -16,6 +16,42 @@
 #define EXPORTED __attribute__((visibility("default")))
 #endif
 
+typedef int status;
+enum { OK = 0, ERROR = 3 };
+typedef void *component;
+
+/* A function of the interface, with the prefix of a unit that is linked beside others. */
+#if defined(FMI2_FUNCTION_PREFIX)
+#define PREFIX FMI2_FUNCTION_PREFIX
+#elif defined(FMI3_FUNCTION_PREFIX)
+#define PREFIX FMI3_FUNCTION_PREFIX
+#else
+#define PREFIX
+#endif
+#define JOINED(a, b) a##b
+#define PREFIXED(a, b) JOINED(a, b)
+#define FMI(type, name) EXPORTED type PREFIXED(PREFIX, name)
+
+/* A call that changes an instance, of which `my` is what it keeps. */
+#define CHANGED(name, change, ...)                                                                                    \
+    FMI(status, name)(__VA_ARGS__)                                                                                    \
+    {                                                                                                                 \
+        if (!c) {                                                                                                     \
+            return ERROR;                                                                                             \
+        }                                                                                                             \
+        kept *my = &((instance *)c)->my;                                                                              \
+        change;                                                                                                       \
+        return OK;                                                                                                    \
+    }
+
+/* A call that changes nothing here. */
+#define NOTHING(name, ...)                                                                                            \
+    FMI(status, name)(__VA_ARGS__) { return c ? OK : ERROR; }
+
+/* What the model description says that this unit cannot do. */
+#define REFUSED(name, ...)                                                                                            \
+    FMI(status, name)(__VA_ARGS__) { return failed(c, #name " is not supported"); }
+
 #define STATES PLANT_STATES
 #define OUTPUTS ((int)(sizeof(plant_outputs) / sizeof(double)))
 #define INPUTS ((int)(sizeof(plant_inputs) / sizeof(double)))
