@@ -95,23 +95,18 @@ class TableResidual(NamedTuple):
 
     def sentences(self) -> list[str]:
         """The residual in words, one line a fact."""
+        unit, kind = self.unit, "lines" if self.points is None else "points"
         share = f" ({100.0 * self.rms / self.table:.3g} % of the table)" if self.table > 0.0 else ""
-        lines = [f"file minus table: {self.rms:.3g} {self.unit} rms{share}, {self.peak:.3g} {self.unit} peak"]
+        lines = [f"file minus table: {self.rms:.3g} {unit} rms{share}, {self.peak:.3g} {unit} peak"]
         if self.quantum > 0.0:
-            lines.append(
-                f"of it by rounding to {self.quantum:.3g} {self.unit}: {self.quantisation:.3g} {self.unit} rms"
-            )
+            lines.append(f"of it by rounding to {self.quantum:.3g} {unit}: {self.quantisation:.3g} {unit} rms")
         if self.points is not None:
-            lines.append(
-                f"of it by straight lines between {self.points} points: {self.interpolation:.3g} {self.unit} rms"
-            )
+            between = f"{self.points} points: {self.interpolation:.3g} {unit} rms"
+            lines.append(f"of it by straight lines between {between}")
         if self.dropped:
             orders = ", ".join(f"{order:.6g}" for order in self.dropped)
-            lines.append(f"of it by orders left out ({orders}): {self.dropped_rms:.3g} {self.unit} rms")
-        lines.append(
-            f"{'lines' if self.points is None else 'points'} in the machine: {self.entries}, {self.size} bytes"
-        )
-        return lines
+            lines.append(f"of it by orders left out ({orders}): {self.dropped_rms:.3g} {unit} rms")
+        return [*lines, f"{kind} in the machine: {self.entries}, {self.size} bytes"]
 
     def __str__(self) -> str:
         return "\n".join(self.sentences())
@@ -178,6 +173,12 @@ class OrderFormat(ABC):
     most_lines: ClassVar[int | None] = None
     width: ClassVar[int] = 24
     begin: ClassVar[str] = "(?!)"
+
+    def __init_subclass__(cls, **facts: object) -> None:
+        """Take the attributes of a format from the line of its class."""
+        super().__init_subclass__()
+        for name, fact in facts.items():
+            setattr(cls, name, fact)
 
     @abstractmethod
     def store(self, table: OrderContent) -> Held:
@@ -347,7 +348,7 @@ class OfPoints(WithPoints):
         return Held(stored, straight, points, step * abs(size), count + self.ends, turns)
 
 
-class Exact(OrderFormat):
+class Exact(OrderFormat, both_ways=True, with_delay=True):
     """A format that holds the numbers of a table as they are."""
 
     def store(self, table: OrderContent) -> Held:

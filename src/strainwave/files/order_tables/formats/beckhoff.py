@@ -6,7 +6,6 @@ import struct
 from dataclasses import dataclass
 from math import pi
 from types import MappingProxyType
-from typing import ClassVar
 
 import numpy as np
 
@@ -25,7 +24,10 @@ PACKING = {"INT16": "<h", "UINT32": "<I", "REAL32": "<f"}
 
 
 @dataclass(frozen=True)
-class Beckhoff(OrderFormat):
+class Beckhoff(
+    OrderFormat, name="beckhoff", title="Beckhoff 0x32CB", unit="N*m", turn="motor",
+    with_mean=False, most_lines=COEFFICIENTS, width=12, begin=r"\s*0x3[26]CB:",
+):  # fmt: skip
     """Start-up list of object 0x32CB.
 
     Confirmed by the object pages of Beckhoff's Information System (infosys.beckhoff.com, ax8xxx_object,
@@ -46,14 +48,6 @@ class Beckhoff(OrderFormat):
 
     channel: str = "A"
     wave: str = "cos"
-    name: ClassVar[str] = "beckhoff"
-    title: ClassVar[str] = "Beckhoff 0x32CB"
-    unit: ClassVar[str | None] = "N*m"
-    turn: ClassVar[str | None] = "motor"
-    with_mean: ClassVar[bool] = False
-    most_lines: ClassVar[int | None] = COEFFICIENTS
-    width: ClassVar[int] = 12
-    begin: ClassVar[str] = r"\s*0x3[26]CB:"
 
     def __post_init__(self) -> None:
         if self.channel not in INDEX or self.wave not in ("cos", "sin"):
@@ -154,7 +148,11 @@ ARRAY = re.compile(r"(\w+) *: *ARRAY *\[0\.\.([0-9]{1,6})\] *OF *ST_PositionComp
 
 
 @dataclass(frozen=True)
-class TwinCat(OfPoints):
+class TwinCat(
+    OfPoints, name="twincat", title="TwinCAT's position compensation", unit="rad", turn="output",
+    both_ways=True, width=16, ends=1, more="; give more points",
+    begin="(?s).{0,8000}ST_PositionCompensationTableElement",
+):  # fmt: skip
     """Global variables for TwinCAT 3, positions and compensations in degrees of the output.
 
     Confirmed by Beckhoff's Information System (tcplclib_tc2_mc2): ST_PositionCompensationTableElement {Position:
@@ -179,15 +177,6 @@ class TwinCat(OfPoints):
     points: int | None = None
     variable: str = "OrderTable"
     added_to: str = "command"
-    name: ClassVar[str] = "twincat"
-    title: ClassVar[str] = "TwinCAT's position compensation"
-    unit: ClassVar[str | None] = "rad"
-    turn: ClassVar[str | None] = "output"
-    both_ways: ClassVar[bool] = True
-    width: ClassVar[int] = 16
-    ends: ClassVar[int] = 1
-    more: ClassVar[str] = "; give more points"
-    begin: ClassVar[str] = "(?s).{0,8000}ST_PositionCompensationTableElement"
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -114,7 +114,7 @@ END_FUNCTION
 """
 
 
-class Code(WithPoints, Exact):
+class Code(WithPoints, Exact, own_sign=True, width=24):
     """Code with a table as a function of angle and speed, and as points for a controller without cosines.
 
     Attributes
@@ -123,10 +123,6 @@ class Code(WithPoints, Exact):
         What a whole file ends with.
     """
 
-    own_sign: ClassVar[bool] = True
-    both_ways: ClassVar[bool] = True
-    with_delay: ClassVar[bool] = True
-    width: ClassVar[int] = 24
     end: ClassVar[tuple[str, int, str]]
 
     def lookup(self, table: OrderContent) -> tuple[Points, str]:
@@ -169,7 +165,7 @@ def _lines(way: str, found: Mapping[tuple[str, str], list[float]]) -> tuple[Line
 
 
 @dataclass(frozen=True)
-class CHeader(Code):
+class CHeader(Code, name="c", title="a C header", end=("#endif", 1, "has no #endif")):
     """C header with functions `prefix`_value(angle, speed) and `prefix`_lookup(angle, speed).
 
     Attributes
@@ -182,9 +178,6 @@ class CHeader(Code):
 
     prefix: str = "order_table"
     points: int | None = None
-    name: ClassVar[str] = "c"
-    title: ClassVar[str] = "a C header"
-    end: ClassVar[tuple[str, int, str]] = "#endif", 1, "has no #endif"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -238,7 +231,9 @@ def _numbers(kind: str, body: str) -> list[float]:
 
 
 @dataclass(frozen=True)
-class StructuredText(Code):
+class StructuredText(
+    Code, name="st", title="structured text", end=("END_FUNCTION", 2, "has not both functions")
+):  # fmt: skip
     """Structured text with the functions `function`(angle, speed) and `function`Lookup(angle, speed).
 
     Attributes
@@ -251,9 +246,6 @@ class StructuredText(Code):
 
     function: str = "F_OrderTable"
     points: int | None = None
-    name: ClassVar[str] = "st"
-    title: ClassVar[str] = "structured text"
-    end: ClassVar[tuple[str, int, str]] = "END_FUNCTION", 2, "has not both functions"
 
     def __post_init__(self) -> None:
         super().__post_init__()

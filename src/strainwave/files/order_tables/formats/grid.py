@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,10 @@ TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True)
-class CsvGrid(OrderFormat):
+class CsvGrid(
+    OrderFormat, name="grid", title="CSV over two turns", turn="output", own_sign=True,
+    both_ways=True, width=8, begin=rf"\s*({'|'.join(HEADS)})",
+):  # fmt: skip
     """CSV of points over the encoder angles of motor and output, each over a turn; straight lines along both.
 
     A line that repeats j times in a turn of the motor and k times in one of the output takes as many points as j and k
@@ -38,13 +41,6 @@ class CsvGrid(OrderFormat):
     motor_points: int | None = None
     output_points: int | None = None
     capacity: int = MOST
-    name: ClassVar[str] = "grid"
-    title: ClassVar[str] = "CSV over two turns"
-    turn: ClassVar[str | None] = "output"
-    own_sign: ClassVar[bool] = True
-    both_ways: ClassVar[bool] = True
-    width: ClassVar[int] = 8
-    begin: ClassVar[str] = rf"\s*({'|'.join(HEADS)})"
 
     def __post_init__(self) -> None:
         positive_count("capacity", self.capacity, MOST)

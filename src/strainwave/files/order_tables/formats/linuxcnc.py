@@ -3,7 +3,7 @@
 import math
 import re
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,10 @@ QUANTUM = 10.0**-DIGITS * DEGREE  # rad
 
 
 @dataclass(frozen=True)
-class LinuxCnc(OfPoints):
+class LinuxCnc(
+    OfPoints, name="linuxcnc", title="LinuxCNC's COMP_FILE", unit="rad", both_ways=True, width=24,
+    ends=1, decimals=DIGITS, more="; take a shorter span, or write the format hal",
+):  # fmt: skip
     """Compensation file of a rotary joint in degrees.
 
     Confirmed by LinuxCNC's sources (emc/motion: usrmotintf.cc, command.c, control.c, motion.h): at most 256 points,
@@ -39,14 +42,6 @@ class LinuxCnc(OfPoints):
 
     span: tuple[float, float] = (0.0, 360.0)
     points: int | None = None
-    name: ClassVar[str] = "linuxcnc"
-    title: ClassVar[str] = "LinuxCNC's COMP_FILE"
-    unit: ClassVar[str | None] = "rad"
-    both_ways: ClassVar[bool] = True
-    width: ClassVar[int] = 24
-    ends: ClassVar[int] = 1
-    decimals: ClassVar[int | None] = DIGITS
-    more: ClassVar[str] = "; take a shorter span, or write the format hal"
 
     def __post_init__(self) -> None:
         interval("span", self.span)
@@ -169,7 +164,7 @@ SUM = """    total = mean_WAY;
 
 
 @dataclass(frozen=True)
-class HalComponent(Exact):
+class HalComponent(Exact, name="hal", title="a HAL component", unit="rad"):
     """Source of a component for LinuxCNC's HAL.
 
     Confirmed by LinuxCNC's documentation of halcompile: `component NAME`, `pin in float`, `pin out float`, `function
@@ -184,11 +179,6 @@ class HalComponent(Exact):
     """
 
     component: str = "order_table"
-    name: ClassVar[str] = "hal"
-    title: ClassVar[str] = "a HAL component"
-    unit: ClassVar[str | None] = "rad"
-    both_ways: ClassVar[bool] = True
-    with_delay: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if not isinstance(self.component, str) or not re.fullmatch(r"[a-z][a-z0-9_]{0,40}", self.component):

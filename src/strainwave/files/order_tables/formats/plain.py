@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -19,15 +19,8 @@ PLAIN = ("unit", "turn", "ratio", "zero", "sign", "direction", "mean", "mean_bac
 
 
 @dataclass(frozen=True)
-class JsonFile(Exact):
+class JsonFile(Exact, name="json", title="JSON", own_sign=True, begin=r"\s*\{"):
     """JSON with every field of the table; amplitudes 0-to-peak, phases in rad."""
-
-    name: ClassVar[str] = "json"
-    title: ClassVar[str] = "JSON"
-    own_sign: ClassVar[bool] = True
-    both_ways: ClassVar[bool] = True
-    with_delay: ClassVar[bool] = True
-    begin: ClassVar[str] = r"\s*\{"
 
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the fields, lines last."""
@@ -82,15 +75,10 @@ EVEN = 1e-6  # of a step: how far an angle may be from its place
 
 
 @dataclass(frozen=True)
-class CsvLines(Exact):
+class CsvLines(
+    Exact, name="csv", title="CSV of lines", own_sign=True, begin=rf"(?s)(.{{0,4000}}\n)?{LINES}\n"
+):  # fmt: skip
     """CSV of lines, one row an order and order 0 for the constant, with the other fields in remarks."""
-
-    name: ClassVar[str] = "csv"
-    title: ClassVar[str] = "CSV of lines"
-    own_sign: ClassVar[bool] = True
-    both_ways: ClassVar[bool] = True
-    with_delay: ClassVar[bool] = True
-    begin: ClassVar[str] = rf"(?s)(.{{0,4000}}\n)?{LINES}\n"
 
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write a row an order; amplitude in the unit of the table, phase in rad."""
@@ -138,7 +126,10 @@ def _content(fields: dict[str, Any], sets: dict[str, tuple[float, tuple[Line, ..
 
 
 @dataclass(frozen=True)
-class CsvPoints(OfPoints):
+class CsvPoints(
+    OfPoints, name="points", title="CSV of points", own_sign=True, both_ways=True,
+    begin=rf"\s*({'|'.join(POINTS)})",
+):  # fmt: skip
     """CSV of points at equidistant angles of the encoder over one turn: angle, value, and that in backward motion.
 
     Attributes
@@ -148,11 +139,6 @@ class CsvPoints(OfPoints):
     """
 
     points: int | None = None
-    name: ClassVar[str] = "points"
-    title: ClassVar[str] = "CSV of points"
-    own_sign: ClassVar[bool] = True
-    both_ways: ClassVar[bool] = True
-    begin: ClassVar[str] = rf"\s*({'|'.join(POINTS)})"
 
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write a row a point."""

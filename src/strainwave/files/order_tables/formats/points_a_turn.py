@@ -4,7 +4,6 @@ import math
 import re
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar
 
 import numpy as np
 
@@ -40,7 +39,11 @@ SAVE = ":$QZ!#"
 
 
 @dataclass(frozen=True)
-class Sinumerik(OfPoints):
+class Sinumerik(
+    OfPoints, name="sinumerik", title="SINUMERIK's $AA_ENC_COMP", unit="rad", turn="output",
+    ends=1, decimals=DIGITS, begin=r"(?s).{0,8000}\$AA_ENC_COMP\[",
+    more="; set MD38000 $MA_MM_ENC_COMP_MAX_POINTS and give it as capacity",
+):  # fmt: skip
     """Part program for $AA_ENC_COMP.
 
     Confirmed by Siemens' Function Manuals (Extended Functions, K3: Compensations, 03/2013, 6FC5397-1BP40-3BA1;
@@ -64,14 +67,6 @@ class Sinumerik(OfPoints):
     axis: str = "AX1"
     capacity: int = 200
     points: int | None = None
-    name: ClassVar[str] = "sinumerik"
-    title: ClassVar[str] = "SINUMERIK's $AA_ENC_COMP"
-    unit: ClassVar[str | None] = "rad"
-    turn: ClassVar[str | None] = "output"
-    ends: ClassVar[int] = 1
-    decimals: ClassVar[int | None] = DIGITS
-    more: ClassVar[str] = "; set MD38000 $MA_MM_ENC_COMP_MAX_POINTS and give it as capacity"
-    begin: ClassVar[str] = r"(?s).{0,8000}\$AA_ENC_COMP\["
 
     def __post_init__(self) -> None:
         if not isinstance(self.axis, str) or not AXIS.fullmatch(self.axis):
@@ -140,7 +135,10 @@ class Sinumerik(OfPoints):
 
 
 @dataclass(frozen=True)
-class Moteus(OrderFormat):
+class Moteus(
+    OrderFormat, name="moteus", title="moteus", unit="N*m", turn="motor", width=1,
+    begin=r"(?s).{0,4000}conf set motor\.cogging_dq_",
+):  # fmt: skip
     """Configuration of a moteus controller.
 
     Confirmed by the firmware (mjbots/moteus, fw/bldc_servo.h, bldc_servo_structs.h) and its
@@ -157,12 +155,6 @@ class Moteus(OrderFormat):
     """
 
     torque_constant: float
-    name: ClassVar[str] = "moteus"
-    title: ClassVar[str] = "moteus"
-    unit: ClassVar[str | None] = "N*m"
-    turn: ClassVar[str | None] = "motor"
-    width: ClassVar[int] = 1
-    begin: ClassVar[str] = r"(?s).{0,4000}conf set motor\.cogging_dq_"
 
     def __post_init__(self) -> None:
         number("torque_constant", self.torque_constant, positive=True)
@@ -216,7 +208,10 @@ class Moteus(OrderFormat):
 
 
 @dataclass(frozen=True)
-class OnStepX(OrderFormat):
+class OnStepX(
+    OrderFormat, name="onstepx", title="OnStepX", unit="rad", turn="motor", needs_mean=False,
+    width=1, begin=rf"\s*{ENTRY.pattern}",
+):  # fmt: skip
     """Commands for the table of the periodic error correction.
 
     Confirmed by OnStepX's sources (mount/pec: Pec.cpp, Pec.command.cpp; Config.defaults.h): `:WR[n,sn]#` sets entry n
@@ -241,13 +236,6 @@ class OnStepX(OrderFormat):
     steps_per_degree: float
     ratio: float | None = None
     capacity: int = 720
-    name: ClassVar[str] = "onstepx"
-    title: ClassVar[str] = "OnStepX"
-    unit: ClassVar[str | None] = "rad"
-    turn: ClassVar[str | None] = "motor"
-    needs_mean: ClassVar[bool] = False
-    width: ClassVar[int] = 1
-    begin: ClassVar[str] = rf"\s*{ENTRY.pattern}"
 
     def __post_init__(self) -> None:
         number("steps_per_degree", self.steps_per_degree, positive=True)
