@@ -8,6 +8,7 @@ Sources: Goldstein, Poole & Safko, Classical Mechanics, 3rd ed., sec. 1.5 (Lagra
 dissipation function); Ghorbel, Gandhi & Alpeter 2001 (kinematic error). Only this module needs SymPy.
 """
 
+from collections import namedtuple
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,33 +21,14 @@ except ImportError:  # an optional extra
     sp = None
 
 
-class Symbols(NamedTuple):
+class Symbols(
+    namedtuple(
+        "Symbols",
+        "J_m J_l N B K alpha J T_m T_l theta_m theta_l theta_m_rate theta_l_rate "
+        "theta_m_acceleration theta_l_acceleration x v a mu omega_0 F omega f e",
+    )
+):
     """Every symbol of the derivation; `f` and `e` are undefined functions of one argument."""
-
-    J_m: Any
-    J_l: Any
-    N: Any
-    B: Any
-    K: Any
-    alpha: Any
-    J: Any
-    T_m: Any
-    T_l: Any
-    theta_m: Any
-    theta_l: Any
-    theta_m_rate: Any
-    theta_l_rate: Any
-    theta_m_acceleration: Any
-    theta_l_acceleration: Any
-    x: Any
-    v: Any
-    a: Any
-    mu: Any
-    omega_0: Any
-    F: Any
-    omega: Any
-    f: Any
-    e: Any
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,7 @@ from ...files.variants.names import keys_of, nominal_of, numbers_of, of_record, 
 from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
 from ..view import sign
-from .parts import parts_of
-from .state import State, project_of
+from .state import State, parts_of, project_of
 
 SMALL = 1e-3  # in any unit a number that a field takes which is zero now
 SPAN = 10.0  # a slider goes from a tenth of the value to ten times it

@@ -101,8 +101,7 @@ class TableResidual(NamedTuple):
         if self.quantum > 0.0:
             lines.append(f"of it by rounding to {self.quantum:.3g} {unit}: {self.quantisation:.3g} {unit} rms")
         if self.points is not None:
-            between = f"{self.points} points: {self.interpolation:.3g} {unit} rms"
-            lines.append(f"of it by straight lines between {between}")
+            lines.append(f"of it by straight lines between {self.points} points: {self.interpolation:.3g} {unit} rms")
         if self.dropped:
             orders = ", ".join(f"{order:.6g}" for order in self.dropped)
             lines.append(f"of it by orders left out ({orders}): {self.dropped_rms:.3g} {unit} rms")

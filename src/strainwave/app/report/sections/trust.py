@@ -1,10 +1,18 @@
-"""Basis of the numbers: assumptions of the model, and the observed error of each method."""
+"""Basis of the numbers: assumptions, the observed error of each method, the proof of stability, and the origin."""
 
+import platform
+from hashlib import sha256
+from importlib.metadata import version
+from shlex import quote
 from typing import Any
 
-from ....base.sentences import listed
+from .... import __version__
+from ....base.facts import Fact, data
+from ....base.sentences import listed, printable
+from ....files.notes import source_facts
 from ...view import View
 
+SOFTWARE = ("numpy", "scipy", "numba")
 MOTORS = {
     "held": "The motor turns at constant speed, as under an ideally stiff speed loop.",
     "free": "The motor is driven by its torque alone; no loop holds its speed.",
@@ -78,3 +86,49 @@ def certificates(view: View) -> list[dict[str, Any]]:
 
 def _row(method: str, reference: str, difference: float | None) -> dict[str, Any]:
     return {"what": method, "held_against": reference, "relative_difference": difference}
+
+
+class Stability:
+    """The proof that the error decays, or the reason without one."""
+
+    heading = "Stability without excitation"
+    template = "stability.html.j2"
+    appendix = True
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Scope, claim and region of the proof."""
+        proof = view.analysis.stability
+        said = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
+        return {"stability": said | {"region": str(proof.region or "none")}}
+
+    def lines(self, view: View, data: dict[str, Any]) -> list[str]:
+        """The proof in a line: its claim, or the reason without one."""
+        proof, of = data["stability"], "" if view.analysis.train_curve is None else " of the error equation"
+        claim = f"no proof: {proof['obstacle']}" if proof["scope"] == "none" else f"{proof['scope']}; {proof['claim']}"
+        return [f"stability{of}: {claim}"]
+
+
+class Provenance:
+    """Source of each number, the whole project file, the SHA-256 of its text (UTF-8), versions, and the command."""
+
+    heading = "Project and provenance"
+    template = "provenance.html.j2"
+    appendix = True
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Hash, versions and command."""
+        path = view.project.path
+        versions = {"strainwave": __version__, "python": platform.python_version()}
+        return {
+            "sources": data([Fact("rows", source_facts(view.project))])["rows"],
+            "provenance": {
+                "project_sha256": sha256(view.project.text.encode()).hexdigest(),
+                "versions": versions | {name: version(name) for name in SOFTWARE},
+                "command": f"strainwave analyze {_word(path.name)} -o {_word(path.stem)}",
+            },
+        }
+
+
+def _word(name: str) -> str:
+    """A file name as one word of a shell, which no command takes for an option."""
+    return quote(printable(f"./{name}" if name.startswith("-") else name))

@@ -1,11 +1,11 @@
-"""The whole drive train beside its error equation: gains, modes and Bode plot; in the appendix its run-up."""
+"""The whole drive train beside its error equation: gains, modes, Bode plot and other motors; its run-up."""
 
 from typing import Any
 
 import numpy as np
 
 from ....base.quantities import parameters
-from ....base.sentences import Angle, Sentence, Speed
+from ....base.sentences import Angle, Sentence, Speed, listed
 from ....base.units import RPM
 from ....drive.drive_response import DriveResponse
 from ....drive.loop_margin import motor_name
@@ -19,7 +19,7 @@ from ....plot.panels import MOTOR, Panel
 from ....plot.svg import figure
 from ....study.analysis.avoid import turns
 from ....study.analysis.resonances import equation_orders
-from ....study.analysis.train_study import Ramp, TrainStudy
+from ....study.analysis.train_study import Ramp, TrainStudy, spread
 from ...console import number, percent
 from ...resonance_figures import envelope
 from ...view import View, sign, sizes, under_load
@@ -27,6 +27,7 @@ from .resonances import jump_speeds
 from .speed_range import curve_data
 
 ROUNDING = 1e-6  # relative difference that is called none
+MATTERS = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
 APART = 0.1  # relative difference of train and error equation that is warned of
 
 
@@ -279,3 +280,43 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
             path = response.sweep.run_up
             panel.line(response.curve.omega[path], response.curve.peak[path], colour, name, dash, 1.3)
     return figure([[panel]], 300.0, "run-up of the drive train")
+
+
+class Motors:
+    """The drive with a motor ideally held, free, and in a position loop, side by side."""
+
+    heading = "What the motor changes"
+    template = "motors.html.j2"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Largest oscillation, its speed and the jumps with each motor; empty where the file names its motor."""
+        rows = [
+            {
+                "motor": case.name,
+                **sizes(None if case.drive is None else case.oscillation, "oscillation"),
+                **view.place(case.omega),
+                "jumps": case.jumps,
+                "remark": "no steady curve" if case.drive is None else "",
+            }
+            for case in view.analysis.motors
+        ]
+        return {"motors": rows, "motor_ratio": spread(view.analysis.motors) if rows else None}
+
+    def sentences(self, view: View) -> list[Any]:
+        """Effect of the choice of the motor, and the field to write into the file."""
+        cases = [case for case in view.analysis.motors if case.drive is not None]
+        if not cases:
+            return []
+        ratio = spread(view.analysis.motors)
+        oscillations = listed(
+            Sentence(
+                f"{{}} at {{}} with {motor_in_words(case.name)}", Angle(case.oscillation), Speed(case.omega, digits=4)
+            )
+            for case in cases
+        )
+        decides = f"the choice changes it {number(ratio, 2)} times" if ratio > MATTERS else "the choice changes little"
+        return [
+            "The file names no motor: this report is about one that is ideally held. The error oscillates with "
+            + oscillations
+            + f"; {decides}. Write the loop of the drive, for example 'loop: {{bandwidth: 30 Hz, damping: 0.7}}'."
+        ]

@@ -2,7 +2,7 @@
 import { call, leave } from "/static/api.js";
 import { busy, jobOf, progressOf, stop, stopAll } from "/static/jobs.js";
 import { readLog } from "/static/log.js";
-import { answer, clear, dark, element, legends, recolour, signed } from "/static/plots.js";
+import { answer, ask, button, clear, dark, element, legends, recolour, signed } from "/static/plots.js";
 import { build, hideGoals, showGoal } from "/static/sliders.js";
 import { about, asked, BACK, FIRST, FORTH, recall, remember, setAbout, state, step, undoable } from "/static/state.js";
 import { take, VIEWS } from "/static/views.js";
@@ -170,11 +170,10 @@ async function taken(text) {
 function tabs() {
   const names = Object.keys(VIEWS);
   byId("views").append(...names.map((view) => {
-    const tab = element("button", { type: "button", id: "tab-" + view, textContent: VIEWS[view].name });
+    const tab = button("tab-" + view, VIEWS[view].name, () => choose(view));
     tab.dataset.view = view;
     tab.setAttribute("role", "tab");
     tab.setAttribute("aria-controls", "panel");
-    tab.addEventListener("click", () => choose(view));
     return tab;
   }));
   byId("views").addEventListener("keydown", (event) => {
@@ -197,7 +196,7 @@ function dropping() {
     const file = event.dataTransfer.files[0];
     if (!file) return;
     if (/\.ya?ml$/i.test(file.name)) await taken(await file.text());
-    else document.dispatchEvent(new CustomEvent("log", { detail: { file } }));
+    else ask("log", { file });
   });
   document.addEventListener("project", (event) => taken(event.detail));
   document.addEventListener("log", async (event) => {

@@ -1,13 +1,13 @@
 // Jobs: one for each view, and one for the report. They go on while another view is shown, and keep their results.
 import { call, leave } from "/static/api.js";
-import { answer, element, epoch } from "/static/plots.js";
+import { answer, ask, button, element, epoch } from "/static/plots.js";
 import { asked, remember, state } from "/static/state.js";
 
 const jobs = new Map();
 const going = (one) => one?.state === "waiting" || one?.state === "running";
 export const busy = (name) => going(jobs.get(name));
 export const jobOf = (name) => jobs.get(name);
-const tell = (name) => document.dispatchEvent(new CustomEvent("job", { detail: name }));
+const tell = (name) => ask("job", name);
 const drop = (one) => one.id && call("/api/jobs/" + one.id, { method: "DELETE" }).catch(() => {});
 // The drive, without the numbers that a map varies.
 function drive(except = []) {
@@ -56,13 +56,11 @@ export const progressOf = (one) => one.stage + (one.seconds_left === null ? "" :
 export async function jobView(question, label, begin, paint) {
   const controls = document.getElementById("controls"), view = state.view;
   if (!controls.querySelector("#begin")) {
-    const start = element("button", { type: "button", id: "begin", textContent: label });
-    const cancel = element("button", { type: "button", id: "cancel", textContent: "Cancel" });
     const bar = element("progress", { max: 1, value: 0, id: "progress" });
     bar.setAttribute("aria-label", "progress");
     const stage = element("span", { id: "stage" });
     stage.setAttribute("aria-live", "polite");
-    start.addEventListener("click", async () => {
+    const start = button("begin", label, async () => {
       document.getElementById("status").textContent = "";
       try {
         const { start: asks, ...more } = begin();
@@ -74,8 +72,7 @@ export async function jobView(question, label, begin, paint) {
         Object.assign(document.getElementById("status"), { textContent: error.message, className: "bad" });
       }
     });
-    cancel.addEventListener("click", () => stop(view));
-    controls.append(start, cancel, bar, stage);
+    controls.append(start, button("cancel", "Cancel", () => stop(view)), bar, stage);
     if (state.options.run === view && !jobs.has(view)) start.click();
   }
   const one = jobs.get(view) ?? { state: "none", stage: "", share: 0, seconds_left: null };

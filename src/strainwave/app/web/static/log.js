@@ -1,7 +1,7 @@
 // The view of a log: what is in it, which column is what, and the drive that it identifies.
 import { call } from "/static/api.js";
 import { forget, jobView } from "/static/jobs.js";
-import { answer, between, BLUE, cells, clear, COLOURS, element, epoch, ORANGE, pictures, RED, round, signed } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, cells, clear, COLOURS, element, epoch, ORANGE, pictures, placed, RED, round, signed } from "/static/plots.js";
 import { asked } from "/static/state.js";
 
 let file = null, found = null, chosen = {}, painted = 0, remarks = []; // what was dropped, what is in it, and what was said of its columns
@@ -26,12 +26,11 @@ function columnTable() {
     return { list, unit, row: cells("td", [c.name || `column ${i + 1}`, list, unit]) };
   });
   const rate = element("input", { type: "text", size: 8, value: chosen.rate ?? "", inputMode: "decimal" });
-  const read = element("button", { type: "button", id: "read-so", textContent: "Read with these columns" });
-  read.addEventListener("click", () => {
+  const read = button("read-so", "Read with these columns", () => {
     const named = boxes.map((box, i) => [box.list.value, i, box.unit.value.trim()]).filter(([channel]) => channel);
     const units = Object.fromEntries(named.filter(([, , unit]) => unit).map(([channel, , unit]) => [channel, unit]));
     const columns = Object.fromEntries(named.map(([channel, i]) => [channel, i]));
-    document.dispatchEvent(new CustomEvent("log", { detail: { file, columns: { columns, units, ...(rate.value ? { rate: Number(rate.value.replace(",", ".")) } : {}) } } }));
+    ask("log", { file, columns: { columns, units, ...(rate.value ? { rate: Number(rate.value.replace(",", ".")) } : {}) } });
   });
   return element("details", { id: "columns", open: Boolean(found.why) }, element("summary", {}, "Columns of the log"), element("div", { className: "wide" }, element("table", {}, cells("th", ["column", "channel", "unit"]), ...boxes.map((box) => box.row))), element("p", {}, element("label", {}, "Samples per second, of a log without a time ", rate), " ", read));
 }
@@ -40,7 +39,7 @@ export async function log() {
   const controls = document.getElementById("controls");
   if (!controls.childElementCount) {
     const input = element("input", { type: "file", id: "log-file", accept: ".csv,.txt,.dat,.npz,.mat,.parquet,.mf4" });
-    input.addEventListener("change", () => input.files[0] && document.dispatchEvent(new CustomEvent("log", { detail: { file: input.files[0] } })));
+    input.addEventListener("change", () => input.files[0] && ask("log", { file: input.files[0] }));
     controls.append(element("label", { className: "drop" }, "Drop a CSV, npz, mat, parquet or mf4 file here, or choose one: ", input));
   }
   if (!found) {
@@ -84,11 +83,9 @@ async function paintIdentified(r) {
   const draw = pictures();
   const numbers = r.numbers.map((n) => cells("td", [n.name, `${round(n.value, 5)} ${n.unit}`, `${round(n.low, 5)} to ${round(n.high, 5)}`]));
   const table = element("table", { id: "identified" }, cells("th", ["number", "found", "95 % interval"]), ...numbers);
-  const use = element("button", { type: "button", id: "use", textContent: "Take these numbers into the drive", disabled: !r.usable });
-  use.addEventListener("click", () => document.dispatchEvent(new CustomEvent("project", { detail: r.project })));
+  const use = button("use", "Take these numbers into the drive", () => ask("project", r.project), { disabled: !r.usable });
   const fit = element("p", { className: r.usable ? "" : "wrong", textContent: `${r.headline} ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.` });
-  document.getElementById("identified-drive")?.remove();
-  document.getElementById("plots").prepend(element("div", { className: "wide", id: "identified-drive" }, fit, table, use));
+  placed("prepend", element("div", { className: "wide", id: "identified-drive" }, fit, table, use));
   const over = (y, name, colour, dash) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 1.5, dash }, hovertemplate: "%{x:.4g} s<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const columns = { "time [s]": r.time, "measured torsion [arcsec]": r.measured_arcsec, "computed torsion [arcsec]": r.computed_arcsec, "residual [arcsec]": r.residual_arcsec };
   await draw("identified-torsion", { data: [over(r.measured_arcsec, "measured", BLUE, "solid"), over(r.computed_arcsec, "computed", RED, "dash")], layout: { xaxis: { title: "time [s]" }, yaxis: { title: "torsion [arcsec]" } }, table: columns, label: `Measured and computed torsion over time, measured ${between(r.measured_arcsec, "arcsec")}` });

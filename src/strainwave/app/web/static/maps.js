@@ -1,7 +1,7 @@
 // The views that a job fills: maps over two numbers and over speed and load, and the compensation.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, between, BLUE, cells, COLOURS, element, GREEN, pictures, RED, round, signed, toward } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, cells, COLOURS, element, GREEN, pictures, placed, RED, round, signed, toward } from "/static/plots.js";
 import { numberNow } from "/static/sliders.js";
 import { about, asked, state } from "/static/state.js";
 
@@ -22,19 +22,15 @@ export async function map() {
   const controls = document.getElementById("controls");
   if (controls.childElementCount) return mapView();
   const able = about.parameters.filter((p) => p.value > 0 && !p.name.startsWith("speed.") && !p.name.startsWith("limit."));
-  const pick = (key, usual, at) => {
-    const list = element("select", { id: "map-" + key }, ...able.map((p) => element("option", { value: p.name, textContent: p.label })));
-    list.value = able.some((p) => p.name === state.options[key]) ? state.options[key] : (able.find((p) => usual.test(p.name)) ?? able[Math.min(at, able.length - 1)]).name;
-    list.addEventListener("change", () => { state.options[key] = list.value; outdated(); });
-    return list;
-  };
-  const across = pick("across", /kinematic_error.*amplitude$|[.]accuracy$/, 0), along = pick("along", /^damping[.]/, 1);
   const choice = (key, usual, texts) => {
     const list = element("select", { id: "map-" + key }, ...Object.entries(texts).map(([value, textContent]) => element("option", { value, textContent })));
     list.value = state.options[key] in texts ? state.options[key] : usual;
     list.addEventListener("change", () => { state.options[key] = list.value; outdated(); });
     return list;
   };
+  const names = Object.fromEntries(able.map((p) => [p.name, p.label]));
+  const pick = (key, usual, at) => choice(key, (able.find((p) => usual.test(p.name)) ?? able[Math.min(at, able.length - 1)]).name, names);
+  const across = pick("across", /kinematic_error.*amplitude$|[.]accuracy$/, 0), along = pick("along", /^damping[.]/, 1);
   const count = choice("count", "10", { 10: "10 × 10", 20: "20 × 20", 40: "40 × 40" });
   const span = choice("span", "2", { 2: "half to twice", 4: "a quarter to 4 times", 10: "a tenth to 10 times" });
   controls.append(element("label", {}, "Across ", across), element("label", {}, "Up ", along), element("label", {}, "Points ", count), element("label", {}, "Range ", span));
@@ -58,7 +54,7 @@ async function paintMap(r, { axes: [a, b] }) {
   data.push({ x: [numberNow(a.p.name)], y: [numberNow(b.p.name)], mode: "markers", marker: { symbol: "star", size: 16, color: "#fff", line: { color: "#000", width: 1.5 } }, hovertemplate: "the drive<extra></extra>" });
   await draw("map", { data, layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" });
   const box = document.getElementById("plot-map"), cellOf = ({ p, values }) => values.reduce((best, value, i) => (Math.abs(Math.log(value / numberNow(p.name))) < Math.abs(Math.log(values[best] / numberNow(p.name))) ? i : best), 0);
-  const taken = (...cell) => document.dispatchEvent(new CustomEvent("values", { detail: Object.fromEntries([a, b].map(({ p }, i) => [p.name, `${cell[i]} ${p.unit}`.trim()])) }));
+  const taken = (...cell) => ask("values", Object.fromEntries([a, b].map(({ p }, i) => [p.name, `${cell[i]} ${p.unit}`.trim()])));
   box.removeAllListeners("plotly_click");
   box.on("plotly_click", ({ points: [point] }) => taken(point.x, point.y));
   box.tabIndex = 0;
@@ -129,20 +125,20 @@ export async function compensation() {
 async function paintCompensation(r) {
   const draw = pictures();
   const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak with mean"]];
-  const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), text: kinds.map(([key]) => round(one[key], 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
-  await draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` });
+  const bar = (x, y, name, colour, pattern) => ({ type: "bar", name, x, y, text: y.map((value) => round(value, 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+  const pair = (x, before, after) => [bar(x, before, "before", RED, "/"), bar(x, after, "after", BLUE, "")];
+  const texts = kinds.map(([, text]) => text), [before, after] = [r.before, r.after].map((one) => kinds.map(([key]) => one[key]));
+  await draw("compensation", { data: pair(texts, before, after), layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": texts, "before [arcsec]": before, "after [arcsec]": after }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` });
   const gears = r.other_gears.map((g) => `${Math.abs(100 * g.stiffness)} % ${g.stiffness < 0 ? "softer" : "stiffer"}`);
   const rest = (g) => (g.after_rms_arcsec === null ? "growing" : `${round(g.after_rms_arcsec, 3)} arcsec`);
   if (gears.length) {
     const names = [gears[0], "as the model", ...gears.slice(1)], at = (key) => [r.other_gears[0], { before_rms_arcsec: r.before.rms_arcsec, after_rms_arcsec: r.after.rms_arcsec }, ...r.other_gears.slice(1)].map((g) => g[key]);
-    const bar = (key, name, colour, pattern) => ({ type: "bar", name, x: names, y: at(key), text: at(key).map((value) => round(value, 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
-    await draw("gears", { data: [bar("before_rms_arcsec", "before", RED, "/"), bar("after_rms_arcsec", "after", BLUE, "")], layout: { barmode: "group", xaxis: { title: "stiffness of the gear" }, yaxis: { title: "rms [arcsec]" } }, table: { "gear": names, "before [arcsec]": at("before_rms_arcsec"), "after [arcsec]": at("after_rms_arcsec") }, label: `Pointing error on other gears: ${gears.map((name, i) => `${name} ${rest(r.other_gears[i])}`).join(", ")}`, size: "second" });
+    await draw("gears", { data: pair(names, at("before_rms_arcsec"), at("after_rms_arcsec")), layout: { barmode: "group", xaxis: { title: "stiffness of the gear" }, yaxis: { title: "rms [arcsec]" } }, table: { "gear": names, "before [arcsec]": at("before_rms_arcsec"), "after [arcsec]": at("after_rms_arcsec") }, label: `Pointing error on other gears: ${gears.map((name, i) => `${name} ${rest(r.other_gears[i])}`).join(", ")}`, size: "second" });
   }
   const others = gears.length ? ` On a gear ${gears.map((name, i) => `${name}: ${rest(r.other_gears[i])}`).join(", ")}.` : "";
   const not = r.excluded ? ` This does not count: ${r.excluded}.` : r.stable ? "" : " The error grows.";
   answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
-  document.getElementById("assumed")?.remove();
-  document.getElementById("plots").prepend(element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: text })))));
+  placed("prepend", element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: text })))));
   return r.remarks;
 }
 
@@ -157,10 +153,8 @@ async function paintTuning(r) {
   const table = Object.fromEntries(["before", "after"].flatMap((key) => (r[key] ? [[`speed ${key} [${r.speed_unit}]`, r[key].speed], [`oscillation ${key} [arcsec]`, r[key].oscillation_arcsec]] : [])));
   await draw("tuning", { data: [...curve(r.before, "before", RED, "dash"), ...curve(r.after, "after", BLUE), ...limit], layout: { xaxis: { title: `speed [${r.speed_unit}]` }, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" } }, table, label: `Oscillation over the speed, before ${round(r.points[0].oscillation_arcsec)} and after ${round(r.points[2].oscillation_arcsec)} arcsec at most` });
   const rows = r.points.map((p) => cells("td", [p.name, ...p.gains.map((gain) => round(gain)), round(p.oscillation_arcsec), round(p.peak_sensitivity, 3), `${round(p.gain_margin, 3)} ×`, `${round(p.phase_margin_deg, 3)}°`, round(p.motor_torque, 3)]));
-  const use = element("button", { type: "button", id: "use", textContent: "Take these gains into the drive" });
-  use.addEventListener("click", () => document.dispatchEvent(new CustomEvent("project", { detail: r.project })));
-  document.getElementById("tuned")?.remove();
-  document.getElementById("plots").prepend(element("div", { className: "wide", id: "tuned" }, element("table", {}, cells("th", ["gains", ...r.gains, "largest [arcsec]", "peak sensitivity", "gain margin", "phase margin", "motor torque [N·m]"]), ...rows), use));
+  const use = button("use", "Take these gains into the drive", () => ask("project", r.project));
+  placed("prepend", element("div", { className: "wide", id: "tuned" }, element("table", {}, cells("th", ["gains", ...r.gains, "largest [arcsec]", "peak sensitivity", "gain margin", "phase margin", "motor torque [N·m]"]), ...rows), use));
   answer(`The recommended gains bring the largest oscillation from ${round(r.points[0].oscillation_arcsec)} to ${round(r.points[2].oscillation_arcsec)} arcsec.${r.binding.length ? ` What binds: ${r.binding.join(", ")}.` : ""}`);
   return r.remarks;
 }

@@ -21,6 +21,21 @@ export function element(tag, fields = {}, ...children) {
   return made;
 }
 
+export function button(id, text, act, fields = {}) {
+  const made = element("button", { type: "button", id, textContent: text, ...fields });
+  made.addEventListener("click", act);
+  return made;
+}
+
+// Ask the page for something: a project, a log, values, a part.
+export const ask = (name, detail) => document.dispatchEvent(new CustomEvent(name, { detail }));
+
+// Put an element among the pictures, in place of the one with its id.
+export function placed(way, made) {
+  document.getElementById(made.id)?.remove();
+  document.getElementById("plots")[way](made);
+}
+
 export const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
 // An end of a band of speeds, rounded to one side by Math.floor or Math.ceil, and never coarser than to 1.
 export function toward(way, value, digits = 4) {
@@ -86,10 +101,9 @@ export async function draw(name, { data, layout, table, label, size = "" }) {
     box.setAttribute("role", "img");
     const take = element("div", { className: "take" });
     for (const format of ["svg", "png", "csv"]) {
-      const button = element("button", { type: "button", textContent: format.toUpperCase() });
-      button.setAttribute("aria-label", `Save ${name} as ${format.toUpperCase()}`);
-      button.addEventListener("click", () => save(box, name, format));
-      take.append(button);
+      const one = button(`take-${name}-${format}`, format.toUpperCase(), () => save(box, name, format));
+      one.setAttribute("aria-label", `Save ${name} as ${format.toUpperCase()}`);
+      take.append(one);
     }
     plots.append(element("figure", {}, box, take));
   }

@@ -1,5 +1,5 @@
 // Sliders and fields, made from the description that the server gives of a project's numbers.
-import { element } from "/static/plots.js";
+import { ask, button, element } from "/static/plots.js";
 import { state } from "/static/state.js";
 
 const STEPS = 1000;
@@ -59,9 +59,7 @@ export function build({ parameters, parts, sources }, slid, typed) {
   }
   const add = parts.map((part) => {
     const id = "part-" + part.name.replaceAll(" ", "-");
-    const button = element("button", { type: "button", id, textContent: `${part.present ? "Remove" : "Add"} ${part.name}` });
-    button.addEventListener("click", () => document.dispatchEvent(new CustomEvent("part", { detail: { ...part, id } })));
-    return button;
+    return button(id, `${part.present ? "Remove" : "Add"} ${part.name}`, () => ask("part", { ...part, id }));
   });
   if (add.length) form.append(element("fieldset", {}, element("legend", { textContent: "parts" }), element("div", { className: "parts" }, ...add)));
   if (focused) document.getElementById(focused)?.focus();

@@ -3,7 +3,7 @@ import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
-import { answer, between, BLUE, cells, COLOURS, crosshair, draw, element, epoch, GREEN, link, ORANGE, parts, pictures, PINK, RED, round, signed, toward } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, cells, COLOURS, crosshair, draw, element, epoch, GREEN, link, ORANGE, parts, pictures, PINK, RED, round, signed, toward } from "/static/plots.js";
 import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
@@ -37,14 +37,11 @@ function pinControls(again) {
   document.getElementById("pins")?.remove();
   if (rows.length) document.getElementById("plots").append(element("div", { id: "pins", className: "wide" }, element("table", {}, cells("th", head), ...rows.map((row) => cells("td", row)))));
   if (controls.childElementCount) return;
-  const button = (id, text, act) => {
-    const made = element("button", { type: "button", id, textContent: text });
-    made.addEventListener("click", act);
-    controls.append(made);
-  };
-  button("pin", "Pin this curve", () => { pins.push({ ...current, name: `${pins.length + 1}: ${about.title}` }); again(); });
-  button("unpin", "Remove pins", () => { pins = []; ghost = null; again(); });
-  button("whole", "Whole range of speeds", () => window.Plotly.relayout("plot-response", { "xaxis.autorange": true, "yaxis.autorange": true }));
+  controls.append(
+    button("pin", "Pin this curve", () => { pins.push({ ...current, name: `${pins.length + 1}: ${about.title}` }); again(); }),
+    button("unpin", "Remove pins", () => { pins = []; ghost = null; again(); }),
+    button("whole", "Whole range of speeds", () => window.Plotly.relayout("plot-response", { "xaxis.autorange": true, "yaxis.autorange": true })),
+  );
 }
 
 // A small picture beside the answer, for where the large one is out of sight.
@@ -163,13 +160,11 @@ function moveControls() {
   }
   controls.replaceChildren();
   if (part && !part.present) {
-    const edit = element("button", { type: "button", id: "edit-move", textContent: "Edit the move" });
-    edit.addEventListener("click", () => document.dispatchEvent(new CustomEvent("part", { detail: { ...part, id: "move-type" } })));
-    controls.append(edit);
+    controls.append(button("edit-move", "Edit the move", () => ask("part", { ...part, id: "move-type" })));
   } else if (about.parameters.some((p) => p.name === "move.profile.0.angle")) {
     const list = element("select", { id: "move-type" }, ...["s_curve", "trapezoid"].map((value) => element("option", { value, textContent: value.replace("_", "-") })));
     if (kind) list.value = kind;
-    list.addEventListener("change", () => document.dispatchEvent(new CustomEvent("values", { detail: { [name]: list.value } })));
+    list.addEventListener("change", () => ask("values", { [name]: list.value }));
     controls.append(...(kind ? [element("label", {}, "Profile ", list)] : []), "Angle and time stand under move in the panel of values.");
   }
 }
