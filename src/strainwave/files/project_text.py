@@ -172,12 +172,8 @@ def _kept(project: Project) -> Iterator[tuple[str, str]]:
     """Sources that the file must name: those of its numbers, not of what follows from a name or a default."""
     for one in project.sources:
         if one.word in KEPT and not one.why and one.name != "gear":
-            yield _group(one.name), one.word
-
-
-def _group(name: str) -> str:
-    """A number, or the group of one that is written by another number than it was read by."""
-    return next((group for group in ("damping", "motor.loop") if name.startswith(f"{group}.")), name)
+            wholes = (g for g in ("damping", "motor.loop") if one.name.startswith(f"{g}."))
+            yield next(wholes, one.name), one.word
 
 
 def _damping(project: Project) -> schema.DampingSpec:

@@ -148,10 +148,11 @@ def read_text(
 
 
 def text_of(
-    path: Path, kind: str = "project file", largest: int = LARGEST, error: type[FileError] = FileError
+    path: Path, kind: str = "project file", largest: int = LARGEST,
+    error: type[FileError] = FileError, notes: list[str] | None = None,
 ) -> str:  # fmt: skip
     """Return the text of a file, or raise the complaint that says why there is none; see `read_text`."""
-    text = read_text(path, kind, largest)
+    text = read_text(path, kind, largest, notes)
     if isinstance(text, Problem):
         raise error(complaint(path, [text]))
     return text

@@ -158,7 +158,7 @@ def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
         raise click.BadParameter(f"{text!r} is no grid; write it as law.alpha=1e4:1e5:20 or omega=10,20,50")
     paths = path.split(TOGETHER)
     if unknown := [name for name in paths if name not in units]:
-        raise click.BadParameter(_no_parameter(unknown[0], known))
+        raise click.BadParameter(f"{unknown[0]!r} is not a parameter of this drive; it has {_listed(known)}")
     if whole := [parameter.path for parameter in known if parameter.path in paths and _is_whole(parameter)]:
         raise click.BadParameter(
             f"{whole[0]!r} is a whole number, which trajectories side by side share; write a project file for each, or "
@@ -172,11 +172,6 @@ def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
     logarithmic = project_sweep.is_range(text, path, parts)
     ends = quantity(parts[0], units[path]), quantity(parts[1], units[path])
     return path, project_sweep.spaced(text, ends, parts[2], MOST_VALUES, logarithmic)
-
-
-def _no_parameter(path: str, known: list[Parameter]) -> str:
-    """Say what to sweep in place of a path that the equation does not have."""
-    return f"{path!r} is not a parameter of this drive; it has {_listed(known)}"
 
 
 def _is_whole(parameter: Parameter) -> bool:

@@ -169,6 +169,7 @@ Target = Literal["c", "fmu2", "fmu3", "mjcf", "urdf"]
 ENDINGS = {"c": ".c", "fmu2": ".fmu", "fmu3": ".fmu", "mjcf": ".xml", "urdf": ".urdf"}
 SAMPLE = Measurement(*[0.0] * len(Measurement._fields))
 STIFFER = "where a state is stiffer, as with friction under load, it takes a step in parts"
+FORWARD = "its kinematic error is that of forward motion under the mean torque of the file, whatever it is given"
 SOURCES_ALONE = "there is no compiler cc here: the unit holds the sources alone, build them where it runs"
 
 HELD = ("hold_torque", "hold_count")
@@ -358,23 +359,16 @@ def export(
             Path(part).write_text((mjcf if to == "mjcf" else urdf)(checked(train), name), encoding="utf-8")
         return Exported(path)
     plant = plant_of(train, step, method, start)
-    remarks = (
-        ()
-        if step is not None
-        else (
-            f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train",
-            STIFFER,
-        )
-    )
+    remarks: list[str] = []
+    if step is None:
+        remarks += [f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train", STIFFER]
     if getattr(source, "loaded_error", None) is not None:
-        remarks = (
-            *remarks,
-            "its kinematic error is that of forward motion under the mean torque of the file, whatever it is given",
-        )
+        remarks.append(FORWARD)
     if to == "c":
-        return Exported(plant_code(plant, name).write(path), remarks)
-    built = write_fmu(plant, path, name, int(to[-1]))
-    return Exported(path, remarks if built else (*remarks, SOURCES_ALONE))
+        plant_code(plant, name).write(path)
+    elif not write_fmu(plant, path, name, int(to[-1])):
+        remarks.append(SOURCES_ALONE)
+    return Exported(path, tuple(remarks))
 
 
 def _train(source: Any) -> DriveTrain:

@@ -14,16 +14,7 @@ from ...base.protocols import Law
 from ...base.quantities import checked
 from ...model.laws.hysteresis import BoucWen
 from ...model.oscillator import Ripple, Variation
-from ...model.train.controls import (
-    KINDS,
-    USUAL,
-    CascadeLoop,
-    PositionLoop,
-    SpeedLoop,
-    Tuning,
-    core_of,
-    from_bandwidth,
-)
+from ...model.train.controls import KINDS, USUAL, CascadeLoop, PositionLoop, SpeedLoop, Tuning, core_of, from_bandwidth
 from ...model.train.filters import FILTERS, apart, around
 from ...model.train.motion import AngleTorque
 from ..yaml_text import Keys, shown

@@ -227,15 +227,8 @@ ENDINGS = {
     "mnm": "mN*m", "ncm": "N*cm", "a": "A", "ma": "mA", "v": "V", "mv": "mV", "hz": "Hz",
 }  # fmt: skip
 EPOCH = 978_307_200.0, 4_102_444_800.0  # s from 1970 to 2001 and to 2100
-_SPELT = {
-    "grad": "deg",
-    "°/s": "deg/s",
-    "1/min": "rpm",
-    "min-1": "rpm",
-    "min^-1": "rpm",
-    "u/min": "rpm",
-    "rps": "rev/s",
-}
+_SPELT = dict.fromkeys(("1/min", "min-1", "min^-1", "u/min"), "rpm")
+_SPELT |= {"grad": "deg", "°/s": "deg/s", "rps": "rev/s"}
 
 
 class Named(NamedTuple):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.results import Floats
-from ..yaml_text import FileError, Problem, complaint, read_text, shown
+from ..yaml_text import FileError, Problem, complaint, shown, text_of
 from .names import Dialect, Unclear, converted, find, header_cells, is_number, named, number, split, unit_row
 
 LARGEST = 1024 * 1024 * 1024  # of a text file [bytes]
@@ -147,10 +147,7 @@ def read_table(
         If the text is no table, or can be read in two ways.
     """
     notes: list[str] = []
-    text = read_text(path, kind, LARGEST, notes)
-    if isinstance(text, Problem):
-        raise FileError(complaint(path, [text]))
-    lines = _lines(text)
+    lines = _lines(text_of(path, kind, LARGEST, notes=notes))
     if not lines.text:
         raise refuse(path, f"is empty; give a {kind} with a line for each sample")
     try:

@@ -13,7 +13,7 @@ from ...base.archive import as_file, atomic
 from ...base.quantities import number, shown
 from ...base.sentences import on_screen
 from ...model.excitation import Harmonic, Harmonics, KinematicError, Line
-from ..yaml_text import FileError, Problem, as_path, complaint, read_text
+from ..yaml_text import FileError, Problem, as_path, complaint, text_of
 from .content import OrderContent, counted, merged, positive
 from .format import OrderFormat, TableResidual, encoded, with_options
 from .formats.beckhoff import Beckhoff, TwinCat
@@ -228,10 +228,7 @@ class OrderTable(OrderContent):
             If an option is missing or wrong.
         """
         path = as_path(path)
-        text = read_text(path, "table of orders", LARGEST)
-        if isinstance(text, Problem):
-            raise FileError(complaint(path, [text]))
-        text = text.replace("\r\n", "\n")
+        text = text_of(path, "table of orders", LARGEST).replace("\r\n", "\n")
         if format is None:
             found = recognised(text)
             if found is None:

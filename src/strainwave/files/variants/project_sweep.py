@@ -12,7 +12,6 @@ import xarray as xr
 
 from ...base.arguments import typed
 from ...base.quantities import shown
-from ...base.results import Floats
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
 from ...sample.store import name_axis
@@ -140,9 +139,4 @@ def coordinate(name: str, texts: list[str]) -> tuple[str, Any, dict[str, str]]:
     units = {unit for _, unit in parts}
     if len(units) > 1 or any(value is None for value, _ in parts):
         return name, texts, {}
-    return name, numbers_in(parts), {"units": units.pop()}
-
-
-def numbers_in(parts: list[tuple[float | None, str]]) -> Floats:
-    """Numbers of quantities."""
-    return np.array([value for value, _ in parts], float)
+    return name, np.array([value for value, _ in parts], float), {"units": units.pop()}

@@ -23,7 +23,7 @@ from ...base.results import Floats
 from ...base.sentences import on_screen
 from ..slow_flow.averaging import AveragedFlow, Exact
 from ..slow_flow.closed_forms import CubicFlow
-from ..slow_flow.fixed_points import Flow
+from ..slow_flow.fixed_points import Flow, newton_step
 from ..slow_flow.second_order import STEP, Samples, SecondOrderFlow, Small
 from ..slow_flow.setting import Complexes, Setting, real_matrix
 
@@ -243,10 +243,7 @@ def _second(flow: SecondOrderFlow, omega: Floats, rate: Floats, z: Complexes) ->
     by_re, by_im = (g[1] - g[2]) / (2.0 * step), (g[3] - g[4]) / (2.0 * step)
     c = c[:n]
     right = g[0] - rate * (g[5] - g[6]) / (2.0 * d) / c
-    matrix = np.eye(2) + real_matrix(by_re / c, by_im / c)
-    (a, b), (e, f) = np.moveaxis(matrix, (-2, -1), (0, 1))
-    x, y = right.real, right.imag
-    return np.asarray(((f * x - b * y) + 1j * (a * y - e * x)) / (a * f - b * e))
+    return np.asarray(-newton_step(np.eye(2) + real_matrix(by_re / c, by_im / c), right))
 
 
 @dataclass(frozen=True, eq=False)

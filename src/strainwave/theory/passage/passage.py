@@ -23,9 +23,8 @@ from ...base.quantities import numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ..slow_flow.certificate import certify
-from ..slow_flow.fixed_points import Flow
 from ..slow_flow.flow import SlowFlow, slow_flow
-from ..slow_flow.response import PER_CYCLE, response
+from ..slow_flow.response import envelope, response
 from ..slow_flow.setting import Complexes, Resonance
 from ..slow_flow.states import polished
 from .basins import March, destinations, march, stable_states
@@ -49,22 +48,6 @@ SETTLED = 0.02  # of the steady amplitude
 TRACKED = 200  # speeds at which the last steady state is followed back
 HELD = 201  # samples at the last speed
 LONGER = 1.5  # than a linear drive would need
-
-
-def envelope(flow: Flow, omega: Floats, z: Complexes) -> Floats:
-    """Largest |x| [rad] over the base angle of slow states z [rad] at speeds omega [rad/s], both (n,)."""
-    moved = flow.at(omega)
-    s = moved.setting
-    ratio = s.resonance.ratio
-    p, q = (1, 1) if ratio is None else (ratio.numerator, ratio.denominator)
-    samples = PER_CYCLE * q * max(math.ceil(p / q), *s.orders, 1)
-    theta = 2.0 * np.pi * q * np.arange(samples) / samples
-    parts = [(p / q, z), *((float(np.ravel(w)[0] / omega[0]), c) for w, c in moved.small(z))]
-    parts += [(float(k), s.hard[:, i]) for i, k in enumerate(s.orders)]
-    amplitudes = np.stack([np.broadcast_to(c, z.shape) for _, c in parts], axis=1)
-    waves = np.exp(1j * np.outer([k for k, _ in parts], theta))
-    x = (amplitudes @ waves).real + s.u0 + s.system.error.value(theta)
-    return np.asarray(np.max(np.abs(x), axis=1))
 
 
 @dataclass(frozen=True, eq=False)

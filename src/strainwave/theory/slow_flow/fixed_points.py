@@ -27,11 +27,8 @@ def is_trivial(flow: Flow) -> bool:
         return False
     if isinstance(flow, CubicFlow):
         return bool(flow.rates(0j) == 0.0)
-    return bool(abs(flow.rates(0j)) <= 1e-13 * s.omega_0 * max(s.scales()) + 30.0 * flow.error * abs(_force(flow)))
-
-
-def _force(flow: Flow) -> float:
-    return float(abs(flow.mean_force(0j))) if isinstance(flow, AveragedFlow) else 0.0
+    force = float(abs(flow.mean_force(0j))) if isinstance(flow, AveragedFlow) else 0.0
+    return bool(abs(flow.rates(0j)) <= 1e-13 * s.omega_0 * max(s.scales()) + 30.0 * flow.error * force)
 
 
 def is_stable(flow: Flow, z: complex) -> bool:

@@ -255,7 +255,7 @@ class LoopAverages:
         n[:, self.places] += (1j * s.mu * speed * self._hard(s, c))[:, self.places]
         small = -n / (s.omega_0**2 - speed**2 + 1j * s.mu * speed)
         small[:, [0, self.fast]] = 0.0
-        c, torque = self.loops.carrying(self._mean(s), c + small, base)
+        c, torque = self.loops.carrying(s.mean, c + small, base)
         back = self._beyond(s, c, torque)[:, self.fast] * turn / s.system.J
         small[:, 0] = c[:, 0] - s.u0
         # without a hard line the motion was turned: harmonic m of chi goes back by m/fast of the phase of z
@@ -271,7 +271,7 @@ class LoopAverages:
         c[:, 0] = s.u0
         c += self._hard(s, c)
         c[:, self.fast] += np.abs(z) if plain else z
-        return *self.loops.carrying(self._mean(s), c, s.fast / self.fast), turn
+        return *self.loops.carrying(s.mean, c, s.fast / self.fast), turn
 
     def _hard(self, s: Setting, c: Complexes) -> Complexes:
         """Coefficients [rad] of the forced motion."""
@@ -284,11 +284,6 @@ class LoopAverages:
     def _beyond(s: Setting, c: Complexes, torque: Complexes) -> Complexes:
         """Harmonics [N*m] of the torque beyond the stiffness at rest."""
         return np.asarray(torque - s.system.J * s.omega_0**2 * c)
-
-    @staticmethod
-    def _mean(s: Setting) -> float:
-        """Mean torque [N*m]."""
-        return s.mean
 
 
 def waves(harmonics: int, points: int) -> Complexes:

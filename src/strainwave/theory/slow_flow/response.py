@@ -11,8 +11,7 @@ import cmath
 import itertools
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
-from fractions import Fraction
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,8 @@ from ...base.results import Floats
 from ...numerics.operating_point import bracketed_root
 from .fixed_points import Flow, is_stable, is_trivial
 from .results import SlowBranch, SlowResponse
+from .setting import Complexes
 from .states import states
-from .transient import motion
 
 LARGEST_STEP, TURN, MOST_POINTS = 0.05, 0.16, 4000
 OFF = 0.3  # of a step: a point farther from its tangent is on another branch, as one arc turns too little for it
@@ -193,7 +192,7 @@ def _walk(curve: Curve, start: Floats, along: Floats, lo: float, hi: float) -> A
         if closed:  # a fold between the start and this point has been met before
             point, tangent = start, first
         turns = along[2] * tangent[2] < 0.0 and not (may_vanish and _size(point) < FLAT)
-        fold = special(curve, last, point, _fold) if turns else None
+        fold = special(curve, last, point, lambda _, along: float(along[2])) if turns else None
         for end in [point] if fold is None else [fold, point]:
             if not lo <= end[2] <= hi:
                 edge = _clipped(curve, points[-1], end, lo if end[2] < lo else hi)
@@ -275,10 +274,6 @@ def _distance(a: Floats, b: Floats) -> float:
     return float(np.linalg.norm(b - a))
 
 
-def _fold(_: Floats, tangent: Floats) -> float:
-    return float(tangent[2])
-
-
 SEEDS = 33
 CLOSE = 1e-9  # relative difference of amplitudes at one crest
 PER_CYCLE = 64  # samples of the fastest component: a peak between them is right to 1e-3
@@ -304,10 +299,6 @@ def response(flow: Flow, lo: float, hi: float) -> SlowResponse:
         message = f"no steady state with a > 0 was found between {lo:.6g} and {hi:.6g} rad/s ({SEEDS} speeds searched)"
         return SlowResponse((), (), (), (0.5 * (lo + hi), 0.0), tuple(trivial), message)
     return _assembled(curve, arcs, tuple(trivial))
-
-
-def _height(top: tuple[float, float]) -> float:
-    return top[1]
 
 
 def _top(point: Floats, tangent: Floats) -> float:
@@ -337,7 +328,7 @@ def _assembled(curve: Curve, arcs: list[Arc], trivial: tuple[tuple[float, bool],
     for branch in branches:
         i = int(np.argmax(branch.amplitude))
         tops.append((float(branch.omega[i]), float(branch.amplitude[i])))
-    peak = max(tops, key=_height)
+    peak = max(tops, key=lambda top: top[1])
     folds.sort()
     counts = f"{len(branches)} branch(es), {len(folds)} fold(s)"
     message = f"{counts}, largest amplitude {peak[1]:.6g} rad at omega = {peak[0]:.6g} rad/s"
@@ -352,18 +343,24 @@ def _assembled(curve: Curve, arcs: list[Arc], trivial: tuple[tuple[float, bool],
 
 
 def _branch(curve: Curve, points: Floats, closed: bool) -> SlowBranch:
-    z = curve.size * (points[:, 0] + 1j * points[:, 1])
+    z: Any = curve.size * (points[:, 0] + 1j * points[:, 1])
     omega = curve.width * points[:, 2]
     flows = [curve.flow.at(float(w)) for w in omega]
     stable = np.array([is_stable(flow, complex(point)) for flow, point in zip(flows, z, strict=True)])
-    peak = np.array([_peak(flow, complex(point)) for flow, point in zip(flows, z, strict=True)])
-    return SlowBranch(omega, np.abs(z), -np.angle(z), peak, stable, closed)
+    return SlowBranch(omega, np.abs(z), -np.angle(z), envelope(curve.flow, omega, z), stable, closed)
 
 
-def _peak(flow: Flow, z: complex) -> float:
-    """Largest |x| [rad] of the whole motion on samples."""
-    s = flow.setting
-    ratio = s.resonance.ratio or Fraction(1)
-    samples = PER_CYCLE * ratio.denominator * max(math.ceil(ratio), *s.orders, 1)
-    theta = 2.0 * np.pi * ratio.denominator * np.arange(samples) / samples
-    return float(np.max(np.abs(motion(flow, z, theta / s.omega))))
+def envelope(flow: Flow, omega: Floats, z: Complexes) -> Floats:
+    """Largest |x| [rad] over the base angle of slow states z [rad] at speeds omega [rad/s], both (n,)."""
+    s = flow.setting.at(omega)
+    ratio = s.resonance.ratio
+    p, q = (1, 1) if ratio is None else (ratio.numerator, ratio.denominator)
+    samples = PER_CYCLE * q * max(math.ceil(p / q), *s.orders, 1)
+    theta = 2.0 * np.pi * q * np.arange(samples) / samples
+    small = replace(flow, setting=s).small(z)
+    parts = [(p / q, z), *((float(np.ravel(w)[0] / omega[0]), c) for w, c in small)]
+    parts += [(float(k), s.hard[:, i]) for i, k in enumerate(s.orders)]
+    amplitudes = np.stack([np.broadcast_to(c, z.shape) for _, c in parts], axis=1)
+    waves = np.exp(1j * np.outer([k for k, _ in parts], theta))
+    x = (amplitudes @ waves).real + s.u0 + s.system.error.value(theta)
+    return np.asarray(np.max(np.abs(x), axis=1))
