@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import typed
-from ...base.protocols import System, lacking
+from ...base.protocols import System
 from ...base.quantities import interval, number, several, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, SolveError
@@ -217,20 +217,14 @@ class PredictionTable(Result):
 
     def variables(self) -> Labelled:
         """Amplitudes, phases and stability; those of the closed forms and their validity."""
-        dims = ("order", "point")
-        columns: Labelled = {
-            "amplitude": (dims, np.abs(self.amplitudes), "rad"),
-            "phase": (dims, np.angle(self.amplitudes), "rad"),
-            "stable": ("point", self.stable, ""),
-        }
-        if self.closed is None or self.valid is None:
-            return columns
-        return {
-            **columns,
-            "closed_amplitude": (dims, np.abs(self.closed), "rad"),
-            "closed_phase": (dims, np.angle(self.closed), "rad"),
-            "closed_valid": ("point", self.valid, ""),
-        }
+        dims, columns = ("order", "point"), dict[str, Any]()
+        parts: list[tuple[str, Any, str]] = [("", self.amplitudes, "stable")]
+        parts += [] if self.closed is None else [("closed_", self.closed, "valid")]
+        for prefix, rows, flag in parts:
+            columns[f"{prefix}amplitude"] = dims, np.abs(rows), "rad"
+            columns[f"{prefix}phase"] = dims, np.angle(rows), "rad"
+            columns[f"{prefix}{flag}"] = "point", getattr(self, flag), ""
+        return columns
 
     def __str__(self) -> str:
         lines = [
@@ -291,8 +285,6 @@ def prediction_table(
     SolveError
         If no periodic motion is found.
     """
-    if lacking(project, "response", "motors"):
-        raise TypeError(f"project is {shown(project)}; give what read_project returns")
     chosen = bench_of(project).orders if orders is None else several("orders", orders)
     if broken := [order for order in chosen if orders is None and order % 1]:
         raise ValueError(

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from ...base.arguments import typed
@@ -66,11 +67,7 @@ class Quintic(NamedTuple):
 
     def of_share(self, s: Floats, which: NDArray[np.int64]) -> Floats:
         """Values at shares of steps number `which`."""
-        c = self.coefficients[:, which]
-        value = c[5]
-        for k in range(4, -1, -1):
-            value = value * s + c[k]
-        return np.asarray(value)
+        return np.asarray(polyval(s, self.coefficients[:, which], tensor=False))
 
     def dense(self, each: int) -> Floats:
         """Times [s] with so many equal parts in each step, ascending."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...base.law import states_of, torque_of
 from ...base.protocols import Law, lacking, terms_of
-from ...base.quantities import checked, floated, shown
+from ...base.quantities import checked, floated
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
 from ...drive.asked import (
@@ -242,23 +242,12 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
     drive = drive._replace(motor=motor, load=drive.load.with_end(end))
     train = drive._replace(omega=1.0)
     if payload is not None:
-        if not isinstance(payload, Payload):
-            raise TypeError(f"payload is {shown(payload)}; give a Payload(mass, radius)")
         train = checked(payload).on(train)
-    if gear is not None and not isinstance(gear, Gear):
-        raise TypeError(f"gear is {shown(gear)}; give a record, such as catalogue.gear('CSG-40-50')")
-    own = getattr(project, "motor_limits", None) or MotorLimits()
-    return Mover(train, gear or getattr(project, "gear", None), checked_limits(limits) or own, remarks)
-
-
-def checked_limits(limits: MotorLimits | None) -> MotorLimits | None:
-    """Return limits of a motor, or refuse what is none (TypeError) or not positive (ValueError)."""
     if limits is not None:
-        if not isinstance(limits, MotorLimits):
-            raise TypeError(f"limits is {shown(limits)}; give MotorLimits(torque, speed)")
         limits = floated(limits)
         limits.check()
-    return limits
+    limits = limits or getattr(project, "motor_limits", None) or MotorLimits()
+    return Mover(train, gear or getattr(project, "gear", None), limits, remarks)
 
 
 FORWARD = "The kinematic error is another one in backward motion; a move has that of forward motion throughout."

@@ -265,14 +265,9 @@ class Move(Result):
 
     def variables(self) -> Labelled:
         """Reference, pointing error, torques and speed over the time."""
-        return {
-            "reference": ("time", self.reference, "rad"),
-            "reference_speed": ("time", self.reference_speed, "rad/s"),
-            "pointing_error": ("time", self.pointing_error, "rad"),
-            "motor_torque": ("time", self.motor_torque, "N*m"),
-            "gear_torque": ("time", self.gear_torque, "N*m"),
-            "motor_speed": ("time", self.motor_speed, "rad/s"),
-        }
+        way = self._along("time", reference="rad", reference_speed="rad/s", pointing_error="rad")
+        motor = self._along("time", motor_torque="N*m", gear_torque="N*m", motor_speed="rad/s")
+        return {**way, **motor}
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a move, once."""
