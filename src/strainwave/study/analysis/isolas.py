@@ -19,9 +19,8 @@ import numpy as np
 
 from ...base.law import repeating, springs_only
 from ...base.protocols import Balance, with_parts
-from ...base.quantities import interval, shown
+from ...base.quantities import interval, leaf_of, shown
 from ...base.results import Branch, Floats
-from ...compile.tree import leaf_of
 from ...numerics.attractors.attractors import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
 from ...numerics.balance.fourier import stretched
@@ -46,13 +45,10 @@ PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
 
 def takes(point: Floats, period: int) -> bool:
     """Whether an orbit takes `period` turns and no fewer: more than rounding beside the harmonics of fewer."""
-    h, size = len(point) // 2 - 1, float(np.linalg.norm(point[:-1]))
-    shorter = [n for n in range(1, period) if period % n == 0]
-    for n in shorter:
-        rest = np.array([k for k in range(1, h + 1) if k % (period // n)])
-        if not np.linalg.norm(point[np.concatenate([rest, h + rest])]) > 1e-6 * size:
-            return False
-    return True
+    size = float(np.linalg.norm(point[:-1]))
+    multiples = (period // n for n in range(1, period) if period % n == 0)
+    parts = (point[_own_harmonics(len(point), multiple)] for multiple in multiples)
+    return all(np.linalg.norm(part) > 1e-6 * size for part in parts)
 
 
 def lies_on(problem: Any, point: Floats, branch: Branch) -> bool:

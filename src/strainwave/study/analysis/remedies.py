@@ -17,17 +17,14 @@ from ...base.arguments import silent
 from ...base.protocols import Law, lines_of
 from ...base.results import SolveError
 from ...base.sentences import listed
-from ...compile.tree import made
 from ...drive.drive_response import DriveResponse, Usage
 from ...drive.project import Project
 from ...drive.two_turns import is_beating
-from ...model.drive import Drive
 from ...model.excitation import KinematicError
 from ...model.gears import catalogue
 from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.orders import order_pair
-from ...model.train.drive_train import DriveTrain
 from .avoid import Avoid, LoadCase, worst_of
 from .knobs import DAMPING, Knob, Subject, knobs
 
@@ -86,19 +83,16 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
         J_m += gear.input_inertia - old.input_inertia
     if not J_m > 0.0:
         return "the motor's inertia is less than that of its gear's wave generator"
-    other = drive._replace(J_m=J_m, N=ratio, law=swapped(drive.law, old.law, gear.law))
-    inertia, before = (other.J, drive.J) if project.motor == "free" else (other.J_l, drive.J_l)
-    other = other._replace(B=drive.B * sqrt(gear.law.K1 / old.law.K1 * inertia / before))
+    swap = drive._replace(J_m=J_m, N=ratio, law=swapped(drive.law, old.law, gear.law))
+    inertia, before = (swap.J, drive.J) if project.motor == "free" else (swap.J_l, drive.J_l)
+    other = swap._replace(B=drive.B * sqrt(gear.law.K1 / old.law.K1 * inertia / before))
     changed = subject.of_drive(other)._replace(speeds=(low, high))
     if subject.train is not None:
-        changed = changed._replace(train=_train_with(subject.train, other))
+        motor = subject.train.motor._replace(J=J_m)  # its loop has the gains that it has
+        train = subject.train._replace(motor=motor, N=ratio, B=other.B, law=other.law)
+        changed = changed._replace(train=train)
     error = _error_of(subject.whole.error, old, gear, drive.N, ratio)
     return changed.having(changed.whole._replace(error=error))
-
-
-def _train_with(train: DriveTrain, drive: Drive) -> DriveTrain:
-    """The train with the gear of another drive, its loop with the gains that it has."""
-    return train._replace(motor=train.motor._replace(J=drive.J_m), N=drive.N, B=drive.B, law=drive.law)
 
 
 def _holds(law: Law, part: Any) -> bool:
@@ -112,7 +106,10 @@ def swapped(law: Law, old: Any, new: Any) -> Any:
     """A law with another one in the place of one of its parts."""
     if type(law) is type(old) and law == old:
         return new
-    return made(law, [swapped(part, old, new) for part in law]) if isinstance(law, tuple) else law
+    parts: Any = law
+    if not hasattr(law, "_fields"):
+        return law
+    return parts._replace(**{name: swapped(part, old, new) for name, part in parts._asdict().items()})
 
 
 def _error_of(error: Any, old: Gear, gear: Gear, before: float, ratio: float) -> Any:

@@ -151,7 +151,8 @@ def validity_map(system: Any, resonance: Resonance, speeds: ArrayLike, amplitude
     motions = []
     for flow in flows:
         z = states(flow, omega, factor).largest_stable()
-        motions.append(_motion(cells, replace(flow, setting=everywhere), z))
+        motion = cells.balance.motion(replace(flow, setting=everywhere), z)
+        motions.append(np.where(np.isfinite(z)[:, None], motion, np.nan))
         cells.improve(np.flatnonzero(np.isfinite(z)), motions[-1])
     cells.spread(shape)
     error = np.stack([cells.error(motion).reshape(shape) for motion in motions])
@@ -164,11 +165,6 @@ def axis(name: str, values: ArrayLike) -> Floats:
     if not (np.all(found > 0.0) and np.all(np.diff(found) > 0.0)):
         raise ValueError(f"{name} are {shown(values)}; they must be positive and in rising order")
     return found
-
-
-def _motion(cells: "_Cells", flow: Any, z: Complexes) -> Complexes:
-    """Coefficients (cells, H+1) of the motions of a flow; not finite where there is no state."""
-    return np.where(np.isfinite(z)[:, None], cells.balance.motion(flow, z), np.nan)
 
 
 class _Cells:
@@ -209,12 +205,8 @@ class _Cells:
             changed = np.zeros(len(self.omega), bool)
             changed[new] = True
             size, new = self.size(), np.zeros(0, int)
-            for cells, neighbours in (
-                (cell[1:], cell[:-1]),
-                (cell[:-1], cell[1:]),
-                (cell[:, 1:], cell[:, :-1]),
-                (cell[:, :-1], cell[:, 1:]),
-            ):
+            pairs = (cell[1:], cell[:-1]), (cell[:, 1:], cell[:, :-1])
+            for cells, neighbours in (way for pair in pairs for way in (pair, pair[::-1])):
                 mine, its = cells.ravel(), neighbours.ravel()
                 try_it = changed[its] & (size[its] > LARGER * size[mine])
                 start = np.full_like(self.c, np.nan)

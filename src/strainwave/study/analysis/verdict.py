@@ -102,7 +102,8 @@ def verdict_of(
     if motor is not None:
         at[motor.torque] = motor.at
     places = [at.get(f.value) if f.omega is None else turns * f.omega for f in exceeded if f.unit != "rpm"]
-    covered = all(place is not None and _in(outside, place) for place in places)
+    wider = [(low * (1.0 - 1e-9), high * (1.0 + 1e-9)) for low, high in outside]
+    covered = all(p is not None and any(low <= p <= high for low, high in wider) for p in places)
     bands = merged([*((speeds,) if avoid is None else avoid.bands), *outside])
     allowed = between(bands, speeds, 1e-9)
     if not bands and not exceeded and avoid is not None:
@@ -146,10 +147,6 @@ def _limited(limit: str, curve: DriveResponse) -> Floats | None:
     if limit == "motor torque":
         return curve.motor_torque
     return curve.torque if limit in TORQUES else curve.mean_torque
-
-
-def _in(bands: tuple[Speeds, ...], omega: float) -> bool:
-    return any(low * (1.0 - 1e-9) <= omega <= high * (1.0 + 1e-9) for low, high in bands)
 
 
 class Judged(NamedTuple):

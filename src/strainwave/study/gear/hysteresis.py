@@ -16,9 +16,8 @@ import numpy as np
 from ...base.arguments import refuse
 from ...base.law import check_law, states_of
 from ...base.protocols import Law, lacking
-from ...base.quantities import checked, number, shown
+from ...base.quantities import checked, mapped, number, shown
 from ...base.results import Floats, SolveError
-from ...compile.tree import mapped
 from ...model.laws.hysteresis import BoucWen, Parallel
 from ...model.laws.springs import PiecewiseLinear, Play
 from ...numerics.loading import RTOL, SPEED, slow_path
@@ -247,7 +246,8 @@ def fit_hysteresis(
         misfits = target.misfit(found, RTOL)
         return found, misfits, max([*misfits][:counted], key=lambda name: abs(misfits[name]))
 
-    gap = not replace_spring and target.beyond_spring()
+    # more lost motion than that of the spring, which hysteresis beside it can only lower
+    gap = not replace_spring and datasheet.get("lost motion", 0.0) >= target.elastic()
     law, misfits, worst = fitted(gap)
     if abs(misfits[worst]) > tolerance and not gap and not replace_spring and misfits.get("lost motion", 0.0) < 0.0:
         law, misfits, worst = fitted(True)
@@ -306,10 +306,6 @@ class _Target(NamedTuple):
     def elastic(self) -> float:
         """Lost motion [rad] of the spring alone."""
         return 2.0 * _torsion(self.spring, self.small)
-
-    def beyond_spring(self) -> bool:
-        """Whether the lost motion is more than that of the spring, which hysteresis beside it can only lower."""
-        return self.wanted.get("lost motion", 0.0) >= self.elastic()
 
     def why(self, replace_spring: bool) -> str:
         """Why a law may not exist, and what to do."""
