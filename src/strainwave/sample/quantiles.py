@@ -4,6 +4,7 @@ Independent random drives (no grid, no stratification), so that every standard e
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..base.law import is_spring, repeating
 from ..base.protocols import System, lacking, state_count, with_parts
 from ..base.quantities import LARGEST, interval, number, numbers, parameters, positive_count, replace, shown, whole
-from ..base.results import Floats, SolveError
+from ..base.results import Branch, Floats, SolveError
 from ..drive.jumps import jumps
 from ..numerics.attractors.settle import SEEN, settled
 from ..numerics.balance.harmonics import whole_orders
@@ -190,21 +191,18 @@ def _at_speed(
 
 def _jumps(system: System, drives: dict[str, Floats], span: Any, follow: int, shares: Floats) -> JumpSpread:
     few: dict[str, Any] = {path: v[:follow] for path, v in drives.items() if path != "omega"}
-    follow = len(next(iter(few.values()))) if few else 0
-    jump_speeds = {"up": np.full(follow, np.nan), "down": np.full(follow, np.nan)}
-    failed = 0
-    branches = response_family(system, span, few) if few else []
-    for i, branch in enumerate(branches):
-        if not branch.status.found:
-            failed += 1
-            continue
-        try:
-            said = jumps(branch)
-        except ValueError:  # no stable orbit on the curve
-            failed += 1
-            continue
-        jump_speeds["up"][i], jump_speeds["down"][i] = said.jump_up, said.jump_down
-    return JumpSpread(span, shares, jump_speeds["up"], jump_speeds["down"], failed)
+    pairs = [_jump_speeds(branch) for branch in (response_family(system, span, few) if few else [])]
+    up, down = np.array([pair or (np.nan, np.nan) for pair in pairs], float).reshape(-1, 2).T
+    return JumpSpread(span, shares, up, down, pairs.count(None))
+
+
+def _jump_speeds(branch: Branch) -> tuple[float, float] | None:
+    """Speeds [rad/s] of the jumps up and down, nan without one; None of a curve that ends or has no stable orbit."""
+    with suppress(ValueError):
+        if branch.status.found:
+            sweep = jumps(branch)
+            return sweep.jump_up, sweep.jump_down
+    return None
 
 
 def _band(system: System, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
