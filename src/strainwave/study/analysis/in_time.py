@@ -13,8 +13,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...base.arguments import silent, typed
-from ...base.protocols import System, lacking
-from ...base.quantities import number, shown
+from ...base.protocols import System
+from ...base.quantities import number
 from ...base.records import Labelled, Result
 from ...base.results import Branch, Floats, SolveError, Trajectory, largest_between
 from ...base.sentences import Sentence, Speed, on_screen
@@ -348,8 +348,6 @@ def drive_motion(project: Project, omega: float, *, load: float | None = None) -
     SolveError
         If the law cannot carry the mean torque, or the integration ends early.
     """
-    if lacking(project, "system", "under", "response"):
-        raise TypeError(f"project is {shown(project)}; give what read_project returns")
     omega = number("omega [rad/s]", omega, positive=True)
     loaded = project if load is None else project.under(number("load [N*m]", load))
     low, high = project.load_torques

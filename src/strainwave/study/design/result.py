@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -198,10 +199,7 @@ class Design(Result):
 
 def front(candidates: list[Candidate]) -> list[Candidate]:
     """Those that no other beats in oscillation, size and reflected inertia at once, by ascending oscillation."""
-
-    def goals(c: Candidate) -> tuple[float, float, float]:
-        return c.oscillation, float(c.size), c.reflected_inertia
-
+    goals = attrgetter("oscillation", "size", "reflected_inertia")
     best: list[Candidate] = []
     for c in sorted(candidates, key=goals):  # whatever beats another comes before it
         if not any(all(a <= b for a, b in zip(goals(other), goals(c), strict=True)) for other in best):

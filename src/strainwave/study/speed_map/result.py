@@ -287,17 +287,14 @@ class SpeedMap(Result):
     def rule(self) -> str:
         """What forbids a speed, in words."""
         rules = self.rules
-        conditions = []
-        if rules.limit is not None:
-            conditions.append(f"oscillation above {rules.limit / ARCSEC:.4g} arcsec")
-        if rules.amplification is not None:
-            conditions.append(f"oscillation above {rules.amplification:g} times that of quasi-static rotation")
-        if rules.margin is not None:
-            conditions.append(f"nearer than {100.0 * rules.margin:g} % to a resonance")
-        if rules.speed is not None:
-            conditions.append(f"faster than {rules.speed / RPM:.5g} rpm")
-        if rules.motor_torque is not None:
-            conditions.append(f"motor torque above {rules.motor_torque:.4g} N*m")
+        rows = (
+            ("oscillation above {:.4g} arcsec", rules.limit, ARCSEC),
+            ("oscillation above {:g} times that of quasi-static rotation", rules.amplification, 1.0),
+            ("nearer than {:g} % to a resonance", rules.margin, 0.01),
+            ("faster than {:.5g} rpm", rules.speed, RPM),
+            ("motor torque above {:.4g} N*m", rules.motor_torque, 1.0),
+        )
+        conditions = [text.format(value / unit) for text, value, unit in rows if value is not None]
         if rules.sheet is not None and rules.sheet.peak_torque:
             conditions.append("motor torque above its peak torque")
         if rules.sheet is not None and rules.sheet.lasts:

@@ -303,8 +303,8 @@ def beyond_ratings(
     sheet, worst = project.motor_limits or MotorLimits(), dict[str, Any]()
     for loaded in by_load:
         for finding in sheet_findings(sheet, needs_of(loaded)):
-            row = finding, loaded.load
-            worst[finding.limit] = max(worst.get(finding.limit, row), row, key=_short)
+            row, limit = (finding, loaded.load), finding.limit
+            worst[limit] = max(worst.get(limit, row), row, key=lambda r: r[0].value - r[0].bound)
     tops = [(run[np.argmax(run[:, MOTOR])], loaded.load) for loaded in by_load for run, _ in loaded.runs]
     top, under = max(tops, key=lambda one: float(one[0][MOTOR]), default=(np.zeros(MOTOR + 1), 0.0))
     motor = MotorUse(float(top[MOTOR]), float(top[OMEGA]), 0.0)
@@ -322,10 +322,6 @@ def beyond_ratings(
     simple = _findings(project, float(speeds[-1]), usage, None if PEAK in worst else motor, resting)
     passed = gravest((*simple, *(row[0] for row in worst.values())))
     return tuple(said(f) for f in passed if f.fails), tuple(said(f) for f in passed if not f.fails)
-
-
-def _short(row: tuple[Finding, float]) -> float:
-    return row[0].value - row[0].bound
 
 
 def _findings(

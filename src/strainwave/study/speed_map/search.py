@@ -199,17 +199,14 @@ def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, .
     turns = 2.0 * J / B * float(np.max(omega)) / (2.0 * np.pi) if B > 0.0 else MOST_TURNS
     longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))
     sizes = [float(np.median(curve.table[:, OSCILLATION])) for curve in curves]
-    method = Dopri5(rtol=ROUGH, atol=ROUGH * min(sizes)) if not _smooth(system) else None
+    smooth = isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
+    method = None if smooth else Dopri5(rtol=ROUGH, atol=ROUGH * min(sizes))
     first = longest // STAGES
     ends = settled(
         system, {"omega": omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
         known=lambda ends: _matches(curves, omega, ends),
     )  # fmt: skip
     return ends, longest >= DECAY * turns
-
-
-def _smooth(system: Any) -> bool:
-    return isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
 
 
 def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arguments import silent, typed
-from ...base.protocols import lacking
 from ...base.quantities import interval, number, numbers, positive_count, shown
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.units import ARCSEC, RPM
@@ -128,8 +127,6 @@ def speed_map(
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4; Nayfeh & Mook 1979, Nonlinear
     Oscillations, sec. 4.1.1 (jumps).
     """
-    if lacking(project, "system", "under", "with_load_inertia"):
-        raise TypeError(f"project is {shown(project)}; give what read_project returns")
     cells, span = _speeds(project, speeds)
     rules = with_ratings(rules_of(limit, amplification, margin, project.limit), project, span)
     values, name, variants = _loads(project, loads, load_inertias, postures)

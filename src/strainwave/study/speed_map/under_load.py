@@ -252,9 +252,8 @@ def orders_of_drive(case: Case) -> tuple[float, ...]:
 def stiffnesses(case: Case, largest: float) -> tuple[Floats, Floats]:
     """Amplitudes (n,) [rad] from 0 on, and the stiffness (n,) [N*m/rad] of the spring's free vibration at each."""
     start = np.array([0.0]), np.array([case.point.stiffness])
-    if depends(case.equation.law) > 1 or not largest > 0.0:
-        return start
-    if not hasattr(case.equation, "B"):  # damping that varies is a part of its own
+    varying = not hasattr(case.equation, "B")  # damping that varies is a part of its own
+    if varying or depends(case.equation.law) > 1 or not largest > 0.0:
         return start
     mean = Harmonic(0.0, mean=case.point.mean_torque)
     quiet = case.equation._replace(excitation=mean, error=NoError())
