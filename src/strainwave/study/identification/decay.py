@@ -315,12 +315,9 @@ class _Model:
         """Motion (n,) [rad], of another system where one is given."""
         try:
             with np.errstate(all="ignore"):
-                x = (
-                    decay(
-                        self.at(p) if system is None else system, float(np.exp(p[-3])), float(p[-2]), self.least
-                    ).motion(self.t)
-                    + p[-1]
-                )
+                system = self.at(p) if system is None else system
+                extreme, phase = float(np.exp(p[-3])), float(p[-2])
+                x = decay(system, extreme, phase, self.least).motion(self.t) + p[-1]
         except ValueError:
             x = np.full(len(self.t), np.inf)
         return np.asarray(np.where(np.isfinite(x), x, 1e6 * np.exp(p[-3])))

@@ -10,8 +10,9 @@ from ...base.arguments import silent, typed
 from ...base.protocols import System, with_parts
 from ...base.quantities import Ratio, checked, positive_count
 from ...base.results import Floats, SolveError
-from ...model.laws.friction import QuadraticDamping
+from ...model.laws.friction import Coulomb, QuadraticDamping
 from ...model.laws.hysteresis import Parallel
+from ...model.laws.springs import Polynomial
 from ...numerics.driven import Between, lanes_of
 from .discrepancy import discrepancy
 from .experiment import Experiment, Record, change_of, experiment, start_states
@@ -35,37 +36,14 @@ LOOKED_AT = 400  # samples that the number of steps is chosen on
 SHARP = 0.02  # of the rate's size: over which the dry friction that is looked for changes its sign
 
 
-class TwistPower(NamedTuple):
-    """Torque c x^power."""
+class CubicDamping(NamedTuple):
+    """Torque c v^3."""
 
     c: Ratio
-    power: int
-
-    def torque(self, x: Any) -> Any:
-        """Torque at torsion x."""
-        total = self.c * x
-        for _ in range(self.power - 1):
-            total = total * x
-        return total
-
-    def stiffness(self, x: Any) -> Any:
-        """Its derivative."""
-        total = self.power * self.c + 0.0 * x
-        for _ in range(self.power - 1):
-            total = total * x
-        return total
-
-
-class RateTerm(NamedTuple):
-    """Torque c v^3 or, with a width, c v/sqrt(v^2 + width^2)."""
-
-    c: Ratio
-    cube: Ratio
-    width: Ratio
 
     def torque(self, _x: Any, v: Any) -> Any:
         """Torque at the rate v."""
-        return self.c * v / (v * v + self.width * self.width) ** 0.5 + self.cube * v * v * v
+        return self.c * v * v * v
 
     def stiffness(self, x: Any) -> Any:
         """No stiffness: 0."""
@@ -83,18 +61,15 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
     first = problem.windows[0].record
     sizes = problem.sizes(first)
     x, v = float(sizes[0]), float(sizes[min(1, len(sizes) - 1)])
-    torque = _torque(system, x)
-    width = SHARP * v
-    amounts = [
-        torque / x**2, torque / x**3, torque / x**5, torque / (v * v), torque / v**3, torque,
-    ]  # fmt: skip
+    torque, width = _torque(system, x), SHARP * v
+    amounts = [torque / x**2, torque / x**3, torque / x**5, torque / (v * v), torque / v**3, torque]
     model = problem.of.model(point.values, first.step, problem.parts, problem.of.delays(point.values))
 
     def with_terms(on: int) -> Any:
         c = [EFFECT * amount if i == on else 0.0 for i, amount in enumerate(amounts)]
-        springs = Parallel(TwistPower(c[0], 2), Parallel(TwistPower(c[1], 3), TwistPower(c[2], 5)))
-        terms = Parallel(springs, Parallel(QuadraticDamping(c[3]), RateTerm(c[5], c[4], width)))
-        return model._replace(law=Parallel(model.law, terms))
+        springs = Polynomial((0.0, 0.0, c[0], c[1], 0.0, c[2]))
+        drags = Parallel(QuadraticDamping(c[3]), Parallel(CubicDamping(c[4]), Coulomb(c[5], width)))
+        return model._replace(law=Parallel(model.law, Parallel(springs, drags)))
 
     lanes = lanes_of([with_terms(i) for i in (-1, *range(len(amounts)))])
     columns: list[list[Floats]] = [[] for _ in NAMES]

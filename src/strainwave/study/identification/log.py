@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -138,13 +138,8 @@ def _joined(rows: list[tuple[str, slice]], time: Floats, shortest: float) -> lis
 
 
 def _neighbours(rows: list[tuple[str, slice]]) -> list[tuple[str, slice]]:
-    merged: list[tuple[str, slice]] = []
-    for kind, r in rows:
-        if merged and merged[-1][0] == kind:
-            merged[-1] = (kind, slice(merged[-1][1].start, r.stop))
-        else:
-            merged.append((kind, r))
-    return merged
+    groups = [list(group) for _, group in groupby(rows, key=lambda row: row[0])]
+    return [(group[0][0], slice(group[0][1].start, group[-1][1].stop)) for group in groups]
 
 
 def _segment(kind: str, rows: slice, time: Floats, speed: Floats) -> LogSegment:

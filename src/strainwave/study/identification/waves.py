@@ -81,7 +81,8 @@ def decaying_waves(time: Floats, value: Floats) -> Waves:
     ValueError
         If there are too few cycles or samples, the amplitude does not decay, or two frequencies beat.
     """
-    turns, end = _half_cycles(value - _middle(value), _noise(value))
+    middle = float(np.mean(value[-max(len(value) // 4, 1) :]))  # the end is nearest to rest
+    turns, end = _half_cycles(value - middle, _noise(value))
     if len(turns) < 6:
         raise ValueError(
             f"the motion has {len(turns) / 2:g} cycles above the noise; a free decay needs 3 or more, record it longer "
@@ -119,11 +120,6 @@ def _lightly_damped(table: Floats) -> int:
             f"{100.0 * HEAVY:g} %: start it larger, or take identify, which integrates the equation"
         )
     return last
-
-
-def _middle(value: Floats) -> float:
-    """Middle of a motion whose end is nearest to rest."""
-    return float(np.mean(value[-max(len(value) // 4, 1) :]))
 
 
 def _noise(value: Floats) -> float:

@@ -296,13 +296,6 @@ def windows_of(records: Sequence[Record], length: int) -> list[Window]:
 
 def reweighted(problem: LeastSquares, point: Point) -> LeastSquares:
     """The problem with the noise of each output from its residuals."""
-    count = len(problem.noise)
-    if count == 1:
-        return problem
-    return replace(problem, noise=problem.noise * _sizes(problem, point))
-
-
-def _sizes(problem: LeastSquares, point: Point) -> Floats:
     total, counts = np.zeros(len(problem.noise)), np.zeros(len(problem.noise))
     for w, r in zip(problem.windows, point.residuals, strict=True):
         good = np.isfinite(w.record.outputs[:, w.first : w.stop])
@@ -310,7 +303,7 @@ def _sizes(problem: LeastSquares, point: Point) -> Floats:
         for i, n in enumerate(np.sum(good, axis=1)):
             total[i], counts[i] = total[i] + np.sum(r[at : at + n] ** 2), counts[i] + n
             at += n
-    return np.sqrt(total / np.maximum(counts, 1))
+    return replace(problem, noise=problem.noise * np.sqrt(total / np.maximum(counts, 1)))
 
 
 def finite(point: Point) -> Point:

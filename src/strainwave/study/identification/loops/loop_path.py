@@ -196,7 +196,10 @@ def closed_energy(x: Floats, t: Floats, path: Path) -> float:
     if len(firsts) < 2:
         return 0.0
     total = 0.0
-    for a, b, c in _triples([*firsts.tolist(), len(x)]):
+    ends = [*firsts.tolist(), len(x)]
+    for a, b, c in zip(ends[::2], ends[1::2], ends[2::2], strict=False):
+        if b - a < 4 or c - b < 4:  # too few samples on one way of a cycle
+            continue
         up, down = slice(a, b), slice(b, c)
         low = max(float(np.min(x[up])), float(np.min(x[down])))
         high = min(float(np.max(x[up])), float(np.max(x[down])))
@@ -204,11 +207,6 @@ def closed_energy(x: Floats, t: Floats, path: Path) -> float:
         sign = 1.0 if x[b - 1] > x[a] else -1.0
         total += sign * float(np.mean(_over(grid, x[up], t[up]) - _over(grid, x[down], t[down]))) * (high - low)
     return total
-
-
-def _triples(ends: list[int]) -> list[tuple[int, int, int]]:
-    """Cycles one after the other: where they begin, turn and end."""
-    return [(a, b, c) for a, b, c in zip(ends[::2], ends[1::2], ends[2::2], strict=False) if b - a > 3 and c - b > 3]
 
 
 def _over(grid: Floats, x: Floats, t: Floats) -> NDArray[np.float64]:

@@ -125,7 +125,6 @@ def started(loop: Loop, shape: Shape) -> Floats:
     x, t = loop.torsion[take], loop.torque[take]
     path = loop.path._replace(branch=loop.path.branch[take])
     names = shape.names()
-    place = {name: i for i, name in enumerate(names)}
     linear = [i for i, name in enumerate(names) if name in ("K1", "K2", "K3", "K", "torque_offset")]
     solved = tuple(names[i] for i in linear)
     middle = 0.5 * float(np.max(x) + np.min(x))
@@ -135,16 +134,10 @@ def started(loop: Loop, shape: Shape) -> Floats:
     for offset in dict.fromkeys((0.0, middle)):
         for corner in corners:
             for twist in TWISTS if shape.n else (0.1,):
-                p = np.ones(len(names))
-                for name, share in zip(("x1", "x2"), corner, strict=False):
-                    p[place[name]] = share * reach
-                for name, value in (("half_gap", 0.02 * reach), ("yield_twist", twist * reach), ("kappa", 0.1)):
-                    if name in place:
-                        p[place[name]] = value
-                if "start" in place:
-                    p[place["start"]] = 0.0
-                if "torsion_offset" in place:
-                    p[place["torsion_offset"]] = offset
+                tried = {f"x{i}": share * reach for i, share in enumerate(corner, 1)}
+                tried |= {"half_gap": 0.02 * reach, "yield_twist": twist * reach, "kappa": 0.1}
+                tried |= {"torsion_offset": offset, "start": 0.0}
+                p = np.array([tried.get(name, 1.0) for name in names])
                 columns = torque(shape, p, path, x, solved).jacobian
                 values, *_ = np.linalg.lstsq(columns, t, rcond=None)
                 p[linear] = values
@@ -156,9 +149,9 @@ def started(loop: Loop, shape: Shape) -> Floats:
         slope = float(np.polyfit(x, t, 1)[0])
         best = p
         best[linear] = slope
-        best[place["torque_offset"]] = float(np.mean(t - slope * x))
+        best[names.index("torque_offset")] = float(np.mean(t - slope * x))
         if shape.n:
-            best[place["K"]] = 0.1 * slope
+            best[names.index("K")] = 0.1 * slope
     return best
 
 
@@ -193,24 +186,19 @@ def scatter(loop: Loop, fit: Solution) -> Spread:
         if not _apart(fit.jacobian[:, free]):
             free &= names != name
     J = fit.jacobian[:, free]
-    found = restricted(J, fit.residual)
-    covariance = found.covariance * repetition(loop, fit.residual) + _of_begins(loop, fit, J)
+    spread = restricted(J, fit.residual)
+    moved = np.linalg.solve(J.T @ J, shifts_of_begins(loop, fit, J))
+    covariance = spread.covariance * repetition(loop, fit.residual) + moved @ moved.T
     whole, freedom = np.zeros((len(free), len(free))), BOUND * np.ones(len(free))
     whole[np.diag_indices(len(free))] = np.where(bound, 0.0, (UNTOLD * fit.p) ** 2)
-    whole[np.ix_(free, free)], freedom[free] = covariance, found.freedom
-    return Spread(whole, freedom, found.whitener)
+    whole[np.ix_(free, free)], freedom[free] = covariance, spread.freedom
+    return Spread(whole, freedom, spread.whitener)
 
 
 def _apart(J: Floats) -> bool:
     """Whether the samples tell the columns (n, p) apart."""
     singular = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
     return bool(singular[-1] > RANK * singular[0])
-
-
-def _of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
-    """Covariance (p, p) that the noise of the torsion at the reversals gives."""
-    changes = np.linalg.solve(J.T @ J, shifts_of_begins(loop, fit, J))
-    return np.asarray(changes @ changes.T)
 
 
 def shifts_of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:

@@ -8,7 +8,7 @@ Which orders a scan has: the strongest line first, and in the end only those tha
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,7 @@ from ....model.excitation import HIGHEST
 from ....model.gears.error_spectrum import extremes
 from ..run import column
 from .error_result import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, polar, squared_amplitude, together
-from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability
+from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability, rounding
 
 HIGHEST_SOUGHT = 100
 NEARLY = 1e-6  # of a turn: rounding of the angles
@@ -63,8 +63,9 @@ def found_orders(runs: Sequence[Direction], drift: bool, highest: int, false_ala
         following = _next(_left(runs, fits), fits, chosen, highest, false_alarm, least)
         if following is None:
             break
-        idle = 0 if following.sure else idle + 1
-        chosen = sorted([*chosen, following.order])
+        order, sure = following
+        idle = 0 if sure else idle + 1
+        chosen = sorted([*chosen, order])
     while chosen:
         fits = [fit_lines(run, chosen, drift) for run in runs]
         alarms = false_alarms(fits, chosen, noise_floor(_left(runs, fits), highest, chosen, least), highest)
@@ -79,15 +80,10 @@ def _left(runs: Sequence[Direction], fits: Sequence[Fit]) -> list[Direction]:
     return [Direction(run.angle, fit.residual) for run, fit in zip(runs, fits, strict=True)]
 
 
-class _Next(NamedTuple):
-    order: int
-    sure: bool
-
-
 def _next(
     left: Sequence[Direction], fits: Sequence[Fit], chosen: list[int], highest: int, false_alarm: float, least: float
-) -> _Next | None:
-    """Strongest line beside those chosen that noise does not explain, or else the one that it explains least."""
+) -> tuple[int, bool] | None:
+    """Order of the strongest line beyond noise and True; else that which noise explains least, and False."""
     samples = sum(len(run.angle) for run in left)
     unknowns = sum(len(fit.values) + 2 for fit in fits)
     if sum(float(r @ r) for _, r in left) <= ROUNDED * least * samples or samples <= unknowns + FEWEST:
@@ -107,7 +103,7 @@ def _next(
     if not candidates:
         return None
     sure, _, order = max(candidates)
-    return _Next(order, sure)
+    return order, sure
 
 
 @typed
@@ -214,12 +210,8 @@ def _resolution(runs: list[Direction]) -> float:
 
     A scan with less noise than its step has steps that repeat with the lines and would pass for more of them.
     """
-    values = np.unique(np.concatenate([run.error for run in runs]))
-    step = max(
-        float(np.min(np.diff(values), initial=np.inf)) if len(values) > 1 else 0.0,
-        ROUNDING * float(np.max(np.abs(values))),
-    )
-    return step * step / 12.0
+    values = np.concatenate([run.error for run in runs])
+    return max(rounding(values), (ROUNDING * float(np.max(np.abs(values)))) ** 2 / 12.0)
 
 
 def _sought(highest: int | None, limit: float) -> int:
@@ -250,7 +242,7 @@ def _scan(
     runs: list[Direction], fits: list[Fit], orders: list[int], trials: int, false_alarm: float, noise: str
 ) -> ErrorScan:
     """Put the fits of one or two directions together."""
-    left = [Direction(run.angle, fit.residual) for run, fit in zip(runs, fits, strict=True)]
+    left = _left(runs, fits)
     samples = sum(len(run.angle) for run in runs)
     neighbours = float(np.average([correlation(run.error) for run in left], weights=[len(run.angle) for run in left]))
     coloured = noise == "autocorrelated" or (noise == "auto" and abs(neighbours) > 3.0 / math.sqrt(samples))
@@ -261,7 +253,8 @@ def _scan(
 
     def variances(order: int) -> list[float]:
         if white:
-            return [max(_white(fit), least) for fit in fits]
+            white_noise = (np.sum(fit.residual**2) / (len(fit.residual) - len(fit.values)) for fit in fits)
+            return [max(float(variance), least) for variance in white_noise]
         return [floor.variance(order) for floor in floors]
 
     alarms = false_alarms(fits, orders, common_noise, trials)
@@ -286,11 +279,6 @@ def _scan(
         min(run.turns for run in runs),
         reversal,
     )
-
-
-def _white(fit: Fit) -> float:
-    """Variance of a white residual."""
-    return float(np.sum(fit.residual**2)) / (len(fit.residual) - len(fit.values))
 
 
 def _middle(run: Direction, fit: Fit) -> tuple[float, float]:

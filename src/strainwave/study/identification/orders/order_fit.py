@@ -95,16 +95,14 @@ class Floor:
         The larger of two: of the straight lines over the order, and over the logarithm of the frequency, counted from
         `BEND` spacings on. Noise that falls within the lowest orders is far above the first, which would call it lines.
         """
-        by_order, by_logarithm = self._means(sought, lambda x: x), self._means(sought, self._logarithm)
+        by_order = self._means(sought, lambda x: x)
+        by_logarithm = self._means(sought, lambda x: np.log(x / self.spacing + BEND))
         larger = by_logarithm[0] > by_order[0]
         return np.where(larger, by_logarithm[0], by_order[0]), np.where(larger, by_logarithm[1], by_order[1])
 
     def variance(self, order: float) -> float:
         """Variance s^2 of the white noise that has the residual's mean P around an order."""
         return 0.25 * self.samples * float(self._means(order, lambda x: x)[0][0])
-
-    def _logarithm(self, orders: Floats) -> Floats:
-        return np.log(orders / self.spacing + BEND)
 
     def _means(self, sought: Any, place: Callable[[Floats], Floats]) -> tuple[Floats, Floats]:
         """`estimates` by straight lines through the logarithms of P at the neighbours, over a `place` of the order.

@@ -97,8 +97,7 @@ class Search:
 
     def strongest(self, false_alarm: float) -> FoundLine | None:
         """The line that stands out most, taken out; None where noise may have it."""
-        ratios = self.angle.ratios(self.rest), self.time.ratios(self.rest)
-        by_angle, by_time = np.sum(ratios[0], axis=0), np.sum(ratios[1], axis=0)
+        ratios, by_angle, by_time = self._ratios()
         order, frequency = self.angle.largest(by_angle), self.time.largest(by_time)
         here, there = self.angle.sum_at(by_angle, order), self.time.sum_at(by_time, frequency)
         alarm = self.angle.false_alarm(max(here, there), self.angle.trials + self.time.trials)
@@ -112,14 +111,18 @@ class Search:
 
     def near(self, order: float, trials: int, false_alarm: float) -> FoundLine | None:
         """A line around an order, one of so many that are looked at; None where noise may have it."""
-        ratios = self.angle.ratios(self.rest), self.time.ratios(self.rest)
-        by_angle, by_time = np.sum(ratios[0], axis=0), np.sum(ratios[1], axis=0)
+        ratios, by_angle, by_time = self._ratios()
         place = self.angle.highest(by_angle, [order])
         alarm = self.angle.false_alarm(self.angle.sum_at(by_angle, place), 2.0 * trials)
         if not alarm < false_alarm:
             return None
         frequency = self.time.highest(by_time, order * self.speeds / TURN)
         return self._taken(place, frequency, alarm, ratios, as_order=True)
+
+    def _ratios(self) -> tuple[tuple[Floats, Floats], Floats, Floats]:
+        """Power over noise in the runs over angle and time, and the sums of both over the runs."""
+        both = self.angle.ratios(self.rest), self.time.ratios(self.rest)
+        return both, np.sum(both[0], axis=0), np.sum(both[1], axis=0)
 
     def _taken(
         self, order: float, frequency: float, alarm: float, ratios: tuple[Floats, Floats], *, as_order: bool = False

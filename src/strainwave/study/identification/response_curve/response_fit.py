@@ -240,7 +240,8 @@ class _Fit:
 
         def off(p: Floats) -> Floats:
             needed, applied = points.pull(p)
-            both = self._parts(needed - applied, np.ones(1)) if self.phased else np.abs(needed) - np.abs(applied)
+            less = needed - applied
+            both = np.append(less.real, less.imag) if self.phased else np.abs(needed) - np.abs(applied)
             return np.append(both / scale, (p - begin) / FAR / len(needed))
 
         p = np.asarray(least_squares(off, begin, x_scale="jac", bounds=self.bounds).x)
@@ -248,10 +249,6 @@ class _Fit:
             needed, applied = points.pull(p)
             points.measured = self.size * np.exp(1j * (np.angle(applied) - np.angle(needed)))
         return p
-
-    def _parts(self, values: Any, turn: Any) -> Floats:
-        turned = values * turn
-        return np.concatenate([turned.real, turned.imag])
 
     def rows(self, change: Any) -> Floats:
         """Weighted changes (rows, ...) of what was measured, from those of first harmonics (n, ...)."""
@@ -262,11 +259,9 @@ class _Fit:
     def off(self, p: Floats) -> Floats:
         """Residual (rows + jumps,): computed less measured, and how far folds are from their jumps."""
         found = self.points.solve(p)
-        if self.phased:
-            rows = self.rows(found - self.points.measured)
-        else:
+        if not self.phased:
             self.points.measured = self.size * np.exp(1j * np.angle(found))
-            rows = self.rows(found - self.points.measured)
+        rows = self.rows(found - self.points.measured)
         return np.append(rows, [self._missed(jump, k, p)[0] for k, jump in enumerate(self.jumps)])
 
     def slopes(self, p: Floats) -> Floats:
@@ -318,9 +313,8 @@ class _Fit:
 
     def _refuse_far(self, p: Floats) -> None:
         """Refuse parameters that leave too much of the measurement (SolveError)."""
-        missed = np.abs(self.points.solve(p)) - self.size
-        if self.phased:
-            missed = np.abs(self.points.solve(p) - self.measured)
+        computed = self.points.solve(p)
+        missed = np.abs(computed - self.measured) if self.phased else np.abs(computed) - self.size
         left = float(np.linalg.norm(missed)) / float(np.linalg.norm(self.size))
         if not left < LEFT:
             raise SolveError(
