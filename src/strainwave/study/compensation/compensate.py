@@ -15,13 +15,13 @@ from ...drive.project import Project
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD, is_controller
 from ...model.train.drive_train import DriveTrain
-from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
+from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, run_loop
 from ...numerics.loading import loaded_state
 from ...theory.lyapunov import mean_torque
 from ..analysis.knobs import stiffer
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
-from .gains import refuse_unstable, times_of, turns_of, units_of
+from .gains import refuse_unstable, steady_run, times_of, turns_of, units_of
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
@@ -257,8 +257,7 @@ def _one(
     if not rate and SLOWEST / (MOST_SAMPLES * bench.sampling.period) < -growth < SLOWER / slowest:
         rate = -growth
     settle, end = times_of(bench, speed, rate)
-    before = _run(bench, bench.loop, speed, settle, end)
-    after = _run(bench, controller, speed, settle, end)
+    before, after = [steady_run(bench, one, speed, settle, end) for one in (bench.loop, controller)]
     progress("the drive", 0.3 if robust or units else 1.0)
     robustness = _robustness(bench, design, speed, settle, end) if robust else ()
     scatter = units_of(bench, controller, speed, settle, end, units, seed) if units else None
@@ -298,11 +297,6 @@ def _long(design: Compensator, speed: float, settle: float, rate: float) -> Any:
         yield f"{design.name}: {falls}, and is measured from {settle:.4g} s on."
 
 
-def _run(bench: Bench, controller: Any, speed: float, settle: float, end: float) -> LoopEnsemble:
-    orders = np.array(bench.orders, float)
-    return loop_ensemble(bench.closed(controller, speed), {}, end, settle=settle, orders=orders, y0=bench.start(speed))
-
-
 def _residual(found: LoopEnsemble) -> Residual:
     rms, mean = float(found.rms[0]), float(found.mean[0])
     return Residual(rms, float(found.peak[0]), 3.0 * rms, mean)
@@ -318,10 +312,9 @@ def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, 
         if stiffer(bench.plant.law, share) is None:
             return ()
         other = bench.with_stiffness(share)
-        before = _run(other, bench.loop, speed, settle, end)
-        controller = design.on(other, speed)
-        after = _run(other, controller, speed, settle, end)
-        decays = after.stable[0] and other.growth(controller, speed) < 0.0
+        both = bench.loop, design.on(other, speed)
+        before, after = [steady_run(other, one, speed, settle, end) for one in both]
+        decays = after.stable[0] and other.growth(both[1], speed) < 0.0
         rms = float(after.rms[0]) if decays else float("inf")
         cases.append(Robustness(share, float(before.rms[0]), rms))
     return tuple(cases)

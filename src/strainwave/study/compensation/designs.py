@@ -91,17 +91,12 @@ def slower(controller: Any, share: float) -> Any:
     return controller._replace(loop=slower(controller.loop, share), **changed)
 
 
-def _plain(bench: Bench, _speed: float) -> Any:
-    return bench.loop
+def _inverse(bench: Bench, _speed: float, share: float = 1.0) -> Any:
+    model, J = bench.model, share * bench.model.motor.J
+    return AngleFeedforward(bench.loop, model.error, model.N, bench.sampling.lead, J)
 
 
-def _angle(bench: Bench, _speed: float) -> Any:
-    return AngleFeedforward(bench.loop, bench.model.error, bench.model.N, bench.sampling.lead)
-
-
-def _inverse(bench: Bench, _speed: float) -> Any:
-    model = bench.model
-    return AngleFeedforward(bench.loop, model.error, model.N, bench.sampling.lead, model.motor.J)
+_angle = partial(_inverse, share=0.0)
 
 
 def _nonlinear(bench: Bench, _speed: float) -> Any:
@@ -130,16 +125,13 @@ def _table(bench: Bench, speed: float, *, model: bool) -> Any:
 _predicted, _measured = partial(_table, model=True), partial(_table, model=False)
 
 
-def _adaptive(bench: Bench, speed: float) -> Any:
-    return adaptive(bench, speed, bench.loop)
-
-
 def _adaptive_inverse(bench: Bench, speed: float) -> Any:
     return adaptive(bench, speed, _inverse(bench, speed))
 
 
-def adaptive(bench: Bench, speed: float, loop: Any, output: Any = None, most: float | None = None) -> Any:
+def adaptive(bench: Bench, speed: float, loop: Any = None, output: Any = None, most: float | None = None) -> Any:
     """Adaptive cancellation of every order around a loop, with the model's phase: of the load's error, or an output."""
+    loop = bench.loop if loop is None else loop
     G, rate = bench.response(speed, output=output).error_of_torque, rate_of(bench, speed)
     most, period = guard(bench, speed) if most is None else most, bench.sampling.period
     for k, g in zip(bench.orders, G, strict=True):
@@ -205,13 +197,13 @@ RIGID = "On a rigid gear its energy decays for positive gains."
 SLOWLY = "Its gain is a tenth of the rate of the loop's slowest motion."
 BY_INVERSE = "torque table of the measured error, by the inverse of the model"
 DESIGNS: tuple[tuple[Any, ...], ...] = (  # as the fields of a `Compensator`
-    ("loop", "the plain loop", _plain, False, POLES, False),
+    ("loop", "the plain loop", lambda bench, _: bench.loop, False, POLES, False),
     ("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE, False),
     ("inverse", "linear inverse: angle feedforward with the motor's inertia", _inverse, False, POSITIVE, False),
     ("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear, False, POSITIVE, False),
     ("predicted-table", "torque table of the error that the model predicts", _predicted, False, POSITIVE, False),
     ("measured-table", BY_INVERSE, _measured, True, MEASURED, False),
-    ("adaptive", "adaptive cancellation of the load's error", _adaptive, True, ADAPTED),
+    ("adaptive", "adaptive cancellation of the load's error", adaptive, True, ADAPTED),
     ("adaptive-inverse", "linear inverse, its rest adapted to the load's error", _adaptive_inverse, True, ADAPTED),
     ("adaptive-motor", "adaptive cancellation of the motor's deviation", _adaptive_motor, False, HELD),
     ("repetitive", "repetitive control over the motor's turn", _repetitive, True, REPEATED),

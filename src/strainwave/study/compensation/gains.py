@@ -83,11 +83,16 @@ def turns_of(bench: Bench, least: float = 0.0) -> float:
 
 def plain_run(bench: Bench, speed: float, *, model: bool) -> LoopEnsemble:
     """The model or the plant under the plain loop, in steady state."""
-    loop = bench.closed(bench.loop, speed, model=model)
-    settle, duration = times_of(bench, speed)
-    return loop_ensemble(
-        loop, {}, duration, settle=settle, orders=np.array(bench.orders, float), y0=bench.start(speed, model=model)
-    )
+    return steady_run(bench, bench.loop, speed, *times_of(bench, speed), model=model)
+
+
+def steady_run(
+    bench: Bench, controller: Any, speed: float, settle: float, end: float, *, model: bool = False
+) -> LoopEnsemble:
+    """The plant or the model under a controller: its orders from a time [s] until the end."""
+    loop, orders = bench.closed(controller, speed, model=model), np.array(bench.orders, float)
+    start = bench.start(speed, model=model)
+    return loop_ensemble(loop, {}, end, settle=settle, orders=orders, y0=start)
 
 
 def rate_of(bench: Bench, speed: float) -> float:
