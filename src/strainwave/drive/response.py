@@ -26,6 +26,7 @@ from .jumps import Jumps, jumps
 
 POINTS = 100  # about so many, and more where the curve bends
 PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one, for the largest torque
+ROUNDING = 1e-12  # share of the largest harmonic that is none
 
 SETTLE = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
 UNDAMPED_PERIODS = 50
@@ -163,7 +164,9 @@ def torque_along(system: Any, curve: Branch) -> tuple[Floats, Floats]:
     """
     coefficients, omega, turns = curve.coefficients, curve.omega[:, None], curve.period
     k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None] / turns
-    theta = turns * np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * max(FEWEST, len(k)), endpoint=False)
+    sizes = np.max(np.hypot(coefficients[:, 1::2], coefficients[:, 2::2]), axis=0)
+    g = math.gcd(*(1 + np.flatnonzero(sizes > ROUNDING * np.max(sizes))).tolist()) or 1  # times that it repeats
+    theta = turns * np.linspace(0.0, 2.0 * np.pi, g * PER_HARMONIC * max(FEWEST, len(k) // g), endpoint=False)
     waves = np.stack([np.cos(k * theta), np.sin(k * theta)], axis=1).reshape(-1, len(theta))
     slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
     if is_spring(system):

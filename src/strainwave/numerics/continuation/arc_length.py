@@ -24,6 +24,7 @@ Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD, LACK, CHANGE, ROWS = range(
 SMALLEST_STEP, KINK = 1e-9, 1e-4  # steps below KINK may turn sharply: laws with kinks give curves with kinks
 NOTHING_MOVES = 1e-12  # smallest unit of the coefficients: an orbit at rest has no size
 TOLERANCE, NEGLIGIBLE = 1e-9, 1e-6  # of a correction, in scaled unknowns; of one by Newton's method
+GRADES = 32.0  # a step changes by whole parts of the last one, so that points do not depend on rounding
 
 
 @routine
@@ -266,7 +267,8 @@ def follow(
                 if ds < SMALLEST_STEP:
                     outcome = STUCK
                 continue
-            ds = min(ds_max, ds * min(1.6, max(0.5, (aim / max(first, 1e-300)) ** 0.25)))
+            change = min(1.6, max(0.5, (aim / max(first, 1e-300)) ** 0.25))
+            ds = min(ds_max, ds * np.floor(GRADES * change + 0.5) / GRADES)
             side = sign
             search, place, length = STEP, dominant(problem, state), chord(state)
         elif mode == BOUND:

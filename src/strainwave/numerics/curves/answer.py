@@ -147,9 +147,12 @@ def crest_at(
             break
         displaced(problem, drive, point, row[0])
         sizes_of(row, from_mean, waves, value)
-        if value[0] >= size:
+        rise = value[0] - size
+        if rise >= 0.0:
             size, side = value[0], s - centre
             copy(point, crest)
+        if abs(rise) <= SETTLED * size:  # the polynomial's own rise is rounding from here on
+            break
         arc[m] = s
         copy(point, window[m])
         copy(row[0], series[m])
