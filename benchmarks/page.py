@@ -20,7 +20,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from random_projects import drive_at_random
 
 from strainwave.app.page import page
-from strainwave.app.page.page import POINTS
 from strainwave.app.page.sliders import sliders
 from strainwave.base.results import SolveError
 from strainwave.files.reading import from_text, read_project
@@ -64,7 +63,7 @@ def in_node(pages: list[Any]) -> list[Any]:
 
 def difference(project: Any, answer: Any) -> float:
     """Largest difference of a motion from that of the page, of the largest; infinite where one is missing."""
-    response = project.response(coexisting=False, points=POINTS)
+    response = project.response(coexisting=False)
     branch, rows = response.curve, np.array(answer["rows"])
     located = [one.omega for one in (*branch.doublings, *branch.branch_points, *branch.tori)]
     keep = ~np.isin(response.omega, located)
@@ -87,7 +86,7 @@ def projects(number: int, seed: int) -> None:
             refused[str(error).partition("this drive has ")[2].partition(":")[0] or str(error)] += 1
             continue
         kept.append(project)
-        pages.append((data, own, [[[one["value"] for one in data["sliders"]], POINTS]]))
+        pages.append((data, own, [[[one["value"] for one in data["sliders"]], data["points"]]]))
     print(f"{number} drives; refused: {dict(refused)}")
     worst, missed = [], Counter[str]()
     for i, (project, answer) in enumerate(zip(kept, in_node(pages), strict=True)):
@@ -119,7 +118,7 @@ def positions(number: int, seed: int) -> None:
     data, own = page.data_of(project)
     _, rows, _ = sliders(project)
     rng, home = np.random.default_rng(seed), [row.value for row in rows]
-    at = [[[float(rng.uniform(row.low, row.high)) for row in rows], POINTS] for _ in range(number)]
+    at = [[[float(rng.uniform(row.low, row.high)) for row in rows], data["points"]] for _ in range(number)]
     answers = in_node([(data, own, at)])
     counts = Counter("curves" if one["count"] > 0 else str(one["count"]) for one in answers)
     memory = [one["memory"] for one in answers]

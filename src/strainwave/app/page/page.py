@@ -22,6 +22,8 @@ from ...compile.address import VECTOR, kind_of, words_of
 from ...compile.wasm import Wanted, beside, compiled
 from ...drive.project import Project
 from ...drive.reductions import left_out
+from ...drive.response import POINTS
+from ...drive.train_curve import POINTS as OF_TRAIN
 from ...drive.train_curve import at_load, follows_its_angle, has_curve, without_gravity
 from ...model.laws.friction import NO_FRICTION
 from ...model.laws.springs import Linear
@@ -35,7 +37,6 @@ from ...numerics.curves.inner_balance import MOST_KINKS
 from .sliders import OnPage, sliders
 
 HERE = Path(__file__).parent
-POINTS = 40  # about; ends of bands and torques are those of 400 points within 0.2 %
 
 FACTS = (
     Fact("largest.oscillation_arcsec", None, "largest oscillation {}"),
@@ -150,17 +151,19 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
         }
         for law in drive.laws
     ]  # fmt: skip
-    speeds, whole = project.speeds, drive.drive
+    speeds, whole, train = project.speeds, drive.drive, project.train
+    points = OF_TRAIN if train is not None and has_curve(train) else POINTS  # those of the command
     data = {
         "title": project.title, "speedName": speeds.name, "speedUnit": speeds.unit, "scale": speeds.scale,
         "arcsec": ARCSEC, "numbers": numbers.tolist(), "terms": terms, "laws": laws,
         "shapes": [array.shape for array in drive.arrays],
         "whole": [whole.follows, whole.loose, whole.controls, whole.every, whole.alone],
-        "limited": project.limit is not None, "points": POINTS, "begin": drive.begin, "mostPoints": MOST_POINTS,
+        "limited": project.limit is not None, "points": points, "begin": drive.begin,
+        "mostPoints": MOST_POINTS,
         "sliders": [one.data() for one in moved],
         "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},
         "kinds": json.loads(_text("kernels.json"))["arguments"], "project": project.text,
-        "gravity": project.train is not None and follows_its_angle(project.train),
+        "gravity": train is not None and follows_its_angle(train),
     }  # fmt: skip
     return data, beside(_functions(drive.laws, kinds))
 

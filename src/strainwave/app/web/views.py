@@ -26,9 +26,9 @@ from ...study.compensation.compensate import compensate
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
-from ..page.page import POINTS
 
 Progress = Callable[..., None]  # of a stage and a share, and of a part of the result where one is known
+POINTS = 40  # about, of the curve that follows a slider
 MOST_SHOWN = 4000  # samples of a run
 HELD = (
     "This is an ideal motor, held at its speed. A real loop can change the answer tenfold; gravity and hysteresis "
