@@ -52,6 +52,7 @@ print(traps.map((trap) => {
   return [lost, told(data, lost), answer(positions[0])];
 }));
 """
+FILES = "print(positions.map((position) => [answer(position), fileOf(data, position[0])]));"
 CURVES = """
 print(positions.map((found) => [allowed(found), told(data, { ...found, top: 0, harmonics: 9, tail: 0, count: 9 })]));
 """
@@ -181,6 +182,24 @@ def test_a_page_of_a_train_has_the_numbers_of_python(motor, tmp_path):
         same(found, own)
         growth = np.max(np.abs(own.response(coexisting=False).curve.multipliers), axis=1)
         assert max(row[3] for row in found["rows"]) == pytest.approx(max(growth), rel=1e-8)
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+@pytest.mark.parametrize("gear", ["CSG-40-50", "own"])
+def test_the_project_file_of_a_page_has_the_numbers_of_its_sliders(gear, tmp_path):
+    text = first_text(gear) if gear != "own" else HELD.replace("LAW", LAWS["three slopes"])
+    data, own = html.data_of(from_text(text, tmp_path / "project.yaml"))
+    home = [one["value"] for one in data["sliders"]]
+    assert any(one["name"].endswith("K1") for one in data["sliders"])
+    factors = 1.0 + 0.1 * np.random.default_rng(8).uniform(-1.0, 1.0, (2, len(home)))
+    factors[1] = [1.1 if one["name"].endswith("K1") else 1.0 for one in data["sliders"]]
+    rows = of_page(data, own, [[home], *([list(map(float, home * row))] for row in factors)], asked=FILES)
+    assert rows[0][1] == text
+    for i, (found, given) in enumerate(rows[1:]):
+        (tmp_path / f"{i}.yaml").write_text(given, encoding="utf-8")
+        same(found, read_project(tmp_path / f"{i}.yaml"))
 
 
 @NODE

@@ -56,8 +56,7 @@ function gearsAt(machine, data, values, [chosen, motor], inputs) {
     }));
   };
   const of = JSON.stringify([values, motor]);
-  URL.revokeObjectURL(by("file").href);
-  by("file").href = URL.createObjectURL(new Blob([projectOf(data, values, [chosen, motor])]));
+  give(by("file"), projectOf(data, values, [chosen, motor]));
   by("file").download = `${data.gears[chosen].name}.yaml`;
   clearTimeout(table.timer);
   if (of === table.of) return paint();

@@ -112,12 +112,26 @@ function pointed(data, found, svg, { clientX }) {
 
 const element = (tag, fields, ...children) => { const made = Object.assign(document.createElement(tag), fields); made.append(...children); return made; };
 
+/** Project file with the numbers of the sliders; that of the drive where none is moved. */
+function fileOf({ project, content, gear, sliders }, values) {
+  const file = structuredClone(content), moved = sliders.map(({ value }, i) => values[i] !== value);
+  if (!moved.includes(true)) return project;
+  sliders.forEach(({ keys, unit }, i) => {
+    if (!moved[i]) return;
+    if (keys[1] === "law" && !file.gear.law) file.gear = structuredClone(gear);
+    keys.slice(0, -1).reduce((group, key) => (group[key] ??= {}), file)[keys.at(-1)] = `${values[i]} ${unit}`.trim();
+    if (file.sources) file.sources[keys.join(".")] = "yours";
+  });
+  return JSON.stringify(file, null, 1);
+}
+
+const give = (link, text) => { URL.revokeObjectURL(link.href); link.href = URL.createObjectURL(new Blob([text])); };
+
 /** Build the choices and sliders and answer whenever one moves; the address of the page holds them. */
 async function show() {
   const by = (id) => document.getElementById(id), data = DATA, alone = location.protocol !== "about:"; // else in a report
   if (!hasVectors()) return void (by("said").textContent = data.facts.no_simd);
   const machine = start(await unpacked(KERNELS), data.kinds, bytes(LAWS)), choices = data.choices ?? [], number = choices.length;
-  by("file").href = URL.createObjectURL(new Blob([data.project]));
   if (!alone) by("file").after(" ", element("a", { textContent: "This page as a file", download: `${data.title}.html`, href: URL.createObjectURL(new Blob([frameElement.srcdoc], { type: "text/html" })) }));
   const outputs = data.sliders.map(() => element("output", {}));
   const inputs = [
@@ -151,6 +165,7 @@ async function show() {
     draw();
     if (alone) history.replaceState(null, "", `#${inputs.map((input) => input.value).join("&")}`);
     if (data.gears) gearsAt(machine, data, values, chosen, inputs);
+    else give(by("file"), fileOf(data, values));
   };
   inputs.forEach((input) => input.addEventListener("input", update));
   by("again").addEventListener("click", () => { inputs.forEach((input, i) => (input.value = homes[i])); update(); });
@@ -161,4 +176,4 @@ async function show() {
   update();
 }
 if (typeof document === "object") show();
-else module.exports = { ...module.exports, answered, told, allowed };
+else module.exports = { ...module.exports, answered, told, allowed, fileOf };

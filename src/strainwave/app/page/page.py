@@ -25,6 +25,10 @@ from ...drive.reductions import left_out
 from ...drive.response import POINTS
 from ...drive.train_curve import POINTS as OF_TRAIN
 from ...drive.train_curve import at_load, follows_its_angle, has_curve, without_gravity
+from ...files.variants.names import Keys, keys_of, nominal_of, of_record
+from ...files.variants.replaced import OF_RECORD, replaced
+from ...files.yaml_text import read
+from ...model.gears.gear import Gear
 from ...model.laws.friction import NO_FRICTION
 from ...model.laws.springs import Linear
 from ...model.train.controls import PositionLoop
@@ -151,6 +155,9 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
         }
         for law in drive.laws
     ]  # fmt: skip
+    content: Any = read(base.text).content
+    records = {name: f"{value!r} {unit}" for name, (value, unit) in of_record(content, base.gear).items()}
+    content = read(replaced(base, records).text).content  # whose gear may be written out
     speeds, whole, train = project.speeds, drive.drive, project.train
     points = OF_TRAIN if train is not None and has_curve(train) else POINTS  # those of the command
     data = {
@@ -160,12 +167,26 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
         "whole": [whole.follows, whole.loose, whole.controls, whole.every, whole.alone],
         "limited": project.limit is not None, "points": points, "begin": drive.begin,
         "mostPoints": MOST_POINTS,
-        "sliders": [one.data() for one in moved],
+        "sliders": [one.data() | {"keys": _keys(content, one.name)} for one in moved], "content": content,
+        "gear": base.gear and base.gear.has_law and _explicit(base.gear),
         "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},
         "kinds": json.loads(_text("kernels.json"))["arguments"], "project": project.text,
         "gravity": train is not None and follows_its_angle(train),
     }  # fmt: skip
     return data, beside(_functions(drive.laws, kinds))
+
+
+def _keys(content: dict[str, Any], name: str) -> Keys:
+    """Where the number of a slider stands in a project file, which writes the law of the gear out."""
+    keys = keys_of(content, name)
+    return ("gear", "law", keys[1]) if keys[0] == "gear" and keys[1] in OF_RECORD else keys
+
+
+def _explicit(gear: Gear) -> dict[str, Any]:
+    """A gear of the catalogue as a file writes out a gear with other slopes."""
+    slopes = {name: nominal_of({"gear": gear.name}, gear, f"gear.{name}") for name in OF_RECORD}
+    law = {name: f"{value!r} {unit}" for name, (value, unit) in slopes.items()}
+    return {"ratio": f"{gear.ratio!r}", "law": {"type": "piecewise_linear", **law}}
 
 
 def _functions(laws: tuple[Any, ...], kinds: list[Any]) -> bytes:
