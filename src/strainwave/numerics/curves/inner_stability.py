@@ -11,7 +11,7 @@ from ..addressed import kinks, stiffnesses, torques
 from ..balance.fourier import LOOKED
 from ..balance.linear_algebra import copy, fill, row_times
 from ..balance.piecewise import MOST_CROSSINGS, crossings, sort_by_angle
-from ..stability.panel_map import EVEN, MOST, PHASE, PLACES, TERMS, WAVES, C, _panels, eliminated
+from ..stability.panel_map import MOST, PHASE, PLACES, TERMS, WAVES, C, _panels, eliminated
 from .inner_balance import EXACT, MOST_KINKS, law_of, synthesis_of
 
 QUIET = 1e-11  # share of an orbit's harmonics that no panel has to resolve
@@ -275,7 +275,7 @@ def panels_of(
                 places[number], number = angles[j], number + 1
     sort_by_angle(places, places.copy(), number)
     if number == 0:
-        panels = EVEN * math.ceil(2.0 * math.pi / longest / EVEN)
+        panels = math.ceil(2.0 * math.pi / longest)
         if panels > len(first):
             return 0, 0
         for j in range(panels):
