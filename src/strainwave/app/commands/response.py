@@ -190,13 +190,13 @@ def _sizes(
 
 def _torques(project: Project, judged: Any) -> str:
     """What gear and motor take: under a range of loads at least, for their vibration under the others is not known."""
-    ranged, motor = _ranged(project), judged.motor
-    said = f"in the gear at {'least' if ranged else 'most'} {number(judged.used.peak_torque)} N·m"
+    ranged, motor, digits = _ranged(project), judged.motor, project.digits()
+    said = f"in the gear at {'least' if ranged else 'most'} {number(judged.used.peak_torque, digits)} N·m"
     if motor and project.motor == "free" and project.train is None:
-        said += f", of the motor {number(motor.torque)} N·m beside the mean that keeps a free motor's speed"
+        said += f", of the motor {number(motor.torque, digits)} N·m beside the mean that keeps a free motor's speed"
     elif motor:
-        said += f", of the motor {number(motor.torque)} N·m"
-        said += "" if ranged else f", {number(motor.holding)} N·m of it at steady speed"
+        said += f", of the motor {number(motor.torque, digits)} N·m"
+        said += "" if ranged else f", {number(motor.holding, digits)} N·m of it at steady speed"
     return f"{said}: all loads without vibration, and this one with it; analyze follows each" if ranged else said
 
 

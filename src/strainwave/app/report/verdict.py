@@ -142,7 +142,7 @@ def torque_said(view: View, verdict: Verdict, with_motor: bool = True) -> str:
     """The largest torque against the rating, and every limit of the gear, and of the motor, that is passed."""
     used = view.analysis.usage
     exceeded = [one for one in gravest(verdict.exceeded) if with_motor or one.limit not in MOTOR]
-    size = f"the torque through the gear reaches {number(used.peak_torque)} N·m"
+    size = f"the torque through the gear reaches {number(used.peak_torque, view.project.digits())} N·m"
     torques = [finding for finding in view.analysis.limits if finding.limit not in REST]
     if not torques:
         said = f"{size}, and its largest torques are not known"
@@ -286,9 +286,10 @@ def _motor(view: View) -> str:
         return ""
     study, run = view.analysis.train, " in the run-up, its acceleration left out" * motor.in_run_up
     text = "It must give up to {} N·m{}, at {}"
-    said = Sentence(text, number(motor.torque), run, Speed(motor.at, digits=5) + under_load(motor.load))
+    digits, where = view.project.digits(), Speed(motor.at, digits=5) + under_load(motor.load)
+    said = Sentence(text, number(motor.torque, digits), run, where)
     if motor.holding > LEAST * motor.torque:
-        said += f"; steady loads and friction alone take up to {number(motor.holding)} N·m"
+        said += f"; steady loads and friction alone take up to {number(motor.holding, digits)} N·m"
     sheet = limits or MotorLimits()
     torque, speed = sheet.most, sheet.fastest
     current = f" It takes a current of {number(motor.torque / sheet.K_t)} A." if math.isfinite(sheet.K_t) else ""

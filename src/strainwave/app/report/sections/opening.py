@@ -137,7 +137,7 @@ class Opening:
                 excess = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
         text = f"largest torque through the gear{condition}, at " + Speed(torque["omega_rad_per_s"], digits=5)
         text += under_load(torque["load_torque_Nm"])
-        rows.append((f"{number(size)} N·m", view.told(text) + excess, bool(excess)))
+        rows.append((f"{number(size, view.project.digits())} N·m", view.told(text) + excess, bool(excess)))
         return [*rows, *_motor_numbers(view)]
 
 
@@ -204,7 +204,7 @@ def _motor_numbers(view: View) -> list[tuple[str, str, bool]]:
     run = " in the run-up, its acceleration left out" if motor.in_run_up else ""
     text = f"largest torque that the motor must give{run}, at " + Speed(motor.at, digits=5) + under_load(motor.load)
     meaning = view.told(text) + excess("motor torque").replace("*", "·")
-    rows = [(f"{number(motor.torque)} N·m", meaning, "motor torque" in exceeded)]
+    rows = [(f"{number(motor.torque, view.project.digits())} N·m", meaning, "motor torque" in exceeded)]
     if "motor speed" in exceeded:
         speed = f"{number(exceeded['motor speed'].value, 5)} rpm"
         rows.append((speed, "speed at which the motor must turn" + excess("motor speed"), True))
