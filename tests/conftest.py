@@ -19,7 +19,7 @@ MACHINE_CODE = ("compile", "numerics/ensemble")  # rooms whose fast tests run co
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what runs `compiled`, what is in long.txt and what drives the app in a browser, which is slow.
+    """Mark what runs `compiled`, what long.txt and slow.txt list and what drives the app in a browser, which is slow.
 
     Sort files by their slow and compiled tests, for xdist too.
     The last files are short, so that no worker is left alone.
@@ -30,12 +30,15 @@ def pytest_collection_modifyitems(items):
         if "page" in item.fixturenames:  # the app has processes of its own
             item.add_marker(pytest.mark.slow)
             item.add_marker(pytest.mark.interpreted)
+    for marks, file in ((("long",), "long.txt"), (("slow", "interpreted"), "slow.txt")):
+        listed = {line for line in (here / file).read_text(encoding="utf-8").splitlines() if line[:1] != "#"}
+        for item in items:
+            name = f"{item.path.relative_to(here).as_posix()}::{item.name}"
+            if listed & {name, name.partition("[")[0]}:
+                for mark in marks:
+                    item.add_marker(mark)
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
-    long = {line for line in (here / "long.txt").read_text(encoding="utf-8").splitlines() if line[:1] != "#"}
     for item in items:
-        name = f"{item.path.relative_to(here).as_posix()}::{item.name}"
-        if long & {name, name.partition("[")[0]}:
-            item.add_marker(pytest.mark.long)
         of_machine_code = item.get_closest_marker("slow") or rooms & {*item.path.parents}
         if of_machine_code and not item.get_closest_marker("interpreted"):
             item.add_marker(pytest.mark.compiled)

@@ -142,8 +142,9 @@ def test_public_functions_have_at_most_8_parameters_beside_options_with_defaults
         assert len(parameters) - len(options) <= 8, function.__name__
 
 
-def test_the_long_tests_that_are_listed_exist():
-    lines = (ROOT / "tests" / "long.txt").read_text(encoding="utf-8").splitlines()
+@pytest.mark.parametrize("file", ["long.txt", "slow.txt"])
+def test_the_long_and_slow_tests_that_are_listed_exist(file):
+    lines = (ROOT / "tests" / file).read_text(encoding="utf-8").splitlines()
     listed = [line.partition("[")[0].split("::") for line in lines if line[:1] != "#"]
     assert len(listed) > 20
     assert [
