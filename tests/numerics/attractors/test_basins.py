@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED
+from strainwave.numerics.attractors.settle import Bounded
 
 TWO_WELLS = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.0)
 LINEAR = sw.Cubic(2.0, 0.0)  # of a class that other tests compile
@@ -87,6 +88,20 @@ def test_chaos_and_escape_are_counted_as_such():
     escape = sw.basins(soft, (-3.0, 3.0), (-0.1, 0.1), resolution=(6, 1))
     assert escape.label.tolist() == [DIVERGED, DIVERGED, 0, 0, DIVERGED, DIVERGED]
     assert escape.share(DIVERGED)[0] == pytest.approx(2.0 / 3.0)
+
+
+@pytest.mark.slow
+def test_a_bound_ends_a_trajectory_that_yields_on_its_way_out_and_changes_no_other():
+    law = sw.Parallel(sw.Cubic(1.0, -1.0), sw.BoucWen(K=0.2, ratio=0.0, yield_twist=0.01))
+    soft = sw.Oscillator(1.0, 0.2, law, sw.Harmonic(0.05), 0.5)
+    start, method = (np.array([3.0, 0.1]), np.zeros(2), np.zeros(2)), sw.Dopri5(rtol=1e-5, max_steps=20_000)
+    free, bounded = [
+        sw.ensemble(system, {}, start, periods=2, measures=(sw.numerics.Extremes(),), method=method, threads=1)
+        for system in (soft, Bounded(soft, 10.0))
+    ]
+    assert free["status"].values.tolist() == [2, 0]
+    assert bounded["status"].values.tolist() == [1, 0]
+    assert float(bounded["highest"][1]) == float(free["highest"][1]) < 0.2
 
 
 @pytest.mark.compiled

@@ -3,6 +3,7 @@
 The largest Lyapunov exponent: the mean rate at which neighbouring motions drift apart, with a standard error.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -10,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...base.choices import select
 from ...base.law import breakpoints_of, repeating, torsion
-from ...base.protocols import System, has_jacobian, omega_of, with_parts
+from ...base.protocols import System, has_jacobian, omega_of, prepared, with_parts
 from ...base.quantities import numbers, positive_count, replace
 from ...base.results import Floats, SolveError
 from ...compile.maths import cos, sin
@@ -48,6 +50,30 @@ class Settled:
     diverged: NDArray[np.bool_]
     lowest: Floats
     highest: Floats
+
+
+class Bounded(NamedTuple):
+    """A system without an acceleration where its torsion is beyond a bound [rad]: a trajectory ends there.
+
+    A law with memory yields over a constant twist: steps that follow it far away are as short as that twist.
+    """
+
+    system: Any
+    bound: float
+
+    @property
+    def omega(self) -> Any:
+        """Base speed [rad/s] of the system."""
+        return omega_of(self.system)
+
+    def prepared(self) -> "Bounded":
+        """The same with the system in its form for many steps."""
+        return self._replace(system=prepared(self.system))
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Rates of the states."""
+        rates, twist = self.system.rhs(phase, y), torsion(self.system, phase, y)
+        return (rates[0], rates[1] + select(abs(twist) > self.bound, math.nan, 0.0), *rates[2:])
 
 
 def settled(

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import breakpoints_of, is_spring
+from ...base.law import breakpoints_of, is_spring, torsion
 from ...base.quantities import leaf_of
 from ...base.results import Floats
 from ...drive.response import TurnResponse, of_equation
@@ -17,7 +17,7 @@ from ...drive.train_curve import of_train, torque_in
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
-from ...numerics.attractors.settle import SEEN, Settled, settled
+from ...numerics.attractors.settle import SEEN, Bounded, Settled, settled
 from ...numerics.balance.choice import balance_of
 from ...numerics.balance.fourier import from_blocks
 from ...numerics.balance.harmonics import MOST, highest_order
@@ -32,6 +32,7 @@ from .starts import Settling, beside, beyond_ends, starts_at
 SAME = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
 DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in the longest time
 STAGES = 4  # shares of that time after which those on known motions end
+ESCAPED = 100.0  # times the largest start or motion, beyond which a trajectory does not come back
 ROUGH = 1e-5  # tolerance of the integration: what it leads to is solved again
 POINTS = 60  # about so many of a curve
 NEAR, FEW = 0.015, 4  # relative distance, and harmonics beyond the highest order, of what goes on over many turns
@@ -201,9 +202,12 @@ def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, .
     sizes = [float(np.median(curve.table[:, OSCILLATION])) for curve in curves]
     smooth = isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
     method = None if smooth else Dopri5(rtol=ROUGH, atol=ROUGH * min(sizes))
+    twists = start[0], torsion(system, 0.0, tuple(start)), *(curve.table[:, [LOW, HIGH]] for curve in curves)
+    bound = ESCAPED * max(float(np.max(np.abs(twist))) for twist in twists)
+    whole, path = (system, "omega") if smooth else (Bounded(system, bound), "system.omega")
     first = longest // STAGES
     ends = settled(
-        system, {"omega": omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
+        whole, {path: omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
         known=lambda ends: _matches(curves, omega, ends),
     )  # fmt: skip
     return ends, longest >= DECAY * turns
