@@ -41,6 +41,13 @@ def test_a_motion_that_leaves_every_bound_is_one_sentence_without_warnings(metho
         sw.numerics.poincare_section(soft, (5.0, 0.0), turns=5, settle=1, method=method)
 
 
+@pytest.mark.compiled
+def test_a_start_far_away_takes_more_steps_than_a_diagram_may():
+    stiff = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 1.0), sw.Harmonic(0.3), 1.0)
+    with pytest.raises(sw.SolveError, match=r"5 turns at omega = 1 rad/s .* of 1e\+16 take more than 40000 steps;"):
+        sw.numerics.orbit_diagram(stiff, "B", (0.1, 0.2), (0.0, 1e16), settle=3, points=2)
+
+
 @pytest.mark.slow
 def test_sweeps_up_and_down_jump_where_the_response_curve_folds():
     system = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)

@@ -12,7 +12,7 @@ from ...base.arguments import typed
 from ...base.law import repeating, torsion
 from ...base.protocols import System, omega_of, with_parts
 from ...base.quantities import number, numbers, parameters, positive_count, replace, shown
-from ...base.results import Floats, SolveError
+from ...base.results import Floats, SolveError, Status
 from ..integration.methods import Dopri5, Method
 from ..integration.simulate import simulate
 
@@ -20,6 +20,7 @@ METHOD = Dopri5()
 PER_TURN = 256  # samples between which crossings are looked for
 BISECTIONS = 40
 MOST_TURNS = 100_000
+STEPS = 8_000  # of a turn of an orbit diagram on average: with an order of 320 it takes about 6,000
 FOR_PEAKS = 64  # samples of a turn between which its peak is found
 LONGEST, SETTLED = 8, 1e-5  # periods looked for, and by how much of its size a state may miss itself
 
@@ -204,7 +205,7 @@ def orbit_diagram(
     *,
     settle: int = 200,
     points: int = 64,
-    method: Method = METHOD,
+    method: Method | None = None,
     threads: int = 2,
 ) -> OrbitDiagram:
     """Sweep a parameter slowly up and down and keep the stroboscopic points of the motion at every value.
@@ -224,8 +225,8 @@ def orbit_diagram(
         State with which each sweep begins.
     settle, points : int
         Turns at each value before the points are kept, and how many are kept.
-    method : Dopri5, Rk4 or Dop8
-        Integration method.
+    method : Dopri5, Rk4 or Dop8, optional
+        Integration method. Default: `Dopri5()` with at most 8,000 steps a turn on average.
     threads : int
         How many sweeps to follow at a time.
 
@@ -239,6 +240,8 @@ def orbit_diagram(
     ------
     ValueError
         If the values do not rise, there is no such parameter, y0 is no state or a count is out of range.
+    SolveError
+        If a motion takes more steps than the method may.
     """
     system = repeating("orbit_diagram", with_parts("orbit_diagram", system, "rhs"))
     grid = numbers("values", values)
@@ -257,8 +260,10 @@ def orbit_diagram(
     first = np.array(np.broadcast_arrays(*(numbers(f"y0[{i}]", entry) for i, entry in enumerate(y0)))).T
     members = [with_parts("orbit_diagram", replace(system, {path: float(value)}), "rhs") for value in grid]
 
+    chosen = method or Dopri5(max_steps=min(METHOD.max_steps, STEPS * (settle + points)))
+
     def sweep(job: tuple[list[Any], Floats]) -> tuple[Floats, Any, Floats]:
-        return _swept(*job, settle, points, method)
+        return _swept(*job, settle, points, chosen)
 
     jobs = [(order, start) for order in (members, members[::-1]) for start in first]
     with ThreadPoolExecutor(threads) as pool:
@@ -279,6 +284,12 @@ def _swept(members: list[Any], y: Floats, settle: int, points: int, method: Any)
     for i, member in enumerate(members):
         t = 2.0 * np.pi / float(omega_of(member)) * np.concatenate([[0.0], turns])
         run = simulate(member, y, t, method=method)
+        if run.status is Status.TOO_MANY_STEPS:
+            raise SolveError(
+                f"{settle + points} turns at omega = {float(omega_of(member)):.6g} rad/s from a largest state of "
+                f"{np.max(np.abs(y)):.3g} take more than {method.max_steps} steps; start from a smaller y0, take fewer "
+                f"turns, or give method=Dopri5(max_steps={10 * method.max_steps})"
+            )
         if not run.status:
             break
         once = run.y[:, 1 + FOR_PEAKS :: FOR_PEAKS]
