@@ -27,7 +27,7 @@ from ...numerics.curves.parameter_response import both_ways
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
-from .starts import Settling, beside, beyond_ends, starts_at
+from .starts import Settling, beside, beyond_ends, start_reach, starts_at
 
 SAME = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
 DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in the longest time
@@ -90,7 +90,7 @@ def _searched(
         given = np.array([seed.state for seed in seeds]).T
         omega = np.append(omega, [seed.omega for seed in seeds])
         start = np.concatenate([start.reshape(len(given), -1), given], axis=1)
-    ends, whole = _settle(system, omega, start, known_curves)
+    ends, whole = _settle(case, omega, start, known_curves)
     curves, loose, new, before = known_curves, list[Loose](), list[Settling](), len(known_curves) - earlier
     while len(rest := _unknown(curves, omega, ends)):
         lane = int(max(rest, key=lambda i: ends.highest[i] - ends.lowest[i]))
@@ -176,14 +176,14 @@ def _on(curves: tuple[Motions, ...], start: Start) -> bool:
     return False
 
 
-def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
+def _settle(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
     """March the starts until each is on a known motion, or its transients have died; whether they had the time.
 
     Transients take a time, not a number of turns: only speeds of one decade are marched together.
     """
     decade = np.floor(np.log10(omega / np.min(omega)))
     groups = [np.flatnonzero(decade == k) for k in np.unique(decade)]
-    results = [_settled(system, omega[own], start[:, own], curves) for own in groups]
+    results = [_settled(case, omega[own], start[:, own], curves) for own in groups]
     order = np.argsort(np.concatenate(groups))
     whole = Settled(
         *(
@@ -194,8 +194,9 @@ def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ..
     return whole, all(enough for _, enough in results)
 
 
-def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
+def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
     """`_settle` of starts at speeds that are near each other."""
+    system = case.system
     B, J = (system.B, system.J) if isinstance(system, Oscillator) else (system.train.B, system.train.load.end().J)
     turns = 2.0 * J / B * float(np.max(omega)) / (2.0 * np.pi) if B > 0.0 else MOST_TURNS
     longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))
@@ -203,7 +204,7 @@ def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, .
     smooth = isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
     method = None if smooth else Dopri5(rtol=ROUGH, atol=ROUGH * min(sizes))
     twists = start[0], torsion(system, 0.0, tuple(start)), *(curve.table[:, [LOW, HIGH]] for curve in curves)
-    bound = ESCAPED * max(float(np.max(np.abs(twist))) for twist in twists)
+    bound = ESCAPED * max(start_reach(case, np.sort(omega)), *(float(np.max(np.abs(twist))) for twist in twists))
     whole, path = (system, "omega") if smooth else (Bounded(system, bound), "system.omega")
     first = longest // STAGES
     ends = settled(

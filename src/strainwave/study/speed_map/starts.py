@@ -62,14 +62,11 @@ def beside(seeds: tuple[Settling, ...], span: tuple[float, float]) -> tuple[Sett
 
 def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     """Speeds (lanes,) and states (states, lanes): free vibrations that an order may keep up, and random starts."""
-    equation, system = case.equation._replace(law=springs_of(case.equation.law)), case.system
-    leaf = leaf_of(equation, "omega")
-    problem = second_order(equation, leaf, leaf, highest_order(equation))
+    problem, system = _problem(case), case.system
+    equation = problem.system
     rng = np.random.default_rng(SEED)
     draws = rng.random((4, RANDOM))
-    free = _free(
-        equation, case.point.mean_torque, max((box_at(problem, float(w)).size for w in speeds[[0, -1]]), default=0.0)
-    )
+    free = _free(equation, case.point.mean_torque, start_reach(case, speeds))
     orders, spring = active_orders(equation), is_spring(case.equation)
     lanes, blocks = [], []
     for omega in speeds.tolist():
@@ -87,6 +84,19 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     start = np.concatenate([np.empty((2, 0)), *blocks], axis=1)
     start = np.concatenate([start, np.zeros((states - 2, start.shape[1]))])
     return np.concatenate([np.empty(0), *lanes]), start
+
+
+def start_reach(case: Any, speeds: Floats) -> float:
+    """Largest distance [rad] of a start from the operating point, at ascending speeds (n,)."""
+    problem = _problem(case)
+    return max(box_at(problem, float(w)).size for w in speeds[[0, -1]])
+
+
+def _problem(case: Any) -> Any:
+    """The error equation of a case with the springs of its law, from whose balance boxes of starts come."""
+    equation = case.equation._replace(law=springs_of(case.equation.law))
+    leaf = leaf_of(equation, "omega")
+    return second_order(equation, leaf, leaf, highest_order(equation))
 
 
 class Springs(NamedTuple):
