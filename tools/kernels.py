@@ -24,12 +24,17 @@ README = ROOT / "benchmarks" / "readme_drive.yaml"
 def keep(folder: Path) -> None:
     """Write every kernel that this process compiles into a folder too."""
     from llvmlite import binding
+    from numba.core import ir
     from numba.core.codegen import JITCodeLibrary
     from numba.core.registry import cpu_target
 
     from strainwave.compile import cache
 
     optimize, save = JITCodeLibrary._optimize_final_module, cache.CodeCache.save_overload
+    locate = ir.Loc.__init__
+
+    def located(self: Any, filename: str, *more: Any, **named: Any) -> None:
+        locate(self, filename.rpartition("site-packages/")[2], *more, **named)  # the same wherever they are made
 
     def optimized(self: Any) -> None:
         self.plain = self._final_module.as_bitcode()
@@ -52,6 +57,7 @@ def keep(folder: Path) -> None:
             cache.write(folder / name, classes, (library, *parts, "", loaded, environments))
 
     JITCodeLibrary._optimize_final_module, cache.CodeCache.save_overload = optimized, saved
+    ir.Loc.__init__ = located
 
 
 def run(folder: Path, *arguments: str) -> None:

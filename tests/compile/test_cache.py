@@ -260,6 +260,13 @@ def test_a_user_without_a_home_keeps_code_where_the_environment_says_or_in_memor
     assert not cache.cache_writable.__wrapped__()
 
 
+def test_code_of_another_version_of_the_compiler_is_not_taken(tmp_path):
+    run_script(PACKAGES, tmp_path)
+    other = "import numba; numba.__version__ += '.1'\n" + PACKAGES
+    assert run_script(other, tmp_path) == ["0", "1"]
+    assert run_script(other, tmp_path) == run_script(PACKAGES, tmp_path) == ["1", "0"]
+
+
 SHIPPED = """
 import sys
 import strainwave as sw
@@ -298,6 +305,6 @@ def test_kernels_of_other_sources_or_a_damaged_file_are_not_taken(tmp_path, monk
     first, content = cache.SHIPPED.read_bytes().split(b"\n", 1)
     monkeypatch.setattr(cache, "SHIPPED", tmp_path / "kernels.xz")
     assert cache.shipped.__wrapped__(triple) == {}
-    for wrong in (b"0" + first[1:] + b"\n" + content, first + b"\n" + content[:-100], first + b"\n"):
+    for wrong in (b"0" + first[1:] + b"\n" + content, first + b"\n" + content[:-100], first + b"\n", b"\xff\n"):
         cache.SHIPPED.write_bytes(wrong)
         assert cache.shipped.__wrapped__(triple) == {}

@@ -54,10 +54,8 @@ class CodeCache:
         if path is None:
             return None
         try:
-            if path.is_file():
-                written = path.read_bytes()
-                if hashlib.sha256(written[DIGEST:]).digest() != written[:DIGEST]:  # damaged code would end the process
-                    return None
+            written = path.read_bytes() if path.is_file() else b""
+            if hashlib.sha256(written[DIGEST:]).digest() == written[:DIGEST]:  # damaged code would end the process
                 parts = _Unpickler(io.BytesIO(written[DIGEST:]), classes).load()
             elif name in (known := shipped(target.codegen().magic_tuple()[0])):
                 library, *others = _Unpickler(io.BytesIO(known[name]), classes).load()
@@ -89,9 +87,10 @@ class CodeCache:
             return classes, None, ""
         if " at 0x" in repr(kinds):  # a compiled function among the arguments, which has no name of its own
             return classes, None, ""
+        machine = codegen.magic_tuple()
         names = [
             hashlib.sha256(f"{text} {target!r}".encode(errors="surrogatepass")).hexdigest()[:32]
-            for target in ((kinds, codegen.magic_tuple(), sys.version_info[:2]), kinds)
+            for target in ((kinds, machine, sys.version_info[:2], stamp(machine[0])), kinds)
         ]
         return classes, cache_folder() / f"{self.function.__name__}-{names[0]}.code", names[1]
 
@@ -115,7 +114,7 @@ def shipped(triple: str) -> dict[str, bytes]:
     """Kernels that the package brings, by their names: none for other sources, libraries and machines."""
     with suppress(OSError, lzma.LZMAError):
         mark, _, content = SHIPPED.read_bytes().partition(b"\n")
-        if mark.decode() == stamp(triple):
+        if mark == stamp(triple).encode():
             kernels: dict[str, bytes] = pickle.loads(lzma.decompress(content))
             return kernels
     return {}
@@ -124,7 +123,8 @@ def shipped(triple: str) -> dict[str, bytes]:
 def stamp(triple: str) -> str:
     """What the LLVM code of kernels depends on: sources, compiler and machine."""
     versions = [f"{name} {import_module(name).__version__}" for name in ("numba", "llvmlite")]
-    return ", ".join([source_hash(), *versions, triple])
+    llvm = ".".join(map(str, import_module("llvmlite.binding").llvm_version_info))
+    return ", ".join([source_hash(), *versions, f"LLVM {llvm}", triple])
 
 
 def _made(library: tuple[str, bytes], codegen: Any) -> tuple[str, str, tuple[bytes, bytes]]:
