@@ -58,7 +58,7 @@ async function show() {
 
 // After a pause: for one slider after another the value that meets the limit, until something changes.
 async function seek() {
-  const mine = (seeking += 1), names = about.parameters.map((p) => p.name);
+  const mine = (seeking += 1), names = about?.parameters.map((p) => p.name) ?? [];
   if (state.view !== "response" || !names.includes("limit.oscillation") || byId("plots").classList.contains("stale")) return;
   for (const p of about.parameters.filter((one) => one.log && one.now !== null && !/^(speed|limit|gear)[.]/.test(one.name))) {
     const found = await call("/api/goal", { body: { state: asked(), name: p.name }, kind: "goal" }).catch(() => ({ value: null }));
