@@ -37,7 +37,7 @@ def project():
 
 @pytest.mark.compiled
 def test_a_prediction_is_what_the_loop_does():
-    table, bench = sw.prediction_table(project()), bench_of(project(), QUICK)
+    table, bench = sw.prediction_table(project(), np.array([2, 4])), bench_of(project(), QUICK)
     assert table.orders.tolist() == [2, 4]
     for speed in (25.0, 40.0, 55.0):
         amplitudes, flag = table.at(speed)

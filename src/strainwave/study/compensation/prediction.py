@@ -299,7 +299,7 @@ def prediction_table(
     x = curve.coefficients
     way = slice(None, None, 1 if curve.omega[0] <= curve.omega[-1] else -1)
     most = x.shape[1] // 2
-    if not chosen or any(not isinstance(k, int) or isinstance(k, bool) or not 1 <= k <= most for k in chosen):
+    if not chosen or any(type(k) is bool or not (isinstance(k, int | np.integer) and 1 <= k <= most) for k in chosen):
         raise ValueError(f"orders is {shown(orders)}; give integers from 1 to {most}, the harmonics of this response")
     omega, rows = curve.omega[way], np.array([x[way, 2 * k - 1] - 1j * x[way, 2 * k] for k in chosen], complex)
     stable = curve.stable[way] | np.isin(omega, [fold.omega for fold in curve.folds])
