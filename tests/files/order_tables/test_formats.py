@@ -397,11 +397,8 @@ def test_a_drive_that_takes_the_sine_gets_the_same_torque(tmp_path):
     assert read_back(tmp_path, "beckhoff").keep((2, 12)).lines[1].phase == pytest.approx(2.0, abs=1e-6)
 
 
-class Halved(sw.results.OrderFormat):
+class Halved(sw.results.OrderFormat, name="halved", title="halved lines"):
     """A user's own format: half the amplitudes, order by order."""
-
-    name = "halved"
-    title = "halved lines"
 
     def store(self, table):
         lines = tuple(line._replace(amplitude=0.5 * line.amplitude) for line in table.lines)
@@ -433,6 +430,10 @@ def test_a_users_own_format_is_one_class(tmp_path):
     assert left.rms == pytest.approx(0.5 * ANGLE.rms, rel=1e-9)
     found = sw.OrderTable.read(tmp_path / "a.txt", Halved())
     assert [line.amplitude for line in found.lines] == [0.5 * line.amplitude for line in ANGLE.lines]
+    with pytest.raises(TypeError, match=r"Typo has no attribute both_way; a format has begin, both_ways, .*width"):
+
+        class Typo(sw.results.OrderFormat, both_way=True):
+            pass
 
 
 sizes = st.floats(1e-6, 1e-3)

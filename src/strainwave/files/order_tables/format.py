@@ -1,8 +1,6 @@
-"""What a file format of order tables must say and do; a new format is one class and one line in `order_table`.
+"""File formats of order tables, and what they leave of one; a new format is one class and one line in `order_table`.
 
 A format's fields are its options: `table.write(path, format="moteus", torque_constant=0.05)`.
-
-What a format leaves of an order table: rounding, straight lines between points, and orders that it cannot hold.
 """
 
 import dataclasses
@@ -11,6 +9,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from inspect import get_annotations
 from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import numpy as np
@@ -176,7 +175,10 @@ class OrderFormat(ABC):
     def __init_subclass__(cls, **facts: object) -> None:
         """Take the attributes of a format from the line of its class."""
         super().__init_subclass__()
+        known = sorted({name for base in cls.__mro__ for name in get_annotations(base)})
         for name, fact in facts.items():
+            if name not in known:
+                raise TypeError(f"{cls.__name__} has no attribute {name}; a format has {', '.join(known)}")
             setattr(cls, name, fact)
 
     @abstractmethod
@@ -377,16 +379,14 @@ def encoded(form: OrderFormat, table: OrderContent, drop: bool = False) -> tuple
 
 def with_options(cls: type[OrderFormat], options: dict[str, Any]) -> OrderFormat:
     """A format with its options, of which texts are read as what they must be (ValueError)."""
-    names = [f.name for f in dataclasses.fields(cls)]
-    hints = get_type_hints(cls)
+    fields, hints = dataclasses.fields(cls), get_type_hints(cls)
+    names = [f.name for f in fields]
     for name, value in options.items():
         if name not in names:
-            listing = ", ".join(names) if names else "none"
-            raise ValueError(f"{cls.title} has no option {shown(name)}; it has {listing}")
+            raise ValueError(f"{cls.title} has no option {shown(name)}; it has {', '.join(names) or 'none'}")
         if isinstance(value, str) and hints[name] is not str:
             options = options | {name: _read(name, value, str(hints[name]))}
-    needed = [f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING and f.name not in options]
-    if needed:
+    if needed := [f.name for f in fields if f.default is dataclasses.MISSING and f.name not in options]:
         raise ValueError(f"{cls.title} needs the option {needed[0]}; give it")
     return cls(**options)
 
