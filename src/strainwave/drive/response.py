@@ -20,7 +20,8 @@ from ..model.train.drive_train import DriveTrain
 from ..numerics.continuation.trace import describe, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.curves.response import with_all_said, with_others
-from ..numerics.stability.first_order import with_special_points
+from ..numerics.labels import DECAYS
+from ..numerics.stability.first_order import with_special_points, with_stability
 from .drive_response import DriveResponse
 from .jumps import Jumps, jumps
 
@@ -121,14 +122,15 @@ def turn_response(
     """
     problem, traced, tail, origin = traced_turn(system, speeds, points, harmonics, coexisting)
     placed, labels = with_crests(problem, traced.points, traced.labels)
+    hill, floquet = problem.hill(), None
+    if not hill:
+        placed, labels, floquet = with_stability(problem, placed, labels, False)
+        if np.any(np.diff(np.abs(floquet[:, 0]) < DECAYS)):
+            placed, labels, floquet = with_special_points(problem, placed, labels, floquet)
     traced = replace(traced, points=placed, labels=labels)
-    curve = describe(problem, "omega", traced, tail, origin, locate=False)
-    if problem.hill():
+    curve = describe(problem, "omega", traced, tail, origin, locate=False, floquet=floquet)
+    if hill:
         return TurnResponse(problem, placed, with_all_said(problem, curve, traced))
-    if np.any(np.diff(curve.stable)):
-        placed, labels, floquet = with_special_points(problem, placed, labels, curve.multipliers)
-        traced = replace(traced, points=placed, labels=labels)
-        curve = describe(problem, "omega", traced, tail, origin, locate=False, floquet=floquet)
     spring = not lacking(system, "J", "law") and is_spring(system)  # one whose stiffness or damping varies
     whole = with_all_said(problem, curve, traced) if spring else with_others(problem, curve, traced.elsewhere, [])
     return TurnResponse(problem, placed, whole)

@@ -61,9 +61,10 @@ def train_curve(
     if train.motor.free and system.linear_part() is None:
         return None
     found = turn_response(system, speeds, points, harmonics, coexisting)
-    if sweep_on(found.curve) is None:  # nothing stable to follow
+    if not len(found.curve):
         return None
-    return of_train(system, found, follows_its_angle(train))
+    response = of_train(system, found, follows_its_angle(train))
+    return None if response.sweep is None else response  # nothing stable to follow
 
 
 def has_curve(train: DriveTrain) -> bool:
@@ -161,24 +162,23 @@ def of_train(system: AtLoad, found: TurnResponse, without_angle: bool = False) -
     each: Any = omega[:, None]
     there = tuple(state @ synthesis(h, samples))
     train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
-    torque = np.asarray(train.torque(angles, there))
-    motor = whole_torque(train, angles, there, torque)
+    torque, motor = torques(train, angles, there)
     return DriveResponse(
         curve, sweep_on(curve), displacement_peaks(state[0]), largest_of_samples(torque), cubic_means(torque),
         not system.train.motor.free, without_angle, **sizes_of(motor),
     )  # fmt: skip
 
 
-def whole_torque(train: Any, angles: Floats, y: tuple[Any, ...], torque: Floats) -> Floats:
-    """Torque (..., samples) [N*m] of the motor of a train over whole periods of a motion, from states y.
+def torques(train: Any, angles: Floats, y: tuple[Any, ...]) -> tuple[Floats, Floats]:
+    """Torques (..., samples) [N*m] in the gear and of the motor of a train over whole periods, from states y.
 
-    `torque` is that in the gear. A free motor gives the mean that keeps its mean speed beside what it is given.
+    A free motor gives the mean that keeps its mean speed beside what it is given.
     """
-    given = np.asarray(train.motor_torque(angles, y) + 0.0 * torque)
-    if not train.motor.free:
-        return given
-    accelerating = train.motor.J * forces(train, angles, y)[6][0] + 0.0 * torque
-    return np.asarray(given - np.mean(accelerating, axis=-1, keepdims=True))
+    torque, (acceleration, control, _) = forces(train, angles, y)[5:]
+    given = train.motor.excitation.torque(angles) + control + 0.0 * torque
+    if train.motor.free:
+        given = given - np.mean(train.motor.J * acceleration + 0.0 * torque, axis=-1, keepdims=True)
+    return np.asarray(torque), np.asarray(given)
 
 
 def torque_in(system: Any, phase: Floats, y: tuple[Any, ...]) -> Floats:

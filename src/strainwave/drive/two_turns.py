@@ -40,7 +40,7 @@ from ..numerics.torus.motion import along_turns, growth, oscillations, states_at
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
-from .train_curve import train_curve, whole_torque, without_gravity
+from .train_curve import torques, train_curve, without_gravity
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 
@@ -245,9 +245,8 @@ def beating_response(
     system, sizes, starts = AtLoad(without_gravity(train), train.omega), [], []
     for omega, y in zip(found.omega, states, strict=True):
         there, steady = own_state(system, tuple(y)), turning(system._replace(omega=float(omega)))
-        torque = steady.torque(angles, there)
         starts.append([float(np.ravel(state)[0]) for state in there])
-        sizes.append((there[0], torque, whole_torque(steady, angles, there, torque)))
+        sizes.append((there[0], *torques(steady, angles, there)))
     across, torque, motor = map(np.array, zip(*sizes, strict=True))
     return DriveResponse(
         curve, sweep_on(curve), largest_of_samples(across), largest_of_samples(torque), cubic_means(torque),

@@ -47,10 +47,11 @@ def test_a_crest_is_not_refined_beyond_the_digits_of_its_size(monkeypatch):
     drive = sw.Drive(4.5e-4, 0.65, 50.0, 11.4, sw.Cubic(3e4, 1e4))
     train = drive.train(control=control, load_torque=load, kinematic_error=error, omega=150.0)
     problem, found, _, _ = traced_turn(at_load(train), (50.0, 310.0), FEW, 16, False)
-    values = largest_size(from_blocks(problem.displacements(found.points).T).T)
+    series = from_blocks(problem.displacements(found.points).T).T
+    values = largest_size(series)
     monkeypatch.setattr(trace, "highest_between", noisy)
     monkeypatch.setattr(trace, "solve", solved)
     for i in trace.crests_of(values):
         sizes = []
-        trace._crest(problem, found.points, i, values, largest_size)
+        trace._crest(problem, found.points, i, series, values, largest_size)
         assert np.all(np.abs(np.diff(sizes[:-1])) > 1e-12 * values[i]), sizes

@@ -244,11 +244,15 @@ def pieces(system: System, y: Floats, turns: float, longest: float) -> tuple[Flo
 def cut(cuts: Floats, longest: float) -> tuple[Floats, Floats]:
     """Starts and lengths (n,) [rad] of pieces of a period, none above `longest`, between `cuts` in order."""
     ends = np.concatenate([cuts, [cuts[0] + 2.0 * np.pi]]) if len(cuts) else np.array([0.0, 2.0 * np.pi])
-    lengths = np.diff(ends)
+    return parted(ends[:-1], np.diff(ends), longest)[:2]
+
+
+def parted(starts: Floats, lengths: Floats, longest: Any) -> tuple[Floats, Floats, Any]:
+    """Starts and lengths (n,) of equal parts, none above `longest`, of every piece; and how many these are."""
     parts = np.maximum(1, np.ceil(lengths / longest)).astype(int)
     width = np.repeat(lengths / parts, parts)
     number = np.arange(len(width)) - np.repeat(np.cumsum(parts) - parts, parts)  # of a part in its piece
-    return np.repeat(ends[:-1], parts) + width * number, width
+    return np.repeat(starts, parts) + width * number, width, parts
 
 
 def panels(system: System, y: Floats, turns: float, wide: int) -> tuple[Floats, Floats, Floats]:

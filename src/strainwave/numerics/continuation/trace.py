@@ -228,7 +228,7 @@ def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> 
     crests: list[tuple[int, int, Floats]] = []
     for measure, values in sizes:
         for i in crests_of(values):
-            crest = _crest(problem, points, i, values, measure)
+            crest = _crest(problem, points, i, series, values, measure)
             if crest is None:
                 continue
             place = i if crest[0] > 0.0 else i - 1
@@ -248,7 +248,9 @@ def crests_of(values: Floats) -> list[int]:
     return [int(i) + 1 for i in np.flatnonzero(above)]
 
 
-def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Measure) -> tuple[float, Floats] | None:
+def _crest(
+    problem: Balance, points: Floats, i: int, series: Floats, sizes: Floats, measure: Measure
+) -> tuple[float, Floats] | None:
     """Crest next to a point, after which it lies where the first number is positive; None where the point is it.
 
     It is the highest place of the polynomial through five points, solved for at the parameter there.
@@ -264,7 +266,7 @@ def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Mea
         return None
     reach, size, crest = 0.1 * min(mid - first, last - mid), float(sizes[i]), None
     window, arc = window[distinct], arc[distinct]
-    series = _series(problem, window / scale)
+    series = series[max(i - REACH, 0) : i + REACH + 1][distinct]
     for _ in range(ROUNDS):
         s, top = highest_between(arc, series, first, last, measure is oscillation)
         if top - size <= SETTLED * top or not first < s < last or np.min(np.abs(arc - s)) <= least:

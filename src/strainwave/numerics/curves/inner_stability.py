@@ -11,10 +11,9 @@ from ..addressed import kinks, stiffnesses, torques
 from ..balance.fourier import LOOKED
 from ..balance.linear_algebra import copy, fill, row_times
 from ..balance.piecewise import MOST_CROSSINGS, crossings, sort_by_angle
-from ..stability.panel_map import MOST, PHASE, PLACES, TERMS, WAVES, C, _panels, eliminated
+from ..stability.panel_map import MOST, PHASE, PLACES, QUIET, TERMS, WAVES, C, _panels, eliminated
 from .inner_balance import EXACT, MOST_KINKS, law_of, synthesis_of
 
-QUIET = 1e-11  # share of an orbit's harmonics that no panel has to resolve
 SQUARES, GROWS = 44, 700.0  # squares of a matrix for its largest eigenvalue, and the largest logarithm of a multiplier
 AT = tuple(C.tolist())
 LAGRANGE = tuple(  # coefficients of the polynomials that are 1 at one of the places and 0 at the others

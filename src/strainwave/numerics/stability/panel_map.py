@@ -17,15 +17,17 @@ import numpy as np
 
 from ...base.results import Floats
 from ...compile.jit import borrowed, kernel_as, routine, run
-from ..balance.fourier import Samples, cut
+from ..balance.fourier import Samples, parted
+from ..balance.piecewise import is_piecewise_linear
 
 PLACES = 8
 FEW = 8  # runs in NumPy, which take a tenth of a second, before they are compiled
 PHASE = 3.5  # of the fastest disturbance in a panel [rad]
 TERMS = 34  # of the series in it
 WAVES = 4.5  # of the highest harmonic of an orbit in a panel [rad]
+QUIET = 1e-11  # share of an orbit's harmonics that no panel has to resolve
 MOST = 2048  # panels a period
-EVEN, TOGETHER = 4, 32  # numbers of panels are multiples, so that orbits share tables; orbits at a time
+TOGETHER = 64  # orbits at a time
 C = 0.5 + 0.5 * np.polynomial.legendre.leggauss(PLACES)[0]
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -268,31 +270,38 @@ def maps_through_panels(all_orbits: Any) -> Floats:
 
 
 def _maps(disturbances: Any) -> Floats:
-    h = disturbances.twists.shape[2] // 2
-    longest = np.minimum(PHASE * disturbances.speed / disturbances.rate, WAVES / h)
-    cuts = disturbances.crossings()
-    psi, width, bases = [], [], []
-    for places, most in zip(cuts, longest, strict=True):
-        if len(places):
-            first, lengths = cut(places, most)
-        else:
-            first, lengths, basis = _even(h, EVEN * int(np.ceil(2.0 * np.pi / most / EVEN)))
-            bases.append(basis)
-        psi.append((first[:, None] + lengths[:, None] * C).ravel())
-        width.append(lengths)
-        if len(places):
-            bases.append(Samples(psi[-1], psi[-1]).basis(h))
-    counts = [len(lengths) for lengths in width]
-    r = disturbances.feedbacks(np.concatenate(psi), bases)
-    lengths, kinds = np.unique(np.concatenate(width) / np.repeat(disturbances.speed, counts), return_inverse=True)
-    table = tables(disturbances.a, disturbances.b, disturbances.c, lengths)
-    first = np.concatenate([[0], np.cumsum(counts)])
-    return through_panels(table, kinds, r.reshape(-1, PLACES, *r.shape[1:]), first)
-
-
-@lru_cache(64)
-def _even(harmonics: int, panels: int) -> tuple[Floats, Floats, Floats]:
-    width = np.full(panels, 2.0 * np.pi / panels)
-    first = np.linspace(0.0, 2.0 * np.pi, panels, endpoint=False)
+    longest = np.minimum(PHASE * disturbances.speed / disturbances.rate, longest_in(disturbances))
+    cuts = [places if len(places) else np.zeros(1) for places in disturbances.crossings()]
+    numbers = np.array([len(places) for places in cuts])
+    starts, last = np.concatenate(cuts), np.cumsum(numbers) - 1
+    begin = last - numbers + 1
+    ends = np.append(starts[1:], 0.0)
+    ends[last] = starts[begin] + 2.0 * np.pi
+    first, width, parts = parted(starts, ends - starts, np.repeat(longest, numbers))
+    counts = np.add.reduceat(parts, begin)
+    after = np.cumsum(counts)
     psi = (first[:, None] + width[:, None] * C).ravel()
-    return first, width, Samples(psi, psi).basis(harmonics)
+    basis = Samples(psi, psi).basis(disturbances.twists.shape[2] // 2)
+    r = disturbances.feedbacks(psi, np.split(basis, PLACES * after[:-1], axis=1))
+    lengths, kinds = np.unique(width / np.repeat(disturbances.speed, counts), return_inverse=True)
+    table = tables(disturbances.a, disturbances.b, disturbances.c, lengths)
+    return through_panels(table, kinds, r.reshape(-1, PLACES, *r.shape[1:]), np.append(0, after))
+
+
+def longest_in(disturbances: Any) -> Floats:
+    """Longest panels [rad] (orbits,) that resolve orbits, as `curves.inner_stability.longest_in` has it for one.
+
+    Between the kinks of a piecewise linear law nothing varies where the motor has no deviation.
+    """
+    series, deviation = disturbances.twists, disturbances.deviation
+    if deviation is None and all(map(is_piecewise_linear, disturbances.problem.part.laws)):
+        return np.full(len(series), np.inf)
+    series = series if deviation is None else np.concatenate([series, deviation[:, None]], axis=1)
+    h = series.shape[2] // 2
+    k, sizes = np.arange(1, h + 1), np.abs(series[..., 1 : h + 1]) + np.abs(series[..., h + 1 :])
+    beyond = np.cumsum(sizes[..., ::-1], axis=2)[..., ::-1]
+    share = np.maximum(beyond / np.maximum(beyond[..., :1], 1e-300), QUIET)
+    audible = share > QUIET
+    longest = np.where(audible, 0.5 * WAVES * share ** (-0.5 / PLACES) / k, WAVES)
+    most = np.max(np.where(audible, k, 1), axis=(1, 2))
+    return np.asarray(np.maximum(np.min(longest, axis=(1, 2)), WAVES / most))

@@ -163,16 +163,13 @@ def errors(problem: Any, series: Floats) -> Floats:
     return np.asarray((problem.part.error.value(angles) + 0.0 * angles) @ problem.analysis)
 
 
-def coordinates(problem: Any, points: Floats) -> Any:
-    """All coordinates (points, h+1, n), complex, the first of them x."""
+def coordinates(problem: Any, points: Floats) -> tuple[Any, Any]:
+    """All coordinates (points, h+1, n), complex, the first of them x, but for what a control holds; `condense`'s s."""
     blocks = problem.series(points).copy()
     blocks[:, 0] += errors(problem, blocks)
     s = np.empty((len(points), *problem.stiff[0].shape), complex)
     condense(problem.pencil, base_speed(problem, points[:, -1]), 1.0, s, None)
-    p = eliminated(problem.pencil, s, np.moveaxis(to_complex(blocks), 1, 2))
-    if problem.pencil.controls and np.any(problem.part.integral):
-        p[:, 0] += held_torque(problem, points, s, p)[:, None] * problem.part.integral
-    return p
+    return eliminated(problem.pencil, s, np.moveaxis(to_complex(blocks), 1, 2)), s
 
 
 def held_torque(problem: Any, points: Floats, s: Any, p: Any) -> Floats:
@@ -191,7 +188,9 @@ def held_torque(problem: Any, points: Floats, s: Any, p: Any) -> Floats:
 
 def states(problem: Any, points: Floats) -> Floats:
     """Coefficients (points, states, 2h+1) of all states, in blocks, at every `every`-th harmonic."""
-    p, part = coordinates(problem, points), problem.part
+    (p, s), part = coordinates(problem, points), problem.part
+    if problem.pencil.controls and np.any(part.integral):
+        p[:, 0] += held_torque(problem, points, s, p)[:, None] * part.integral
     w = problem.pencil.rate * base_speed(problem, points[:, -1])[:, None] * np.arange(p.shape[1])
     waves = p @ part.values.T + 1j * w[..., None] * (p @ part.rates.T)
     return to_real(np.moveaxis(waves, 2, 1))
@@ -211,8 +210,7 @@ def linear_response(problem: Any, value: float) -> Floats:
         matrix[:, i, i] += float(law.stiffness(means[i]))
     matrix[:, 0, 0] += 1j * problem.gear_damping * problem.pencil.rate * omega * np.arange(size // 2 + 1)
     p = np.zeros((size // 2 + 1, count), complex)
-    for k in range(1, len(p)):
-        p[k] = np.linalg.lstsq(matrix[k], force[k], rcond=1e-14)[0]
+    p[1:] = (np.linalg.pinv(matrix[1:], rcond=1e-14) @ force[1:, :, None])[..., 0]
     p[0, : len(laws)] = means
     if count > len(laws):
         rest = s[0, -1 + count, n] - s[0, count - 1, : len(laws)] @ p[0, : len(laws)]

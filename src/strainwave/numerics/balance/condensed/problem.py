@@ -203,7 +203,7 @@ class Condensed(NamedTuple):
 
     def displacements(self, points: Floats) -> Floats:
         """Coefficients (points, 2H+1) of the first state in blocks."""
-        p = motions.coordinates(self, points)
+        p, _ = motions.coordinates(self, points)
         return spread(to_real(p @ self.part.values[0]), self.every)
 
     def table(self, point: Floats) -> Floats:
