@@ -51,6 +51,19 @@ def test_two_lines_that_beat_are_found_with_and_without_the_ratio(beating, ratio
     assert sorted(round(line.frequency) for line in scan.lines if line.kind == "frequency") == [68, 73]
 
 
+@pytest.mark.parametrize(("order", "noise", "wind_up", "seed"), [(2.0, 10.0, 1050.0, 114), (2.0, 10.0, 1050.0, 116),
+                                                                  (2.003, 2.0, 0.0, 0)])  # fmt: skip
+def test_phases_are_those_of_a_whole_order_where_noise_moved_it(order, noise, wind_up, seed):
+    """Noise and wind-up move it by 2.0 and 2.4 deviations with these seeds; 2.003 is ten deviations from 2."""
+    lines = {SECOND: BOTH[SECOND], order: BOTH[2.0]}
+    scan = sw.order_scan([record(lines, 75.0, seed, noise=noise, wind_up=wind_up)], highest=20.0)
+    for line, (_, phase) in zip(over_angle(scan), lines.values(), strict=True):
+        assert line.interval("phase").low < phase < line.interval("phase").high
+    last = over_angle(scan)[-1]
+    assert (last.order == 2.0) == (order == 2.0)
+    assert abs(last.order - order) < max(1.5 * last.order_error, 1e-9)
+
+
 @pytest.mark.parametrize("order", [2.0, SECOND])
 @pytest.mark.parametrize("ratio", [None, RATIO])
 def test_one_line_alone_is_one(order, ratio):

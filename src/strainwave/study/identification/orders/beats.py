@@ -27,6 +27,7 @@ SMALLEST, LARGEST = 29.0, 161.0  # ratios that are looked for without a ratio
 TWO, ROOM = 0.01, 0.5  # probability that one line looks like two; share of a line from which a second one is said
 USUAL, LOBES = (1, 2, 4, 6, 8), (2, 4, 6, 8, 10, 12)  # lines of a wave generator; those that both splines can have
 OUTPUT, APART = 4, 1.3  # lines of the output's turn alone; resolutions: lines that are nearer are one
+WHOLE = 3.0  # deviations; fewer leave whole orders where noise moved them most, and phases at angle 0 with them
 ROUNDS, CHUNK = 20, 20_000
 RIDGE = 1e-9  # of a sample: keeps places solvable that are taken already
 
@@ -307,7 +308,8 @@ def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[F
     apart = float(np.ptp(settled))
     if apart * turns < HALF or np.inf in errors or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
         return [line._replace(second=1.0) for line in members]
-    orders = np.array([_whole(k, min(e, 0.2 * apart)) for k, e in zip(settled.tolist(), errors.tolist(), strict=True)])
+    reach = np.minimum(WHOLE * errors, 0.4 * apart)
+    orders = np.where(np.abs(settled - np.round(settled)) <= reach, np.round(settled), settled)
     loose = orders != np.round(orders)
     if loose.any() and not loose.all():
         orders, closer = around.settled(orders, loose)
@@ -323,10 +325,6 @@ def _room(around: Around, member: int, both: Sequence[int]) -> float:
     sizes = [around.amplitude(both, i) for i in (0, 1)]
     size, error = min(sizes)
     return (size + 2.0 * error) / around.amplitude([member], 0)[0]
-
-
-def _whole(order: float, error: float) -> float:
-    return float(round(order)) if abs(order - round(order)) <= 2.0 * error else order
 
 
 def _of_pairs(around: Around, members: Sequence[FoundLine], group: dict[Pair, float]) -> list[FoundLine]:
