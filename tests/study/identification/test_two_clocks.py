@@ -16,11 +16,11 @@ SECOND = 2.0 - 2.0 / RATIO
 BOTH = {2.0: (2.1, 0.4), SECOND: (2.4, -1.3)}
 
 
-def record(lines, turns, seed=0, *, noise=10.0, colour=0.5, wind_up=1050.0, hertz=()):
+def record(lines, turns, seed=0, *, noise=10.0, colour=0.5, wind_up=1050.0, hertz=(), sway=(0.1, 0.3)):
     """Sizes in arcsec; 250 samples a second whose steps differ by a fifth; wind-up is a sine of the output's angle."""
     rng = np.random.default_rng(seed)
     t = np.cumsum(0.004 * (1.0 + 0.2 * rng.uniform(-1.0, 1.0, int(turns * TURN / 17.0 / 0.004))))
-    angle = 17.0 * t + 0.1 * np.sin(0.3 * t)
+    angle = 17.0 * t + sway[0] * np.sin(sway[1] * t)
     drawn = lfilter([1.0], [1.0, -colour], rng.standard_normal(len(t) + 200))[200:]
     value = noise * np.sqrt(1.0 - colour**2) * drawn + 0.5 * wind_up * np.cos(angle / RATIO + 1.0)
     value += sum(size * np.cos(order * angle + phase) for order, (size, phase) in lines.items())
@@ -62,6 +62,16 @@ def test_phases_are_those_of_a_whole_order_where_noise_moved_it(order, noise, wi
     last = over_angle(scan)[-1]
     assert (last.order == 2.0) == (order == 2.0)
     assert abs(last.order - order) < max(1.5 * last.order_error, 1e-9)
+
+
+@pytest.mark.parametrize("ratio", [None, RATIO])
+def test_one_of_two_that_passed_for_a_frequency_leaves_no_third_line(ratio):
+    """The search takes order 2 for a frequency, and a third line for what that leaves."""
+    lines = {2.0: (14.1, 0.1), SECOND: (14.1, -1.3)}
+    run = record(lines, 51.2, noise=4.0, colour=0.8, sway=(0.2, 0.5))
+    scan = sw.order_scan([run], ratio=ratio, highest=20.0)
+    assert [line.order for line in scan.lines] == pytest.approx([SECOND, 2.0], abs=1e-3)
+    assert {line.kind for line in scan.lines} <= {"order", "undecided"}
 
 
 @pytest.mark.parametrize("order", [2.0, SECOND])

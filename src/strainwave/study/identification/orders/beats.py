@@ -260,7 +260,7 @@ def _resolved(
         around = _around(runs, places, neighbours, line.place, len(group))
         new = _of_pairs(around, members, group) if group else _free(around, members, reach * turns)
         complete = [*neighbours, *new]
-        if taken == members or (len(new) > len(members) and _misfit(runs, complete) < _misfit(runs, lines)):
+        if taken == members or _misfit(runs, complete) < _misfit(runs, lines):
             return complete
     return lines
 
