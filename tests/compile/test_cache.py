@@ -307,6 +307,6 @@ def test_kernels_of_other_sources_or_a_damaged_file_are_not_taken(tmp_path, monk
     first, content = cache.SHIPPED.read_bytes().split(b"\n", 1)
     monkeypatch.setattr(cache, "SHIPPED", tmp_path / "kernels.xz")
     assert cache.shipped.__wrapped__(triple) == {}
-    for wrong in (b"0" + first[1:] + b"\n" + content, first + b"\n" + content[:-100], first + b"\n", b"\xff\n"):
+    for wrong in (b"x" + first + b"\n" + content, first + b"\n" + content[:-100], first + b"\n", b"\xff\n"):
         cache.SHIPPED.write_bytes(wrong)
         assert cache.shipped.__wrapped__(triple) == {}

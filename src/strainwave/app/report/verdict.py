@@ -285,9 +285,8 @@ def _motor(view: View) -> str:
     if motor is None:
         return ""
     study, run = view.analysis.train, " in the run-up, its acceleration left out" * motor.in_run_up
-    text = "It must give up to {} N·m{}, at {}"
     digits, where = view.project.digits(), Speed(motor.at, digits=5) + under_load(motor.load)
-    said = Sentence(text, number(motor.torque, digits), run, where)
+    said = Sentence("It must give up to {} N·m{}, at {}", number(motor.torque, digits), run, where)
     if motor.holding > LEAST * motor.torque:
         said += f"; steady loads and friction alone take up to {number(motor.holding, digits)} N·m"
     sheet = limits or MotorLimits()
