@@ -87,6 +87,7 @@ REFUSED = [
     ([sw.Trapezoid(1.0, 1.0), 3], TypeError, "a part of the profile is 3"),
     (sw.Trapezoid(1.0), ValueError, "neither a time nor limits"),
     (sw.Trapezoid(0.0, 1.0), ValueError, "angle is 0"),
+    (sw.Trapezoid(0.3, 1e-300), ValueError, "time is 1e-300 s for 0.3 rad; give a longer time"),
     (sw.Trapezoid(1.0, 1.0, speed=1.0), ValueError, "a time and speed"),
     (sw.Trapezoid(1.0, -1.0), ValueError, "time is -1"),
     (sw.Trapezoid(1.0, 1.0, ramp=0.6), ValueError, "ramp is 0.6"),

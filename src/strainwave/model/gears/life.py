@@ -1,5 +1,7 @@
 """Life of the wave generator's bearing, by which a strain wave gear ages."""
 
+import math
+
 from ...base.arguments import typed
 from ...base.quantities import number
 from ...base.units import RPM
@@ -45,5 +47,6 @@ def bearing_life(gear: Gear, average_torque: float, average_speed: float) -> flo
     speed = abs(number("average_speed [rad/s]", average_speed))
     if gear.rated_torque is None or not torque * speed > 0.0:
         return None
-    hours = LONG if gear.series in LONG_SERIES else USUAL
-    return hours * (gear.rated_torque / torque) ** 3 * (RATED_SPEED / speed)
+    hours, share = LONG if gear.series in LONG_SERIES else USUAL, gear.rated_torque / torque
+    hours *= share * share * share * (RATED_SPEED / speed)
+    return hours if math.isfinite(hours) else None

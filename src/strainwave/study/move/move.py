@@ -293,7 +293,7 @@ def _result(
     if mover.limited:
         peaks[1] = min(peaks[1], mover.limits.most)
         remarks = (*remarks, *_times_at_limits(run, motor, speed, mover.limits))
-    rms = [math.sqrt(integral / path.duration) for integral in run.means[:3]]
+    rms = [math.sqrt(max(integral, 0.0) / path.duration) for integral in run.means[:3]]
     turned = train.N * path.travel()
     average = math.cbrt(run.means[3] / turned)
     whole = Quintic.through(run.t, *run.pointing(), run.steps)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.protocols import lacking
 from ...base.quantities import (
+    LARGEST,
     Angle,
     AngularAcceleration,
     AngularJerk,
@@ -226,5 +227,7 @@ def _check_timed(part: Any, limits: tuple[str, ...]) -> None:
     for field in ("time",) if part.time else limits:
         if not getattr(part, field) > 0.0:
             raise ValueError(f"{name}.{field} is {getattr(part, field):g}; it must be positive")
+    if part.time and not abs(part.angle) / part.time / part.time < LARGEST:
+        raise ValueError(f"{name}.time is {part.time:g} s for {shown(part.angle)} rad; give a longer time")
     if not 0.0 < part.ramp <= 0.5:
         raise ValueError(f"{name}.ramp is {part.ramp:g}; it must be above 0 and at most 0.5")
