@@ -31,6 +31,7 @@ from .second_order import LARGEST_LOG, inserted, root_on_chord
 
 FINEST = 4096  # steps a period
 PHASE = 0.6  # of the fastest eigenvalue in a step: errors of 4e-10 a step
+KINKED = 1.0  # the same where steps end at kinks, whose places have errors of 1e-8
 LOOKED = 32  # places a period where the fastest eigenvalue is looked for
 SQUARES = 5  # of a matrix: the 32nd root of the size of its 32nd power is its fastest eigenvalue, or a little more
 SLOW = 1.2 * FINEST  # angle of the fastest disturbance in a period [rad] that no steps resolve
@@ -106,8 +107,8 @@ def _map_loops(problem: Any, point: Floats, hill: bool, flow: Floats) -> Any:
     phase = fastest(problem, series, strength) / speed
     if phase > SLOW and not hill:
         return phase, 0.0, 0.0
-    least = max(64, 8 * h + 4)
-    fine = min(float(FINEST), max(float(least), math.ceil(phase / PHASE)))
+    least = max(64, 4 * h + 4 if problem.kinks > 0 else 8 * h + 4)
+    fine = min(float(FINEST), max(float(least), math.ceil(phase / (KINKED if problem.kinks > 0 else PHASE))))
     if problem.kinks == 0:
         fine = EVEN * math.ceil(fine / EVEN)
     steps = int(fine)
@@ -190,7 +191,7 @@ def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tupl
         steps = EVEN * math.ceil(_steps(8 * h + 4, phase / PHASE) / EVEN)
         return *_table(h, steps), np.full(steps, 2.0 * math.pi / steps)
     system = with_leaf(problem.system, problem.leaf, float(point[-1]))
-    longest = 2.0 * math.pi / _steps(8 * h + 4, phase / PHASE)
+    longest = 2.0 * math.pi / _steps(4 * h + 4, phase / KINKED)
     first, width = pieces(system, y, problem.turns, longest)
     psi = (first[:, None] + width[:, None] * GAUSS_C).ravel()
     return psi, Samples(psi, psi).basis(h), width
