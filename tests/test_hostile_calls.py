@@ -171,6 +171,50 @@ def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):
     assert answer(function, arguments | spoilt, 60.0)[1] == ""
 
 
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("name", "spoilt", "sentence"),
+    [
+        (
+            "Dwell",
+            {"time": 2e9},
+            "takes more than 1,000,000 steps and has come to 0 of 2e.09 s; give a shorter",
+        ),
+        ("Trapezoid", {"time": 2e9}, "takes more than 1,000,000 steps and has come to 0 of 2e.09 s; give a shorter"),
+        ("SCurve", {"time": 2e9}, "takes more than 1,000,000 steps and has come to 0 of 2e.09 s; give a shorter"),
+        ("move", {"tail": 1e9}, "takes more than 1,000,000 steps and has come to 0.002 of 1e.09 s; give a shorter"),
+        (
+            "drive_motion",
+            {"omega": 1.2e-10},
+            "could not be integrated: stopped at t = 0 s .* step limit",
+        ),
+        ("simulate", {"t": 1e9}, "1.53e.09 steps are too many to record; give the times at which to record, or fewer"),
+        ("ensemble", {"periods": 10**9}, "periods of [0-9]+ steps are more than 10,000,000 steps; give fewer periods"),
+        ("ensemble", {"settle": 10**9}, "periods of [0-9]+ steps are more than 10,000,000 steps; give fewer periods"),
+    ],
+)
+def test_what_takes_too_many_steps_is_refused_before_it_begins(name, spoilt, sentence):
+    function, arguments = CALLS[name]()
+    with pytest.raises((ValueError, sw.SolveError), match=sentence):
+        function(**arguments | spoilt)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("y0", "t", "method"),
+    [
+        ((1e11, 0.0), [0.0, 0.1, 0.3], sw.Dopri5(1e-6)),  # the spring has hardened
+        ((0.0, 0.0), [0.0, 1e8, 2e9], sw.Dopri5(1e-6)),
+        ((0.0, 0.0), [0.0, 1e8, 2e9], sw.Rk4()),
+    ],
+)
+def test_a_run_without_a_hope_of_its_end_stops_at_its_start(y0, t, method):
+    run = sw.simulate(STRONG, y0, t, method=method)
+    assert run.status is sw.Status.TOO_MANY_STEPS
+    assert (run.steps, len(run.t)) == (0, 1)
+    assert "stopped at t = 0 s" in run.message
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -27,7 +27,7 @@ from ...base.results import Floats
 from ...compile.lanes import LANES
 from ...compile.tree import leaves, mapped
 from ..balance.harmonics import whole_orders
-from ..integration.methods import Method
+from ..integration.methods import MOST_STEPS, Method
 from .machine import Batch, Block, Machine, machine_of
 from .measures import Peak, Rms
 from .pieces import General, Smooth
@@ -39,7 +39,7 @@ log = logging.getLogger(__name__)
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
 SAMPLED = 16  # lanes whose blocks are run again with half the step, for the estimate of the error
 SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
-MOST_STEPS = 100_000  # a period, for lanes that explode
+EXPLODING = 100_000  # steps a period at most, for lanes that explode
 FINEST = 10_000_000  # steps a period at first
 
 REST = 1e-15  # what is smaller than this share of the initial state has come to rest
@@ -231,6 +231,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
     """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
     lanes, stepping = len(batch.omega), stepping_of(method)
     if (fixed := stepping.given(lanes)) is not None:
+        _refuse_many(batch, fixed)
         return _march_all(batch, fixed, method, machine), fixed
     order = max(1, *members.orders(), stepping.order_for(max(map(order_of, batch.measures), default=0)))
     margin = _error_reach(members, lanes)
@@ -245,6 +246,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
             "or integrate part of a period with simulate",
             endless,
         )
+    _refuse_many(batch, steps)
     block = _march_all(batch, steps, method, machine)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
     for _ in range(MOST_TRIES):
@@ -252,7 +254,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
         needed = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
         stayed = block.ended == periods
         finer = np.where(stayed, needed, np.minimum(needed, 2 * steps))  # a lane that explodes asks for any number
-        repeated = np.flatnonzero((finer > steps) & (stayed | (steps < MOST_STEPS)) & ~lost)
+        repeated = np.flatnonzero((finer > steps) & (stayed | (steps < EXPLODING)) & ~lost)
         if not len(repeated):
             break
         steps[repeated] = finer[repeated]
@@ -261,6 +263,17 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
         for name in ("sums", "last", "points", "ended", "reach"):
             getattr(block, name)[..., repeated] = getattr(better, name)
     return block, steps
+
+
+def _refuse_many(batch: Batch, steps: Any) -> None:
+    """Refuse lanes (LaneError) whose periods take more steps than an integration may have."""
+    periods = batch.settle + batch.periods
+    if np.any(many := periods * np.asarray(steps, float) > MOST_STEPS):
+        raise LaneError(
+            f"{periods} periods of {int(np.max(steps))} steps are more than {MOST_STEPS:,} steps; give fewer "
+            "periods, or a method of fewer steps",
+            many,
+        )
 
 
 def _error_reach(members: object, lanes: int) -> Floats:

@@ -26,7 +26,9 @@ from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
 from .schemes import Classical, DormandPrince, EighthOrder
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
-MOST_RECORDED = 100_000_000
+MOST_STEPS = 10_000_000  # of an integration: some seconds, and where each is recorded up to a GB
+HOPELESS = 10  # times as many steps, by what the start tells, are not begun
+NEAR, ROUNDS = 1e-7, 6  # size of the differences next to states of size 1; rounds of the power iteration
 ENDED = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS}
 
 log = logging.getLogger(__name__)
@@ -131,7 +133,8 @@ class AdaptiveStep:
     rtol, atol : float
         Relative and absolute tolerance of the error of a step.
     max_steps : int
-        Steps after which a run ends with `Status.TOO_MANY_STEPS`.
+        Steps after which a run ends with `Status.TOO_MANY_STEPS`; it ends at its start where the fastest vibration
+        there takes ten times as many, and a hundred million.
     largest_step : float, optional
         Length [s] that no step exceeds. Default: none.
 
@@ -148,7 +151,7 @@ class AdaptiveStep:
     scheme: Any
     rtol: float = 1e-9
     atol: float = 1e-12
-    max_steps: int = 10_000_000
+    max_steps: int = MOST_STEPS
     largest_step: float | None = None
 
     def __post_init__(self) -> None:
@@ -177,6 +180,8 @@ class AdaptiveStep:
         breakpoints = breakpoints_of(system)
         kinks = np.array([breakpoints, [1.0] * len(breakpoints)])
         longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
+        if _is_hopeless(system, spans[0][0], span, y, self.scheme.stable(), max(MOST_STEPS, self.max_steps)):
+            return record.trajectory(Status.TOO_MANY_STEPS, 0)
         limits = longest, span, float(self.rtol), float(self.atol)
         t, h, kink, w = spans[0][0], 0.0, -1, workspace(y)
         scheme = attempts_by_address(self.scheme, system, len(y), len(breakpoints) > 0)
@@ -251,6 +256,8 @@ class FixedStep:
             h = self.step_of(system, y, rate, times, spans)
             if len(times) == 2:
                 record = Record(system, _grid(times, spans, h), spans, y, rate, True, False)
+            if spans[-1][1] - t > HOPELESS * MOST_STEPS * h:
+                return record.trajectory(Status.TOO_MANY_STEPS, 0)
             for begin, end in spans:
                 if begin > t:
                     t, w[Y], w[K] = across(system, omega, t, tuple(w[Y].tolist()), begin)
@@ -342,13 +349,40 @@ def _check_scheme(name: str, scheme: Any, wanted: tuple[str, ...]) -> None:
 def _grid(times: Floats, spans: Any, h: float) -> Floats:
     """Ends of all equal steps of at most h."""
     counts = [math.ceil((end - begin) / h * (1.0 - 1e-12)) for begin, end in spans]
-    if sum(counts) > MOST_RECORDED:
+    if sum(counts) > HOPELESS * MOST_STEPS:
         raise ValueError(
             f"{sum(counts):.3g} steps are too many to record; give the times at which to record, or fewer steps"
         )
     grid = np.concatenate([np.linspace(begin, end, 1 + n) for (begin, end), n in zip(spans, counts, strict=True)])
     grid[[0, -1]] = times
     return grid
+
+
+def _is_hopeless(system: Any, t: float, span: float, y: States, stable: float, most: int) -> bool:
+    """Whether a span [s] takes far more steps than `most`, by what the system does at its start.
+
+    A step is at most as long as the method is `stable` for the largest eigenvalue of the Jacobian (by power iteration,
+    two rounds together, because those of a vibration are a pair), and as a period of the highest order.
+    """
+    omega, fastest = float(omega_of(system)), HOPELESS * most / span
+    if abs(omega) * max((1, *orders_of(system))) > 2.0 * math.pi * fastest:
+        return True
+    distance = NEAR * (1.0 + max(map(abs, y)))
+    change, size, before, grown = [1.0] * len(y), 1.0, 0.0, 0.0
+    for _ in range(ROUNDS):
+        y_near = tuple(value + distance / size * part for value, part in zip(y, change, strict=True))
+        try:
+            rates = system.rhs(omega * t, y_near), system.rhs(omega * t, y)
+        except ArithmeticError:
+            return False
+        change = [float(a) - float(b) for a, b in zip(*rates, strict=True)]
+        size = max(map(abs, change))
+        if not 0.0 < size < math.inf:
+            return False
+        before, grown = grown, size / distance
+        if before == 0.0 and not grown > stable * fastest:
+            return False
+    return math.sqrt(grown * before) > stable * fastest
 
 
 def across(system: System, omega: float, t: float, y: Any, begin: float) -> tuple[float, Any, Any]:
