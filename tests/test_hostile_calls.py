@@ -190,6 +190,7 @@ def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):
         ),
         ("simulate", {"t": 1e9}, "1.53e.09 steps are too many to record; give the times at which to record, or fewer"),
         ("ensemble", {"periods": 10**9}, "periods of [0-9]+ steps are more than 10,000,000 steps; give fewer periods"),
+        ("basins", {"v_span": (-1e3, 1e3)}, "9 periods of 13316088 steps are more than 10,000,000 steps; give fewer"),
         ("ensemble", {"settle": 10**9}, "periods of [0-9]+ steps are more than 10,000,000 steps; give fewer periods"),
     ],
 )

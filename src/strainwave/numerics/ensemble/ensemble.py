@@ -257,6 +257,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
         repeated = np.flatnonzero((finer > steps) & (stayed | (steps < EXPLODING)) & ~lost)
         if not len(repeated):
             break
+        _refuse_many(batch, np.where(stayed & ~lost, finer, 0))
         steps[repeated] = finer[repeated]
         better = _march_all(_some(batch, repeated), steps[repeated], method, machine)
         lost[repeated] = ~stayed[repeated] & (better.ended == block.ended[repeated])
