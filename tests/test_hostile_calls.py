@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from canonical import TRAINS
+from canonical import DISSIPATIVE, LAWS, TRAINS
 from hostile_calls import answer, hostile_call
 from hostile_commands import OWN, VALID, answer_of, hostile_command, valid_command
 from valid_calls import CALLS, GEAR, STRONG, TIMES, TURN
@@ -163,6 +163,27 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("tune", {"units": np.ones(2)}),
         ("tune", {"gains": np.ones((2, 1, 2))}),
         ("Trajectory.peak", {"component": 2}),
+        ("read_project", {"path": "x" * 5000}),
+        ("Resonance", {"q": 10**400}),
+        ("basins", {"system": STRONG._replace(excitation=DISSIPATIVE["BoucWen"])}),
+        ("DriveTrain", {"friction": LAWS["Cubic"]}),
+        ("GearDamping", {"variation": sw.Status.OK}),
+        ("VaryingOscillator", {"damping": sw.NoError()}),
+        ("sweep", {"store": "\ud800"}),
+        ("from_bandwidth", {"kind": np.arange(3)}),
+        ("Specification", {"duty": np.zeros((0, 3))}),
+        ("error_scan", {"drift": np.True_}),
+        ("amplitude_at", {"order": Fraction(1, 3)}),
+        ("efficiency", {"torque": 5e-324}),
+        ("compare_reductions", {"kinematic_error": None}),
+        ("DisturbanceObserver", {"period": -0.0}),
+        ("small_signal", {"law": sw.Cubic(5e-324, 0.1)}),
+        ("KinematicError", {"lines": (sw.Line(np.longdouble("1e4000"), 0.1),)}),
+        ("notch", {"loop": sw.controllers.SampledPD(10.0, np.nan, 1e-3)}),
+        ("shaped", {"motion": sw.train.SpeedProfile((-2.0, np.nan), (0.5, 2.0))}),
+        ("replaced, of a model", {"values": {"B": complex("nan")}}),
+        ("identify_drive", {"log": {"time": TIMES, "x" * 5000: TIMES}}),
+        ("hardening", {"speeds": [1, [2, 3]]}),
     ],
 )
 def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):

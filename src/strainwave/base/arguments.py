@@ -6,6 +6,7 @@ at such a value.
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import fields
+from fractions import Fraction
 from functools import cache, wraps
 from inspect import signature
 from numbers import Integral, Real
@@ -49,14 +50,23 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
     @wraps(function)
     def verb(*arguments: P.args, **named: P.kwargs) -> R:
         try:
-            given = places.bind(*arguments, **named).arguments
+            bound = places.bind(*arguments, **named)
         except TypeError as error:
             raise TypeError(f"{function.__name__}: {error}; its arguments are {', '.join(places.parameters)}") from None
+        given = bound.arguments
         for name, value in given.items():
             refuse(name, value, kinds().get(name, Any))
-        return function(*arguments, **named)
+            given[name] = plain(value)
+        return function(*bound.args, **bound.kwargs)
 
     return verb
+
+
+def plain(value: Any) -> Any:
+    """A number of NumPy or a fraction as the number of Python that it is; all else as it is."""
+    if isinstance(value, np.bool_ | np.integer | np.floating):
+        return value.item() if isinstance(value.item(), bool | int | float) else float(value)
+    return float(value) if isinstance(value, Fraction) else value
 
 
 def refuse(name: str, value: object, kind: object) -> None:

@@ -5,6 +5,7 @@ the only place that asks an object for what it may have; `law` does the same for
 """
 
 from collections.abc import Callable
+from inspect import CO_VARARGS
 from typing import Any, Protocol
 
 from .law import is_spring
@@ -291,12 +292,26 @@ def lacking(thing: object, *methods: str) -> tuple[str, ...]:
 
 
 def need(field: str, thing: object, *methods: str, remedy: str = "") -> None:
-    """Refuse what lacks one of the methods, and a class in place of an object (TypeError): `field` is its name."""
+    """Refuse what lacks one of the methods, and a class in place of an object (TypeError): `field` is its name.
+
+    A method may be written with its arguments, "value(angle, v)": one that takes fewer or more is refused too.
+    """
     if isinstance(thing, type):
         name = thing.__name__
         raise TypeError(f"{field} is the class {name}; give an object of it, with its numbers: {name}(...){remedy}")
-    if missing := lacking(thing, *methods):
-        raise TypeError(f"{field} is {shown(thing)}; it must be an object with a method {missing[0]}{remedy}")
+    for method in methods:
+        name, _, arguments = method.partition("(")
+        if lacking(thing, name) or (arguments and not _takes(getattr(thing, name), arguments.count(",") + 1)):
+            raise TypeError(f"{field} is {shown(thing)}; it must be an object with a method {method}{remedy}")
+
+
+def _takes(method: Any, count: int) -> bool:
+    """Whether a method can be called with so many arguments, as far as it says."""
+    code = getattr(method, "__code__", None)
+    if code is None or code.co_flags & CO_VARARGS:
+        return callable(method)
+    most = code.co_argcount - hasattr(method, "__self__")
+    return bool(most - len(method.__defaults__ or ()) <= count <= most)
 
 
 def with_parts(verb: str, system: System, *parts: str) -> Any:

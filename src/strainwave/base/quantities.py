@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compile.tree import is_model as is_model
+from ..compile.tree import joined as joined
 from ..compile.tree import leaf_of as leaf_of
 from ..compile.tree import leaves, replaced
 from ..compile.tree import mapped as mapped
@@ -91,7 +92,7 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
         if not isinstance(value, Real):
             raise TypeError(f"{field} must be a number, not {shown(value)}")
         number = _as_float(field, value)
-        return int(number) if hint == Order and _is_whole(value) else number
+        return int(number) if hint == Order and isfinite(number) and _is_whole(value) else number
     if hint is int:
         if not _is_whole(value):
             base = "; take a base angle on which it is, for a gear the output turn" if field.endswith(".order") else ""
@@ -160,8 +161,8 @@ def _floated(model: Any) -> Any:
 def checked(model: Any) -> Any:
     """Return `floated(model)` after checking it; every verb that takes a model calls this once.
 
-    All numbers must be finite and of a size up to 1e60, and no tuple empty; for the rest a model may have a method
-    `check()` that raises a ValueError with one sentence.
+    All numbers must be finite and 0 or of a size from 1e-60 to 1e60, and no tuple empty; for the rest a model may have
+    a method `check()` that raises a ValueError with one sentence.
 
     Raises
     ------
@@ -184,6 +185,9 @@ def _check(model: Any) -> None:
             elif isinstance(item, float | int) and not abs(item) <= LARGEST:
                 limit = f"not exceed {LARGEST:g} in SI units" if abs(item) < inf else "be finite"
                 raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; it must {limit}")
+            elif isinstance(item, float) and 0.0 < abs(item) < 1.0 / LARGEST:
+                least = f"it must be 0, or from {1.0 / LARGEST:g} in size, in SI units"
+                raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; {least}")
     if hasattr(model, "check"):
         model.check()
 
@@ -222,7 +226,7 @@ def replace(model: Any, changes: Mapping[str, Any]) -> Any:
             f"changes are {shown(changes)}; they must be a dict of path to value, as in {{'law.alpha': 2.0}}"
         )
     for path, value in changes.items():
-        if any(isinstance(leaf, list | set | Mapping | str | bytes) for leaf in leaves(value)):
+        if any(isinstance(leaf, list | set | Mapping | str | bytes | complex) for leaf in leaves(value)):
             raise TypeError(f"{path} is {shown(value)}; give a number, an array of numbers, a model or a tuple")
         model = replaced(model, path, value)
     if any(np.isnan(reals(leaf)).any() for leaf in leaves(model)):

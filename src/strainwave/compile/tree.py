@@ -157,6 +157,12 @@ def shown(value: Any) -> str:
     return text if len(text) <= 2 * LONGEST else f"{text[:LONGEST]}... ({len(text)} characters)"
 
 
+def joined(names: Iterable[Any]) -> str:
+    """Write names that a user chose for a sentence: one after the other, cut where they are long."""
+    text = ", ".join(map(str, names))
+    return text if len(text) <= 6 * LONGEST else f"{text[: 6 * LONGEST]}... ({len(text)} characters)"
+
+
 def axpy(y: Any, h: Any, k: Any) -> Any:
     """Return y + h k for tuples y and k of equal length and a number h."""
     if len(y) == 2:  # the usual case, four times faster than the general one

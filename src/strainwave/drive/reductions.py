@@ -54,7 +54,8 @@ class Reductions:
     @property
     def difference(self) -> Floats:
         """Error (n,) of the free error equation, relative to the whole train."""
-        return np.asarray(self.free / self.exact - 1.0)
+        moves = self.exact != 0.0
+        return np.divide(self.free - self.exact, self.exact, out=np.zeros_like(self.exact), where=moves)
 
     def sentence(self) -> str:
         """One sentence for a report: how large the difference is, where, and what it comes from."""

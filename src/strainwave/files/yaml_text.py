@@ -19,6 +19,7 @@ LARGEST = 256 * 1024
 DEEPEST = 10
 MOST = 20_000
 MOST_SHOWN = 20
+LONGEST_PATH = 300  # letters of it in a sentence
 NULL = ("", "~", "null", "Null", "NULL")
 # YAML allows tab, line feed, carriage return, next line and printable characters.
 FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -42,6 +43,7 @@ class FileError(ValueError):
 def complaint(path: Path, problems: list[Problem]) -> str:
     """Write problems in the order of the file, one line each, and how many are left out."""
     file = "".join(c if c.isprintable() else "?" for c in str(path))
+    file = file if len(file) <= LONGEST_PATH else f"...{file[-LONGEST_PATH:]}"
     lines = [f"{file}:{p.line}:{p.column}: {p.field}: {p.sentence}" for p in sorted(set(problems))]
     hidden = len(lines) - MOST_SHOWN
     if hidden > 0:

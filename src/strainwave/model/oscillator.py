@@ -80,8 +80,8 @@ class Oscillator(NamedTuple):
         if not self.J >= 1.0 / LARGEST:
             raise ValueError(f"Oscillator.J is {self.J:g} kg*m**2; an inertia must be positive, {1 / LARGEST:g} up")
         need("Oscillator.law", self.law, "torque")
-        need("Oscillator.excitation", self.excitation, "torque")
-        need("Oscillator.error", self.error, "value", "slope")
+        need("Oscillator.excitation", self.excitation, "torque(angle)")
+        need("Oscillator.error", self.error, "value(angle)", "slope(angle)")
         check_law("Oscillator.law", self.law)
 
 
@@ -265,7 +265,7 @@ class GearDamping(NamedTuple):
                 raise ValueError(f"GearDamping.{name} is {getattr(self, name):g}; it must not be negative")
         if not self.v_fast > 0.0:
             raise ValueError(f"GearDamping.v_fast is {self.v_fast:g} rad/s; it must be positive")
-        if lacking(self.variation, "value"):
+        if lacking(self.variation, "value", "orders", "depth"):
             raise TypeError(
                 f"GearDamping.variation is {shown(self.variation)}; it must be a Variation((Ripple(order, depth), "
                 "...)) or NoVariation()"
@@ -325,11 +325,11 @@ class VaryingOscillator(NamedTuple):
         if not self.J >= 1.0 / LARGEST:
             raise ValueError(f"VaryingOscillator.J is {self.J:g} kg*m**2; an inertia must be positive")
         need("VaryingOscillator.law", self.law, "torque")
-        need("VaryingOscillator.excitation", self.excitation, "torque")
-        need("VaryingOscillator.error", self.error, "value", "slope")
+        need("VaryingOscillator.excitation", self.excitation, "torque(angle)")
+        need("VaryingOscillator.error", self.error, "value(angle)", "slope(angle)")
         remedy = "; write GearDamping(B) for a constant damping"
-        need("VaryingOscillator.damping", self.damping, "value", "slope", remedy=remedy)
-        need("VaryingOscillator.variation", self.variation, "value")
+        need("VaryingOscillator.damping", self.damping, "value(angle, v)", "slope(angle, v)", remedy=remedy)
+        need("VaryingOscillator.variation", self.variation, "value(angle)")
         check_law("VaryingOscillator.law", self.law)
         if depends(self.law) != 1:
             raise TypeError(

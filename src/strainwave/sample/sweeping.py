@@ -7,6 +7,7 @@ import contextlib
 import logging
 import math
 import os
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -374,7 +375,8 @@ def _folder(store: Any) -> Path:
     if not isinstance(store, str | os.PathLike):
         raise TypeError(f"store is {shown(store)}; it must be the path of a folder, such as 'map.zarr'")
     path = Path(store)
-    if not path.name or "\0" in path.name:
+    letters = not re.search("[\0\ud800-\udc7f\udd00-\udfff]", str(path))  # others are bytes of a name, escaped
+    if not path.name or not letters:
         raise ValueError(f"store is {shown(str(store))}; it must name a folder, such as 'map.zarr'")
     if path.suffix.lower() in FILES and not path.is_dir():
         raise ValueError(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.quantities import number, several, shown
+from ...base.quantities import joined, number, several, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
 from ..yaml_text import as_path
@@ -126,8 +126,8 @@ def in_si(
     unknown = [name for name in units if name not in columns]
     if unknown:
         raise ValueError(
-            f"units has {unknown[0]!r}, and the channels are {', '.join(columns)}; name one of these, or "
-            f"the column that is {unknown[0]!r}, too"
+            f"units has {shown(unknown[0])}, and the channels are {joined(columns)}; name one of these, or "
+            f"the column that is {shown(unknown[0])}, too"
         )
     result: dict[str, Column] = {}
     si: dict[str, str] = {}

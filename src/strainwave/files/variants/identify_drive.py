@@ -12,7 +12,7 @@ import numpy as np
 
 from ...base.arguments import silent, typed
 from ...base.law import states_of, torque_of
-from ...base.quantities import parameters, shown
+from ...base.quantities import joined, parameters, shown
 from ...base.results import Floats
 from ...base.sentences import listed, on_screen
 from ...base.units import ARCSEC
@@ -55,7 +55,7 @@ def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
     """
     for name in ("motor_angle", "load_angle"):
         if name not in channels:
-            raise ValueError(f"log has no channel {name!r}; it has {', '.join(channels)}: name the column of it")
+            raise ValueError(f"log has no channel {name!r}; it has {joined(channels)}: name the column of it")
     motor, load = [row_of("log", name, channels[name]) for name in ("motor_angle", "load_angle")]
     if motor.shape != load.shape:
         raise ValueError(f"log: motor_angle has {len(motor)} samples and load_angle {len(load)}; give equally many")

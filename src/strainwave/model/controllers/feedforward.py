@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from ...base.law import states_of, torque_of
 from ...base.protocols import need
-from ...base.quantities import AngularSpeed, Inertia, Ratio, Reals, States, Time, Torque, number, shown
+from ...base.quantities import AngularSpeed, Inertia, Ratio, Reals, States, Time, Torque, checked, number, shown
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin
 from ..train.motion import MOST, polygon
@@ -50,7 +50,7 @@ class AngleFeedforward(NamedTuple):
     def check(self) -> None:
         """Refuse a loop or an error that is none (TypeError)."""
         is_controller("AngleFeedforward.loop", self.loop)
-        need("AngleFeedforward.error", self.error, "value", "slope", "curvature")
+        need("AngleFeedforward.error", self.error, "value(angle)", "slope(angle)", "curvature(angle)")
 
 
 class TorqueTable(NamedTuple):
@@ -78,7 +78,7 @@ class TorqueTable(NamedTuple):
     def check(self) -> None:
         """Refuse a loop or a torque that is none (TypeError)."""
         is_controller("TorqueTable.loop", self.loop)
-        need("TorqueTable.table", self.table, "torque")
+        need("TorqueTable.table", self.table, "torque(angle)")
 
 
 class InverseDynamics(NamedTuple):
@@ -216,7 +216,7 @@ class Shaped(NamedTuple):
 
     def check(self) -> None:
         """Refuse a motion that is none (TypeError), and weights that do not add up to 1 (ValueError)."""
-        need("Shaped.motion", self.motion, "curvature")
+        need("Shaped.motion", self.motion, "curvature(time)")
         if len(self.times) != len(self.weights) or abs(sum(self.weights) - 1.0) > 1e-9:
             raise ValueError(
                 f"Shaped has {len(self.times)} times and weights that add up to {sum(self.weights):g}; give each time "
@@ -263,6 +263,7 @@ def shaped(motion: Any, frequency: float, damping: float = 0.0, *, kind: str = "
     half = pi / (omega * sqrt(1.0 - zeta * zeta))
     K = exp(-zeta * omega * half)
     weights = (1.0, K) if kind == "ZV" else (1.0, 2.0 * K, K * K)
-    found = Shaped(motion, tuple(half * i for i in range(len(weights))), tuple(w / sum(weights) for w in weights))
-    need("motion", motion, "curvature")
-    return found
+    need("motion", motion, "curvature(time)")
+    times, shares = tuple(half * i for i in range(len(weights))), tuple(w / sum(weights) for w in weights)
+    result: Shaped = checked(Shaped(motion, times, shares))
+    return result

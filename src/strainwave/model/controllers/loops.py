@@ -23,6 +23,7 @@ from ...base.quantities import (
     Time,
     Torque,
     TorsionalStiffness,
+    checked,
     number,
     shown,
 )
@@ -240,7 +241,7 @@ class GandhiGhorbel(NamedTuple):
 
     def check(self) -> None:
         """Refuse an error that is none (TypeError), and gains that are not positive (ValueError)."""
-        need("GandhiGhorbel.error", self.error, "value", "slope", "curvature")
+        need("GandhiGhorbel.error", self.error, "value(angle)", "slope(angle)", "curvature(angle)")
         positive(self, "K_p", "K_d", "period")
 
 
@@ -275,6 +276,7 @@ class DisturbanceObserver(NamedTuple):
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and a bandwidth above what the samples allow (ValueError)."""
         is_controller("DisturbanceObserver.loop", self.loop)
+        positive(self, "period")
         if not 0.0 < self.bandwidth * self.period < 1.0:
             raise ValueError(
                 f"DisturbanceObserver.bandwidth is {self.bandwidth:g} rad/s; it must be above 0 and below "
@@ -370,6 +372,5 @@ def notch(loop: Any, frequency: float, period: float, *, width: float = 0.5, dep
     depth = number("depth", depth)
     if not 0.0 <= depth <= 1.0:
         raise ValueError(f"depth is {depth:g}; it must be from 0 to 1")
-    found = sampled_filter(loop, (omega, width * omega, depth * width * omega, 1.0), Ts)
-    found.check()
-    return found
+    result: Notch = checked(sampled_filter(loop, (omega, width * omega, depth * width * omega, 1.0), Ts))
+    return result

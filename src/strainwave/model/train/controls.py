@@ -365,7 +365,7 @@ def from_bandwidth(
     J = number("inertia [kg*m^2]", inertia, positive=True)
     omega, zeta = number("bandwidth [rad/s]", bandwidth, positive=True), number("damping", damping, positive=True)
     lag = number("lag [s]", lag)
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ValueError(f"kind is {shown(kind)}; it must be 'position', 'speed' or 'cascade'")
     if lag < 0.0:
         raise ValueError(f"lag [s] is {lag:g}; it must be zero or more")

@@ -263,10 +263,10 @@ class DriveTrain(NamedTuple):
         check_load("DriveTrain.load", self.load)
         for name, method in (
             ("law", "torque"),
-            ("error", "value"),
-            ("error", "slope"),
-            ("reference", "curvature"),
-            ("friction", "torque"),
+            ("error", "value(angle)"),
+            ("error", "slope(angle)"),
+            ("reference", "curvature(angle)"),
+            ("friction", "torque(torque, speed)"),
         ):
             need(f"DriveTrain.{name}", getattr(self, name), method)
         check_law("DriveTrain.law", self.law)

@@ -206,6 +206,6 @@ def _positive_inertia(shaft: Any) -> None:
 def _check_shaft(shaft: Any) -> None:
     _positive_inertia(shaft)
     name = type(shaft).__name__
-    for field in ("excitation", "drag"):
-        need(f"{name}.{field}", getattr(shaft, field), "torque")
+    need(f"{name}.excitation", shaft.excitation, "torque(angle)")
+    need(f"{name}.drag", shaft.drag, "torque")
     check_law(f"{name}.drag", shaft.drag)

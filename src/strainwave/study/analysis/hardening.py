@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
 from ...base.protocols import with_parts
-from ...base.quantities import checked, interval, numbers, replace, shown
+from ...base.quantities import checked, interval, numbers, replace, samples_of, shown
 from ...base.records import Labelled, Result
 from ...base.results import Branch, Floats, SolveError
 from ...base.sentences import Sentence, Speed, on_screen
@@ -149,7 +149,7 @@ def hardening(
     """
     system, order, omega_0 = _cubic(system)
     coefficients, (lo, hi) = numbers("alpha [1/rad^2]", alpha), interval("span [rad/s]", span, positive=True)
-    duty = numbers("speeds [rad/s]", speeds) if np.size(speeds) else np.empty(0)
+    duty = numbers("speeds [rad/s]", speeds) if samples_of("speeds [rad/s]", speeds).size else np.empty(0)
     least, most = WINDOW[0] * omega_0 / order, ABOVE * omega_0 / order
     if lo > least or hi < most:
         raise ValueError(
@@ -176,7 +176,9 @@ def _cubic(system: Any) -> tuple[Any, int, float]:
         raise ValueError(f"hardening takes a Cubic law, not {shown(system.law)}; gear.cubic is that of a gear")
     orders = active_orders(system)
     if len(orders) != 1:
-        raise ValueError(f"hardening takes one order of excitation, and the system has {len(orders)}: {list(orders)}")
+        raise ValueError(
+            f"hardening takes one order of excitation, and the system has {len(orders)}: {shown(list(orders))}"
+        )
     return system, int(orders[0]), float(np.sqrt(system.law.K / system.J))
 
 

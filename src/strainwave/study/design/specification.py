@@ -150,9 +150,9 @@ class Specification:
                 raise ValueError(f"duty[{i}] is {shown(part)}; it must be a DutySegment(torque, speed, duration)")
             for name, value in zip(DutySegment._fields, part, strict=True):
                 number(f"duty[{i}].{name}", value, positive=name == "duration")
-        if self.duty and not any(part[1] for part in self.duty):
+        if len(self.duty) and not any(part[1] for part in self.duty):
             raise ValueError("nothing turns in the duty cycle; give the speed of at least one segment [rad/s]")
-        if self.duty and (self.mean_torque is not None or self.peak_torque is not None):
+        if len(self.duty) and (self.mean_torque is not None or self.peak_torque is not None):
             raise ValueError("the specification has a duty cycle and a mean or peak torque; give one of them")
         if (self.mean_torque is None) != (self.peak_torque is None):
             raise ValueError("mean_torque and peak_torque go together; give both, or a duty cycle")
@@ -165,7 +165,7 @@ class Specification:
     @property
     def average_load(self) -> float:
         """Cubic mean of the torque with the preload, weighted by turns [N*m]."""
-        if self.duty:
+        if len(self.duty):
             torques = [abs(part[0]) + abs(self.preload) for part in self.duty]
             return cubic_mean(torques, [abs(part[1]) * part[2] for part in self.duty])
         return abs(self.mean_torque or 0.0) + abs(self.preload)

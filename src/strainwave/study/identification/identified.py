@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.quantities import numbers, several, shown
+from ...base.quantities import joined, numbers, several, shown
 from ...base.records import Labelled
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
@@ -41,7 +41,7 @@ def record_of(setup: Experiment, channels: Mapping[str, Any], number_of: int | N
     label = "log" if number_of is None else f"log {number_of}"
     for name in ("time", *setup.inputs.values(), *setup.outputs.values()):
         if name not in channels:
-            raise ValueError(f"{label} has no channel {name!r}; it has {', '.join(channels)}")
+            raise ValueError(f"{label} has no channel {name!r}; it has {joined(channels)}")
     time = numbers(f"{label}: time", channels["time"])
     if len(time) < FEWEST:
         raise ValueError(f"{label} has {len(time)} samples; give {FEWEST} at least")
@@ -201,7 +201,7 @@ class Identified(Fitted):
         channels = channels_of(inputs)
         missing = [name for name in setup.inputs.values() if name not in channels]
         if missing:
-            raise ValueError(f"inputs have no channel {missing[0]!r}; they have {', '.join(channels) or 'none'}")
+            raise ValueError(f"inputs have no channel {missing[0]!r}; they have {joined(channels) or 'none'}")
         rows = {name: input_row("inputs", name, channels[name]) for name in setup.inputs.values()}
         samples = len(next(iter(rows.values()), channels.get("time", ())))
         if samples < 2:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ...base.arguments import refuse_fields, typed
-from ...base.quantities import LARGEST, numbers, reals, shown
+from ...base.quantities import LARGEST, joined, numbers, reals, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -257,7 +257,7 @@ class Log(Result):
             If the log has none of this name.
         """
         if name not in self.channels:
-            there = ", ".join(self.channels)
+            there = joined(self.channels)
             raise ValueError(
                 f"the log has no channel {shown(name)}; it has {there}: name one of these, or read it again"
             )
@@ -287,7 +287,7 @@ class Log(Result):
                 return speed, angle
             if angle is not None:
                 return np.gradient(angle, self.time), angle
-        there = ", ".join(self.channels) or "none"
+        there = joined(self.channels) or "none"
         raise ValueError(f"segments need the angle or the speed of a shaft, as load_angle; the channels are {there}")
 
     @typed
