@@ -184,6 +184,7 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("replaced, of a model", {"values": {"B": complex("nan")}}),
         ("identify_drive", {"log": {"time": TIMES, "x" * 5000: TIMES}}),
         ("hardening", {"speeds": [1, [2, 3]]}),
+        ("margins", {"at": Fraction(10**400, 3)}),
     ],
 )
 def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):

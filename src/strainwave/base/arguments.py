@@ -66,7 +66,7 @@ def plain(value: Any) -> Any:
     """A number of NumPy or a fraction as the number of Python that it is; all else as it is."""
     if isinstance(value, np.bool_ | np.integer | np.floating):
         return value.item() if isinstance(value.item(), bool | int | float) else float(value)
-    return float(value) if isinstance(value, Fraction) else value
+    return float(value) if isinstance(value, Fraction) and _is_float(value) else value
 
 
 def refuse(name: str, value: object, kind: object) -> None:
