@@ -16,7 +16,7 @@ from ..balance.linear_algebra import factor, substitute
 from ..continuation.trace import Trace, trace
 from .problem import Torus, linear_waves, torus
 
-ROUNDS, MOST, ALONG = 40, 800, 300  # of taking waves in, and waves at most: of a motion, and of a curve
+ROUNDS, MOST, ALONG = 40, 800, 450  # of taking waves in, and waves at most: of a motion, and of a curve
 COARSEST = 1e-7  # share of the whole in a wave that a motion of too many waves leaves out
 WINDING = 150  # waves of a curve that winds, to which no more are added
 HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the end, and steps

@@ -112,6 +112,8 @@ def cautions(analysis: Any) -> Iterator[str]:
             "quality factor."
         )
     yield from not_exact("The response curve", exact.curve)
+    if exact.rounding:
+        yield f"Motions that beat are balanced without corners: {exact.rounding}."
     difference = analysis.run_up.difference()
     if difference is not None and difference > DISAGREE:
         yield (

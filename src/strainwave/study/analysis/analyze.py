@@ -323,6 +323,8 @@ def _with_gravity(
     text += "{} at {}: {} % {} than under constant torques in its place."
     difference = number(abs(change), 2), "more" if change > 0.0 else "less"
     sentence = Sentence(text, Angle(size), Speed(omega, digits=5), *difference)
+    if exact.rounding:
+        sentence += f" For this {exact.rounding}."
     return replace(study, gravity=(omega, size), remarks=(*study.remarks, sentence))
 
 

@@ -25,7 +25,6 @@ from ...drive.project import Project
 from ...drive.response import loses_energy, settling_time
 from ...drive.run import drive_run, waiting
 from ...drive.train_curve import at_load, refuse_free, torque_in
-from ...drive.two_turns import with_rounded_corners
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import behind_gear
 from ...numerics.balance.fourier import with_velocity
@@ -170,8 +169,8 @@ class Beat(NamedTuple):
     turns : float
         Turns of the motor in a beat.
     balanced, integrated : (n,) arrays
-        Largest |error - mean| [rad] of each turn, by the balance and by integration from its state at angle 0; no
-        integration of a free motor, of which nothing holds the speed.
+        Largest |error - mean| [rad] of each turn, by the balance and by integration from its state at angle 0, with
+        the corners of the law; no integration of a free motor, of which nothing holds the speed.
     """
 
     omega: float
@@ -200,7 +199,7 @@ def beat_of(project: Project, response: DriveResponse) -> Beat | None:
     balanced, integrated = oscillations(waves.amplitudes[[top]], waves.pairs, ratio)[0], np.empty(0)
     if not whole.motor.free:
         angles = 2.0 * np.pi / PLACES * np.arange(PLACES * len(balanced) + 1)
-        run = drive_run(with_rounded_corners(whole)._replace(omega=omega), response.starts[top], angles / omega)
+        run = drive_run(whole._replace(omega=omega), response.starts[top], angles / omega)
         if run.trajectory.status:
             turns = run.pointing[:-1].reshape(-1, PLACES)
             integrated = np.max(np.abs(turns - np.mean(turns, axis=1, keepdims=True)), axis=1)
