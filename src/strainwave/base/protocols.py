@@ -310,8 +310,8 @@ def _takes(method: Any, count: int) -> bool:
     code = getattr(method, "__code__", None)
     if code is None or code.co_flags & CO_VARARGS:
         return callable(method)
-    most = code.co_argcount - hasattr(method, "__self__")
-    return bool(most - len(method.__defaults__ or ()) <= count <= most)
+    limit = code.co_argcount - hasattr(method, "__self__")
+    return bool(limit - len(method.__defaults__ or ()) <= count <= limit)
 
 
 def with_parts(verb: str, system: System, *parts: str) -> Any:

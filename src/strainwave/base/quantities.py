@@ -186,8 +186,8 @@ def _check(model: Any) -> None:
                 limit = f"not exceed {LARGEST:g} in SI units" if abs(item) < inf else "be finite"
                 raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; it must {limit}")
             elif isinstance(item, float) and 0.0 < abs(item) < 1.0 / LARGEST:
-                least = f"it must be 0, or from {1.0 / LARGEST:g} in size, in SI units"
-                raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; {least}")
+                bounds = f"it must be 0, or from {1.0 / LARGEST:g} in size, in SI units"
+                raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; {bounds}")
     if hasattr(model, "check"):
         model.check()
 
