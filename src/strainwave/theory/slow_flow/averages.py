@@ -25,6 +25,7 @@ from .setting import Complexes
 POINTS = 32  # of the grid, per period of the highest harmonic
 FULL = 2.0 * math.pi
 CLOSE = 1e-14  # of the location of a crossing [rad]
+EDGE = 1e-12  # of the reach of u: rounding
 
 
 class Pieces(NamedTuple):
@@ -52,90 +53,110 @@ def pieces_of(law: Any) -> Pieces | None:
 
 
 @kernel
-def torsion_at(mean: Any, re: Any, im: Any, f: float, lines: Floats, psi: Any) -> Any:
-    """u, u' and u'' at psi; `lines` has rows (harmonic, cosine, sine coefficient)."""
-    c, s = cos(f * psi), sin(f * psi)
-    value, slope, bend = mean + re * c - im * s, -f * (re * s + im * c), f * f * (im * s - re * c)
-    for j in range(len(lines)):
-        k = lines[j, 0]
-        c, s = cos(k * psi), sin(k * psi)
-        even, odd = lines[j, 1] * c + lines[j, 2] * s, lines[j, 2] * c - lines[j, 1] * s
-        value, slope, bend = value + even, slope + k * odd, bend - k * k * even
+def terms(f: float, lines: Floats) -> Any:
+    """Harmonics and coefficients c of u = mean + Re(sum of c exp(i k psi)): of z first, whose place is left 0."""
+    harmonics, c = np.empty(len(lines) + 1), np.zeros(len(lines) + 1, np.complex128)
+    harmonics[0], harmonics[1:] = f, lines[:, 0]
+    c[1:] = lines[:, 1] - 1j * lines[:, 2]
+    return harmonics, c
+
+
+@kernel
+def series(mean: Any, c: Any, harmonics: Floats, psi: Any, turns: Any) -> Any:
+    """u, u' and u'' at psi; writes the turns exp(i k psi)."""
+    value, slope, bend = mean, 0.0, 0.0
+    for j in range(len(c)):
+        k = harmonics[j]
+        turns[j] = cos(k * psi) + 1j * sin(k * psi)
+        part = c[j] * turns[j]
+        value, slope, bend = value + part.real, slope - k * part.imag, bend - k * k * part.real
     return value, slope, bend
 
 
 @kernel
-def wave(m: float, psi: Any, end: Any) -> Any:
-    """Integral of exp(i m psi) from psi to end."""
-    if m == 0.0:
-        return end - psi + 0j
-    return (sin(m * end) - sin(m * psi) - 1j * (cos(m * end) - cos(m * psi))) / m
-
-
-@kernel
-def ramp(height: Any, re: Any, im: Any, f: float, lines: Floats, psi: Any, end: Any) -> Any:
-    """Integral of (u - b) exp(-i f psi) from psi to end, with height = mean - b."""
-    z = re + 1j * im
-    total = height * wave(-f, psi, end) + 0.5 * (z * (end - psi) + (re - 1j * im) * wave(-2.0 * f, psi, end))
-    for j in range(len(lines)):
-        k, half = lines[j, 0], 0.5 * (lines[j, 1] - 1j * lines[j, 2])
-        back = 0.5 * (lines[j, 1] + 1j * lines[j, 2])
-        total = total + half * wave(k - f, psi, end) + back * wave(-k - f, psi, end)
+def integral(c: Any, harmonics: Floats, psi: Any, turns: Any) -> Any:
+    """Integral of (u - mean) exp(-i f psi) up to psi, with f the harmonic of z, by the turns there."""
+    total = 0j * psi
+    for j in range(len(c)):
+        apart, part = harmonics[j] - harmonics[0], c[j] * turns[j]
+        total = total + 0.5j * turns[0].conjugate() * part.conjugate() / (harmonics[j] + harmonics[0])
+        total = total + (0.5 * c[j] * psi if apart == 0.0 else -0.5j * turns[0].conjugate() * part / apart)
     return total
 
 
+@kernel
+def _crossing(
+    b: float, rise: float, place: float, low: float, high: float, mean: float, c: Any, harmonics: Floats, turns: Any
+) -> float:
+    """Where u passes b between low and high, by Newton's method inside the bracket; leaves the turns there."""
+    for _ in range(30):
+        value, slope, _ = series(mean, c, harmonics, place, turns)
+        if (value - b) * rise < 0.0:
+            low = place
+        else:
+            high = place
+        step = (value - b) / slope if slope != 0.0 else FULL
+        if abs(step) < CLOSE or high - low < CLOSE:
+            break
+        place -= step
+        if not low <= place <= high:
+            place = 0.5 * (low + high)
+    return place
+
+
 def _averages_loops(
-    breaks: Floats, slopes: Floats, mean: Floats, re: Floats, im: Floats, f: float, lines: Floats, table: Floats,
+    breaks: Floats, slopes: Floats, mean: Any, re: Floats, im: Floats, f: float, lines: Floats, table: Floats,
     force: Any, stiffness: Floats, twice: Any,
 ) -> None:  # fmt: skip
     n = table.shape[1]
-    spacing = FULL / n
-    u, torsions, psi = np.empty(n), np.empty(n), np.empty(n + 1)
+    spacing, u, torsions, psi = FULL / n, np.empty(n), np.empty(n), np.empty(n + 1)
+    harmonics, c = terms(f, lines)
+    turns, reach = np.empty_like(c), np.sum(np.abs(c))
     for i in range(len(re)):
-        z = re[i] + 1j * im[i]
+        c[0] = re[i] + 1j * im[i]
+        most = (abs(c[0]) + reach) * (1.0 + EDGE)
+        piece = 0
+        for b in breaks:
+            piece += 1 if b <= mean[i] - most else 0
+        force[i], stiffness[i], twice[i] = 0.5 * slopes[piece] * c[0], slopes[piece], 0.0
+        if piece == len(breaks) or breaks[piece] > mean[i] + most:  # u stays on one piece
+            continue
         for k in range(n):
             u[k] = mean[i] + re[i] * table[0, k] - im[i] * table[1, k] + table[2, k]
         for k in range(n):
             before, after = u[k] - u[k - 1], u[k + 1 if k + 1 < n else 0] - u[k]
             psi[k], torsions[k] = spacing * k, u[k]
+            if before * after > 0.0:
+                continue
             close = False
             for b in breaks:
                 close = close or abs(u[k] - b) <= max(abs(before), abs(after))
-            if close and before * after <= 0.0:
+            if close:
                 for _ in range(4):
-                    _, slope, bend = torsion_at(mean[i], re[i], im[i], f, lines, psi[k])
+                    _, slope, bend = series(mean[i], c, harmonics, psi[k], turns)
                     step = slope / bend if bend != 0.0 else 0.0
                     psi[k] = min(spacing * (k + 0.5), max(spacing * (k - 0.5), psi[k] - step))
-                torsions[k] = torsion_at(mean[i], re[i], im[i], f, lines, psi[k])[0]
+                torsions[k] = series(mean[i], c, harmonics, psi[k], turns)[0]
         psi[n] = psi[0] + FULL
+        series(mean[i], c, harmonics, psi[n], turns)
+        back, whole = turns[0].conjugate(), integral(c, harmonics, psi[n], turns)
         piece = 0
         for b in breaks:
             piece += 1 if b <= torsions[0] else 0
-        force[i], stiffness[i], twice[i] = 0.5 * slopes[piece] * z, slopes[piece], 0.0
+        force[i], stiffness[i] = 0.5 * slopes[piece] * c[0], slopes[piece]
         for k in range(n):
             after = torsions[k + 1 if k + 1 < n else 0]
             while (piece < len(breaks) and breaks[piece] <= after) or (piece > 0 and breaks[piece - 1] > after):
                 up = piece < len(breaks) and breaks[piece] <= after
-                b = breaks[piece] if up else breaks[piece - 1]
-                low, high, rise = psi[k], psi[k + 1], after - torsions[k]
-                place = low + (high - low) * (b - torsions[k]) / rise
-                for _ in range(30):
-                    value, slope, _ = torsion_at(mean[i], re[i], im[i], f, lines, place)
-                    if (value - b) * rise < 0.0:
-                        low = place
-                    else:
-                        high = place
-                    step = (value - b) / slope if slope != 0.0 else FULL
-                    place -= step
-                    if not low <= place <= high:
-                        place = 0.5 * (low + high)
-                    if abs(step) < CLOSE or high - low < CLOSE:
-                        break
+                b, rise = breaks[piece] if up else breaks[piece - 1], after - torsions[k]
+                first = psi[k] + (psi[k + 1] - psi[k]) * (b - torsions[k]) / rise
+                place = _crossing(b, rise, first, psi[k], psi[k + 1], mean[i], c, harmonics, turns)
                 following = piece + 1 if up else piece - 1
-                jump = (slopes[following] - slopes[piece]) / FULL
-                force[i] += jump * ramp(mean[i] - b, re[i], im[i], f, lines, place, psi[n])
+                jump, turn = (slopes[following] - slopes[piece]) / FULL, turns[0].conjugate()
+                ramp = whole - integral(c, harmonics, place, turns) + 1j * (mean[i] - b) / f * (back - turn)
+                force[i] += jump * ramp
                 stiffness[i] += jump * (psi[n] - place)
-                twice[i] += jump * wave(-2.0 * f, place, psi[n])
+                twice[i] += jump * 0.5j * (back * back - turn * turn) / f
                 piece = following
 
 
@@ -149,13 +170,13 @@ def averages(
     `mean`, `re` and `im` (items,) give mean and z of each u, `lines` (lines, 3) what all have in common, and `table`
     (3, points) cos f psi, sin f psi and the sum of the lines on the grid. A constant part of N plays no role.
     """
-    n = table.shape[1]
+    n, z, (harmonics, common) = table.shape[1], re + 1j * im, terms(f, lines)
     u = mean[:, None] + re[:, None] * table[0] - im[:, None] * table[1] + table[2]
     psi = np.tile(FULL / n * np.arange(n), (len(re), 1))
-    _onto_extrema(breaks, u, psi, mean, re, im, f, lines)
+    _onto_extrema(breaks, u, psi, mean, z, harmonics, common)
     end = psi[:, :1] + FULL
     piece = np.searchsorted(breaks, u, side="right")
-    force[:], stiffness[:], twice[:] = 0.5 * slopes[piece[:, 0]] * (re + 1j * im), slopes[piece[:, 0]], 0.0
+    force[:], stiffness[:], twice[:] = 0.5 * slopes[piece[:, 0]] * z, slopes[piece[:, 0]], 0.0
     change = np.roll(piece, -1, axis=1) - piece
     i, k = np.nonzero(change)
     many, up = np.abs(change[i, k]), np.sign(change[i, k])
@@ -164,38 +185,45 @@ def averages(
     piece_before = piece[i, k] + up * passed
     b = breaks[piece_before + np.minimum(up, 0)]
     low, high, first = psi[i, k], np.hstack([psi, end])[i, k + 1], u[i, k]
-    place = _located(b, first, np.roll(u, -1, axis=1)[i, k], low, high, (mean[i], re[i], im[i], f, lines))
-    jump = (slopes[piece_before + up] - slopes[piece_before]) / FULL
-    last = end[i, 0]
-    np.add.at(force, i, jump * ramp(mean[i] - b, re[i], im[i], f, lines, place, last))
+    c, turns = (z[i], *common[1:]), np.empty((len(common), len(i)), complex)
+    place = _located(b, first, np.roll(u, -1, axis=1)[i, k], low, high, (mean[i], c, harmonics), turns)
+    jump, last = (slopes[piece_before + up] - slopes[piece_before]) / FULL, end[i, 0]
+    series(mean[i], c, harmonics, place, turns)
+    turn, before = turns[0].conj(), integral(c, harmonics, place, turns)
+    series(mean[i], c, harmonics, last, turns)
+    back, whole = turns[0].conj(), integral(c, harmonics, last, turns)
+    np.add.at(force, i, jump * (whole - before + 1j * (mean[i] - b) / f * (back - turn)))
     np.add.at(stiffness, i, jump * (last - place))
-    np.add.at(twice, i, jump * wave(-2.0 * f, place, last))
+    np.add.at(twice, i, jump * 0.5j * (back**2 - turn**2) / f)
 
 
 def _onto_extrema(
-    breaks: Floats, u: Floats, psi: Floats, mean: Floats, re: Floats, im: Floats, f: float, lines: Floats
+    breaks: Floats, u: Floats, psi: Floats, mean: Floats, z: Complexes, harmonics: Floats, common: Complexes
 ) -> None:
     """Move the points at an extremum near a breakpoint onto it."""
     before, after = u - np.roll(u, 1, axis=1), np.roll(u, -1, axis=1) - u
     reach = np.maximum(np.abs(before), np.abs(after))
     near = np.any(np.abs(u[..., None] - breaks) <= reach[..., None], axis=-1)
     i, k = np.nonzero(near & (before * after <= 0.0))
+    c, turns = (z[i], *common[1:]), np.empty((len(common), len(i)), complex)
     spacing = FULL / u.shape[1]
     place = spacing * k
     for _ in range(4):
-        _, slope, bend = torsion_at(mean[i], re[i], im[i], f, lines, place)
+        _, slope, bend = series(mean[i], c, harmonics, place, turns)
         step = np.divide(slope, bend, out=np.zeros_like(slope), where=bend != 0.0)
         place = np.clip(place - step, spacing * (k - 0.5), spacing * (k + 0.5))
-    psi[i, k], u[i, k] = place, torsion_at(mean[i], re[i], im[i], f, lines, place)[0]
+    psi[i, k], u[i, k] = place, series(mean[i], c, harmonics, place, turns)[0]
 
 
-def _located(b: Floats, first: Floats, last: Floats, low: Floats, high: Floats, series: tuple[Any, ...]) -> Floats:
+def _located(
+    b: Floats, first: Floats, last: Floats, low: Floats, high: Floats, parts: tuple[Any, ...], turns: Complexes
+) -> Floats:
     """Where u passes b between low and high, by Newton's method inside the bracket."""
-    mean, re, im, f, lines = series
+    mean, c, harmonics = parts
     rise = last - first
     place = low + (high - low) * (b - first) / rise
     for _ in range(30):
-        value, slope, _ = torsion_at(mean, re, im, f, lines, place)
+        value, slope, _ = series(mean, c, harmonics, place, turns)
         short = (value - b) * rise < 0.0
         low, high = np.where(short, place, low), np.where(short, high, place)
         step = np.divide(value - b, slope, out=np.full_like(slope, FULL), where=slope != 0.0)
