@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Floats
+from .averages import pieces_of
 from .averaging import AveragedFlow
 from .closed_forms import CubicFlow
+from .memory import remembers
 from .second_order import SecondOrderFlow
-from .setting import Complexes
+from .setting import Complexes, Setting
 
 Integrals = AveragedFlow | SecondOrderFlow  # whose fixed points are sought on a grid
 Flow = Integrals | CubicFlow
@@ -57,8 +59,10 @@ def newton_step(matrix: Floats, rate: Complexes) -> Any:
 def scanned(flow: Integrals, sizes: Floats) -> tuple[Any, Complexes]:
     """Middles [rad] of the cells of a polar grid in which both rates may vanish, at one speed or many.
 
-    With the place of each among the speeds. Cells are left out where no state is sound.
+    With the place of each among the speeds. Cells are left out where no state is sound, and amplitudes at which the
+    torsion stays on one piece of the law: a damped drive has one state there, that of the linear equation.
     """
+    sizes = sizes[max(0, np.count_nonzero(sizes < _on_one_piece(flow.setting)) - 1) :]
     speeds = np.size(flow.setting.omega)
     phases = 2.0 * np.pi * (np.arange(PHASES + 1) + 0.37) / PHASES
     turn = np.exp(-1j * phases)[:, None]
@@ -76,6 +80,14 @@ def scanned(flow: Integrals, sizes: Floats) -> tuple[Any, Complexes]:
     with np.errstate(all="ignore"):
         kept = np.any(here.sound(z * BESIDE), axis=0)
     return which[kept], z[kept]
+
+
+def _on_one_piece(s: Setting) -> float:
+    """Amplitude [rad] up to which a damped motion at every speed stays where the law is linear; 0 where nowhere."""
+    pieces = None if s.mu == 0.0 or remembers(s.system.law) else pieces_of(s.system.law)
+    if pieces is None:
+        return 0.0
+    return float(np.min(np.abs(pieces.breaks - s.u0))) - float(np.max(np.sum(np.abs(s.hard), axis=-1)))
 
 
 def _may_vanish(values: Floats) -> Any:

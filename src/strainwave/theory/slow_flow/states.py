@@ -289,7 +289,11 @@ def _by_table(many: Any, table: Table) -> Found:
 
 def _by_grid(flow: SecondOrderFlow) -> Found:
     """Starts in the cells of a polar grid in which both rates may vanish, for a few speeds at once."""
-    rough, places, z = flow.coarse, [np.zeros(0, int)], [np.zeros(0, complex)]
+    rough = flow.coarse
+    with np.errstate(all="ignore"):  # and the one of a nearly linear drive
+        weak = newton_step(*reversed(flow.balance(np.zeros(np.shape(flow.setting.omega), complex))))
+    linear = np.flatnonzero(np.isfinite(weak) & (flow.setting.soft != 0.0))
+    places, z = [linear], [weak[linear]]
     order = np.argsort(np.abs(flow.setting.hard).sum(axis=-1), kind="stable")  # alike in the amplitudes that matter
     for chunk in np.array_split(order, -(-len(order) // AT_ONCE)):
         local_flows = (replace(rough, setting=rough.setting.of(int(i))) for i in chunk)
