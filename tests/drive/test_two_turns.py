@@ -481,4 +481,4 @@ def test_a_catalogue_gear_under_gravity_swings_as_by_its_true_corners(tmp_path):
     run = solve_ivp(rates, (-10.0 * turn, t[-1]), [0.0, 0.0], "LSODA", t, rtol=1e-7, atol=1e-11).y[0]
     turns = run.reshape(ratio, places)
     exact = np.max(np.abs(turns - turns.mean(axis=1, keepdims=True)))
-    assert found.oscillation[-1] == pytest.approx(exact, rel=1e-2)
+    assert found.oscillation[-1] == pytest.approx(exact, rel=5e-3)

@@ -43,7 +43,8 @@ from .response import sizes_of, sweep_on
 from .train_curve import torques, train_curve, without_gravity
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
-ROUNDED = 0.25  # of the widest corners that do not meet: sizes within 1 % of an integration with true corners
+CORNERED = 3e-4  # the same on a curve of a law with rounded corners
+ROUNDED = 0.125  # of the widest corners that do not meet: sizes within 0.5 % of an integration with true corners
 
 WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
@@ -147,15 +148,16 @@ class TwoTurnCurve:
                 coefficients[:, 2 * abs(order)] -= math.copysign(1.0, order) * wave.imag
         peak = oscillations(self.waves, self.pairs, self.ratio, about_mean=False).max(axis=1)
         multipliers = np.exp(self.growth * 2.0 * np.pi / self.omega)[:, None].astype(complex)
+        tail = _left_out(self.problem.part)
         folds = [
             Orbit(
                 float(self.omega[i]), 1, coefficients[i][:, None], float(peak[i]), multipliers[i], bool(self.stable[i]),
-                CURVE, self.status, self.message, "fold", float(self.omega[i]),
+                tail, self.status, self.message, "fold", float(self.omega[i]),
             )
             for i in np.flatnonzero(np.isin(self.omega, self.folds)).tolist()
         ]  # fmt: skip
         return Branch(
-            "omega", self.omega, self.omega, coefficients, peak, multipliers, self.stable, folds, [], 1, False, CURVE,
+            "omega", self.omega, self.omega, coefficients, peak, multipliers, self.stable, folds, [], 1, False, tail,
             "harmonic balance in two turns", self.status, self.message, span=span,
             envelope=np.column_stack([self.largest, self.smallest]), beat=self.ratio / self.beats,
             waves=Waves(self.pairs, self.problem.orders, self.waves),
@@ -213,7 +215,7 @@ def two_turn_response(
     if not (driven.part.gear_damping or np.any(driven.part.damping)):
         raise SolveError(UNDAMPED)
     _refuse_falling(system, driven, high)
-    problem, found, whole = along(driven, low, high, CURVE)
+    problem, found, whole = along(driven, low, high, _left_out(driven.part))
     points = with_crests(problem, found.points, lambda z: _sizes(driven, problem, z))
     if limit is not None and limit < math.inf:
         points = with_crossings(problem, points, lambda z: _sizes(driven, problem, z), limit)
@@ -229,7 +231,7 @@ def beating_response(
 
     The oscillation of a motion is that of the turn of the motor in which it is largest; its coefficients are the part
     that repeats with every turn of the motor. Gravity is in it exactly, its stiffness too. Corners of a law of
-    three slopes are rounded over a quarter of what parts them: under gravity the top of a SHG-25-80 moves by 0.5 %.
+    three slopes are rounded over an eighth of what parts them: under gravity the top of a SHG-25-80 moves by 0.2 %.
     Speeds at which the oscillation is at a `limit` [rad] are points of the curve.
     No train, as where damping or stiffness vary, is refused (ValueError).
     """
@@ -283,6 +285,11 @@ def with_rounded_corners(train: DriveTrain) -> DriveTrain:
         return train
     first, second = law.T1 / law.K1, (law.T2 - law.T1) / law.K2
     return train._replace(law=RoundedPiecewiseLinear(*law, ROUNDED * min(2.0 * first, second)))
+
+
+def _left_out(part: Any) -> float:
+    """Share of the motion in a wave that a curve leaves out."""
+    return CORNERED if isinstance(part.laws[0], RoundedPiecewiseLinear) else CURVE
 
 
 def _sizes(driven: TwoTurns, problem: Torus, points: Floats) -> Floats:

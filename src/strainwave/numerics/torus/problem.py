@@ -22,7 +22,7 @@ from ..balance.condensed.pencil import add_entries, to_complex, to_real
 
 SMOOTH = np.unique([2**a * 3**b * 5**c for a in range(14) for b in range(9) for c in range(6)])  # fast transforms
 OVERSAMPLED = 4  # samples of an angle in a period of its highest wave: a cube of these waves is exact
-CORNERED = 16  # the same beside rounded corners: fewer make false folds
+CORNERED, SAMPLES = 16, 16_384  # the same at most beside rounded corners, and samples wanted: fewer make false folds
 LARGEST_TABLE = 60_000  # entries of a table that is quicker than a fast transform
 
 
@@ -319,7 +319,9 @@ def torus(part: Any, ratio: float, lines: Floats, pairs: Any, pulls: tuple[Any, 
     (j, k), (_, q) = basis = basis_of(pairs)
     cells = np.column_stack([pairs[:, 0] // j, (pairs[:, 1] - k * (pairs[:, 0] // j)) // q])
     highest = np.max(np.abs(cells), axis=0)
-    over = OVERSAMPLED if lacking(part.laws[0], "width") else CORNERED
+    over = OVERSAMPLED
+    if not lacking(part.laws[0], "width"):
+        over = int(np.clip(math.sqrt(SAMPLES / np.prod(np.maximum(highest, 1))), OVERSAMPLED, CORNERED))
     least = np.where(highest > 0, over * highest + over, 1)
     shape = tuple(SMOOTH[np.searchsorted(SMOOTH, least)].tolist())
     grid = np.indices(shape).reshape(2, -1) * (2.0 * np.pi / np.array(shape)[:, None])
