@@ -4,8 +4,9 @@
 
 Every drive has two lines or more of the kinematic error, of both turns, a hardening law, a motor held or with a loop or
 a cascade, gravity or none, a linear or a hardening coupling or none. The integration begins at the state of the balance
-at angle 0 and has one output turn to leave it; the next three count. Prints a line a drive: the envelopes, their
-differences, the growth of disturbances, and the time of the balance on the thread.
+at angle 0 and has one output turn to leave it; the next three count. Both are compared in the turns from angle 0 on.
+Prints a line a drive: the envelopes, their differences, the growth of disturbances, and the time of the balance on the
+thread.
 """
 
 import argparse
@@ -84,7 +85,8 @@ def main() -> None:
         start = own_state(AtLoad(train, train.omega), tuple(motion.states(0, np.zeros(1))[:, 0].tolist()))
         run = sw.simulate(train, start, t, method=sw.Dopri5(rtol=1e-11, atol=1e-15))
         sizes = oscillations(train.pointing_error(tuple(run.y)), turns)
-        own, other = (motion.largest[0], motion.smallest[0]), (np.max(sizes), np.min(sizes))
+        balanced = oscillations(motion.states(0, train.omega * t)[0], turns)
+        own, other = ((np.max(some), np.min(some)) for some in (balanced, sizes))
         apart = [abs(a / b - 1.0) for a, b in zip(own, other, strict=True)]
         if motion.stable[0]:
             worst = max(worst, *apart)

@@ -18,6 +18,7 @@ from ..base.quantities import checked, interval, number, shown
 from ..base.records import Waves
 from ..base.results import Branch, Floats, Orbit, SolveError, Status
 from ..base.sentences import Sentence, Speed
+from ..base.sentences import number as plain
 from ..base.series import largest_of_samples
 from ..base.units import ARCSEC
 from ..model.excitation import Harmonics, NoError
@@ -36,7 +37,7 @@ from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import ending
 from ..numerics.labels import FOLD
 from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests, with_crossings
-from ..numerics.torus.motion import along_turns, growth, oscillations, states_at
+from ..numerics.torus.motion import along_turns, growth, largest_sizes, oscillations, states_at
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
@@ -49,6 +50,7 @@ ROUNDED = 0.125  # of the widest corners that do not meet: sizes within 0.5 % of
 WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
 NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run has its motion in time"
+A_TURN = "a turn of the motor begins at any angle, and what a slow wave drifts within it counts"
 UNDAMPED = "nothing damps this drive, and its motions of two turns never settle; give it damping, or integrate it"
 STALLS = 2.0  # times the energy of turning: a load that is lifted so high all but stops at the top
 FALLS = (
@@ -64,6 +66,23 @@ VARIES = (
 def is_beating(error: Any) -> bool:
     """Whether lines of a kinematic error belong to the output's turn, or to both, so that motions beat."""
     return not lacking(error, "lines") and any(line.order % 1 for line in error.lines)
+
+
+def beat_said(train: DriveTrain | None) -> tuple[float, str]:
+    """Turns of the motor after which all that drives a train in two turns repeats, in words with those of its lines.
+
+    Raises
+    ------
+    ValueError
+        If a line beats with neither turn, or there is no train, as where damping or stiffness vary.
+    """
+    if train is None:
+        raise ValueError(VARIES)
+    of_lines = [order_pair(line.order, train.N)[1] for line in lines_of(train.error) if line.amplitude]
+    pulls = [law.order for law in _of_angle(train.load.end().drag) if law.amplitude]
+    lines, both = (train.N / (math.gcd(*some) or math.inf) for some in (of_lines, [*of_lines, *pulls]))
+    alone = "" if lines == both else f" (its lines alone every {plain(lines)})"
+    return both, f"the error beats every {plain(both)} turns of the motor{alone}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,18 +138,22 @@ class TwoTurnCurve:
 
     @cached_property
     def oscillations(self) -> Floats:
-        """Largest |error - mean| (n, turns) [rad] in each turn of the motor, until motor and output stand as before."""
+        """Largest and smallest |error - mean| (n, turns, 2) [rad] over a turn of the motor that begins in each turn.
+
+        A turn begins at any angle; what a slow wave, as that of gravity, drifts within it counts. The turns are those
+        after which motor and output stand as before.
+        """
         return oscillations(self.waves, self.pairs, self.ratio)
 
     @property
     def largest(self) -> Floats:
-        """Largest oscillation (n,) [rad] of a turn of the motor."""
-        return np.asarray(self.oscillations.max(axis=1))
+        """Largest oscillation (n,) [rad] over a turn of the motor that begins at any angle."""
+        return np.asarray(self.oscillations[..., 0].max(axis=1))
 
     @property
     def smallest(self) -> Floats:
-        """Smallest oscillation (n,) [rad] of a turn of the motor."""
-        return np.asarray(self.oscillations.min(axis=1))
+        """Smallest oscillation (n,) [rad] over a turn of the motor that begins at any angle."""
+        return np.asarray(self.oscillations[..., 1].min(axis=1))
 
     def amplitude(self, j: int, k: int) -> Floats:
         """Amplitude (n,) [rad] of a wave in the pointing error; 0 of one that it has not."""
@@ -146,7 +169,7 @@ class TwoTurnCurve:
             coefficients[:, max(0, 2 * abs(order) - 1)] += wave.real
             if order:
                 coefficients[:, 2 * abs(order)] -= math.copysign(1.0, order) * wave.imag
-        peak = oscillations(self.waves, self.pairs, self.ratio, about_mean=False).max(axis=1)
+        peak = largest_sizes(self.waves, self.pairs, self.ratio)
         multipliers = np.exp(self.growth * 2.0 * np.pi / self.omega)[:, None].astype(complex)
         tail = _left_out(self.problem.part)
         folds = [
@@ -294,7 +317,8 @@ def _left_out(part: Any) -> float:
 
 def _sizes(driven: TwoTurns, problem: Torus, points: Floats) -> Floats:
     """Oscillation (n,) [rad] of motions in their largest turn."""
-    return np.asarray(oscillations(_waves(driven, problem, points), problem.pairs, driven.ratio).max(axis=1))
+    sizes = oscillations(_waves(driven, problem, points), problem.pairs, driven.ratio)
+    return np.asarray(sizes[..., 0].max(axis=1))
 
 
 def _waves(driven: TwoTurns, problem: Torus, points: Floats) -> Any:

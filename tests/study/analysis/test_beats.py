@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.integrate import simpson, solve_ivp
+from scipy.integrate import cumulative_simpson, solve_ivp
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import strainwave as sw
 from strainwave.app.report.report import write_view
@@ -52,10 +53,13 @@ def analysed(request, tmp_path_factory):
 
 
 def sizes_of_turns(motor, omega):
-    """Largest |pointing error - mean| of every turn of the motor in an output turn."""
-    error = integrated(motor, omega)
-    windows = [error[i * PLACES : (i + 1) * PLACES + 1] for i in range(int(N))]
-    return np.array([np.max(np.abs(window - simpson(window) / PLACES)) for window in windows])
+    """Largest and smallest |pointing error - mean| over turns that begin in each turn of the motor."""
+    error = integrated(motor, omega, turns=N + 1)
+    total, half = cumulative_simpson(error, dx=1.0 / PLACES, initial=0.0), PLACES // 2
+    means = total[PLACES:] - total[:-PLACES]
+    top, bottom = (size(error, PLACES + 1)[half:-half] for size in (maximum_filter1d, minimum_filter1d))
+    sizes = np.maximum(top - means, means - bottom)[:-1].reshape(int(N), PLACES)
+    return sizes.max(axis=1), sizes.min()
 
 
 def integrated(motor, omega, gravity=PULL, second=SECOND, turns=N):
@@ -76,18 +80,18 @@ def integrated(motor, omega, gravity=PULL, second=SECOND, turns=N):
         return [v, fast / N - (torque - against) / J, w, fast]
 
     turn = 2.0 * np.pi / omega
-    t = turn * (N * SETTLING + np.arange(turns * PLACES + 1) / PLACES)
+    t = turn * (N * SETTLING + np.arange(int(turns) * PLACES + 1) / PLACES)
     y = solve_ivp(rates, (0.0, t[-1]), np.zeros(4), "DOP853", t_eval=t, rtol=1e-8, atol=1e-12).y
     return y[0] - y[2] / N
 
 
 def test_the_largest_motion_is_that_of_an_integration_in_every_turn(analysed):
     largest, beat = analysed.analysis.largest_oscillation(), analysed.analysis.beat
-    sizes = sizes_of_turns(analysed.motor, largest.omega)
+    sizes, smallest = sizes_of_turns(analysed.motor, largest.omega)
     np.testing.assert_allclose(beat.balanced, sizes, rtol=2e-3)  # of the samples' crests, and of the waves left out
     np.testing.assert_allclose(beat.integrated, sizes, rtol=2e-3)
     assert largest.peak == pytest.approx(np.max(sizes), rel=2e-3)
-    assert largest.smallest == pytest.approx(np.min(sizes), rel=2e-3)
+    assert largest.smallest == pytest.approx(smallest, rel=1e-2)  # by samples: a crest leaves a turn steeply
     assert largest.beat == beat.period == pytest.approx(2.0 * np.pi * N / largest.omega, rel=1e-12)
     assert 0.0 < beat.difference < 2e-3
 
@@ -97,7 +101,7 @@ def test_speeds_to_avoid_end_where_the_largest_turn_is_at_the_limit(analysed):
     mapped = sw.speed_map(analysed.project, search=False)
     np.testing.assert_allclose(mapped.forbidden[0], [[low, high]], rtol=1e-8)
     for omega in (low, high):
-        assert np.max(sizes_of_turns(analysed.motor, omega)) == pytest.approx(analysed.project.limit, rel=2e-4)
+        assert np.max(sizes_of_turns(analysed.motor, omega)[0]) == pytest.approx(analysed.project.limit, rel=2e-4)
     assert analysed.analysis.verdict.answer == "OK except for some speeds"
 
 

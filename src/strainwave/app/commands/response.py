@@ -15,6 +15,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...drive.standstill import standing
+from ...drive.two_turns import A_TURN, beat_said
 from ...files.notes import load_remark, posture_note, remarks, source_facts, sources_said, unsaid
 from ...files.reading import read_project
 from ...plot import axes
@@ -143,8 +144,8 @@ def _beat(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         return ()
     smallest, period = float(curve.envelope[top, 1]), 2.0 * math.pi * curve.beat / float(curve.omega[top])
     sentence = (
-        f"the error beats every {number(curve.beat)} turns of the motor, there {number(period, 3)} s: "
-        f"{angle_unit(smallest).text(smallest, project.digits())} in the turn where it is smallest"
+        f"{beat_said(project.whole)[1]}, there {number(period, 3)} s: "
+        f"{angle_unit(smallest).text(smallest, project.digits())} in the turn where it is smallest; {A_TURN}"
     )
     return (
         Fact("beat.turns", curve.beat), Fact("beat.period_s", period), Fact("beat.smallest_arcsec", smallest),

@@ -1,6 +1,7 @@
 """What a motion of two turns is: its beat in every turn of the motor, its states, and how its disturbances grow."""
 
 import math
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -12,8 +13,8 @@ from ..balance.condensed.pencil import to_complex
 from .problem import Torus, at_angles
 
 PER_WAVE, LEAST, BESIDE = 24, 96, 3  # samples in a period of the highest wave, at least; beside one for a polynomial
+STARTING = 384  # angles at least where a turn may begin
 REFINED = 4  # steps of Newton's method
-NEARLY = 0.9  # of the largest sample of a turn: a crest beside it may be higher between samples
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
 FINER = {"none": 1.0, "shift": 4.0, "mean": 8.0}  # steps by the disturbance left out; those beside it hardly grow
@@ -28,49 +29,75 @@ def turns_of(ratio: float) -> int:
     return Fraction(ratio).limit_denominator(max(1, int(LARGEST / ratio))).numerator
 
 
-def oscillations(waves: Any, pairs: Any, ratio: float, about_mean: bool = True) -> Floats:
-    """Largest distance (n, turns) of motions from their mean, or from 0, over each turn of the motor, from angle 0 on.
+def oscillations(waves: Any, pairs: Any, ratio: float) -> Floats:
+    """Largest and smallest oscillation (n, turns, 2) of motions over a turn of the motor that begins in each turn.
 
-    The motions have the complex amplitudes `waves` (n, P + 1) of `pairs` (P + 1, 2), the first of them (0, 0). A crest
-    is that of the polynomial through seven samples around it, right to 1e-6 of the highest wave.
+    The oscillation is the largest |x - mean| from the angle where the turn begins, any angle, to a turn later. The
+    motions have the complex amplitudes `waves` (n, P + 1) of `pairs` (P + 1, 2), the first of them (0, 0). Crests are
+    those of polynomials through seven samples, right to 1e-6 of the highest wave.
     """
-    order, count = pairs @ np.array([1.0, 1.0 / ratio]), turns_of(ratio)
-    places = max(LEAST, PER_WAVE * math.ceil(float(np.max(np.abs(order)))))
-    theta = 2.0 * np.pi / places * np.arange(-BESIDE, places + BESIDE + 1)
+    order = pairs @ np.array([1.0, 1.0 / ratio])
     means = np.ones(len(order), complex)
     np.divide(np.exp(2j * np.pi * order) - 1.0, 2j * np.pi * order, out=means, where=order != 0.0)
-    table = np.exp(1j * np.outer(order, theta)) - (means[:, None] if about_mean else 0.0)
+    parts = zip(_in_turns(waves, pairs, ratio), _in_turns(means * waves, pairs, ratio), strict=True)
+    return np.concatenate([sizes_of_turns(x, mean) for x, mean in parts])
+
+
+def largest_sizes(waves: Any, pairs: Any, ratio: float) -> Floats:
+    """Largest |x| (n,) of motions, as `oscillations`."""
+    return np.concatenate([np.abs(with_extremes(x)).max(axis=(1, 2)) for x in _in_turns(waves, pairs, ratio)])
+
+
+def sizes_of_turns(x: Floats, mean: Floats) -> Floats:
+    """Largest and smallest oscillation (n, turns, 2) from samples (n, turns + 1, samples + 1 + 2 `BESIDE`).
+
+    `mean` is that of the turn that begins at each sample. A turn from any sample is the end of one and the beginning of
+    the next. Where the oscillation is largest, a crest is at an end of the turn, or the mean is an extreme.
+    """
+    inner, extreme, drift = with_extremes(x), with_extremes(mean)[:, :-1], mean[:, :-1, BESIDE:-BESIDE]
+    before, after = inner[:, :-1, ::-1], inner[:, 1:]
+    tops = np.maximum.accumulate(before, axis=2)[..., ::-1], np.maximum.accumulate(after, axis=2)
+    bottoms = np.minimum.accumulate(before, axis=2)[..., ::-1], np.minimum.accumulate(after, axis=2)
+    inside = np.maximum(np.maximum(*tops) - extreme, extreme - np.minimum(*bottoms)).max(axis=2)
+    ends = [np.abs(with_extremes(part - mean[:, :-1])).max(axis=2) for part in (x[:, :-1], x[:, 1:])]
+    falling, rising = (np.maximum(top - drift, drift - low) for top, low in zip(tops, bottoms, strict=True))
+    apart = falling - rising  # the smaller the turn, the nearer are what leaves it and what comes in
+    step, crosses = np.diff(apart), (apart[..., :-1] > 0.0) & (apart[..., 1:] < 0.0)
+    between = falling[..., :-1] - np.diff(falling) * apart[..., :-1] / np.where(crosses, step, 1.0)
+    smallest = np.where(crosses, between, np.inf).min(axis=2)
+    smallest = np.minimum(smallest, np.maximum(falling, rising).min(axis=2))
+    return np.stack([np.maximum(inside, np.maximum(*ends)), smallest], axis=2)
+
+
+def _in_turns(waves: Any, pairs: Any, ratio: float) -> Iterator[Floats]:
+    """Samples (some, turns + 1, samples) of motions, `BESIDE` of them before and after each turn."""
+    order, count = pairs @ np.array([1.0, 1.0 / ratio]), turns_of(ratio) + 1
+    places = max(STARTING, PER_WAVE * math.ceil(float(np.max(np.abs(order)))))
+    theta = 2.0 * np.pi / places * np.arange(-BESIDE, places + BESIDE + 1)
+    table = np.exp(1j * np.outer(order, theta))
     ks, group = np.unique(pairs[:, 1], return_inverse=True)
     turned = np.exp(2j * np.pi / ratio * np.outer(np.arange(count), ks))
     turned = np.concatenate([turned.real, -turned.imag], axis=1)
     most = max(1, ENTRIES // (count * len(theta)))
-    parts = np.array_split(waves, math.ceil(len(waves) / most))
-    return np.concatenate([_crests(_in_turns(part, table, group, turned)) for part in parts])
+    for part in np.array_split(waves, math.ceil(len(waves) / most)):
+        along = np.stack([part[:, group == i] @ table[group == i] for i in range(len(ks))], axis=1)
+        yield turned @ np.concatenate([along.real, along.imag], axis=1)
 
 
-def _in_turns(waves: Any, table: Any, group: Any, turned: Floats) -> Floats:
-    """Samples (n, turns, samples) of motions, from a table of the waves in the first turn."""
-    along = np.stack([waves[:, group == i] @ table[group == i] for i in range(group.max() + 1)], axis=1)
-    return np.asarray(turned @ np.concatenate([along.real, along.imag], axis=1))
-
-
-def _crests(values: Floats) -> Floats:
-    """Largest size (n, turns) of samples (n, turns, samples), `BESIDE` of which lie before and after a turn."""
-    sizes = np.abs(values[..., BESIDE:-BESIDE])
-    largest, last = sizes.max(axis=2), sizes.shape[2] - 1
-    tops = sizes >= NEARLY * largest[..., None]
-    tops[..., 1:] &= sizes[..., 1:] >= sizes[..., :-1]
-    tops[..., :-1] &= sizes[..., :-1] >= sizes[..., 1:]
-    motion, turn, place = np.nonzero(tops)
+def with_extremes(values: Floats) -> Floats:
+    """Samples (n, turns, samples) without those beside a turn; those at crests are as high as these."""
+    inner = values[..., BESIDE:-BESIDE].copy()
+    after, before = values[..., BESIDE + 1 : 1 - BESIDE], values[..., BESIDE - 1 : -BESIDE - 1]
+    at = np.nonzero((after - inner) * (inner - before) <= 0.0)
     s = np.arange(-BESIDE, BESIDE + 1)
-    c = np.linalg.inv(np.vander(s, increasing=True)) @ values[motion, turn, place + BESIDE + s[:, None]]
-    slope, x = np.arange(1, len(c))[:, None] * c[1:], np.zeros(len(place))
+    c = np.linalg.inv(np.vander(s, increasing=True)) @ values[at[0], at[1], at[2] + BESIDE + s[:, None]]
+    slope, x = np.arange(1, len(c))[:, None] * c[1:], np.zeros(len(at[0]))
     bend = np.arange(1, len(slope))[:, None] * slope[1:]
     for _ in range(REFINED):
         step = np.divide(polyval(x, slope), polyval(x, bend), out=np.zeros_like(x), where=c[2] != 0.0)
-        x = np.clip(x - step, np.where(place > 0, -1.0, 0.0), np.where(place < last, 1.0, 0.0))
-    np.maximum.at(largest, (motion, turn), np.abs(polyval(x, c)))
-    return np.asarray(largest)
+        x = np.clip(x - step, -1.0, 1.0)
+    inner[at] = polyval(x, c)
+    return np.asarray(inner)
 
 
 def polyval(x: Floats, c: Floats) -> Floats:

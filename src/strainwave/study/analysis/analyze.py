@@ -27,7 +27,7 @@ from ...drive.two_turns import NONE_STABLE
 from ...model.gears.gear import Gear
 from ...model.gears.limits import RATCHETING
 from ...model.train.drive_train import DriveTrain
-from ...numerics.torus.motion import oscillations
+from ...numerics.torus.motion import largest_sizes
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
@@ -316,7 +316,7 @@ def _with_gravity(
         text = "With gravity exactly in the motion, its stiffness included, no steady motion is stable in this range."
         return replace(study, remarks=(*study.remarks, text))
     fast = waves.amplitudes[visited] * (1.0 - np.sinc(waves.orders))  # without the mean of a turn around each angle
-    sizes = oscillations(fast, waves.pairs, project.drive.N, about_mean=False).max(axis=1)
+    sizes = largest_sizes(fast, waves.pairs, project.drive.N)
     size, omega = float(np.max(sizes)), float(exact.omega[visited[np.argmax(sizes)]])
     change = 100.0 * (size / max(float(curve.oscillation[curve.top]) for curve in curves) - 1.0)
     text = "With gravity exactly in the motion, its stiffness included, the oscillation about the slow mean reaches "

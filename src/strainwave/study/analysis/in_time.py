@@ -30,7 +30,7 @@ from ...model.train.train_forms import behind_gear
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ...numerics.torus.motion import oscillations
+from ...numerics.torus.motion import BESIDE, oscillations, sizes_of_turns
 from ..steady import SteadyMotion, finished_or_interrupted, settle, settled
 from .resonances import OperatingPoint, operating_point
 
@@ -169,8 +169,8 @@ class Beat(NamedTuple):
     turns : float
         Turns of the motor in a beat.
     balanced, integrated : (n,) arrays
-        Largest |error - mean| [rad] of each turn, by the balance and by integration from its state at angle 0, with
-        the corners of the law; no integration of a free motor, of which nothing holds the speed.
+        Largest |error - mean| [rad] over a turn that begins in each turn, by the balance and by integration from its
+        state at angle 0, with the corners of the law; no integration of a free motor, of which nothing holds the speed.
     """
 
     omega: float
@@ -196,13 +196,16 @@ def beat_of(project: Project, response: DriveResponse) -> Beat | None:
     if waves is None or beat is None or whole is None or response.starts is None:
         return None
     omega, ratio = float(response.omega[top]), whole.N
-    balanced, integrated = oscillations(waves.amplitudes[[top]], waves.pairs, ratio)[0], np.empty(0)
+    balanced, integrated = oscillations(waves.amplitudes[[top]], waves.pairs, ratio)[0, :, 0], np.empty(0)
     if not whole.motor.free:
-        angles = 2.0 * np.pi / PLACES * np.arange(PLACES * len(balanced) + 1)
+        turns = np.arange(1, len(balanced) + 2)
+        angles = 2.0 * np.pi / PLACES * np.arange(PLACES * (len(turns) + 2) + BESIDE + 1)
         run = drive_run(whole._replace(omega=omega), response.starts[top], angles / omega)
         if run.trajectory.status:
-            turns = run.pointing[:-1].reshape(-1, PLACES)
-            integrated = np.max(np.abs(turns - np.mean(turns, axis=1, keepdims=True)), axis=1)
+            total = np.append(0.0, np.cumsum(run.pointing[1:] + run.pointing[:-1])) / (2.0 * PLACES)
+            at = PLACES * turns[:, None] + np.arange(-BESIDE, PLACES + BESIDE + 1)
+            means = (total[PLACES:] - total[:-PLACES])[at]
+            integrated = np.roll(sizes_of_turns(run.pointing[at][None], means[None])[0, :, 0], 1)
     return Beat(omega, beat, balanced, integrated)
 
 

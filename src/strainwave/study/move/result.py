@@ -16,8 +16,8 @@ from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import number
 from ...base.units import RPM
+from ...drive.two_turns import beat_said, is_beating
 from ...model.gears.limits import Finding, gravest
-from ...model.orders import order_pair
 from ...model.train.drive_train import DriveTrain
 from .follow import Path
 
@@ -107,29 +107,27 @@ def crossings(train: DriveTrain, path: Path, frequencies: Floats) -> list[tuple[
 
 
 def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
-    """That a path has part of the beat of its lines of two turns, in a sentence, where it is shorter."""
-    lines_here = [line for line in lines_of(train.error) if line.amplitude]
+    """That a path has part of the beat of its lines and of gravity, in a sentence, where it is shorter."""
+    if not is_beating(train.error):
+        return
     try:
-        pairs = {order_pair(line.order, train.N) for line in lines_here}
+        beat, text = beat_said(train)
     except ValueError:  # lines that beat with neither turn
         return
     angle = path.at(path.dense(EACH))[0]
-    beat = train.N / (math.gcd(*(k for _, k in pairs)) or math.inf)
     turned = train.N * float(np.ptp(angle)) / (2.0 * math.pi)
     if turned < beat:
         mean = train.N * path.travel() / (2.0 * math.pi * path.duration)
         yield (
-            f"Lines of motor and output beat every {beat:.4g} turns of the motor, {beat / mean:.3g} s at the mean "
-            f"speed; the profile turns it by {turned:.4g} in {path.duration:.4g} s. The move has part of the beat: "
-            "from another angle the error may be larger."
+            f"T{text[1:]}, {beat / mean:.3g} s at the mean speed; the profile turns it by {turned:.4g} in "
+            f"{path.duration:.4g} s. The move has part of the beat: from another angle the error may be larger."
         )
 
 
 def passes(crossed: list[Any], train: DriveTrain, path: Path, t: Floats, ripple: Floats) -> tuple[Pass, ...]:
     """Costs of crossings, from what of the pointing error (n,) [rad] the kinematic error causes at times [s]."""
     error, N = train.error, train.N
-    beats = any(line.order % 1 for line in lines_of(error))
-    slow = float(np.max(np.abs(error.value(N * path.at(t)[0] if beats else TURN))))
+    slow = float(np.max(np.abs(error.value(N * path.at(t)[0] if is_beating(error) else TURN))))
     ends = [end for _, end in path.motions()]
     costs = []
     for i, (time, speed, order, frequency) in enumerate(crossed):

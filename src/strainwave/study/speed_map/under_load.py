@@ -20,7 +20,7 @@ from ...drive.reductions import left_out
 from ...drive.response import exact_response
 from ...drive.state_space import state_space
 from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
-from ...drive.two_turns import NONE_STABLE, beating_response, is_beating
+from ...drive.two_turns import A_TURN, NONE_STABLE, beat_said, beating_response, is_beating
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
@@ -42,8 +42,8 @@ LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift 
 APART = 0.025  # relative distance of the speeds of the search
 HIGHEST = 100  # harmonic of an order that may still meet a resonance
 BEATS = (
-    "the error beats every {} turns of the motor, {} s at {} and {} s at {}; the oscillation is that of the turn of "
-    "the motor in which the beat is largest"
+    "{}, {} s at {} and {} s at {}; the oscillation is that of the turn of "
+    f"the motor in which the beat is largest; {A_TURN}"
 )
 TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
 
@@ -144,7 +144,7 @@ def under_load(
     )  # fmt: skip
     said = () if response.status else (f"{response.curve.message}; a speed without a known motion is forbidden",)
     if is_beating(case.equation.error):
-        said = (*said, _beat(response.curve.beat or 0.0, span), *filter(None, (response.rounding,)))
+        said = (*said, _beat(case.train or case.whole, span), *filter(None, (response.rounding,)))
     jumping = () if sweep is None else tuple((band.low, band.high) for band in sweep.jumping)
     loaded = UnderLoad(case.load, curves, slow, jumps, jumping, doubled_spans(response.curve), (), said)
     if apart is None or not case.searched:
@@ -153,10 +153,11 @@ def under_load(
     return extended(loaded, case, span, speeds[speeds >= slowest(case)], ())
 
 
-def _beat(turns: float, span: Span) -> str:
+def _beat(train: DriveTrain | None, span: Span) -> str:
     """How long a beat takes at both ends of a range, in a sentence."""
-    ends = [text for w in span for text in (number(2.0 * pi * turns / w, 3), f"{number(w / RPM, 5)} rpm")]
-    return Sentence(BEATS, number(turns), *ends)
+    turns, text = beat_said(train)
+    ends = [end for w in span for end in (number(2.0 * pi * turns / w, 3), f"{number(w / RPM, 5)} rpm")]
+    return Sentence(BEATS, text, *ends)
 
 
 def extended(

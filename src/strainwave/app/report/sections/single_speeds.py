@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ....base.sentences import Angle, Sentence, Speed
+from ....drive.two_turns import A_TURN, beat_said
 from ....plot.colours import BLACK, BLUE
 from ....plot.panels import Axis, Panel
 from ....plot.svg import figure
@@ -51,10 +52,11 @@ class BeatOfTurns:
         beat = view.analysis.beat
         if beat is None:
             return []
-        sizes_of = [Angle(float(size)) for size in (np.max(beat.balanced), np.min(beat.balanced))]
-        text = "The error beats every {} turns of the motor, {} s at {}: it oscillates with {} in the largest turn and "
-        turns, period = number(beat.turns), number(beat.period, 3)
-        said = Sentence(text + "with {} in the smallest.", turns, period, Speed(beat.omega), *sizes_of)
+        smallest = view.analysis.largest_oscillation().smallest or 0.0
+        sizes_of = [Angle(size) for size in (float(np.max(beat.balanced)), smallest)]
+        text = "{}, {} s at {}: it oscillates with {} in the largest turn and "
+        every, text = beat_said(view.project.whole)[1], f"{text}with {{}} in the smallest; {A_TURN}."
+        said = Sentence(text, f"T{every[1:]}", number(beat.period, 3), Speed(beat.omega), *sizes_of)
         if beat.difference is not None:
             said += f" Integration gives the same within {percent(beat.difference, 2)} of the largest turn."
         return [said]
