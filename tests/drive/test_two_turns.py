@@ -488,3 +488,10 @@ def test_a_catalogue_gear_under_gravity_swings_as_by_its_true_corners(tmp_path):
     run = solve_ivp(rates, (-10.0 * turn, t[-1]), [0.0, 0.0], "LSODA", t, rtol=1e-7, atol=1e-11).y[0]
     exact = np.max(sizes_of_turns(run, places))
     assert found.oscillation[-1] == pytest.approx(exact, rel=5e-3)
+
+
+def test_the_words_of_a_project_name_its_loop_once(tmp_path):
+    said = str(under_gravity(tmp_path, 6, "loop: {bandwidth: 30 Hz, damping: 0.7}"))
+    assert "motor: position loop of 30 Hz, damping 0.7, with the gravity of the load" in " ".join(said.split())
+    assert "held" not in said
+    assert "motor: held\n" in str(joint(tmp_path))

@@ -29,7 +29,7 @@ from ..numerics.balance.harmonics import LARGEST
 from .asked import MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
-from .reductions import left_out
+from .reductions import THE_LOOP, left_out
 from .response import POINTS, exact_response
 from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
 from .train_curve import POINTS as OF_TRAIN
@@ -134,10 +134,11 @@ class Project:
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]
         gear = "gear of its own law" if self.gear is None else self.gear.name
-        parts = f", with {listed(self.left_out)}" if self.left_out else ""
+        motor = next(iter(self.motors())) if self.motor_named and self.whole is not None else self.motor
+        parts = f", with {listed(more)}" if (more := [part for part in self.left_out if part != THE_LOOP]) else ""
         return on_screen(
-            f"Project {self.title!r} ({self.path.name}): {gear}, ratio {self.drive.N:g}, motor {self.motor}{parts}\n"
-            f"  J {self.J:.6g} kg*m^2, B {self.drive.B:.6g} N*m*s/rad, omega_0 {self.omega_0:.6g} rad/s\n"
+            f"Project {self.title!r} ({self.path.name}): {gear}, ratio {self.drive.N:g}, motor: {motor}{parts}\n"
+            f"  equation: J {self.J:.6g} kg*m^2, B {self.drive.B:.6g} N*m*s/rad, omega_0 {self.omega_0:.6g} rad/s\n"
             f"  speeds {low:.6g} .. {high:.6g} rad/s of the {self.speeds.base_angle}, {len(self.notes)} notes"
         )
 
@@ -180,8 +181,7 @@ class Project:
     def motors(self) -> dict[str, DriveTrain]:
         """The whole train by what drives its motor, in words; empty where there is no train (see `whole`).
 
-        It is the one of the file. Where that names neither a mode nor a loop, the three between which the answer lies:
-        ideally held, free, and in a position loop of 30 Hz and damping 0.7 (`from_bandwidth`, on `loop_inertia`).
+        It is the file's; where that names neither mode nor loop: held, free, and in a loop of 30 Hz and damping 0.7.
         """
         if self.whole is None:
             return {}

@@ -169,6 +169,9 @@ def error_slope(train: DriveTrain) -> float:
     return float(train.N * np.max(np.abs(train.error.slope(phase))))
 
 
+THE_LOOP = "the motor's loop"
+
+
 def left_out(train: DriveTrain) -> tuple[str, ...]:
     """Parts of a train that its error equation does not hold and that change the dynamic error, in words.
 
@@ -179,7 +182,7 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
     motor, load = train.motor, train.load.end()
     held, couplings = motor.held, len(train.load.couplings())
     parts = (
-        (not held and not motor.free, "the motor's loop"),
+        (not held and not motor.free, THE_LOOP),
         (not held and motor.drag != NO_DRAG, "the motor's drag"),
         (not held and train.friction != NO_FRICTION, "the friction of the meshing"),
         (load.drag != NO_DRAG, "the gravity of the load" if isinstance(load.drag, AngleTorque) else "the load's drag"),
