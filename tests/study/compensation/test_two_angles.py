@@ -109,6 +109,13 @@ def test_a_run_is_measured_over_whole_beats():
     assert turns_of(slow) == 4 * N
 
 
+@pytest.mark.parametrize(("pull", "alone"), [(0.0, ""), (1.0, " (its lines alone every 8)")])
+def test_a_bench_tells_the_beat_of_all_that_drives_and_of_its_lines(pull, alone):
+    drag = sw.train.AngleTorque(pull, 1)
+    bench = steady_bench_of(TRAIN._replace(load=TRAIN.load._replace(drag=drag)), SAMPLING, LOOP)
+    assert f"The error beats every {16 if pull else 8} turns of the motor{alone}." in bench.remarks
+
+
 @pytest.mark.compiled
 def test_tables_of_controllers_count_on_the_output_and_leave_what_the_controllers_do():
     bench = steady_bench_of(TRAIN, SAMPLING, LOOP)

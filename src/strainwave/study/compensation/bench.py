@@ -13,6 +13,7 @@ from ...base.results import Floats, SolveError
 from ...drive.operating_point import operating_state
 from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
+from ...drive.two_turns import beat_said
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import Cascade, Notch, SampledPD, is_controller, sampled_filter
 from ...model.excitation import Harmonic, Harmonics, KinematicError
@@ -184,6 +185,7 @@ def bench_of(
             )
         for order in broken:
             order_pair(order, train.N)
+        remarks.append(f"T{beat_said(train)[1][1:]}.")
     timing = _sampling(project, sampling, remarks)
     control, lag = train.motor.control, apart(train.motor.control)[1].get("lag", 0.0)
     if isinstance(control, Lagged):
