@@ -21,7 +21,7 @@ def address_of(base, project):
 
 def shown(page):
     """Wait for the first picture of the response, and for the pause after it."""
-    page.wait_for_selector("#plot-torque[data-drawn]", timeout=PATIENCE)
+    page.wait_for_selector("#plot-torque[data-drawn]")
     paused(page, 0)
 
 

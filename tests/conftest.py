@@ -27,7 +27,7 @@ def pytest_collection_modifyitems(items):
     here = Path(__file__).parent
     rooms = {here / room for room in MACHINE_CODE}
     for item in items:
-        if "page" in item.fixturenames:  # the app has processes of its own
+        if "blank" in item.fixturenames:  # the app has processes of its own
             item.add_marker(pytest.mark.slow)
             item.add_marker(pytest.mark.interpreted)
     for marks, file in ((("long",), "long.txt"), (("slow", "interpreted"), "slow.txt")):

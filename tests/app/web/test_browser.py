@@ -41,13 +41,12 @@ def test_the_page_says_what_it_is_until_the_first_picture(browser, address, page
     plain.context.close()
 
 
-def test_a_view_chosen_before_the_drive_is_there_is_shown_with_it(page):
-    page.route("**/api/project", lambda route: page.wait_for_timeout(1000) or route.continue_())
-    page.goto("about:blank")
-    page.goto(page.base)
-    page.locator("#tab-motion").click()
-    page.wait_for_selector("#plot-time[data-drawn]")
-    assert page.locator("#tab-motion").get_attribute("aria-selected") == "true"
+def test_a_view_chosen_before_the_drive_is_there_is_shown_with_it(blank):
+    blank.route("**/api/project", lambda route: blank.wait_for_timeout(1000) or route.continue_())
+    blank.goto(blank.base)
+    blank.locator("#tab-motion").click()
+    blank.wait_for_selector("#plot-time[data-drawn]")
+    assert blank.locator("#tab-motion").get_attribute("aria-selected") == "true"
 
 
 def test_another_gear_is_another_drive(page):

@@ -125,17 +125,16 @@ def test_a_move_is_edited_and_its_motor_torque_is_shown(page):
     assert page.evaluate(FOCUS) == "move-type"
 
 
-def test_gains_are_tuned_shown_before_and_after_and_taken(page, address):
-    page.goto("about:blank")
-    page.goto(f"{address}#gear=CSG-40-50&view=tuning&v.motor.loop.bandwidth=30+Hz&v.motor.loop.damping=0.7")
-    page.locator("#begin").click()
-    page.wait_for_selector("#plot-tuning[data-drawn]")
-    names = page.evaluate("() => document.getElementById('plot-tuning').data.map((one) => one.name)")
+def test_gains_are_tuned_shown_before_and_after_and_taken(blank):
+    blank.goto(f"{blank.base}#gear=CSG-40-50&view=tuning&v.motor.loop.bandwidth=30+Hz&v.motor.loop.damping=0.7")
+    blank.locator("#begin").click()
+    blank.wait_for_selector("#plot-tuning[data-drawn]")
+    names = blank.evaluate("() => document.getElementById('plot-tuning').data.map((one) => one.name)")
     assert {"before", "after"} <= set(names)
-    texts = page.locator("#tuned td:nth-child(1)").all_inner_texts()
+    texts = blank.locator("#tuned td:nth-child(1)").all_inner_texts()
     assert texts == ["of the file", "of the rule", "recommended"]
-    page.locator("#use").click()
-    page.wait_for_function("() => location.hash.startsWith('#project=')")
+    blank.locator("#use").click()
+    blank.wait_for_function("() => location.hash.startsWith('#project=')")
 
 
 def test_a_tuning_without_a_loop_says_what_is_missing(held_page):

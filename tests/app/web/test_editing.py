@@ -166,46 +166,42 @@ def test_another_gear_keeps_the_axis_until_its_defaults_are_taken(page):
         ("gear=CSG-40-50&v.speeed.from=1+rpm", "has no 'speeed.from'"),
     ],
 )
-def test_a_damaged_link_says_so_and_keeps_the_controls(page, link, said):
-    page.goto("about:blank")
-    page.goto(f"{page.base}#{link}")
-    page.wait_for_selector("#plot-torque[data-drawn]")
-    assert said in page.locator("#status").inner_text()
-    assert field(page, "load.inertia").input_value() == "1"
-    typed(page, "load.inertia", "2")
+def test_a_damaged_link_says_so_and_keeps_the_controls(blank, link, said):
+    blank.goto(f"{blank.base}#{link}")
+    blank.wait_for_selector("#plot-torque[data-drawn]")
+    assert said in blank.locator("#status").inner_text()
+    assert field(blank, "load.inertia").input_value() == "1"
+    typed(blank, "load.inertia", "2")
 
 
-def test_a_wrong_value_in_the_address_is_told_at_its_field(page):
-    page.goto("about:blank")
-    page.goto(f"{page.base}#gear=CSG-25-100&v.load.inertia=-1+kg*m^2&v.damping.ratio=4+%25")
-    page.wait_for_function("() => document.getElementById('value-load.inertia')")
-    page.wait_for_function(f"() => ({ANSWER})().includes('is not positive')")
-    assert page.locator("#gear").input_value() == "CSG-25-100"
-    assert field(page, "load.inertia").get_attribute("aria-invalid") == "true"
-    assert field(page, "damping.ratio").input_value() == "4"
-    field(page, "load.inertia").fill("0.3")
-    page.wait_for_selector("#plot-torque[data-drawn]")
+def test_a_wrong_value_in_the_address_is_told_at_its_field(blank):
+    blank.goto(f"{blank.base}#gear=CSG-25-100&v.load.inertia=-1+kg*m^2&v.damping.ratio=4+%25")
+    blank.wait_for_function("() => document.getElementById('value-load.inertia')")
+    blank.wait_for_function(f"() => ({ANSWER})().includes('is not positive')")
+    assert blank.locator("#gear").input_value() == "CSG-25-100"
+    assert field(blank, "load.inertia").get_attribute("aria-invalid") == "true"
+    assert field(blank, "damping.ratio").input_value() == "4"
+    field(blank, "load.inertia").fill("0.3")
+    blank.wait_for_selector("#plot-torque[data-drawn]")
 
 
-def test_a_project_dropped_before_the_first_answer_is_shown(page):
-    page.goto("about:blank")
+def test_a_project_dropped_before_the_first_answer_is_shown(blank):
     waiting = []
-    page.route("**/api/project", lambda route: route.continue_() if waiting else waiting.append(route))
-    with page.expect_request("**/api/project"):
-        page.goto(page.base)
-    page.evaluate(DROP, ["mine.yaml", HELD.replace("title: CSG-40-50", "title: mine")])
-    shown(page)
-    assert page.locator("#title").inner_text() == "mine"
-    assert page.locator("#status").inner_text() == ""
-    assert "#project=" in page.url
+    blank.route("**/api/project", lambda route: route.continue_() if waiting else waiting.append(route))
+    with blank.expect_request("**/api/project"):
+        blank.goto(blank.base)
+    blank.evaluate(DROP, ["mine.yaml", HELD.replace("title: CSG-40-50", "title: mine")])
+    shown(blank)
+    assert blank.locator("#title").inner_text() == "mine"
+    assert blank.locator("#status").inner_text() == ""
+    assert "#project=" in blank.url
 
 
-def test_another_project_of_the_same_numbers_shows_its_own_sources(page):
-    page.goto("about:blank")
-    page.goto(address_of(page.base, HELD + "sources: {load: assumed}\n"))
-    shown(page)
-    badge = page.locator('[id="value-load.inertia-source"]')
+def test_another_project_of_the_same_numbers_shows_its_own_sources(blank):
+    blank.goto(address_of(blank.base, HELD + "sources: {load: assumed}\n"))
+    shown(blank)
+    badge = blank.locator('[id="value-load.inertia-source"]')
     assert badge.inner_text() == "assumed"
-    page.evaluate(DROP, ["mine.yaml", HELD.replace("title: CSG-40-50", "title: mine") + "sources: {load: measured}\n"])
-    page.wait_for_function("() => document.getElementById('title').textContent === 'mine'")
+    blank.evaluate(DROP, ["mine.yaml", HELD.replace("title: CSG-40-50", "title: mine") + "sources: {load: measured}\n"])
+    blank.wait_for_function("() => document.getElementById('title').textContent === 'mine'")
     assert badge.inner_text() == "measured"

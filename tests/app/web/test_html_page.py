@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from app_page import PATIENCE
 from click.testing import CliRunner
 from test_extension import Dogleg
 
@@ -321,6 +322,7 @@ def test_a_page_opens_from_a_file_with_no_request_and_answers_to_the_keyboard(br
     html.write_page(project_of(tmp_path, "three slopes"), path)
     assert path.stat().st_size <= 400_000
     context = browser.new_context(offline=True)
+    context.set_default_timeout(PATIENCE)
     page, asked, errors = context.new_page(), [], []
     page.on("request", lambda request: asked.append(request.url))
     page.on("console", lambda message: errors.append(message.text))
@@ -358,6 +360,7 @@ def test_a_page_opens_from_a_file_with_no_request_and_answers_to_the_keyboard(br
 def offline(browser):
     """A page without a network, whose console stays empty and which asks for nothing but files."""
     context = browser.new_context(offline=True, accept_downloads=True)
+    context.set_default_timeout(PATIENCE)
     page, asked, errors = context.new_page(), [], []
     page.on("request", lambda request: asked.append(request.url))
     page.on("console", lambda message: errors.append(message.text))
@@ -377,7 +380,7 @@ def test_the_page_of_the_catalogue_sorts_chooses_and_gives_a_project_file(offlin
     assert path.stat().st_size <= 1_000_000
     offline.goto(path.as_uri())
     offline.get_by_text(re.compile(r"^computing the gears: \d+ of \d+$")).wait_for()
-    offline.wait_for_selector("#all:not(.stale)", timeout=300_000)
+    offline.wait_for_selector("#all:not(.stale)")
     assert offline.inner_text("#progress") == ""
     rows = offline.locator("#rows tr")
     column = lambda i: rows.evaluate_all("(rows, i) => rows.map((row) => row.cells[i].textContent)", i)  # noqa: E731
@@ -461,6 +464,7 @@ def test_a_browser_that_is_too_old_gets_a_sentence(browser, tmp_path):
         (path, "delete Array.prototype.toSorted", "largest oscillation"),
     ):
         context = browser.new_context()
+        context.set_default_timeout(PATIENCE)
         context.add_init_script(missing)
         page = context.new_page()
         page.goto(file.as_uri())

@@ -54,34 +54,33 @@ def test_every_text_can_be_read(page, scheme):
 
 
 @pytest.mark.parametrize("view", LAST)
-def test_address_of_a_view_gives_its_picture_again_and_its_data(page, address, view, tmp_path):
-    page.goto("about:blank")
-    page.goto(f"{address}#gear=CSG-40-50&view={view}&v.damping.ratio=4+%25&o.speed=1300&o.along=damping.ratio")
-    page.wait_for_selector("#title:not(:empty)")
-    if page.locator("#begin").count():
-        page.locator("#begin").click()
-    page.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
-    if page.locator("#begin").count():
-        page.wait_for_function("() => location.hash.includes('o.run=')")
-        page.wait_for_function(DONE)
-    shown, said, where = page.evaluate(SHOWN), page.locator("#answer").inner_text(), page.url
-    page.goto("about:blank")
-    page.goto(where)
-    page.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
-    if page.locator("#begin").count():
-        page.wait_for_function(DONE)
-    page.wait_for_timeout(300)
-    assert page.evaluate(SHOWN) == shown
-    assert page.locator("#answer").inner_text() == said
+def test_address_of_a_view_gives_its_picture_again_and_its_data(blank, view, tmp_path):
+    blank.goto(f"{blank.base}#gear=CSG-40-50&view={view}&v.damping.ratio=4+%25&o.speed=1300&o.along=damping.ratio")
+    blank.wait_for_selector("#title:not(:empty)")
+    if blank.locator("#begin").count():
+        blank.locator("#begin").click()
+    blank.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
+    if blank.locator("#begin").count():
+        blank.wait_for_function("() => location.hash.includes('o.run=')")
+        blank.wait_for_function(DONE)
+    shown, said, where = blank.evaluate(SHOWN), blank.locator("#answer").inner_text(), blank.url
+    blank.goto("about:blank")
+    blank.goto(where)
+    blank.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
+    if blank.locator("#begin").count():
+        blank.wait_for_function(DONE)
+    blank.wait_for_timeout(300)
+    assert blank.evaluate(SHOWN) == shown
+    assert blank.locator("#answer").inner_text() == said
     assert all(re.search(r"\d", label) for _, label, _ in shown)  # a sentence with figures stands for the picture
     for i, name in enumerate(one[0].removeprefix("plot-") for one in shown):
         if i == 3:  # Chromium holds back more than ten downloads of one page
-            page.goto("about:blank")
-            page.goto(where)
-            page.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
+            blank.goto("about:blank")
+            blank.goto(where)
+            blank.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
         for ending, begins in (("csv", b'"'), ("svg", b"<svg"), ("png", b"\x89PNG")):
-            with page.expect_download() as found:
-                page.locator(f'[aria-label="Save {name} as {ending.upper()}"]').click()
+            with blank.expect_download() as found:
+                blank.locator(f'[aria-label="Save {name} as {ending.upper()}"]').click()
             found.value.save_as(tmp_path / "taken")
             content = (tmp_path / "taken").read_bytes()
             assert content.startswith(begins)
