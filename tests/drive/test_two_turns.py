@@ -343,22 +343,18 @@ def test_the_speed_of_a_free_motor_is_as_stable_as_by_its_equations(inertia, ome
     drive = np.mean((1.0 / 50.0 - slope) * torque)  # torque of the motor that keeps the mean speed
 
     def rates(angle, y):  # by the motor's own angle: that a motion may begin at any time is no disturbance
-        slope, torque = in_gear(y[0], y[1], angle, y[2])
+        x, v, speed = y.reshape(3, 6)
+        slope, torque = in_gear(x, v, angle, speed)
         fast = (drive - (1.0 / 50.0 - slope) * torque) / train.motor.J
-        against = 4.0 + pull * np.sin(angle / 50.0 - y[0])
-        return np.array([y[1], fast / 50.0 - (torque - against) / inertia, fast]) / y[2]
+        against = 4.0 + pull * np.sin(angle / 50.0 - x)
+        return np.ravel(np.array([v, fast / 50.0 - (torque - against) / inertia, fast]) / speed)
 
     turns = 50.0 if pull else 25.0
-    first, columns = d[0], []
-    for i, step in enumerate((1e-7, 1e-5, 1e-4)):
-        ends = []
-        for change in (step, -step):
-            y = np.array([x[0], v[0], omega + w[0]])
-            y[i] += change
-            run = solve_ivp(rates, (first, first + 2.0 * np.pi * turns), y, "DOP853", rtol=1e-12, atol=1e-14)
-            ends.append(run.y[:, -1])
-        columns.append((ends[0] - ends[1]) / (2.0 * step))
-    largest = np.max(np.abs(np.linalg.eigvals(np.array(columns).T)))
+    first, steps = d[0], np.array([1e-7, 1e-5, 1e-4])
+    starts = np.array([[x[0]], [v[0]], [omega + w[0]]]) + np.hstack([np.diag(steps), -np.diag(steps)])
+    span = (first, first + 2.0 * np.pi * turns)
+    ends = solve_ivp(rates, span, starts.ravel(), "DOP853", rtol=1e-12, atol=1e-14).y[:, -1].reshape(3, 6)
+    largest = np.max(np.abs(np.linalg.eigvals((ends[:, :3] - ends[:, 3:]) / (2.0 * steps))))
     grown = np.log(largest) * omega / (2.0 * np.pi * turns)
     assert motion.growth[0] == pytest.approx(grown, rel=1e-4, abs=1e-7)
     assert motion.stable[0] == (grown < 0.0) == stable
