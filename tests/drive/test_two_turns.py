@@ -401,6 +401,7 @@ def test_a_drive_that_nothing_damps_ends_in_a_sentence(motor, damping, said, tmp
     text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
     text = text.replace("MOTOR", f"mode: {motor}").replace("B: 15", f"B: {damping}")
     text = text.replace("type: cubic, K: 2e4 N*m/rad, alpha: 4e5 1/rad^2", "type: linear, K: 2e4 N*m/rad")
+    text = text.replace("from: 300 rpm, to: 1200 rpm", "from: 740 rpm, to: 775 rpm")
     project = from_text(text, tmp_path / "joint.yaml")
     with pytest.raises(sw.SolveError, match=said):
         project.response()

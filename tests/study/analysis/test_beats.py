@@ -1,5 +1,6 @@
 """An analysis of motions that beat: its numbers against an integration of the joint's equations, and its words."""
 
+from math import cos, sin
 from types import SimpleNamespace
 
 import numpy as np
@@ -69,14 +70,14 @@ def integrated(motor, omega, gravity=PULL, second=SECOND, turns=N):
     stiff, damped = inertia * LOOP[0] ** 2, 2.0 * LOOP[1] * LOOP[0] * inertia
 
     def rates(t, y):
-        x, v, d, w = y  # between motor and load, and the motor's deviation
+        x, v, d, w = y.tolist()  # between motor and load, and the motor's deviation
         a, b = 2.0 * (omega * t + d), order * (omega * t + d) + PHASE
-        e = FIRST * np.cos(a) + second * np.cos(b)
-        slope = -2.0 * FIRST * np.sin(a) - order * second * np.sin(b)
+        e = FIRST * cos(a) + second * cos(b)
+        slope = -2.0 * FIRST * sin(a) - order * second * sin(b)
         torque = K * (x - e) * (1.0 + ALPHA * (x - e) ** 2) + B * (v - slope * (omega + w))
         back = -(1.0 / N - slope) * torque
         fast = (back - stiff * d - damped * w) / J_M if motor == "loop" else 0.0
-        against = MEAN + gravity * np.sin((omega * t + d) / N - x)
+        against = MEAN + gravity * sin((omega * t + d) / N - x)
         return [v, fast / N - (torque - against) / J, w, fast]
 
     turn = 2.0 * np.pi / omega
