@@ -20,9 +20,10 @@ def drag(page, name, share):
 
 
 def test_dragged_slider_changes_the_curve_and_the_address_holds_it(page):
-    before, rests = largest(page), pauses(page)
+    page.wait_for_function(SURE)
+    before = largest(page)
     drag(page, (name := "excitation.accuracy"), 0.3)
-    paused(page, rests)
+    page.wait_for_function(f"() => !({SURE})()")
     page.wait_for_function(SURE)  # which is said of the last drive
     assert f"v.{name}=" in page.url
     after, value = largest(page), page.locator(f'[id="value-{name}"]').input_value()
