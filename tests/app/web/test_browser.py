@@ -58,6 +58,7 @@ def test_another_gear_is_another_drive(page):
 
 def test_map_is_computed_and_cancelled(page):
     page.get_by_role("tab", name="Two-parameter map").click()
+    page.select_option("#map-count", "10")
     page.locator("#begin").click()
     page.wait_for_selector("#plot-map[data-drawn]")
     page.select_option("#map-count", "40")
