@@ -182,7 +182,8 @@ def fault(error):
 NONE = {
     "Standstill": ("period", "size"),
     "CompensatedRunup": ("jump",),
-    "MeasuredBode": ("deviation",),
+    "MeasuredBode": ("deviation", "amplitude"),
+    "Identified": ("residual",),
     "Exceedance": ("low", "high"),
     "ResponseFit": ("folds", "fold_deviation"),
 }  # where it is not known
@@ -194,7 +195,7 @@ def nan_in(result, depth=0, place="result"):
         return {place} if result != result else set()
     if isinstance(result, np.ndarray):
         return {place} if result.dtype.kind in "fc" and bool(np.isnan(result).any()) else set()
-    if hasattr(result, "_asdict"):
+    if hasattr(type(result), "_asdict"):
         items = result._asdict()
     elif isinstance(result, tuple) and result and isinstance(result[-1], str) and result[-1]:
         items = {}  # the last item says why there is none

@@ -4,7 +4,7 @@ An annotation that says no more than `Any`, or what NumPy can make an array of, 
 at such a value.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from functools import cache, wraps
@@ -55,15 +55,17 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
             raise TypeError(f"{function.__name__}: {error}; its arguments are {', '.join(places.parameters)}") from None
         given = bound.arguments
         for name, value in given.items():
-            refuse(name, value, kinds().get(name, Any))
-            given[name] = plain(value)
+            refuse(name, value, kind := kinds().get(name, Any))
+            given[name] = plain(value, kind)
         return function(*bound.args, **bound.kwargs)
 
     return verb
 
 
-def plain(value: Any) -> Any:
-    """A number of NumPy or a fraction as the number of Python that it is; all else as it is."""
+def plain(value: Any, kind: Any) -> Any:
+    """A number of NumPy or a fraction as the number of Python that it is, an array for a list as a tuple; all else."""
+    if isinstance(value, np.ndarray) and value.ndim and any(_is_of(each, Sequence) for each in _asked(kind)):
+        return tuple(value.tolist())
     if isinstance(value, np.bool_ | np.integer | np.floating):
         return value.item() if isinstance(value.item(), bool | int | float) else float(value)
     return float(value) if isinstance(value, Fraction) and _is_float(value) else value
@@ -73,25 +75,37 @@ def refuse(name: str, value: object, kind: object) -> None:
     """Refuse a value of another kind: ValueError where a number or a choice is asked for, else TypeError."""
     if fits(value, kind):
         return
-    asked = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+    asked = _asked(kind)
     plain = [each for each in asked if each in (bool, int, float, NoneType) or _is_list(each)]
     if get_origin(kind) is Literal or len(plain) == len(asked):
         raise ValueError(f"{name} is {shown(value)}; it must be {in_words(kind)}")
     raise TypeError(f"{name} is {shown(value)}; give {in_words(kind)}")
 
 
+def _asked(kind: object) -> tuple[Any, ...]:
+    return get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+
+
+def _is_of(kind: object, cls: type) -> bool:
+    """Whether an annotation with brackets is of a class."""
+    form = get_origin(kind)
+    return isinstance(form, type) and issubclass(form, cls)
+
+
 def _is_list(kind: object) -> bool:
     """Whether an annotation asks for numbers or texts in a list, or for a number with a unit."""
-    form = get_origin(kind)
-    mapping = isinstance(form, type) and issubclass(form, Mapping)
-    return not mapping and get_args(kind)[:1] in ((int,), (float,), (str,))
+    return not _is_of(kind, Mapping) and get_args(kind)[:1] in ((int,), (float,), (str,))
 
 
 def refuse_fields(thing: Any, *names: str) -> None:
-    """Refuse a dataclass with fields (all of them, or these) of other kinds than their annotations say (TypeError)."""
+    """Refuse a dataclass with fields (all of them, or these) of other kinds than their annotations say (TypeError).
+
+    Numbers of NumPy, fractions and arrays become what `plain` makes of them.
+    """
     kinds = _fields(thing.__class__)
     for name in names or kinds:
-        refuse(name, getattr(thing, name), kinds[name])
+        refuse(name, value := getattr(thing, name), kinds[name])
+        object.__setattr__(thing, name, plain(value, kinds[name]))
 
 
 @cache
@@ -134,7 +148,7 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
     if form is np.ndarray or not isinstance(form, type):
         return True
     if form is Callable:
-        return callable(value)
+        return callable(value) and not isinstance(value, type)
     if issubclass(form, Mapping):
         return isinstance(value, Mapping) and all(fits(k, inner[0]) and fits(v, inner[1]) for k, v in value.items())
     if not issubclass(form, Iterable):
@@ -170,7 +184,7 @@ def in_words(kind: object) -> str:
         return PLAIN[kind][1]
     if form is Callable:
         return "a function"
-    if isinstance(form, type) and issubclass(form, Mapping):
+    if _is_of(kind, Mapping):
         return f"a dictionary: of each name ({in_words(inner[0])}) {in_words(inner[1])}"
     if form is not None:
         plain = not inner or inner[0] in (Any, object)

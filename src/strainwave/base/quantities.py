@@ -103,7 +103,7 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
         raise TypeError(f"{field} is {shown(value)}; a model holds numbers, other models and tuples of these")
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
         raise TypeError(f"{field} must be a {hint.__name__}, not {shown(value)}")
-    return _floated(value) if is_model(value) else value
+    return _floated(value) if is_model(value) else value.item() if isinstance(value, np.integer) else value
 
 
 def _of_one_kind(items: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -254,15 +254,16 @@ def number(name: str, value: object, *, positive: bool = False) -> float:
 
 
 def reals(values: object) -> NDArray[np.float64]:
-    """Real numbers as a new array of any shape; an empty one of texts, dates, masked numbers and what is none."""
+    """Real numbers as a new array of any shape (0 where smaller than 1/LARGEST); none of texts, dates, masked ones."""
     try:
         array = np.array(values)
-        if array.dtype.kind not in "biufO" or np.ma.is_masked(values):
+        if array.dtype.kind not in "biufO" or np.ma.is_masked(values) or is_model(values):
             return np.empty(0)
         if array.dtype.kind == "O" and not all(isinstance(value, Real | Decimal) for value in array.flat):
             return np.empty(0)
         with np.errstate(all="ignore"):
-            return array.astype(float)
+            array = array.astype(float)
+            return np.where(np.abs(array) < 1.0 / LARGEST, 0.0, array)
     except (TypeError, ValueError, OverflowError):
         return np.empty(0)
 

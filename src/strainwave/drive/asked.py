@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ..base.quantities import Angle, AngularSpeed, Inertia, Ratio, Torque, checked, number
+from ..base.quantities import Angle, AngularSpeed, Inertia, Ratio, Torque, checked, number, shown
 from ..base.results import Floats
 from ..base.units import RPM
 from ..model.excitation import Harmonic, Harmonics
@@ -114,6 +114,8 @@ def along(curve: Curve, speed: Floats) -> Floats:
 
 def curve_fault(curve: Curve) -> str:
     """What is wrong with points of a curve, as the end of a sentence; empty where nothing is."""
+    if not all(isinstance(point, tuple) and len(point) == 2 for point in curve):
+        return f"is {shown(curve)}; give points ((speed, torque), ...)"
     speeds = [speed for speed, _ in curve]
     if len(curve) < 2:
         return "has fewer than two points; give a torque at speed 0 and one at the largest speed"

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base.arguments import typed
 from ..base.quantities import checked, shown
 from ..base.results import Floats
 from ..drive.asked import Curve, curve_fault
@@ -55,6 +56,7 @@ class ScanFile:
     __repr__ = __str__
 
 
+@typed
 def read_scan(
     path: str | os.PathLike[str],
     *,
@@ -119,6 +121,7 @@ FORM = "name the columns with their units: time [s], angle [deg]"
 FORWARD = "a profile goes forward in time: correct or remove the line"
 
 
+@typed
 def read_profile(
     path: str | os.PathLike[str], *, delimiter: str | None = None, decimal: str | None = None
 ) -> AngleProfile:

@@ -36,7 +36,7 @@ class Uniform(NamedTuple):
     def check(self) -> None:
         """Raise a ValueError if the bounds are none."""
         if not number("Uniform.low", self.low) < number("Uniform.high", self.high):
-            raise ValueError(f"Uniform is {self.low:g} .. {self.high:g}; low must be below high")
+            raise ValueError(f"Uniform is {shown(self.low)} .. {shown(self.high)}; low must be below high")
 
     def quantile(self, p: Any) -> Any:
         """Value below which the share p (0 < p < 1) of the distribution lies."""
@@ -52,7 +52,7 @@ class LogUniform(NamedTuple):
     def check(self) -> None:
         """Raise a ValueError if the bounds are none."""
         if not number("LogUniform.low", self.low, positive=True) < number("LogUniform.high", self.high):
-            raise ValueError(f"LogUniform is {self.low:g} .. {self.high:g}; low must be below high")
+            raise ValueError(f"LogUniform is {shown(self.low)} .. {shown(self.high)}; low must be below high")
 
     def quantile(self, p: Any) -> Any:
         """Value below which the share p (0 < p < 1) of the distribution lies."""

@@ -20,7 +20,7 @@ import xarray as xr
 
 from .. import __version__
 from ..base.above import above
-from ..base.arguments import silent
+from ..base.arguments import silent, typed
 from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats
 from ..compile.lanes import LANES
@@ -100,6 +100,7 @@ class EnsembleMeasure:
         return found.assign({name: found[name].astype(kind) for name, kind in small.items() if name in found})
 
 
+@typed
 def sweep(
     measure: Callable[..., Any],
     system: Any,

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 from numpy.typing import ArrayLike
 
 from ...base.archive import atomic, version
+from ...base.arguments import typed
 from ...base.law import spring_stiffness, states_of
 from ...base.protocols import Law, lacking, need
 from ...base.quantities import checked, floated, shown
@@ -298,6 +299,7 @@ class Exported:
     __repr__ = __str__
 
 
+@typed
 def export(
     source: Any,
     path: object,
@@ -349,7 +351,7 @@ def export(
     if not isinstance(to, str) or to not in ENDINGS:
         raise ValueError(f"to is {shown(to)}; it must be one of {', '.join(get_args(Target))}")
     path, name = c_name(path, ENDINGS[to])
-    if not lacking(source, "start", "update"):
+    if not lacking(source, "start", "update") and lacking(source, "results"):
         if to != "c":
             raise ValueError(f"a controller is exported to c alone, not to {to}")
         return Exported(controller_code(source, measurement, name).write(path))

@@ -123,7 +123,7 @@ def _refuse_unread(
     roles, what = (("time", *RECORDS), "records") if records else (tuple(WORDS), "a table of frequencies")
     for name, given, known in (("columns", columns, roles), ("units", units, roles if records else tuple(UNITS))):
         if wrong := [key for key in given if key not in known]:
-            raise ValueError(f"holds {what}, and {name} has {wrong[0]!r}; it takes {', '.join(known)}")
+            raise ValueError(f"holds {what}, and {name} has {shown(wrong[0])}; it takes {', '.join(known)}")
     if records and (quantity not in (None, "plant") or estimator != "unknown"):
         raise ValueError(
             "holds records of a closed loop, from which the plant is estimated with the reference as instrument; leave "

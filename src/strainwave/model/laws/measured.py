@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.arguments import refuse
-from ...base.quantities import LARGEST, Angle, Reals, Torque, TorsionalStiffness, checked, shown
+from ...base.quantities import LARGEST, Angle, Reals, Torque, TorsionalStiffness, checked, reals, shown
 from ...compile.jit import kernel
 from .springs import PiecewiseLinear
 
@@ -252,10 +252,9 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
 
 
 def _pair(point: Sequence[float]) -> tuple[float, float]:
-    try:
-        x, T = map(float, point)
-    except (TypeError, ValueError):
-        raise ValueError(f"{shown(point)} is no point; write (torsion in rad, torque in N*m)") from None
+    if reals(point).shape != (2,):
+        raise ValueError(f"{shown(point)} is no point; write (torsion in rad, torque in N*m)")
+    x, T = map(float, point)
     return x, T
 
 

@@ -117,7 +117,7 @@ class Specification:
             for value in values:
                 number(f"one of {name} [kg*m^2]", value, positive=True)
         interval("speeds [rad/s]", self.speeds, positive=True)
-        refuse_fields(self, "ratios", "series")
+        refuse_fields(self, "ratios", "series", "kinematic_error")
         for name in ("limit", "damping_ratio"):
             number(name, getattr(self, name), positive=True)
         for name in ("accuracy", "life", "largest_size", "largest_mass", "average_speed"):

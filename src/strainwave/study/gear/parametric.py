@@ -128,7 +128,7 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
     free = _damped_frequency(linear, omega_0)
     if free == 0.0:
         return []
-    causes = _causes(system.variation.orders()).items()
+    causes = _causes(tuple(map(int, orders_of(system.variation)))).items()
     fast, g = _on_own_turn(linear)
     brackets = [(m, cause, _bracket(free, m // g)) for m, cause in causes]
     near = [(m, cause) for m, cause, (low, high) in brackets if lo * g <= high and hi * g >= low]

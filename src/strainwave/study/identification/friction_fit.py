@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.special import fdtri
 
-from ...base.quantities import checked, number, shown
+from ...base.arguments import typed
+from ...base.quantities import checked, number, reals, shown
 from ...base.results import Floats
 from ...model.laws.friction import Coulomb, LoadFriction, LuGre, QuadraticDamping, Stribeck, Viscous
 from ...model.laws.hysteresis import Parallel
@@ -87,6 +88,7 @@ def presliding_stiffness(measured: Any, breakaway: float) -> Presliding:
     return Presliding(sigma, sigma * float(scale.covariance[0, 0]) ** 0.5, float(np.min(scale.freedom)))
 
 
+@typed
 def fit_friction(
     speed: ArrayLike, torque: Any, load: ArrayLike | None = None, *, deviation: ArrayLike | None = None,
     breakaway: ArrayLike | None = None, presliding: tuple[ArrayLike, ArrayLike] | None = None,
@@ -195,7 +197,7 @@ def _runs(speed: Any, torque: Any, load: Any, deviation: Any, breakaway: Any) ->
         unidentified["offset"] = "the difference of the sides is not identifiable: all runs go in one direction"
     runs = Runs(v, np.sign(v), t, size, 1.0 / spreads, np.linspace(0.0, 1.0, len(v)))
     if breakaway is not None:
-        b = np.atleast_1d(_column("breakaway [N*m]", np.atleast_1d(breakaway)))
+        b = _column("breakaway [N*m]", np.atleast_1d(reals(breakaway)))
         none, weight = np.zeros(len(b)), np.full(len(b), float(np.median(runs.weight)))
         more = Runs(none, np.sign(b), b, none, weight, none + 0.5)
         runs = Runs(*(np.concatenate(both) for both in zip(runs, more, strict=True)))

@@ -188,10 +188,9 @@ class Log(Result):
         if n < 2 or np.min(np.diff(self.time)) <= 1.0 / LARGEST:
             raise ValueError(f"a log has two times or more, finite and ascending; these are {n} that are not")
         for name, values in self.channels.items():
-            if np.shape(values) != (n,) or not np.all(np.abs(array := reals(values)) <= LARGEST) or array.shape != (n,):
-                raise ValueError(
-                    f"channel {name!r} has the shape {np.shape(values)}; give {n} finite values, up to {LARGEST:g}"
-                )
+            if not np.all(np.abs(array := reals(values)) <= LARGEST) or array.shape != (n,):
+                form = f"has the shape {array.shape}" if array.size else f"is {shown(values)}"
+                raise ValueError(f"channel {shown(name)} {form}; give {n} finite values, up to {LARGEST:g}")
         object.__setattr__(self, "units", {c: self.units.get(c, CANONICAL.get(c, "")) for c in self.channels})
 
     def __len__(self) -> int:

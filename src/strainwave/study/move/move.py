@@ -20,6 +20,7 @@ from ...base.quantities import checked, interval, number, several
 from ...base.results import Floats, SolveError
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import PEAK, Feedforward, MotorLimits, Payload, Task
+from ...drive.project import Project
 from ...drive.run import INPUTS, waiting
 from ...drive.state_space import state_space
 from ...model.gears.gear import Gear
@@ -193,7 +194,7 @@ def move(
     SolveError
         If the integration stops early.
     """
-    task = getattr(project, "move", None) or Task()
+    task = project.move or Task() if isinstance(project, Project) else Task()
     profile = task.profile or None if profile is None else profile
     if profile is None:
         raise ValueError(
