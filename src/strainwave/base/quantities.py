@@ -175,6 +175,7 @@ def checked(model: Any) -> Any:
 
 
 def _check(model: Any) -> None:
+    small = ""
     for name, value in zip(model._fields, model, strict=True):
         items = value if isinstance(value, tuple) and not is_model(value) else (value,)
         if not items:
@@ -187,9 +188,11 @@ def _check(model: Any) -> None:
                 raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; it must {limit}")
             elif isinstance(item, float) and 0.0 < abs(item) < 1.0 / LARGEST:
                 bounds = f"it must be 0, or from {1.0 / LARGEST:g} in size, in SI units"
-                raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; {bounds}")
+                small = f"{type(model).__name__}.{name} is {shown(value)}; {bounds}"
     if hasattr(model, "check"):
         model.check()
+    if small:  # last: a field that has a reason of its own says it
+        raise ValueError(small)
 
 
 def parameters(model: Any) -> list[Parameter]:

@@ -129,7 +129,7 @@ def test_a_cascade_answers_a_torque_step_as_its_transfer_function(K_x):
 
 @pytest.mark.parametrize(("frequency", "gain"), [(200.0, 0.0), (20.0, 1.0), (2000.0, 1.0)])
 def test_the_notch_has_its_gain_at_its_frequency_and_one_far_away(frequency, gain):
-    plain = sw.controllers.SampledPD(-1.0, 0.0, PERIOD)  # gives back the deviation
+    plain = sw.controllers.SampledPD(1.0, 0.0, PERIOD)  # gives back the deviation, with a minus
     controller, torques = sw.controllers.notch(plain, 200.0, PERIOD, width=0.3), []
     state = controller.start()
     for k in range(40000):
