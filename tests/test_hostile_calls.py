@@ -204,6 +204,9 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("sweep", {"processes": np.array([])}),
         ("tabulated", {"points": [(-1.0, -2.0), (0.0, 10**400), (1.0, 2.0)]}),
         ("tune", {"goals": np.array([])}),
+        ("AdaptiveCancellation", {"order": 1e30}),
+        ("AdaptiveCancellation", {"on_load": 10**30}),
+        ("Sampling", {"seed": 1e30}),
     ],
 )
 def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):
@@ -233,9 +236,21 @@ def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):
         ("ensemble", {"periods": 10**9}, "periods of [0-9]+ steps are more than 10,000,000 steps; give fewer periods"),
         ("basins", {"v_span": (-1e3, 1e3)}, "9 periods of 13316088 steps are more than 10,000,000 steps; give fewer"),
         ("ensemble", {"settle": 10**9}, "periods of [0-9]+ steps are more than 10,000,000 steps; give fewer periods"),
+        (
+            "AdaptiveCancellation",
+            {"order": 1e30},
+            "order is 10+19884624838656; it must not exceed 9.0072e",
+        ),
+        ("Sampling", {"seed": 10**30}, "Sampling.seed is 10+; it must not exceed 9.0072e"),
+        ("scattered", {"count": 10**9}, "count is 1000000000; it must be at most 1000000"),
+        ("exceedance", {"count": 10**9}, "count is 1000000000; it must be at most 1000000"),
+        ("variability", {"count": 10**9}, "count is 1000000000; it must be at most 1000000"),
+        ("LatinHypercube", {"count": 10**9}, "1,000,000,000 points are more than 100,000,000; give the sweep a store"),
+        ("compensate_run_up", {"time": 8000.0}, "a run of 8800 s has more than 5,000,000 samples every 0.00025 s"),
     ],
 )
-def test_what_takes_too_many_steps_is_refused_before_it_begins(name, spoilt, sentence):
+def test_what_takes_too_many_steps_is_refused_before_it_begins(name, spoilt, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     function, arguments = CALLS[name]()
     with pytest.raises((ValueError, sw.SolveError), match=sentence):
         function(**arguments | spoilt)

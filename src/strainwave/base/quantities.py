@@ -161,8 +161,8 @@ def _floated(model: Any) -> Any:
 def checked(model: Any) -> Any:
     """Return `floated(model)` after checking it; every verb that takes a model calls this once.
 
-    All numbers must be finite and 0 or of a size from 1e-60 to 1e60, and no tuple empty; for the rest a model may have
-    a method `check()` that raises a ValueError with one sentence.
+    All numbers must be finite and 0 or of a size from 1e-60 to 1e60, whole ones up to 2^53, and no tuple empty; for the
+    rest a model may have a method `check()` that raises a ValueError with one sentence.
 
     Raises
     ------
@@ -174,6 +174,11 @@ def checked(model: Any) -> Any:
     return model
 
 
+def _largest(item: float) -> float:
+    """Size up to which a number of a model is held: of a whole one that which floats tell apart from the next."""
+    return 2**53 if isinstance(item, int) else LARGEST
+
+
 def _check(model: Any) -> None:
     small = ""
     for name, value in zip(model._fields, model, strict=True):
@@ -183,8 +188,8 @@ def _check(model: Any) -> None:
         for item in items:
             if is_model(item):
                 _check(item)
-            elif isinstance(item, float | int) and not abs(item) <= LARGEST:
-                limit = f"not exceed {LARGEST:g} in SI units" if abs(item) < inf else "be finite"
+            elif isinstance(item, float | int) and not abs(item) <= (most := _largest(item)):
+                limit = f"not exceed {most:g} in SI units" if abs(item) < inf else "be finite"
                 raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; it must {limit}")
             elif isinstance(item, float) and 0.0 < abs(item) < 1.0 / LARGEST:
                 bounds = f"it must be 0, or from {1.0 / LARGEST:g} in size, in SI units"

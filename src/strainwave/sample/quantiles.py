@@ -23,7 +23,7 @@ from ..numerics.operating_point import operating_points
 from ..theory.slow_flow.setting import active_orders
 from .points import described
 from .result import Band, JumpSpread, SpeedSpread, Variability, ranking, running_quantile
-from .sampling import TOGETHER, Distribution, by_path, check_names, named
+from .sampling import MOST_DRIVES, TOGETHER, Distribution, by_path, check_names, named
 
 ANGLES = 2.0 * np.pi * np.arange(64)[:, None] / 64
 AT_A_TIME = 256  # drives of which natural frequencies are computed at a time
@@ -100,8 +100,7 @@ def variability(
         "variability", with_parts("variability", system, "J", "B", "law", "excitation", "omega", "error")
     )
     whole_orders(system)
-    positive_count("count", count)
-    if count < LEAST:
+    if positive_count("count", count, MOST_DRIVES) < LEAST:
         raise ValueError(f"count is {count}; it must be at least {LEAST} drives")
     shares = np.sort(numbers("quantiles", quantiles))
     if not (shares[0] > 0.0 and shares[-1] < 1.0):

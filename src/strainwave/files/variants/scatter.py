@@ -19,7 +19,9 @@ from ...base.units import Speeds
 from ...compile.jit import load
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
+from ...sample.quantiles import LEAST
 from ...sample.result import CONFIDENCE, Ranking, clopper_pearson, ranking
+from ...sample.sampling import MOST_DRIVES
 from ...study.analysis.avoid import WITH_MEMORY, band_above
 from ...study.identification.intervals import Interval
 from ..fields.groups import Radians
@@ -27,7 +29,6 @@ from ..yaml_text import read
 from .names import nominal_of
 from .replaced import replaced, tuning
 
-LEAST = 32  # drives, for an interval and a ranking to mean anything
 TOLD, MOST_ERRORS = (0.05, 0.5, 0.95), 3  # quantiles and errors that the text has
 CUT = 3.0  # standard deviations: no drive is farther from its nominal value
 
@@ -218,7 +219,7 @@ def exceedance(
     ----------
     Clopper & Pearson 1934, Biometrika 26, 404-413 (the interval).
     """
-    if positive_count("count", count) < LEAST:
+    if positive_count("count", count, MOST_DRIVES) < LEAST:
         raise ValueError(f"count is {count}; it must be at least {LEAST} drives")
     factors = _factors(project, count, seed)
     allowed = project.limit if limit is None else checked_number("limit [rad]", limit, positive=True)
@@ -303,7 +304,7 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
 
 def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
     """Factors (count,) of the numbers that scatter."""
-    count, seed = positive_count("count", count), whole("seed", seed)
+    count, seed = positive_count("count", count, MOST_DRIVES), whole("seed", seed)
     if lacking(project, "scatter"):
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
     if not project.scatter:

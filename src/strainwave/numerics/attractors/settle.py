@@ -18,7 +18,7 @@ from ...base.quantities import numbers, positive_count, replace
 from ...base.results import Floats, SolveError
 from ...compile.maths import cos, sin
 from ..balance.harmonics import whole_orders
-from ..ensemble.ensemble import ensemble, lanes_run
+from ..ensemble.ensemble import lanes_run
 from ..ensemble.measures import Extremes, Final
 from ..integration.methods import Dop8, Dopri5, Method
 from ..integration.simulate import simulate
@@ -27,6 +27,7 @@ SEEN = 8  # periods that are measured: the longest period that an ensemble recog
 APART = 1e-6  # of a state's size: two trajectories that start so close tell whether a motion is chaotic
 STRETCHES = 100  # turns over which that is looked at
 UNCOUNTED = 10  # turns before, until the neighbour lies where motions drift apart
+MOST_STRETCHED = 5_000_000  # steps over all these turns: some seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,13 +129,20 @@ def stretching(
     unit = size * np.stack([np.ones(lanes), *[omega] * (len(state) - 1)])
     away = unit / np.sqrt(len(state)) * APART
     both: dict[str, Any] = {path: np.tile(np.broadcast_to(v, (lanes,)), 2) for path, v in parameters.items()}
-    method, rates = None, []
+    how: Any = {"periods": 1, "settle": 0, "measures": (Final(),), "threads": None}
+    method, rates, most = None, [], MOST_STRETCHED // (stretches + UNCOUNTED)
     for _ in range(stretches + UNCOUNTED):
         start = np.concatenate([state, state + away], axis=1)
-        found = ensemble(system, both, tuple(start), periods=1, measures=(Final(),), method=method)
+        found, _ = lanes_run(system, both, tuple(start), method=method, **how)
         if method is None:
             fixed = "steps" in found
-            method = Dop8(steps_per_period=int(2 * found["steps"].max())) if fixed else Dopri5(rtol=1e-11, atol=1e-14)
+            steps = int(2 * found["steps"].max()) if fixed else 0
+            if steps > most:
+                raise SolveError(
+                    f"{stretches + UNCOUNTED} turns of {steps} steps, which tell whether a motion is chaotic, are more "
+                    f"than {MOST_STRETCHED:,} steps; start closer to equilibrium, or take fewer turns"
+                )
+            method = Dop8(steps_per_period=steps) if fixed else Dopri5(rtol=1e-11, atol=1e-14)
         final = found["final"].values
         state, gap = final[:, :lanes], final[:, lanes:] - final[:, :lanes]
         grown = np.sqrt(np.sum((gap / unit) ** 2, axis=0)) / APART

@@ -29,6 +29,7 @@ TRIED = 5  # speeds at which a run stops and waits, spread over those where both
 SAME, LONGER = 0.02, 7  # rms of a settled run, and how often the wait is doubled for it
 LONGEST_LEAD = 10.0  # s at the first speed
 WAITS = 12.0  # time constants of the loop's slowest motion
+MOST_SAMPLES = 5_000_000  # of a run: some seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +167,11 @@ def compensate_run_up(
 def _run(bench: Bench, controller: Any, ends: tuple[float, float], time: float, waits: float = 0.0) -> Any:
     """Run from one speed to another, and wait there; before it transients of the start decay at the first speed."""
     lead = max(0.1 * time, min(DECAY * bench.response(ends[0]).slowest, LONGEST_LEAD))
+    if lead + time + waits > MOST_SAMPLES * bench.sampling.period:
+        raise ValueError(
+            f"a run of {lead + time + waits:.4g} s has more than {MOST_SAMPLES:,} samples every "
+            f"{bench.sampling.period:.4g} s; give a shorter time, or sample more slowly"
+        )
     motion = SpeedProfile((0.0, lead, lead + time), (ends[0], *ends))
     closed = ClosedLoop(bench.plant._replace(omega=1.0, reference=motion), controller, bench.sampling)
     run = run_loop(closed, lead + time + waits, y0=bench.start(ends[0]))
@@ -211,7 +217,7 @@ def _at_last(bench: Bench, controller: Any, ends: tuple[float, float], time: flo
         before_end = run.time[-1] - run.time
         early = float(np.std(run.error[np.abs(before_end - 0.3 * waits) < 0.1 * waits]))
         late = float(np.std(run.error[np.abs(before_end - 0.1 * waits) < 0.1 * waits]))
-        if abs(late - early) <= SAME * late:
+        if abs(late - early) <= SAME * late or time + 2.0 * waits > 0.5 * MOST_SAMPLES * bench.sampling.period:
             break
         waits *= 2.0
     return late

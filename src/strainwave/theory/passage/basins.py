@@ -21,6 +21,7 @@ UNSETTLED = -1
 
 RTOL, ABSOLUTE = 3e-5, 0.03  # of |z| and of the amplitude that matters
 MOST_STEPS = 20_000
+MOST_TURNED = 6000.0  # rad that a state turns by until it decays: more take about all of these steps
 STEP = 1e-4  # of the amplitude and of the step in time: central differences of the rates
 INSIDE = np.array([0.25, 0.5, 0.75, 1.0])  # of a step: where the largest amplitude is looked for
 Rates = Callable[[Floats, Complexes, Any], Complexes]  # z' [rad/s] of (t [s], z [rad], lanes)
@@ -68,6 +69,15 @@ class March:
     def of(self, lanes: Any) -> "March":
         """The same of some lanes."""
         return March(self.t[lanes], self.z[lanes], self.at_largest[lanes], self.largest[lanes])
+
+
+def refuse_turned(most: float) -> None:
+    """Refuse states that turn by more than so many of these angles [rad] until they decay (SolveError)."""
+    if most > MOST_TURNED:
+        raise SolveError(
+            f"far from the resonance the slow state turns by {most:.3g} rad before it settles, more than "
+            f"{MOST_TURNED:g} rad; take a higher rate, a narrower band or more damping"
+        )
 
 
 def march(rates: Rates, z0: Complexes, end: Floats, samples: int, size: float) -> March:

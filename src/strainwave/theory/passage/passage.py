@@ -27,7 +27,7 @@ from ..slow_flow.flow import SlowFlow, slow_flow
 from ..slow_flow.response import envelope, response
 from ..slow_flow.setting import Complexes, Resonance
 from ..slow_flow.states import polished
-from .basins import March, destinations, march, stable_states
+from .basins import March, destinations, march, refuse_turned, stable_states
 from .moving import DelayedJump, Passage, Passages, tabulated
 from .ride import Way, folds_ahead
 
@@ -75,6 +75,7 @@ def settled(sweep: Way, rates: Floats, motions: March, jumps: list[tuple[Delayed
     steady = np.array([states[i] if i >= 0 else complex(np.nan) for i in label])
     distance = np.abs(end - steady) / np.maximum(SETTLED * np.abs(steady), 1e-6 * sweep.size)
     time = LONGER * 2.0 * np.log(np.maximum(np.nan_to_num(distance, nan=1.0), 1.0) * 2.0) / sweep.flow.setting.mu
+    refuse_turned(abs(held.setting.fast - held.setting.omega_0) * float(np.max(time)))
     hold = march(lambda _t, z, _lanes: np.asarray(held.rates(z)), end, time, HELD, sweep.size)
     tracks: dict[int, tuple[Floats, Complexes]] = {}
     answers = []

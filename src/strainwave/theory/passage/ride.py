@@ -19,10 +19,11 @@ from ...model.laws.springs import Linear
 from ..slow_flow.fixed_points import Flow
 from ..slow_flow.results import SlowResponse
 from ..slow_flow.setting import Complexes, Setting
-from .basins import March, destinations, march
+from .basins import March, destinations, march, refuse_turned
 from .moving import DelayedJump, moving_rates
 
 SAMPLES = 2001  # of a history
+FORGOTTEN = 28.0  # of 1/mu, after which the free vibration is 1e-6 of what it was
 FINER = 10  # times as many points for the largest amplitude of the exact formula
 
 AIRY = -float(ai_zeros(1)[0][0])
@@ -183,6 +184,10 @@ class Way:
         signed, end = self.ahead * rates, abs(self.last - self.first) / rates
         if self.linear:
             return self._exactly(signed, end)
+
+        s = self.flow.setting
+        long = np.minimum(end, FORGOTTEN / s.mu)
+        refuse_turned(float(np.max(0.5 * s.fast / s.omega * rates * long**2)))
 
         def along(t: Floats, z: Complexes, lanes: NDArray[np.int64]) -> Complexes:
             rate = signed[lanes]
