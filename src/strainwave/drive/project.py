@@ -196,7 +196,6 @@ class Project:
         """Inertia [kg*m^2, motor side] that a loop of the motor turns: the motor, and the rigid load over N^2."""
         return self.drive.loop_inertia
 
-    @typed
     def system(self, omega: float | None = None, *, reduced: bool = False) -> Oscillator | VaryingOscillator:
         """Error equation of the drive: an ideally held or a free motor, the gear, and a rigid load.
 
@@ -279,7 +278,6 @@ class Project:
         train, whole = self.train and moved(self.train), self.whole and moved(self.whole)
         return replace(self, drive=self.drive._replace(J_l=before + J_l), train=train, whole=whole)
 
-    @typed
     def response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
     ) -> DriveResponse:  # fmt: skip

@@ -248,6 +248,7 @@ def traced(
     share : callable, optional
         That share, from the tail. Without it the tail is not looked at: None.
     """
+    refuse("coexisting", coexisting, bool)
     pool = Coexisting()
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail | None, str], float]:
