@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.arguments import typed
 from ..base.quantities import checked, shown
 from ..base.results import Floats
 from ..drive.asked import Curve, curve_fault
@@ -56,7 +55,6 @@ class ScanFile:
     __repr__ = __str__
 
 
-@typed
 def read_scan(
     path: str | os.PathLike[str],
     *,
@@ -121,7 +119,6 @@ FORM = "name the columns with their units: time [s], angle [deg]"
 FORWARD = "a profile goes forward in time: correct or remove the line"
 
 
-@typed
 def read_profile(
     path: str | os.PathLike[str], *, delimiter: str | None = None, decimal: str | None = None
 ) -> AngleProfile:

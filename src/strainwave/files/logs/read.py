@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.quantities import joined, number, several, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
@@ -119,6 +118,8 @@ def in_si(
     ValueError
         If a unit is given for a channel that is not there.
     """
+    if not isinstance(units, Mapping):
+        raise TypeError(f"units is {shown(units)}; give a dictionary of channels and units, such as {EXAMPLE}")
     for name, unit in units.items():
         if not isinstance(unit, str):
             number(f"the unit of {shown(name)}", unit)
@@ -233,7 +234,6 @@ def _saturated(name: str, values: Floats, unit: str) -> list[str]:
     return sentences
 
 
-@typed
 def read_log(
     path: str | os.PathLike[str],
     columns: Columns | None = None,

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from scipy.special import gammaincc
 
-from ....base.arguments import typed
 from ....base.quantities import number, numbers, several, shown
 from ....base.results import Floats
 from ....model.orders import Turn
@@ -25,7 +24,6 @@ DIFFERENT = 5.0  # deviations by which runs may differ before it is said
 DOUBTFUL = 0.01  # probability that noise alone makes runs differ as much, below which their errors grow
 
 
-@typed
 def order_scan(
     runs: Sequence[Run],
     orders: Sequence[float] | None = None,
