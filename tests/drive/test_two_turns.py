@@ -457,7 +457,7 @@ def test_the_corners_of_a_catalogue_gear_are_rounded_and_said(tmp_path):
     assert two.rounding in sw.speed_map(beat, speeds=(40.0, 45.0), search=False).remarks
     folds = [[fold.omega for fold in found.folds] for found in (one, two)]
     np.testing.assert_allclose([min(folds[1]), max(folds[1])], [min(folds[0]), max(folds[0])], rtol=1e-3)
-    assert np.max(two.oscillation) == pytest.approx(np.max(one.oscillation), rel=1e-3)
+    assert np.max(two.oscillation) == pytest.approx(np.max(one.oscillation), rel=2e-3)
 
 
 def test_a_catalogue_gear_under_gravity_swings_as_by_its_true_corners(tmp_path):

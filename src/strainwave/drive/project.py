@@ -188,8 +188,8 @@ class Project:
         if self.motor_named:
             return {motor_name(self.whole.motor.control, self.loop_inertia): self.whole}
         controls = (Held(), FREE, control_of(USUAL, self.loop_inertia))
-        trains = {motor_name(c, self.loop_inertia): self.whole.motor._replace(control=c) for c in controls}
-        return {name: self.whole._replace(motor=motor) for name, motor in trains.items()}
+        motors = (self.whole.motor._replace(control=control) for control in controls)
+        return {motor_name(motor.control, self.loop_inertia): self.whole._replace(motor=motor) for motor in motors}
 
     @property
     def loop_inertia(self) -> float:
@@ -199,8 +199,7 @@ class Project:
     def system(self, omega: float | None = None, *, reduced: bool = False) -> Oscillator | VaryingOscillator:
         """Error equation of the drive: an ideally held or a free motor, the gear, and a rigid load.
 
-        It is at a speed `omega` of the base angle [rad/s], the middle of the file's by default. With `reduced` it may
-        leave out parts of the drive: those that `left_out` names.
+        At a speed `omega` of the base angle [rad/s], else the file's middle; `reduced` lacks what `left_out` names.
 
         Raises
         ------

@@ -44,8 +44,8 @@ from .response import sizes_of, sweep_on
 from .train_curve import torques, train_curve, without_gravity
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
-CORNERED = 3e-4  # the same on a curve of a law with rounded corners
-ROUNDED = 0.125  # of the widest corners that do not meet: sizes within 0.5 % of an integration with true corners
+CORNERED = 1e-3  # the same on a curve of a law with rounded corners
+ROUNDED = 0.25  # of the widest corners that do not meet: sizes within 0.5 % of an integration with true corners
 
 WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
@@ -80,7 +80,7 @@ def beat_said(train: DriveTrain | None) -> tuple[float, str]:
         raise ValueError(VARIES)
     of_lines = [order_pair(line.order, train.N)[1] for line in lines_of(train.error) if line.amplitude]
     pulls = [law.order for law in _of_angle(train.load.end().drag) if law.amplitude]
-    lines, both = (train.N / (math.gcd(*some) or math.inf) for some in (of_lines, [*of_lines, *pulls]))
+    lines, both = [train.N / (math.gcd(*some) or math.inf) for some in (of_lines, [*of_lines, *pulls])]
     alone = "" if lines == both else f" (its lines alone every {plain(lines)})"
     return both, f"the error beats every {plain(both)} turns of the motor{alone}"
 
@@ -254,7 +254,7 @@ def beating_response(
 
     The oscillation of a motion is that of the turn of the motor in which it is largest; its coefficients are the part
     that repeats with every turn of the motor. Gravity is in it exactly, its stiffness too. Corners of a law of
-    three slopes are rounded over an eighth of what parts them: under gravity the top of a SHG-25-80 moves by 0.2 %.
+    three slopes are rounded over a quarter of what parts them: under gravity the top of a SHG-25-80 moves by 0.5 %.
     Speeds at which the oscillation is at a `limit` [rad] are points of the curve.
     No train, as where damping or stiffness vary, is refused (ValueError).
     """

@@ -288,6 +288,7 @@ MOST_CHUNKS = 4096  # that a sweep point by point is cut into: each costs a few 
 SMALLEST, LARGEST = 32, 1 << 17
 SHARES = 64  # chunks that whole-chunk measures get at least, if these are not too small
 MOST_KEPT = 10_000_000  # chunks: a few files each
+MOST_UNKEPT = 100_000_000  # points of a sweep without a store: hours
 MOST_HELD = 1 << 28  # points of a chunk: 2 GiB of every parameter
 SPARE = 1.1  # times as many lanes as with the best size are taken for smaller chunks
 
@@ -378,11 +379,15 @@ def _lanes(layout: Layout) -> int:
     return layout.chunks * -(-math.prod(layout.block) // LANES)
 
 
-def check_size(layout: Layout) -> None:
+def check_size(layout: Layout, stored: bool) -> None:
     """Refuse a sweep of more chunks than can be kept, or of chunks too large to be held (ValueError)."""
     points, block = layout.points, math.prod(layout.block)
     if block > MOST_HELD:
         raise ValueError(f"chunk is {block:.4g} points; at most {MOST_HELD} fit into memory at a time")
+    if not stored and points > MOST_UNKEPT:
+        raise ValueError(
+            f"{points:,} points are more than {MOST_UNKEPT:,}; give the sweep a store, which keeps its work"
+        )
     if layout.chunks > MOST_KEPT:
         raise ValueError(
             f"the sweep has {points:.4g} points, that is {layout.chunks:.4g} chunks of up to {block} points, and at "

@@ -39,7 +39,6 @@ from .workers import ClusterPool, ProcessPool, ThreadPool
 log = logging.getLogger(__name__)
 
 MOST_WORKERS = 1024
-MOST_UNKEPT = 100_000_000  # points of a sweep without a store: hours
 FILES = {".csv", ".txt", ".json", ".yaml", ".nc", ".npz", ".mat", ".xlsx", ".svg", ".png", ".html"}  # never a folder's
 ALONE = "the worker died each time it computed them; ask for less memory, or look at its log"
 
@@ -191,12 +190,7 @@ def sweep(
         measure.check(system)
     job = Job(measure, system, seed)
     layout = layout_of(points.shape, chunk or chunk_size(points.shape, _least_chunk(job)))
-    check_size(layout)
-    if folder is None and math.prod(points.shape) > MOST_UNKEPT:
-        raise ValueError(
-            f"{math.prod(points.shape):,} points are more than {MOST_UNKEPT:,}; give the sweep a store, which keeps "
-            "what is finished"
-        )
+    check_size(layout, folder is not None)
     spec, used = _recognised(job, grid, points, layout, store is not None)
     attributes = {
         "spec": spec, "strainwave": __version__, "measure": readable(measure), "system": str(system)[:1000],

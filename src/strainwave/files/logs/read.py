@@ -118,8 +118,6 @@ def in_si(
     ValueError
         If a unit is given for a channel that is not there.
     """
-    if not isinstance(units, Mapping):
-        raise TypeError(f"units is {shown(units)}; give a dictionary of channels and units, such as {EXAMPLE}")
     for name, unit in units.items():
         if not isinstance(unit, str):
             number(f"the unit of {shown(name)}", unit)
@@ -324,6 +322,8 @@ def _log(
 ) -> Log:  # fmt: skip
     if isinstance(columns, Mapping) and not all(isinstance(channel, str) for channel in columns):
         raise TypeError(f"columns has channels {shown(list(columns))}; give each its name, as 'load_angle'")
+    if not isinstance(units, Mapping):
+        raise TypeError(f"units is {shown(units)}; give a dictionary of channels and units, such as {EXAMPLE}")
     picked, si = in_si(path, chosen(path, file, columns, notes), units, notes)
     time, channels = aligned(path, picked, rate, notes)
     if unwrap:

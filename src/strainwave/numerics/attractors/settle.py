@@ -133,17 +133,17 @@ def stretching(
     method, rates, most = None, [], MOST_STRETCHED // (stretches + UNCOUNTED)
     for _ in range(stretches + UNCOUNTED):
         start = np.concatenate([state, state + away], axis=1)
-        found, _ = lanes_run(system, both, tuple(start), method=method, **how)
+        ridden, _ = lanes_run(system, both, tuple(start), method=method, **how)
         if method is None:
-            fixed = "steps" in found
-            steps = int(2 * found["steps"].max()) if fixed else 0
+            fixed = "steps" in ridden
+            steps = int(2 * ridden["steps"].max()) if fixed else 0
             if steps > most:
                 raise SolveError(
                     f"{stretches + UNCOUNTED} turns of {steps} steps, which tell whether a motion is chaotic, are more "
                     f"than {MOST_STRETCHED:,} steps; start closer to equilibrium, or take fewer turns"
                 )
             method = Dop8(steps_per_period=steps) if fixed else Dopri5(rtol=1e-11, atol=1e-14)
-        final = found["final"].values
+        final = ridden["final"].values
         state, gap = final[:, :lanes], final[:, lanes:] - final[:, :lanes]
         grown = np.sqrt(np.sum((gap / unit) ** 2, axis=0)) / APART
         with np.errstate(divide="ignore"):

@@ -60,7 +60,7 @@ def sizes_of_turns(x: Floats, mean: Floats) -> Floats:
     bottoms = np.minimum.accumulate(before, axis=2)[..., ::-1], np.minimum.accumulate(after, axis=2)
     inside = np.maximum(np.maximum(*tops) - extreme, extreme - np.minimum(*bottoms)).max(axis=2)
     ends = [np.abs(with_extremes(part - mean[:, :-1])).max(axis=2) for part in (x[:, :-1], x[:, 1:])]
-    falling, rising = (np.maximum(top - drift, drift - low) for top, low in zip(tops, bottoms, strict=True))
+    falling, rising = np.maximum(np.array(tops) - drift, drift - np.array(bottoms))
     apart = falling - rising  # the smaller the turn, the nearer are what leaves it and what comes in
     step, crosses = np.diff(apart), (apart[..., :-1] > 0.0) & (apart[..., 1:] < 0.0)
     between = falling[..., :-1] - np.diff(falling) * apart[..., :-1] / np.where(crosses, step, 1.0)
@@ -88,15 +88,15 @@ def with_extremes(values: Floats) -> Floats:
     """Samples (n, turns, samples) without those beside a turn; those at crests are as high as these."""
     inner = values[..., BESIDE:-BESIDE].copy()
     after, before = values[..., BESIDE + 1 : 1 - BESIDE], values[..., BESIDE - 1 : -BESIDE - 1]
-    at = np.nonzero((after - inner) * (inner - before) <= 0.0)
+    crests = np.nonzero((after - inner) * (inner - before) <= 0.0)
     s = np.arange(-BESIDE, BESIDE + 1)
-    c = np.linalg.inv(np.vander(s, increasing=True)) @ values[at[0], at[1], at[2] + BESIDE + s[:, None]]
-    slope, x = np.arange(1, len(c))[:, None] * c[1:], np.zeros(len(at[0]))
+    c = np.linalg.inv(np.vander(s, increasing=True)) @ values[crests[0], crests[1], crests[2] + BESIDE + s[:, None]]
+    slope, x = np.arange(1, len(c))[:, None] * c[1:], np.zeros(len(crests[0]))
     bend = np.arange(1, len(slope))[:, None] * slope[1:]
     for _ in range(REFINED):
         step = np.divide(polyval(x, slope), polyval(x, bend), out=np.zeros_like(x), where=c[2] != 0.0)
         x = np.clip(x - step, -1.0, 1.0)
-    inner[at] = polyval(x, c)
+    inner[crests] = polyval(x, c)
     return np.asarray(inner)
 
 
