@@ -384,15 +384,13 @@ def check_size(layout: Layout, stored: bool) -> None:
     points, block = layout.points, math.prod(layout.block)
     if block > MOST_HELD:
         raise ValueError(f"chunk is {block:.4g} points; at most {MOST_HELD} fit into memory at a time")
-    if not stored and points > MOST_UNKEPT:
-        raise ValueError(
-            f"{points:,} points are more than {MOST_UNKEPT:,}; give the sweep a store, which keeps its work"
-        )
     if layout.chunks > MOST_KEPT:
         raise ValueError(
             f"the sweep has {points:.4g} points, that is {layout.chunks:.4g} chunks of up to {block} points, and at "
             f"most {MOST_KEPT} can be kept; take fewer values, a Sobol or LatinHypercube sample, or a larger chunk"
         )
+    if not stored and points > MOST_UNKEPT:
+        raise ValueError(f"{points:,} points are more than {MOST_UNKEPT:,}; give the sweep a store, it keeps its work")
 
 
 def described(values: Mapping[str, Any], i: int) -> str:

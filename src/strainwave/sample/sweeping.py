@@ -20,7 +20,7 @@ import xarray as xr
 
 from .. import __version__
 from ..base.above import above
-from ..base.arguments import silent, typed
+from ..base.arguments import refuse, silent
 from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats
 from ..compile.lanes import LANES
@@ -100,7 +100,6 @@ class EnsembleMeasure:
         return found.assign({name: found[name].astype(kind) for name, kind in small.items() if name in found})
 
 
-@typed
 def sweep(
     measure: Callable[..., Any],
     system: Any,
@@ -188,6 +187,7 @@ def sweep(
     parameter_units = _check(measure, system, points, units)
     if isinstance(measure, EnsembleMeasure):
         measure.check(system)
+    refuse("processes", processes, bool)
     job = Job(measure, system, seed)
     layout = layout_of(points.shape, chunk or chunk_size(points.shape, _least_chunk(job)))
     check_size(layout, folder is not None)

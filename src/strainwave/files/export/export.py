@@ -11,7 +11,6 @@ from typing import Any, Literal, get_args
 from numpy.typing import ArrayLike
 
 from ...base.archive import atomic, version
-from ...base.arguments import typed
 from ...base.law import spring_stiffness, states_of
 from ...base.protocols import Law, lacking, need
 from ...base.quantities import checked, floated, shown
@@ -299,7 +298,6 @@ class Exported:
     __repr__ = __str__
 
 
-@typed
 def export(
     source: Any,
     path: object,
