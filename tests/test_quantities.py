@@ -150,7 +150,7 @@ def test_a_parameter_whose_powers_no_float_holds_is_refused():
     for law in (sw.Cubic(1e70, 0.1), sw.Polynomial((0.0, 1.0, -1e300))):
         with pytest.raises(ValueError, match=r"must not exceed 1e\+60 in SI units"):
             checked(SYSTEM._replace(law=law))
-    assert checked(SYSTEM._replace(B=1e-60)).B == 1e-60
+    assert checked(SYSTEM._replace(B=2e-60)).B == 2e-60
     with pytest.raises(ValueError, match=r"Oscillator\.B is 1e-300; it must be 0, or from 1e-60 in size, in SI units"):
         checked(SYSTEM._replace(B=1e-300))
 
