@@ -10,6 +10,7 @@ The torque of a law at samples along many motions, and its harmonics, block by b
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -234,12 +235,18 @@ def _located(
     return np.asarray(place)
 
 
-def grid_table(f: int, harmonics: Any, lines: Floats) -> Floats:
+@lru_cache(maxsize=64)
+def _turns(n: int, harmonics: tuple[int, ...]) -> Floats:
+    """Cosines and sines (2, harmonics, n) of n points of a period."""
+    angle = np.outer(harmonics, FULL * np.arange(n) / n)
+    return np.stack([np.cos(angle), np.sin(angle)])
+
+
+def grid_table(f: int, harmonics: tuple[int, ...], lines: Floats) -> Floats:
     """Table of `averages`: cos f psi, sin f psi and the sum of the lines, at `POINTS` per period of the highest one."""
     n = POINTS * max(1, f, *harmonics)
-    psi = FULL * np.arange(n) / n
-    forced = sum((a * np.cos(k * psi) + b * np.sin(k * psi) for k, a, b in lines), np.zeros(n))
-    return np.stack([np.cos(f * psi), np.sin(f * psi), forced])
+    cosine, sine = _turns(n, (*map(int, lines[:, 0]), f))
+    return np.stack([cosine[-1], sine[-1], lines[:, 1] @ cosine[:-1] + lines[:, 2] @ sine[:-1]])
 
 
 Matrices = tuple[Floats, Floats]

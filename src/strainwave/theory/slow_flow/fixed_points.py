@@ -102,7 +102,7 @@ def amplitudes(flow: Integrals, per_decade: int) -> Floats:
     """Logarithmic grid of |z| [rad] that covers the forced amplitudes and those on the backbone."""
     s = flow.setting
     scales = s.scales()
-    wide = max(scales) * np.geomspace(1e-5, 1e5, 301)
+    wide = max(scales) * np.geomspace(1e-5, 1e5, 101)
     phases = np.exp(2j * np.pi * (np.arange(8 if np.any(s.hard) else 1) + 0.2) / 8)
     with np.errstate(all="ignore"):
         off = np.mean((flow.unforced(wide[:, None] * phases) / phases).imag, axis=1) / wide
