@@ -31,7 +31,7 @@ from .second_order import LARGEST_LOG, inserted, root_on_chord
 
 FINEST = 4096  # steps a period
 PHASE = 0.6  # of the fastest eigenvalue in a step: errors of 4e-10 a step
-KINKED = 1.0  # the same where steps end at kinks, whose places have errors of 1e-8
+KINKED = 2.0  # the same where steps end at kinks, whose places have errors of 4e-8
 LOOKED = 32  # places a period where the fastest eigenvalue is looked for
 SQUARES = 5  # of a matrix: the 32nd root of the size of its 32nd power is its fastest eigenvalue, or a little more
 SLOW = 1.2 * FINEST  # angle of the fastest disturbance in a period [rad] that no steps resolve
