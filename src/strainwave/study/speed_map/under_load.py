@@ -222,7 +222,7 @@ def campbell(case: Case, largest: float, orders: tuple[float, ...]) -> list[Camp
     """Lines of every order that is excited, and of further `orders`, up to a largest amplitude [rad]."""
     excited = orders_of_drive(case)
     amplitude, stiffness = stiffnesses(case, largest)
-    some = [resonances(case, k) for k in stiffness.tolist()]
+    some = resonances(case, stiffness)
     amplitude, some = amplitude[[found.size > 0 for found in some]], [found for found in some if found.size]
     if not some:
         return []
@@ -265,12 +265,18 @@ def stiffnesses(case: Case, largest: float) -> tuple[Floats, Floats]:
     return np.append(start[0], found.amplitude), np.append(start[1], own)
 
 
-def resonances(case: Case, stiffness: float) -> Floats:
-    """Natural frequencies [rad/s] and damping ratios (2, modes) with a stiffness [N*m/rad] as the gear's law."""
-    own = np.sqrt(max(stiffness, 0.0) / case.equation.J)
+def resonances(case: Case, stiffness: Floats) -> list[Floats]:
+    """Natural frequencies [rad/s] and damping ratios (2, modes) with each stiffness [N*m/rad] as the gear's law."""
+    natural = np.sqrt(np.maximum(stiffness, 0.0) / case.equation.J)
     if case.train is None or case.system is case.equation:
-        return np.array([[own], [0.0]])
-    linear = without_gravity(case.train)._replace(law=Linear(stiffness))
-    poles = state_space(linear, speed=case.train.omega).poles
-    resonant = poles[(poles.imag > LEAST * own) & (-poles.real < MOST_DAMPED * np.abs(poles))]
+        return [np.array([[omega], [0.0]]) for omega in natural.tolist()]
+    train, unit = without_gravity(case.train), float(np.max(np.abs(stiffness))) or 1.0
+    once, twice = (state_space(train._replace(law=Linear(k * unit)), speed=train.omega).A for k in (1.0, 2.0))
+    every = np.linalg.eigvals(once + (stiffness / unit - 1.0)[:, None, None] * (twice - once))
+    return [_resonant(poles, omega) for poles, omega in zip(every, natural.tolist(), strict=True)]
+
+
+def _resonant(poles: Any, natural: float) -> Floats:
+    """Natural frequencies [rad/s] and damping ratios (2, modes) of what swings among poles [1/s]."""
+    resonant = poles[(poles.imag > LEAST * natural) & (-poles.real < MOST_DAMPED * np.abs(poles))]
     return np.array([np.abs(resonant), -resonant.real / np.abs(resonant)])
