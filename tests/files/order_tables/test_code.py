@@ -63,7 +63,7 @@ def lookup_expected(table, points, angle, speed):
     """Straight lines between equidistant values of the table, read ahead by its delay."""
     at = table.zero + 2.0 * math.pi * np.arange(points) / points
     led = angle + table.delay * speed - table.zero
-    ways = [Points(table.one_direction(at, backward)).value(led, False) for backward in (False, True)]
+    ways = [Points(table.one_direction(at, backward)[None]).value(led, False) for backward in (False, True)]
     return np.where(speed < 0.0, ways[1], ways[0])
 
 

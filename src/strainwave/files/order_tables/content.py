@@ -87,6 +87,11 @@ class OrderContent:
         return tuple(sorted({line.order for line in (*self.lines, *(self.backward or ()))}))
 
     @property
+    def sides(self) -> tuple[bool, ...]:
+        """Directions of motion in which it differs: forward (False) alone, or backward (True) too."""
+        return (False,) if self.backward is None and self.direction == "both" else (False, True)
+
+    @property
     def rms(self) -> float:
         """Root mean square over a turn, of the direction where it is larger, in the unit of the table."""
         sets = [(self.mean, self.lines), (self.mean_backward, self.backward or ())]

@@ -17,7 +17,7 @@ import numpy as np
 from ...base.quantities import positive_count, shown
 from ...base.results import Floats
 from .content import OrderContent
-from .points import MARK, MOST_POINTS, Points, highest_order, motion, points_for, remarks, sampled
+from .points import MARK, MOST_POINTS, highest_order, motion, points_for, remarks, sampled
 
 QUANTITY = {"rad": "an angle in rad", "N*m": "a torque in N*m"}
 OVERSAMPLING = 15  # of the points, and of the period of the highest order; odd: halfway between points too
@@ -122,7 +122,7 @@ def residual_of(
     fine = OVERSAMPLING * max(highest * held.turns, round(turns) * (held.points or 0))
     angle = 2.0 * math.pi * held.turns * (np.arange(min(fine, MOST_SAMPLES)) + 0.5) / min(fine, MOST_SAMPLES)
     parts = []
-    for backward in (False, True) if whole.backward is not None or whole.direction != "both" else (False,):
+    for backward in whole.sides:
         table, kept = whole.one_direction(angle, backward), fitted.one_direction(turns * angle, backward)
         stored, exact = held.stored(turns * angle, backward), held.exact(turns * angle, backward)
         rows = np.array([table - stored, table, stored - exact, kept - exact])
@@ -201,8 +201,8 @@ class OrderFormat(ABC):
 
     def entries(self, table: OrderContent, held: Held) -> int:
         """Lines or points that the machine holds of a fitted table, both directions of motion together."""
-        sides = 1 if table.backward is None and table.direction == "both" else 2
-        return len(table.lines) + len(table.backward or ()) if held.points is None else sides * held.points
+        lines = len(table.lines) + len(table.backward or ())
+        return lines if held.points is None else len(table.sides) * held.points
 
     def highest(self, table: OrderContent) -> int | None:
         """Highest order that the file can hold, if there is a limit."""
@@ -225,7 +225,7 @@ class OrderFormat(ABC):
                 f"the table is {QUANTITY[table.unit]} and {self.title} holds {QUANTITY[self.unit]}; "
                 f"take a format for {'angles' if table.unit == 'rad' else 'torques'}"
             )
-        if not self.both_ways and (table.backward is not None or table.direction != "both"):
+        if not self.both_ways and len(table.sides) > 1:
             raise ValueError(
                 f"the table differs between forward and backward motion and {self.title} holds one set; choose it with "
                 "one_way('forward'), one_way('backward') or one_way('mean')"
@@ -332,20 +332,20 @@ class OfPoints(WithPoints):
         """Angle [rad] of the first point."""
         return 0.0
 
-    def kept(self, points: Points) -> Points:
-        """Points as the machine keeps them, in the unit of the file."""
-        return points
+    def kept(self, values: Floats) -> Floats:
+        """Values as the machine keeps them, in the unit of the file."""
+        return values
 
     def store(self, table: OrderContent) -> Held:
         """Sample the table, in the unit of the file, and round."""
         size, count, turns = self.size(), self.count(table), self.turns(table)
         exact = sampled(table, count, turns=turns, start=self.start(table))
-        straight, points = motion(exact, table.zero), exact.scaled(1.0 / size)
+        straight, points = motion(exact, table.zero), exact._replace(values=exact.values * (1.0 / size))
         if self.decimals is None:
             return Held(straight, straight, points, 0.0, count + self.ends, turns)
         step = 10.0**-self.decimals
-        points = points.rounded(step)
-        stored = motion(self.kept(points).scaled(size), table.zero)
+        points = points._replace(values=step * np.round(points.values / step))
+        stored = motion(points._replace(values=size * self.kept(points.values)), table.zero)
         return Held(stored, straight, points, step * abs(size), count + self.ends, turns)
 
 

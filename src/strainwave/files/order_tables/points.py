@@ -9,7 +9,7 @@ Remarks at the head of a file: what the numbers below them mean, and what the fi
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +28,7 @@ ROUNDING = 1e-13  # of the largest value: below it an amplitude is that of the c
 
 MARK = "strainwave order table"
 KEYS = ("unit", "turn", "ratio", "zero", "sign", "direction", "delay", "speeds", "load", "source")
+Side = tuple[float, tuple[Line, ...]]  # mean and lines of one direction of motion
 LINE = re.compile(r"\s*(?:#|//|;|\(\*)\s*(\w+(?: \w+)?) = (.{0,30000})")
 
 
@@ -134,70 +135,55 @@ def whole_in(line: int, field: str, text: str, low: int, high: int) -> int:
 
 
 class Points(NamedTuple):
-    """Values at angles start + 2 pi turns i/P of the encoder, i = 0 .. P - 1, repeating after so many turns.
+    """Values (1 or 2, P) at angles start + 2 pi turns i/P of the encoder, i = 0 .. P - 1, which repeat after `turns`.
 
-    `backward` holds those of backward motion where they are other ones.
+    A second row is that of backward motion, where it is another one.
     """
 
-    forward: Floats
-    backward: Floats | None = None
+    values: Floats
     turns: int = 1
     start: float = 0.0
 
     @property
-    def per_turn(self) -> float:
-        """Points a turn."""
-        return len(self.forward) / self.turns
+    def length(self) -> int:
+        """Points P."""
+        return int(self.values.shape[1])
 
     def angles(self) -> Floats:
         """Angles of the encoder [rad], (P,)."""
-        return self.start + 2.0 * math.pi * self.turns * np.arange(len(self.forward)) / len(self.forward)
+        return self.start + 2.0 * math.pi * self.turns * np.arange(self.length) / self.length
 
     def value(self, angle: Floats, backward: bool) -> Floats:
         """Value between the points at angles of the encoder [rad]."""
-        values = self.forward if self.backward is None or not backward else self.backward
-        place = np.mod((angle - self.start) / (2.0 * math.pi * self.turns), 1.0) * len(values)
-        return np.asarray(np.interp(place, np.arange(len(values) + 1), np.append(values, values[0])))
+        values = self.values[-1 if backward else 0]
+        place = np.mod((angle - self.start) / (2.0 * math.pi * self.turns), 1.0) * self.length
+        return np.asarray(np.interp(place, np.arange(self.length + 1), np.append(values, values[0])))
 
-    def rounded(self, quantum: float) -> "Points":
-        """The points as whole multiples of a quantum."""
-        back = None if self.backward is None else quantum * np.round(self.backward / quantum)
-        return self._replace(forward=quantum * np.round(self.forward / quantum), backward=back)
+    def sides(self, zero: float) -> list[Side]:
+        """Mean and lines of each row: a discrete Fourier series, of which whole orders of one turn are kept.
 
-    def scaled(self, factor: float) -> "Points":
-        """The points in another unit."""
-        back = None if self.backward is None else factor * self.backward
-        return self._replace(forward=factor * self.forward, backward=back)
+        `zero` is the shaft's angle at the encoder's index.
+        """
+        return [self._of(values, zero) for values in self.values]
 
-    def lines(self, zero: float) -> tuple[tuple[Line, ...], float, tuple[Line, ...] | None, float]:
-        """Lines and mean of the points, and the same backward; `zero` is the shaft's angle at the encoder's index."""
-        lines, mean = self._of(self.forward, zero)
-        if self.backward is None:
-            return lines, mean, None, 0.0
-        return lines, mean, *self._of(self.backward, zero)
-
-    def _of(self, values: Floats, zero: float) -> tuple[tuple[Line, ...], float]:
-        """Lines through all points: a discrete Fourier series, of which whole orders of one turn are kept."""
-        count = len(values)
-        c = np.fft.rfft(values) / count
+    def _of(self, values: Floats, zero: float) -> Side:
+        c = np.fft.rfft(values) / self.length
         least = ROUNDING * float(np.max(np.abs(values), initial=0.0))
         lines = []
-        for bin_ in range(self.turns, count // 2 + 1, self.turns):
-            size = (1.0 if 2 * bin_ == count else 2.0) * abs(c[bin_])
+        for bin_ in range(self.turns, self.length // 2 + 1, self.turns):
+            size = (1.0 if 2 * bin_ == self.length else 2.0) * abs(c[bin_])
             if size > least:
                 order = bin_ // self.turns
                 phase = float(np.angle(c[bin_])) - order * (self.start + zero)
                 lines.append(Line(order, float(size), math.remainder(phase, 2.0 * math.pi)))
         mean = float(c[0].real)
-        return tuple(lines), mean if abs(mean) > least else 0.0
+        return mean if abs(mean) > least else 0.0, tuple(lines)
 
 
 def sampled(table: OrderContent, count: int, *, turns: int = 1, start: float = 0.0) -> Points:
     """The table at `count` angles of the encoder over so many turns, backward apart where it differs."""
     angle = table.zero + start + 2.0 * math.pi * turns * np.arange(count) / count
-    two = table.backward is not None or table.direction != "both"
-    back = table.one_direction(angle, True) if two else None
-    return Points(table.one_direction(angle, False), back, turns, start)
+    return Points(np.array([table.one_direction(angle, backward) for backward in table.sides]), turns, start)
 
 
 def points_for(table: OrderContent, capacity: int, turns: int = 1) -> int:
@@ -218,11 +204,14 @@ def highest_order(points: int, turns: int = 1) -> int:
 
 def content_of(points: Points, fields: dict[str, Any]) -> OrderContent:
     """Order table of points that were read, with the other fields as far as they are known."""
+    return of_sides(points.sides(fields.get("zero", 0.0)), fields)
+
+
+def of_sides(sides: Sequence[Side], fields: dict[str, Any]) -> OrderContent:
+    """Order table of one set of lines or of two, of which that of the table's direction counts, if it has one."""
     if fields.get("direction", "both") != "both":
-        one = points.backward if fields["direction"] == "backward" and points.backward is not None else points.forward
-        points = points._replace(forward=one, backward=None)
-    lines, mean, back, mean_back = points.lines(fields.get("zero", 0.0))
-    return OrderContent(**{**fields, "lines": lines, "mean": mean, "backward": back, "mean_backward": mean_back})
+        sides = [sides[-1 if fields["direction"] == "backward" else 0]]
+    return two_ways(fields, dict(zip(("forward", "backward"), sides, strict=False)))
 
 
 def ways(table: OrderContent) -> list[tuple[str, float, tuple[Line, ...]]]:
@@ -237,7 +226,7 @@ def acting(table: OrderContent) -> list[tuple[str, tuple[Line, ...]] | None]:
     return [None if table.direction == "backward" else names[0], None if table.direction == "forward" else names[-1]]
 
 
-def two_ways(fields: Mapping[str, Any], sets: Mapping[str, tuple[float, tuple[Line, ...]]]) -> OrderContent:
+def two_ways(fields: Mapping[str, Any], sets: Mapping[str, Side]) -> OrderContent:
     """Table of constant and lines by direction of motion: forward, and backward where there are such."""
     mean_backward, backward = sets.get("backward", (0.0, None))
     mean, lines = sets["forward"]

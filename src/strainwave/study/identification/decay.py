@@ -18,7 +18,7 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...compile.tree import leaves as numbers_in
 from .discrepancy import discrepancy
-from .fitted import Fitted, free_leaves, refuse_unidentifiable, scales, with_values
+from .fitted import Fitted, derivatives, free_leaves, refuse_unidentifiable, scales, with_values
 from .intervals import spread
 from .waves import ASIDE, Waves, checked_record, decaying_waves
 
@@ -340,12 +340,7 @@ class _Model:
 
     def jacobian(self, p: Floats) -> Floats:
         """Derivatives (n, unknowns) by central differences."""
-        columns = []
-        for i, step in enumerate(STEP * self.steps(p)):
-            d = np.zeros(len(p))
-            d[i] = step
-            columns.append((self.motion(p + d) - self.motion(p - d)) / (2.0 * step))
-        return np.array(columns).T
+        return derivatives(self.motion, p, STEP * self.steps(p))
 
 
 def _curves(system: System, amplitude: Floats) -> tuple[Floats, Floats]:

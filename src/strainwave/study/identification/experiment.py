@@ -96,12 +96,9 @@ class Experiment:
 
     def first(self) -> Floats:
         """Values (free,) that the given system has."""
-        return np.array([self._value(path) for path in self.free])
-
-    def _value(self, path: str) -> float:
-        if (own := self._of_output(path)) is not None:
-            return OF_OUTPUT[own[1]]
-        return float(part(self.driven, path))
+        own = [self._of_output(path) for path in self.free]
+        values = zip(own, self.free, strict=True)
+        return np.array([OF_OUTPUT[of[1]] if of else float(part(self.driven, path)) for of, path in values])
 
     def without_crossing(self, values: Floats, change: Floats) -> Floats:
         """A change (free,) that brings no number of the model near zero; phases, offsets and delays may cross it."""

@@ -149,35 +149,29 @@ def solve_terms(terms: Terms, runs: Runs, guess: float | None = None) -> Frictio
     """Fit a candidate: linear least squares, in the Stribeck speed a search over its logarithm, or near a value."""
     target = runs.weight * runs.torque
 
-    def fit(v_s: float) -> tuple[Floats, float]:
+    def fit(v_s: float) -> FrictionSolution:
         A = runs.weight[:, None] * columns(terms, runs, v_s)
         p = np.asarray(np.linalg.lstsq(A, target, rcond=None)[0], float)
-        miss = target - A @ p
-        return p, float(miss @ miss)
+        return FrictionSolution(terms, p, target - A @ p, A)
+
+    def cost(logarithm: float) -> float:
+        miss = fit(float(np.exp(logarithm))).residual
+        return float(miss @ miss)
 
     if not terms.stribeck:
-        p = fit(1.0)[0]
-        A = runs.weight[:, None] * columns(terms, runs, 1.0)
-        return FrictionSolution(terms, p, target - A @ p, A)
+        return fit(1.0)
     sizes, finest = np.abs(runs.speed[runs.speed != 0.0]), FINEST
     if guess is None:
         tried = np.linspace(np.log(0.5 * np.min(sizes)), np.log(np.max(sizes)), GRID)
-        best = int(np.argmin([fit(float(np.exp(u)))[1] for u in tried]))
+        best = int(np.argmin(list(map(cost, tried))))
         ends = float(tried[max(best - 1, 0)]), float(tried[min(best + 1, GRID - 1)])
     else:
         ends, finest = (np.log(guess / NEAR), np.log(guess * NEAR)), COARSE
-    found = minimize_scalar(
-        lambda u: fit(float(np.exp(u)))[1], bounds=ends, method="bounded", options={"xatol": finest}
-    )
-    v_s = float(np.exp(found.x))
-    linear = fit(v_s)[0]
-    rise = linear[terms.names().index("rise")]
-    share = (runs.speed / v_s) ** 2
-    along = rise * runs.side * np.exp(-share) * 2.0 * share / v_s
-    A = runs.weight[:, None] * columns(terms, runs, v_s)
-    return FrictionSolution(
-        terms, np.append(linear, v_s), target - A @ linear, np.column_stack([A, runs.weight * along])
-    )
+    v_s = float(np.exp(minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": finest}).x))
+    solution, share = fit(v_s), (runs.speed / v_s) ** 2
+    along = solution.p[terms.names().index("rise")] * runs.side * np.exp(-share) * 2.0 * share / v_s
+    jacobian = np.column_stack([solution.jacobian, runs.weight * along])
+    return solution._replace(p=np.append(solution.p, v_s), jacobian=jacobian)
 
 
 def lack_of_fit(fit: FrictionSolution, runs: Runs, known: bool) -> LackOfFit | None:

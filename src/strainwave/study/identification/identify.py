@@ -19,7 +19,7 @@ from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable
 from .identified import Identified, channels_of, record_of
 from .intervals import Spread, spread
-from .windows import DAMPED, EFFECT, LeastSquares, Point, Window, cleared, finite, reweighted, small, solve, windows_of
+from .windows import DAMPED, EFFECT, LeastSquares, Point, Window, finite, reweighted, small, solve, windows_of
 
 FIRST_WINDOW = 48  # samples of the first windows
 GROWTH = 6  # of the windows from one round to the next
@@ -218,25 +218,16 @@ def _moves_little(finer: LeastSquares, point: Point) -> bool:
     most = CHECKED if len(finer.noise) == 1 else max(len(w.record) for w in finer.windows)  # outputs stand in turn
     windows = [Window(w.record.parted(most, 1)[0], w.first, min(w.stop, most)) for w in finer.windows]
     rows = [int(np.sum(np.isfinite(w.record.outputs[:, w.first : w.stop]))) for w in windows]
-    residuals = replace(finer, windows=windows).residuals(point.values, point.starts)
-    columns, residual = replace(
-        point,
-        residuals=residuals,
-        by_value=[j[:n] for j, n in zip(point.by_value, rows, strict=True)],
-        by_start=[j[:n] for j, n in zip(point.by_start, rows, strict=True)],
-    ).reduced()
+    parts: dict[str, Any] = {
+        name: [part[:n] for part, n in zip(getattr(point, name), rows, strict=True)]
+        for name in ("residuals", "by_value", "by_start")
+    }
+    some, residuals = replace(point, **parts), replace(finer, windows=windows).residuals(point.values, point.starts)
+    columns, residual = replace(some, residuals=residuals).reduced()
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    change = np.linalg.lstsq(columns / size, -residual, rcond=None)[0] / size
+    change = np.linalg.lstsq(columns / size, some.reduced()[1] - residual, rcond=None)[0] / size
     whole = sum(len(r) for r in point.residuals)
-    return small(columns, residual, change - _now(point, columns, rows), MOVED * np.sqrt(len(residual) / whole))
-
-
-def _now(point: Point, columns: Floats, rows: Sequence[int]) -> Floats:
-    """Change of the numbers that the same rows want with the steps as they are."""
-    parts = zip(point.residuals, point.by_start, rows, strict=True)
-    rest = np.concatenate([cleared(r[:n, None], s[:n])[:, 0] for r, s, n in parts])
-    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    return np.asarray(np.linalg.lstsq(columns / size, -rest, rcond=None)[0] / size)
+    return small(columns, residual, change, MOVED * np.sqrt(len(residual) / whole))
 
 
 def _first(setup: Experiment, records: Sequence[Record], size: Floats) -> Floats:

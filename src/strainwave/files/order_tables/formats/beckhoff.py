@@ -192,13 +192,9 @@ class TwinCat(
 
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write one array, or one for each direction of motion."""
-        points = held.numbers
-        rows = [*(f"// {line}" for line in comments), "VAR_GLOBAL"]
-        if points.backward is None:
-            rows += self._array("", points.forward, "WorkDirectionBoth")
-        else:
-            rows += self._array("Positive", points.forward, "WorkDirectionPositive")
-            rows += self._array("Negative", points.backward, "WorkDirectionNegative")
+        rows, values = [*(f"// {line}" for line in comments), "VAR_GLOBAL"], held.numbers.values
+        for direction, side in zip(("Both",) if len(values) == 1 else ("Positive", "Negative"), values, strict=True):
+            rows += self._array("" if direction == "Both" else direction, side, f"WorkDirection{direction}")
         return "\n".join([*rows, "END_VAR"]) + "\n"
 
     def _array(self, suffix: str, values: np.ndarray, direction: str) -> list[str]:
@@ -239,8 +235,7 @@ class TwinCat(
             raise Unfit(1, "file", f"has {len(sides)} tables; one, or two of one size, can be read")
         if len(sides) == 2 and not next(iter(arrays)).endswith("Positive"):
             sides = sides[::-1]
-        points = Points(sides[0], sides[1] if len(sides) == 2 else None)
-        return content_of(points, {"unit": "rad", "turn": "output"} | fields)
+        return content_of(Points(np.array(sides)), {"unit": "rad", "turn": "output"} | fields)
 
 
 def _check(name: str, elements: list[tuple[float, float]], wanted: int) -> None:

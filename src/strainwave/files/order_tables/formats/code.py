@@ -128,7 +128,7 @@ class Code(WithPoints, Exact, own_sign=True, width=24):
     def lookup(self, table: OrderContent) -> tuple[Points, str]:
         """Points of the lookup, and what straight lines between them leave of the table."""
         points = sampled(table, self.count(table))
-        content = Held(motion(points, table.zero), table.one_direction, points, points=len(points.forward))
+        content = Held(motion(points, table.zero), table.one_direction, points, points=points.length)
         left = residual_of(table, table, content, (), True)
         return points, f"lookup: straight lines between {left.points} points leave {left.rms:.3g} {left.unit} rms"
 
@@ -189,14 +189,13 @@ class CHeader(Code, name="c", title="a C header", end=("#endif", 1, "has no #end
         name, (points, remark) = self.prefix, self.lookup(table)
         guard = f"{name.upper()}_H"
         rows = [*(f"// {line}" for line in (*comments, remark)), f"#ifndef {guard}", f"#define {guard}"]
-        rows += ["#include <math.h>", "", f"#define {name}_count {len(points.forward)}", ""]
+        rows += ["#include <math.h>", "", f"#define {name}_count {points.length}", ""]
         rows += [f"static const double {name}_{key} = {getattr(table, key)!r};" for key in ("delay", "zero")]
         for side, mean, lines in ways(table):
             rows += [f"static const int {name}_{side}_lines = {len(lines)};"]
             rows += [f"static const double {name}_{side}_mean = {mean!r};"]
             rows += [_array(f"{name}_{side}_{kind}", values) for kind, values in columns_of(lines).items()]
-        back = points.forward if points.backward is None else points.backward
-        for side, values in (("forward", points.forward), ("backward", back)):
+        for side, values in (("forward", points.values[0]), ("backward", points.values[-1])):
             rows.append(_array(f"{name}_points_{side}", values.tolist()))
         forward, backward = ["0.0" if lines is None else self._sum(lines[0]) for lines in acting(table)]
         functions = C_FUNCTIONS.replace("NAME", name).replace("@BACKWARD@", backward).replace("@FORWARD@", forward)
@@ -277,12 +276,10 @@ class StructuredText(
 
     def _lookup(self, table: OrderContent, points: Points) -> str:
         rows = [*self._head(f"{self.function}Lookup", table), f"    zero : LREAL := {st_real(table.zero)};"]
-        last = len(points.forward) - 1
-        for way, values in (("Forward", points.forward), ("Backward", points.backward)):
-            if values is not None:
-                rows.append(f"    points{way} : ARRAY[0..{last}] OF LREAL := [{_listed(values.tolist())}];")
-        back = "pointsForward" if points.backward is None else "pointsBackward"
-        body = ST_LOOKUP.replace("COUNT", str(last + 1)).replace("LAST", str(last)).replace("BACK", back)
+        last, names = points.length - 1, ("pointsForward", "pointsBackward")[: len(points.values)]
+        for name, values in zip(names, points.values, strict=True):
+            rows.append(f"    {name} : ARRAY[0..{last}] OF LREAL := [{_listed(values.tolist())}];")
+        body = ST_LOOKUP.replace("COUNT", str(last + 1)).replace("LAST", str(last)).replace("BACK", names[-1])
         return "\n".join([*rows, "END_VAR"]) + body.replace("NAME", self.function)
 
     def columns(self, text: str) -> dict[tuple[str, str], list[float]]:

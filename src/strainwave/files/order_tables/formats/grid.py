@@ -12,7 +12,7 @@ from ....base.results import Floats
 from ....model.excitation import Line
 from ..content import OrderContent, merged
 from ..format import Held, Motion, OrderFormat
-from ..points import PER_PERIOD, ROUNDING, Unfit, acting, float_in, rows_of, said_by, two_ways, ways
+from ..points import PER_PERIOD, ROUNDING, Side, Unfit, acting, float_in, of_sides, rows_of, said_by, ways
 
 HEADS = ("motor_rad,output_rad,value", "motor_rad,output_rad,forward,backward")
 COARSE, MOST = 8, 200_000  # points a turn at least, and of a file at most
@@ -58,7 +58,7 @@ class CsvGrid(
             counts.append(getattr(self, name) or max(COARSE, PER_PERIOD * highest))
             if counts[-1] <= 2 * highest:
                 raise ValueError(f"{name} is {counts[-1]} and a line repeats {highest} times a turn; give more points")
-        if math.prod(counts) * (1 + _two(table)) > self.capacity:
+        if math.prod(counts) * len(table.sides) > self.capacity:
             raise ValueError(
                 f"a table of {counts[0]} by {counts[1]} points is more than the {self.capacity} that the controller "
                 "holds; give motor_points and output_points, or take lines"
@@ -72,7 +72,7 @@ class CsvGrid(
         turns = {order: j * motor[:, None] + k * output + order * table.zero for order, (j, k) in pairs.items()}
         sets = {way: (mean, lines) for way, mean, lines in ways(table)}
         grids = []
-        for act in acting(table)[: 1 + _two(table)]:
+        for act in acting(table)[: len(table.sides)]:
             mean, lines = (0.0, ()) if act is None else sets[act[0]]
             waves = (line.amplitude * np.cos(turns[line.order] + line.phase) for line in lines)
             grids.append(sum(waves, np.full((len(motor), len(output)), mean)))
@@ -107,14 +107,7 @@ class CsvGrid(
         if not whole or np.max(np.abs(steps)) > EVEN:
             raise Unfit(1, "motor_rad", "and output_rad are not equidistant over a turn each; some rows may be missing")
         series = [_series(grid.reshape(counts), fields) for grid in table[:, 2:].T]
-        if fields.get("direction", "both") != "both":
-            series = [series[-1 if fields["direction"] == "backward" else 0]]
-        return two_ways({"turn": "output"} | fields, dict(zip(("forward", "backward"), series, strict=False)))
-
-
-def _two(table: OrderContent) -> bool:
-    """Whether a table takes a grid for each direction of motion."""
-    return table.backward is not None or table.direction != "both"
+        return of_sides(series, {"turn": "output"} | fields)
 
 
 def _motion(grids: list[Floats], ratio: float, zero: float) -> Motion:
@@ -147,7 +140,7 @@ def _rows(text: str) -> Iterator[list[float]]:
         yield [float_in(number, "value", cell) for cell in cells]
 
 
-def _series(grid: Floats, fields: dict[str, Any]) -> tuple[float, tuple[Line, ...]]:
+def _series(grid: Floats, fields: dict[str, Any]) -> Side:
     """Mean and lines of a grid on the output's turn."""
     c = np.fft.fft2(grid) / grid.size
     least = ROUNDING * float(np.max(np.abs(grid), initial=0.0))

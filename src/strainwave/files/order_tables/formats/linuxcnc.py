@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....base.quantities import interval, positive_count, shown
+from ....base.results import Floats
 from ....model.excitation import HIGHEST, Line
 from ..content import OrderContent
 from ..format import Exact, Held, OfPoints
@@ -68,11 +69,9 @@ class LinuxCnc(
         """Angle of the table's shaft [rad] at the begin of the span."""
         return self.span[0] * DEGREE * _ratio(table)
 
-    def kept(self, points: Points) -> Points:
+    def kept(self, values: Floats) -> Floats:
         """Corrections in 32 bits."""
-        forward = points.forward.astype(np.float32).astype(float)
-        backward = None if points.backward is None else points.backward.astype(np.float32).astype(float)
-        return Points(forward, backward, points.turns, points.start)
+        return values.astype(np.float32).astype(float)
 
     def turns(self, table: OrderContent) -> int:
         """Whole turns of the table's shaft over the span."""
@@ -87,13 +86,12 @@ class LinuxCnc(
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write nominal, forward and reverse, and the remarks below them."""
         points = held.numbers
-        reverse = points.forward if points.backward is None else points.backward
-        count = len(points.forward)
+        count = points.length
         low, high = self.span
         rows = []
         for i in range(count + 1):
             nominal = round(low + (high - low) * i / count, DIGITS)
-            ends = (nominal - float(side[i % count]) for side in (points.forward, reverse))
+            ends = (nominal - float(side[i % count]) for side in points.values[[0, -1]])
             rows.append(" ".join(f"{value:.{DIGITS}f}" for value in (nominal, *ends)))
         return "\n".join([*rows, "", *(f"# {line}" for line in comments)]) + "\n"
 
@@ -139,9 +137,8 @@ def _points(table: Any, fields: dict[str, Any]) -> Points:
     trims = (nominal[:, None] - table[:, 1:]) * DEGREE
     if np.max(np.abs(trims[0] - trims[-1])) > 3.0 * QUANTUM:
         raise Unfit(len(nominal), "file", "ends with another correction than it begins with, whole turns apart")
-    same = np.array_equal(trims[:-1, 0], trims[:-1, 1])
-    start = float(nominal[0]) * DEGREE * ratio
-    return Points(trims[:-1, 0], None if same else trims[:-1, 1], round(turns), start)
+    sides = 1 if np.array_equal(trims[:-1, 0], trims[:-1, 1]) else 2
+    return Points(trims[:-1, :sides].T, round(turns), float(nominal[0]) * DEGREE * ratio)
 
 
 LINE = re.compile(r"\{([0-9.]{1,12}), ([^,{}]{1,60}), ([^,{}]{1,60})\},?")

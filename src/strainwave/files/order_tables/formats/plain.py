@@ -143,9 +143,8 @@ class CsvPoints(
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write a row a point."""
         points = held.numbers
-        columns = [points.angles(), points.forward] + ([] if points.backward is None else [points.backward])
-        rows = [",".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
-        return "\n".join([*(f"# {line}" for line in comments), POINTS[len(columns) - 2], *rows]) + "\n"
+        rows = [",".join(map(repr, row)) for row in np.vstack([points.angles(), points.values]).T.tolist()]
+        return "\n".join([*(f"# {line}" for line in comments), POINTS[len(points.values) - 1], *rows]) + "\n"
 
     def parse(self, text: str) -> OrderContent:
         """Read the rows."""
@@ -167,7 +166,7 @@ class CsvPoints(
             raise Unfit(
                 1, "angle_rad", f"the {len(table)} angles are not equidistant from 0 over one turn; some may be missing"
             )
-        return content_of(Points(table[:, 1], table[:, 2] if width > 2 else None), fields)
+        return content_of(Points(table[:, 1:].T), fields)
 
 
 def _body(text: str, heads: tuple[str, ...]) -> tuple[int, Iterator[tuple[int, str]]]:

@@ -88,10 +88,10 @@ class Sinumerik(
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the program, both ends of the turn included."""
         points = held.numbers
-        count = len(points.forward)
+        count = points.length
         rows = ["%_N_" + self.axis + "_EEC_INI", *(f"; {line}" for line in comments), "CHANDATA(1)"]
         for i in range(count + 1):
-            rows.append(f"$AA_ENC_COMP[0,{i},{self.axis}]={float(points.forward[i % count]) + 0.0:.{DIGITS}f}")
+            rows.append(f"$AA_ENC_COMP[0,{i},{self.axis}]={float(points.values[0, i % count]) + 0.0:.{DIGITS}f}")
         rows += [
             f"$AA_ENC_COMP_STEP[0,{self.axis}]={360.0 / count!r}",
             f"$AA_ENC_COMP_MIN[0,{self.axis}]=0.0",
@@ -130,7 +130,7 @@ class Sinumerik(
         if values[0] != values[count]:
             raise Unfit(1, f"point {count}", "differs from point 0, which it repeats; correct one")
         return content_of(
-            Points(-DEGREE * np.array([values[i] for i in range(count)])), {"unit": "rad", "turn": "output"} | fields
+            Points(-DEGREE * np.array([[values[i] for i in range(count)]])), {"unit": "rad", "turn": "output"} | fields
         )
 
 
@@ -170,7 +170,7 @@ class Moteus(
     def store(self, table: OrderContent) -> Held:
         """Round currents to 127 steps of the largest one."""
         exact = sampled(table, POINTS)
-        current = exact.forward / self.torque_constant
+        current = exact.values / self.torque_constant
         largest = float(np.max(np.abs(current)))
         if not largest <= float(np.finfo(np.float32).max):
             raise ValueError(f"the table asks for {largest:.3g} A, beyond 32 bits; check torque_constant")
@@ -179,7 +179,7 @@ class Moteus(
         points = Points(values * (scale * self.torque_constant))
         stored = motion(points, table.zero)
         quantum = scale * self.torque_constant
-        return Held(stored, motion(exact, table.zero), (scale, values.astype(int).tolist()), quantum, POINTS)
+        return Held(stored, motion(exact, table.zero), (scale, values[0].astype(int).tolist()), quantum, POINTS)
 
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the lines of the configuration, all of which are sent to the controller."""
@@ -203,7 +203,7 @@ class Moteus(
         if scale is None or len(values) != POINTS:
             missing = "the scale" if scale is None else f"{POINTS - len(values)} of {POINTS} values"
             raise Unfit(1, "file", f"has not {missing}; it may be cut off, write it again")
-        points = Points(np.array([values[i] for i in range(POINTS)]) * (scale * self.torque_constant))
+        points = Points(np.array([[values[i] for i in range(POINTS)]]) * (scale * self.torque_constant))
         return content_of(points, {"unit": "N*m"})
 
 
@@ -279,7 +279,7 @@ class OnStepX(
     def store(self, table: OrderContent) -> Held:
         """Round the sum of the steps, so that no error adds up, and take its differences."""
         exact = sampled(table, self.seconds(table.ratio))
-        sums = np.round(self._steps * (exact.forward - exact.forward[0]))  # whole steps stay so at another constant
+        sums = np.round(self._steps * (exact.values[0] - exact.values[0, 0]))  # whole steps stay so at another constant
         entries = np.roll(sums, -1) - sums  # steps in the second that begins here
         most = min(LARGEST, math.floor(self.steps_per_degree / 240.0))
         if np.max(np.abs(entries)) > most:
@@ -287,7 +287,7 @@ class OnStepX(
                 f"the table asks for {np.max(np.abs(entries)):.0f} steps in one sidereal second; OnStepX plays at most "
                 f"{most}, one sidereal rate or {LARGEST} steps: correct fewer or lower orders"
             )
-        stored = Points(sums / self._steps)
+        stored = Points(sums[None] / self._steps)
         played = np.roll(entries, -1).astype(int).tolist()  # the second that is playing takes the entry before it
         return Held(motion(stored, table.zero), motion(exact, table.zero), played, 1.0 / self._steps, len(played))
 
@@ -319,4 +319,4 @@ class OnStepX(
             raise Unfit(1, "file", f"adds up to {steps.sum()} steps a turn; it must return to 0, or the mount drifts")
         sums = np.concatenate([[0.0], np.cumsum(steps)[:-1]])
         fields = {"unit": "rad", "ratio": self.ratio or DAY / count}
-        return content_of(Points((sums - np.mean(sums)) / self._steps), fields)
+        return content_of(Points((sums - np.mean(sums))[None] / self._steps), fields)

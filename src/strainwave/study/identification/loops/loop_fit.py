@@ -17,6 +17,7 @@ from ....base.quantities import checked, number
 from ....base.results import Floats
 from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
+from ..fitted import derivatives
 from ..intervals import Spread, derived_freedom, restricted
 from ..law_fit import Candidate, LackOfFit, compared
 from .loop_model import FULL, LoopFit, Shape, way_of_one
@@ -42,28 +43,17 @@ class Twisted:
 
     def __init__(self, shape: Shape, p: Floats) -> None:
         self.shape, self.given = shape, dict(zip(shape.names(), p.tolist(), strict=True))
-        self.x = self.a = 0.0
+        self.spring, self.x, self.a = _spring(shape, p, 0.0), 0.0, 0.0
 
     def _at(self, x: float, direction: float) -> tuple[float, float]:
         """Torque [N*m] at a torsion that is reached in one direction, and the state there."""
-        value = self._spring(x)
+        value = float(self.spring.torque(x))
         if not self.shape.n:
             return value, 0.0
         twist = self.given["yield_twist"]
         way = max(direction * (x - self.x), 0.0) / twist
         a = direction * way_of_one(direction * self.a, way, self.shape.n, self.given.get("kappa", 0.0))
         return value + self.given["K"] * twist * a, a
-
-    def _spring(self, x: float) -> float:
-        p = self.given
-        distance = max(abs(x) - p.get("half_gap", 0.0), 0.0)
-        x1, x2 = p.get("x1", math.inf), p.get("x2", math.inf)
-        value = p["K1"] * min(distance, x1)
-        if distance > x1:
-            value += p["K2"] * (min(distance, x2) - x1)
-        if distance > x2:
-            value += p["K3"] * (distance - x2)
-        return math.copysign(value, x)
 
     def to(self, target: float, direction: float, *, stay: bool = True) -> float:
         """Torsion [rad] at which the torque [N*m] is the target, in one direction; the law stays there if wanted."""
@@ -277,19 +267,21 @@ def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[Candidat
     return fits[taken], *compared(given, errors, units[taken], "in blocks left out")[1:]
 
 
-def _law(fit: Solution, reached: float) -> Any:
-    """Law of a candidate: the spring with as many slopes as it has, its gap, its element."""
-    p = dict(zip(fit.shape.names(), fit.p.tolist(), strict=True))
+def _spring(shape: Shape, unknowns: Floats, reached: float) -> Any:
+    """Spring of a candidate, with as many slopes as it has, and its gap; up to a torque [N*m] that was reached."""
+    p = dict(zip(shape.names(), unknowns.tolist(), strict=True))
     gap = p.get("half_gap", 0.0)
-    if fit.shape.slopes == 1:
-        spring: Any = Backlash(p["K1"], gap) if gap else Linear(p["K1"])
-    else:
-        T1 = p["K1"] * p["x1"]
-        if fit.shape.slopes == 2:
-            spring = PiecewiseLinear(p["K1"], p["K2"], p["K2"], T1, max(reached, 2.0 * T1))
-        else:
-            spring = PiecewiseLinear(p["K1"], p["K2"], p["K3"], T1, T1 + p["K2"] * (p["x2"] - p["x1"]))
-        spring = Play(gap, spring) if gap else spring
+    if shape.slopes == 1:
+        return Backlash(p["K1"], gap) if gap else Linear(p["K1"])
+    T1 = p["K1"] * p["x1"]
+    T2 = max(reached, 2.0 * T1) if shape.slopes == 2 else T1 + p["K2"] * (p["x2"] - p["x1"])
+    spring = PiecewiseLinear(p["K1"], p["K2"], p.get("K3", p["K2"]), T1, T2)
+    return Play(gap, spring) if gap else spring
+
+
+def _law(fit: Solution, reached: float) -> Any:
+    """Law of a candidate: its spring, its element."""
+    p, spring = dict(zip(fit.shape.names(), fit.p.tolist(), strict=True)), _spring(fit.shape, fit.p, reached)
     if not fit.shape.n:
         return checked(spring)
     kappa = p.get("kappa", 0.0)
@@ -321,14 +313,8 @@ def _result(
     pattern = structure(loop, fit)
     covariance, freedoms, _ = wider(loop, fit, pattern)
     values = _numbers(fit, fit.p, rated)
-    deviations = np.sqrt(np.diag(covariance))
-    rates = np.zeros((len(values), len(fit.p)))
-    for i, deviation in enumerate(deviations):
-        if deviation > 0.0:
-            h = 0.05 * deviation * np.eye(len(deviations))[i]
-            low = np.array([*_numbers(fit, fit.p - h, rated).values()])
-            high = np.array([*_numbers(fit, fit.p + h, rated).values()])
-            rates[:, i] = (high - low) / (0.1 * deviation)
+    steps = 0.05 * np.sqrt(np.diag(covariance))
+    rates = derivatives(lambda p: np.array([*_numbers(fit, p, rated).values()]), fit.p, steps)
     freedom = derived_freedom(rates, covariance, freedoms)
     fitted = torque_along(fit.shape, fit.p, loop.path, loop.torsion).value
     reached = float(np.max(np.abs(loop.torque - fit.p[-1])))

@@ -142,16 +142,12 @@ def _spring(shape: Shape, p: dict[str, float], x: Floats, columns: dict[str, Flo
     side, depth = np.sign(x), np.abs(x) - p.get("half_gap", 0.0)
     touching = depth > 0.0 if shape.gap else np.ones(len(x), bool)
     depth = np.maximum(depth, 0.0)
-    first, second, third = np.minimum(depth, x1), np.clip(depth - x1, 0.0, x2 - x1), np.maximum(depth - x2, 0.0)
+    first, below = np.minimum(depth, x1), np.minimum(depth, x2)
+    second, third = below - first, depth - below
     slope = np.asarray(np.where(depth > x2, K3, np.where(depth > x1, K2, K1)) * touching, float)
-    if shape.slopes == 1:
-        second = third = np.zeros_like(depth)
     columns |= {"K1": side * first, "K2": side * second, "K3": side * third, "half_gap": -side * slope}
     columns["x1"] = np.where(depth > x1, side * (K1 - K2), 0.0)
     columns["x2"] = np.where(depth > x2, side * (K2 - K3), 0.0)
-    if shape.slopes == 2:
-        columns["K2"] = side * np.maximum(depth - x1, 0.0)
-        return side * (K1 * first) + K2 * columns["K2"], slope
     return side * (K1 * first + K2 * second + K3 * third), slope
 
 

@@ -182,8 +182,10 @@ def scatter(loop: Loop, fit: Solution) -> Spread:
     free = np.sum(fit.jacobian**2, axis=0) > 0.0
     free &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
     bound, names = ~free, np.array(fit.shape.names())
-    for name in LEAST_TOLD:
-        if not _apart(fit.jacobian[:, free]):
+    for name in LEAST_TOLD:  # left out as long as the samples do not tell the others apart
+        J = fit.jacobian[:, free]
+        sizes = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
+        if not sizes[-1] > RANK * sizes[0]:
             free &= names != name
     J = fit.jacobian[:, free]
     spread = restricted(J, fit.residual)
@@ -193,12 +195,6 @@ def scatter(loop: Loop, fit: Solution) -> Spread:
     whole[np.diag_indices(len(free))] = np.where(bound, 0.0, (UNTOLD * fit.p) ** 2)
     whole[np.ix_(free, free)], freedom[free] = covariance, spread.freedom
     return Spread(whole, freedom, spread.whitener)
-
-
-def _apart(J: Floats) -> bool:
-    """Whether the samples tell the columns (n, p) apart."""
-    singular = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
-    return bool(singular[-1] > RANK * singular[0])
 
 
 def shifts_of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:

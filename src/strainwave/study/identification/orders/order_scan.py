@@ -105,7 +105,7 @@ def order_scan(
     scan = OrderScan(
         tuple(sorted(lines, key=lambda line: line.order)),
         joint.delay if delayed else 0.0,
-        _deviation(joint, -1) if delayed else math.inf,
+        math.sqrt(max(joint.covariance[-1, -1], 0.0)) * _birge(joint) if delayed else math.inf,
         speeds,
         float(np.sqrt(np.mean(left * left))),
         base,
@@ -217,11 +217,6 @@ def _fitted(
             break
         delay = joint.delay
     return fits, joint
-
-
-def _deviation(joint: Joint, i: int) -> float:
-    """Standard deviation, larger where runs differ by more than their noise says."""
-    return math.sqrt(max(joint.covariance[i, i], 0.0)) * _birge(joint)
 
 
 def _birge(joint: Joint) -> float:

@@ -100,7 +100,7 @@ class Search:
         ratios, by_angle, by_time = self._ratios()
         order, frequency = self.angle.largest(by_angle), self.time.largest(by_time)
         here, there = self.angle.sum_at(by_angle, order), self.time.sum_at(by_time, frequency)
-        alarm = self.angle.false_alarm(max(here, there), self.angle.trials + self.time.trials)
+        alarm = chance_of(max(here, there), self.angle.trials + self.time.trials, len(self.runs))
         if not alarm < false_alarm:
             return None
         if here >= there:
@@ -113,7 +113,7 @@ class Search:
         """A line around an order, one of so many that are looked at; None where noise may have it."""
         ratios, by_angle, by_time = self._ratios()
         place = self.angle.highest(by_angle, [order])
-        alarm = self.angle.false_alarm(self.angle.sum_at(by_angle, place), 2.0 * trials)
+        alarm = chance_of(self.angle.sum_at(by_angle, place), 2.0 * trials, len(self.runs))
         if not alarm < false_alarm:
             return None
         frequency = self.time.highest(by_time, order * self.speeds / TURN)
@@ -379,10 +379,6 @@ class Spectrum:
         """Place of the largest sum within the width of a line around several places."""
         around = [int(np.argmax(np.where(np.abs(self.places - p) <= self.spacing, sums, -1.0))) for p in near]
         return float(self.places[max(around, key=lambda i: sums[i])])
-
-    def false_alarm(self, total: float, trials: float) -> float:
-        """Probability that noise reaches a sum at so many independent places or between them."""
-        return chance_of(total, trials, len(self.over))
 
     def error(self, place: float, ratios: Floats) -> float:
         """Standard deviation of a place (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20(5), 591-598)."""

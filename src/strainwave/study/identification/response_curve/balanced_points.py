@@ -81,7 +81,7 @@ class Points:
                 guess = before + self.slopes[i][:, :-1] @ (p - self.kept)
             z = _solved(problem, guess, float(omega))
             self.found.append(z)
-            amplitudes[i] = _first(problem, guess if z is None else z)
+            amplitudes[i] = complex(*problem.harmonic(guess if z is None else z, 1)).conjugate()
         self.solved_at, self.computed = p.copy(), amplitudes
         return amplitudes
 
@@ -138,12 +138,6 @@ class Points:
             return None
         by_p, _, along = self.by_parameters(self.stepped(p), found[:-1])
         return float(found[-2]), -(extended.left @ by_p) / float(extended.left @ along), found[:-1]
-
-
-def _first(problem: Any, z: Floats) -> complex:
-    """First harmonic of x at a solution."""
-    c, s = problem.harmonic(z, 1)
-    return complex(c, -s)
 
 
 def _residual(problem: Any, point: Floats) -> Floats:

@@ -23,7 +23,7 @@ from ....drive.state_space import StateSpace, state_space
 from ....model.laws.springs import Linear
 from ....model.train.controls import FREE, HERTZ
 from ....model.train.drive_train import DriveTrain
-from ..fitted import Fit, refuse_unidentifiable
+from ..fitted import Fit, derivatives, refuse_unidentifiable
 from ..intervals import Spread, spread
 from .measured_bode import Complexes, MeasuredBode
 
@@ -285,7 +285,7 @@ def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -
     for name, at in zip(names, np.abs(x), strict=True):
         if at > 0.99 * FAR:
             raise ValueError(f"{name} runs to the end of what is searched; leave it out of free")
-    J = np.stack([(misfit(x + step) - misfit(x - step)) / (2.0 * STEP) for step in STEP * np.eye(len(names))], axis=1)
+    J = derivatives(misfit, x, np.full(len(names), STEP))
     refuse_unidentifiable(J, names, np.ones(len(names)), TOLERANCE)
     scatter, solved = (
         spread(J, misfit(x), len(J) // count * [count]),

@@ -285,18 +285,14 @@ class _Fit:
 
         It is sought from the last one, from the point before the jump, and where these lead elsewhere on the curve.
         """
-        jump, starts = self.jumps[k], [self.folds[k], self._before(k)]
-        for start in starts:
+        jump = self.jumps[k]
+        z, omega = self.points.solutions[jump.before], self.points.omega[jump.before]
+        for start in (self.folds[k], None if z is None else np.append(z, omega)):
             found = None if start is None else self.points.fold(p, start)
             if found is not None and abs(found[0] - 0.5 * (jump.low + jump.high)) < NEAR * (jump.high - jump.low):
                 self.folds[k] = found[2]
                 return found
         return None if self.asked else self._of_curve(k, p)
-
-    def _before(self, k: int) -> Floats | None:
-        i = self.jumps[k].before
-        z = self.points.solutions[i]
-        return None if z is None else np.append(z, self.points.omega[i])
 
     def _of_curve(self, k: int, p: Floats) -> tuple[float, Floats, Floats] | None:
         """Fold of the computed curve that is nearest to jump k; it is computed once for all jumps."""
