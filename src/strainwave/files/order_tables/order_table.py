@@ -18,9 +18,8 @@ from .content import OrderContent, counted, merged, positive
 from .format import OrderFormat, TableResidual, encoded, with_options
 from .formats.beckhoff import Beckhoff, TwinCat
 from .formats.code import CHeader, StructuredText
-from .formats.grid import CsvGrid
 from .formats.linuxcnc import HalComponent, LinuxCnc
-from .formats.plain import CsvLines, CsvPoints, JsonFile
+from .formats.plain import CsvGrid, CsvLines, CsvPoints, JsonFile
 from .formats.points_a_turn import Moteus, OnStepX, Sinumerik
 from .points import Unfit, said_by
 

@@ -86,12 +86,11 @@ class LinuxCnc(
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write nominal, forward and reverse, and the remarks below them."""
         points = held.numbers
-        count = points.length
         low, high = self.span
         rows = []
-        for i in range(count + 1):
-            nominal = round(low + (high - low) * i / count, DIGITS)
-            ends = (nominal - float(side[i % count]) for side in points.values[[0, -1]])
+        for i in range(points.length + 1):
+            nominal = round(low + (high - low) * i / points.length, DIGITS)
+            ends = nominal - points.values[[0, -1], i % points.length]
             rows.append(" ".join(f"{value:.{DIGITS}f}" for value in (nominal, *ends)))
         return "\n".join([*rows, "", *(f"# {line}" for line in comments)]) + "\n"
 

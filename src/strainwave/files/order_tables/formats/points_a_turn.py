@@ -87,12 +87,12 @@ class Sinumerik(
 
     def text(self, table: OrderContent, held: Held, comments: list[str]) -> str:
         """Write the program, both ends of the turn included."""
-        points = held.numbers
-        count = points.length
-        rows = ["%_N_" + self.axis + "_EEC_INI", *(f"; {line}" for line in comments), "CHANDATA(1)"]
-        for i in range(count + 1):
-            rows.append(f"$AA_ENC_COMP[0,{i},{self.axis}]={float(points.values[0, i % count]) + 0.0:.{DIGITS}f}")
-        rows += [
+        values, count = held.numbers.values[0], held.numbers.length
+        rows = [
+            "%_N_" + self.axis + "_EEC_INI",
+            *(f"; {line}" for line in comments),
+            "CHANDATA(1)",
+            *(f"$AA_ENC_COMP[0,{i},{self.axis}]={values[i % count] + 0.0:.{DIGITS}f}" for i in range(count + 1)),
             f"$AA_ENC_COMP_STEP[0,{self.axis}]={360.0 / count!r}",
             f"$AA_ENC_COMP_MIN[0,{self.axis}]=0.0",
             f"$AA_ENC_COMP_MAX[0,{self.axis}]=360.0",
