@@ -19,7 +19,7 @@ from ...study.identification.discrepancy import white
 from ...study.identification.experiment import MoreLines, OrderLine
 from ...study.identification.identified import Identified, record_of
 from ...study.identification.identify import candidate_columns
-from ...study.identification.intervals import whitened, whitener
+from ...study.identification.intervals import orthogonal, whitened, whitener
 from ...study.identification.orders.order_scan import SHARE, order_scan
 from ...study.identification.run import Run
 from ...study.identification.windows import LeastSquares, Point, Window, cleared, solve
@@ -75,7 +75,7 @@ class Left:
         """Squares that the model leaves with its lines."""
         base, rest = self.fitted()
         basis = _basis(base)
-        return float(np.sum((rest - basis @ (basis.T @ rest)) ** 2))
+        return float(np.sum((orthogonal(basis, rest)) ** 2))
 
     def columns(self, places: Sequence[Place]) -> Floats:
         """Changes (n, places, 2) of the outputs by a cosine and a sine of each place, in units of noise and rad."""
@@ -199,7 +199,7 @@ def _chosen(left: Left, places: Sequence[Place]) -> list[Place]:
     base, residual = left.fitted()
     basis, columns = _basis(base), left.columns(places)
     sizes = np.linalg.norm(columns, axis=0)
-    residual, chosen = residual - basis @ (basis.T @ residual), list[int]()
+    residual, chosen = orthogonal(basis, residual), list[int]()
     for _ in range(MOST):
         columns -= np.tensordot(basis, np.tensordot(basis, columns, ((0,), (0,))), 1)
         allowed = [_apart_from(place.order, [places[i].order for i in chosen]) for place in places]
@@ -208,7 +208,7 @@ def _chosen(left: Left, places: Sequence[Place]) -> list[Place]:
         if drops[chosen[-1]] == 0.0:
             break
         basis = np.linalg.qr(columns[:, chosen[-1]])[0]
-        residual = residual - basis @ (basis.T @ residual)
+        residual = orthogonal(basis, residual)
     all_columns = left.columns([places[i] for i in chosen])
     for count in range(len(chosen), 0, -1):
         drops, residual = _apart(base, all_columns[:, :count], left.point.reduced()[1])
@@ -242,10 +242,10 @@ def _apart(base: Floats, columns: Floats, residual: Floats) -> tuple[Floats, Flo
     sizes, drops = np.linalg.norm(columns, axis=0), np.empty(columns.shape[1])
     for i in range(len(drops)):
         basis = _basis(_beside(base, np.delete(columns, i, axis=1)))
-        column = columns[:, i : i + 1] - (basis @ (basis.T @ columns[:, i]))[:, None]
-        drops[i] = _drops(column, residual - basis @ (basis.T @ residual), sizes[i : i + 1])[0]
+        column = orthogonal(basis, columns[:, i])[:, None]
+        drops[i] = _drops(column, orthogonal(basis, residual), sizes[i : i + 1])[0]
     basis = _basis(_beside(base, columns))
-    return drops, residual - basis @ (basis.T @ residual)
+    return drops, orthogonal(basis, residual)
 
 
 def _needed(residual: Floats, tried: int, masters: float) -> float:
@@ -263,7 +263,7 @@ def _placed(left: Left, chosen: Sequence[Place], i: int, width: float) -> Place:
     base, residual = left.fitted()
     others = [place for j, place in enumerate(chosen) if j != i]
     basis = _basis(_beside(base, left.columns(others)) if others else base)
-    residual = residual - basis @ (basis.T @ residual)
+    residual = orthogonal(basis, residual)
     shifts = LOBE * width * np.arange(-AROUND, AROUND + 1)
     columns = left.columns([chosen[i]._replace(order=chosen[i].order + shift) for shift in shifts.tolist()])
     sizes = np.linalg.norm(columns, axis=0)
@@ -307,7 +307,7 @@ def _best_term(basis: Floats, terms: Sequence[Floats], residual: Floats) -> floa
     """Squares that the best of other terms (n,) explains beside orthonormal columns."""
     best = 0.0
     for term in terms:
-        column = term - basis @ (basis.T @ term)
+        column = orthogonal(basis, term)
         if np.linalg.norm(column) > SAME * np.linalg.norm(term):
             best = max(best, float(column @ residual) ** 2 / float(column @ column))
     return best

@@ -3,7 +3,7 @@
 A free decay computed by averaging: the undamped vibration of every amplitude, and how fast the damping leads down.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -17,6 +17,9 @@ from ...base.records import Labelled
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...compile.tree import leaves as numbers_in
+from ...model.laws.friction import Coulomb, QuadraticDamping
+from ...model.laws.hysteresis import Parallel
+from ...model.laws.springs import Polynomial
 from .discrepancy import discrepancy
 from .fitted import Fitted, derivatives, free_leaves, refuse_unidentifiable, scales, with_values
 from .intervals import spread
@@ -28,6 +31,7 @@ FLOOR = 1e-4  # of the frequency: no window is believed more than that, the law 
 FAR = 1.0  # of its size: what a parameter may be off its start
 NO_START = 0.01  # of its size 1: where a parameter that is 0 begins
 TERM = 1e-5  # of the largest torque: a term by which its effect is found
+SHARP = 1e-9  # of the largest speed: over which dry friction that is tried changes its sign
 NUISANCES = 3  # logarithm of the first extreme, first phase, offset
 
 ANGLES = 96  # of theta in half a vibration
@@ -104,24 +108,6 @@ def _other_extreme(law: Law, extreme: Floats, top: Floats) -> Floats:
         if np.all(np.abs(step) <= 1e-13 * np.abs(low)):
             break
     return low
-
-
-class Extended(NamedTuple):
-    """A law with terms that it may lack: drag drag |v| v, dry friction dry sign v, and cubic x^3."""
-
-    law: Any
-    drag: float = 0.0
-    dry: float = 0.0
-    cubic: float = 0.0
-
-    def torque(self, x: Any, v: Any) -> Any:
-        """Torque [N*m] at torsion x [rad] and its rate v [rad/s]."""
-        own = torque_of(self.law, x, v, ())
-        return own + self.drag * abs(v) * v + self.dry * np.sign(v) + self.cubic * x * x * x
-
-    def energy(self, x: Any) -> Any:
-        """Energy stored [J] at torsion x [rad]."""
-        return energy_of(self.law, x, ()) + 0.25 * self.cubic * x**4
 
 
 class Decay(NamedTuple):
@@ -328,9 +314,13 @@ class _Model:
         size = float(np.exp(p[-3]))
         pull = float(torque_of(system.law, size, 0.0, ()))
         speed = size * float(vibrations(system, np.array([size])).omega[0])
-        for name, field, unit in (("|v| v", "drag", speed**2), ("sign v", "dry", 1.0), ("x^3", "cubic", size**3)):
+        terms: dict[str, tuple[Callable[[float], Any], float]] = {
+            "|v| v": (QuadraticDamping, speed**2), "sign v": (lambda T_c: Coulomb(T_c, SHARP * speed), 1.0),
+            "x^3": (lambda c: Polynomial((0.0, 0.0, 0.0, c)), size**3),
+        }  # fmt: skip
+        for name, (term, unit) in terms.items():
             step = TERM * pull / unit
-            other = system._replace(law=Extended(system.law, **{field: step}))
+            other = system._replace(law=Parallel(system.law, term(step)))
             changes[name] = (self.motion(p, other) - base) / step
         return changes
 

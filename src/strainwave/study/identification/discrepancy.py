@@ -13,7 +13,7 @@ from ...base.arguments import typed
 from ...base.quantities import LARGEST, array_of, number
 from ...base.results import Floats
 from ...base.sentences import listed
-from .intervals import backwards, fitting, long_run, slices, whitened, whitener
+from .intervals import backwards, fitting, long_run, orthogonal, slices, whitened, whitener
 
 LAGS = 20  # of the portmanteau test
 RARE = 0.05  # probability up to which chance is not believed
@@ -171,7 +171,7 @@ def _missing(
     lengths = np.linalg.norm(jacobian, axis=0)
     moving = lengths > 1.0 / LARGEST  # a parameter that moves nothing stands for no candidate
     basis = np.linalg.qr(jacobian[:, moving] / lengths[moving])[0]
-    own = columns - basis @ (basis.T @ columns)
+    own = orthogonal(basis, columns)
     lengths = np.linalg.norm(own, axis=0)
     distinct = lengths > SAME
     coefficients = residual @ own / np.where(distinct, lengths, 1.0) ** 2

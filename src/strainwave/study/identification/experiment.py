@@ -96,8 +96,7 @@ class Experiment:
 
     def first(self) -> Floats:
         """Values (free,) that the given system has."""
-        own = [self._of_output(path) for path in self.free]
-        values = zip(own, self.free, strict=True)
+        values = zip(self.of_free(), self.free, strict=True)
         return np.array([OF_OUTPUT[of[1]] if of else float(part(self.driven, path)) for of, path in values])
 
     def without_crossing(self, values: Floats, change: Floats) -> Floats:
@@ -160,9 +159,9 @@ class Experiment:
         delays = self.delays(variants[0])
         return lanes_of([self.model(values, step, parts, delays) for values in variants])
 
-    def columns(self) -> list[tuple[int, tuple[int, str] | None]]:
-        """Of every free number, its place and, of a number of an output, which output and what."""
-        return [(i, self._of_output(path)) for i, path in enumerate(self.free)]
+    def of_free(self) -> list[tuple[int, str] | None]:
+        """Of every free number, if it is one of an output, which output and what."""
+        return [self._of_output(path) for path in self.free]
 
 
 def experiment(
@@ -272,31 +271,24 @@ class Record:
 
 def start_states(of: Experiment, outputs: Floats, at: int, step: float) -> Floats:
     """States (states,) near a sample of the outputs: those measured, rates by a straight line, and 0 for others."""
-    names = of.states()
-    start = np.zeros(len(names))
+    start: dict[str, float] = {}
     for name, row in zip(of.outputs, outputs, strict=True):
         near = row[at : at + NEAR_START]
-        good = np.isfinite(near)
-        if not np.any(good):
-            continue
-        line = np.polyfit(np.flatnonzero(good), near[good], min(1, int(np.sum(good)) - 1))
-        start[names.index(name)] = line[-1]
-        if f"{name}'" in names and len(line) == 2:
-            start[names.index(f"{name}'")] = line[0] / step
-    return start
+        good = np.flatnonzero(np.isfinite(near))
+        if len(good):
+            line = np.polyfit(good, near[good], min(1, len(good) - 1))
+            start |= {f"{name}'": line[0] / step, name: line[-1]} if len(line) == 2 else {name: line[-1]}
+    return np.array([start.get(name, 0.0) for name in of.states()])
 
 
 def sizes_of(setup: Experiment, record: Record) -> Floats:
     """How large the states (states,) are: of a measured one its scatter, of its rate that of its steps; 0 of others."""
-    sizes = np.zeros(len(setup.states()))
+    sizes: dict[str, float] = {}
     for name, row in zip(setup.outputs, record.outputs, strict=True):
-        known = np.flatnonzero(np.isfinite(row))
-        if len(known) < 2:
-            continue
-        sizes[setup.states().index(name)] = np.std(row[known])
-        if f"{name}'" in setup.states():
-            sizes[setup.states().index(f"{name}'")] = change_of(row) / record.step
-    return sizes
+        known = row[np.isfinite(row)]
+        if len(known) >= 2:
+            sizes |= {name: float(np.std(known)), f"{name}'": change_of(row) / record.step}
+    return np.array([sizes.get(name, 0.0) for name in setup.states()])
 
 
 def change_of(row: Floats) -> float:

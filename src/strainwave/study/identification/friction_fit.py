@@ -289,7 +289,7 @@ def _result(
 ) -> FrictionFit:  # fmt: skip
     names = list(fit.terms.names())
     p = dict(zip(names, fit.p.tolist(), strict=True))
-    rows = {name: (np.arange(len(names)) == names.index(name)).astype(float) for name in names}
+    rows = dict(zip(names, np.eye(len(names)), strict=True))
     combinations = {"T_c": rows["T_c"]}
     if "rise" in p:
         combinations |= {"T_s": rows["T_c"] + rows["rise"], "v_s": rows["v_s"]}

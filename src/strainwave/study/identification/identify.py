@@ -61,7 +61,8 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
     first = problem.windows[0].record
     sizes = problem.sizes(first)
     x, v = float(sizes[0]), float(sizes[min(1, len(sizes) - 1)])
-    torque, width = _torque(system, x), SHARP * v
+    stiffness = float(system.law.stiffness(x)) if hasattr(system.law, "stiffness") else 0.0
+    torque, width = abs(stiffness) * x or 1.0, SHARP * v
     amounts = [torque / x**2, torque / x**3, torque / x**5, torque / (v * v), torque / v**3, torque]
     model = problem.of.model(point.values, first.step, problem.parts, problem.of.delays(point.values))
 
@@ -78,12 +79,6 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
             columns[i].append(column / EFFECT)
     found = {name: np.concatenate(parts) for name, parts in zip(NAMES, columns, strict=True)}
     return {name: column for name, column in found.items() if np.all(np.isfinite(column)) and np.any(column)}
-
-
-def _torque(system: Any, x: float) -> float:
-    """Size of the law's torque at a torsion of that size."""
-    stiffness = system.law.stiffness(x) if hasattr(system.law, "stiffness") else 0.0
-    return abs(float(stiffness)) * x or 1.0
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound; they are refused
@@ -292,7 +287,9 @@ def _liveliest(records: Sequence[Record], noise: Floats) -> Window:
 def _result(
     setup: Experiment, problem: LeastSquares, point: Point, converged: bool, records: Sequence[Record]
 ) -> Identified:  # fmt: skip
-    point = replace(point, values=_turned(setup.free, point.values))
+    phases = [path.rpartition(".")[2] == "phase" for path in setup.free]
+    turned = np.remainder(point.values + np.pi, 2.0 * np.pi) - np.pi
+    point = replace(point, values=np.where(phases, turned, point.values))
     columns, left_over = point.reduced()
     size = np.linalg.norm(columns, axis=0)
     refuse_unidentifiable(columns, setup.free, point.values, tolerance=20.0 * EFFECT)
@@ -306,35 +303,31 @@ def _result(
         every = np.full(w.record.outputs.shape, np.nan)
         every[np.isfinite(w.record.outputs)] = -r
         residual.append(every * problem.noise[:, None])
-    left = np.concatenate(residual, axis=1)
+    left, system, size_of_outputs = np.concatenate(residual, axis=1), setup.found(point.values), _spread_of(records)
+    rms = np.sqrt(np.nanmean(left**2, axis=1))
+    poor = [name for name, share in zip(setup.outputs, rms / size_of_outputs, strict=True) if share > POOR]
     return Identified(
-        system=setup.found(point.values),
+        system=system,
         names=setup.free,
         values=point.values,
         covariance=scatter.covariance / np.outer(size, size),
         freedom=np.broadcast_to(scatter.freedom, len(size)).copy(),
         outputs=tuple(setup.outputs),
-        rms=np.sqrt(np.nanmean(left**2, axis=1)),
-        size=_spread_of(records),
+        rms=rms,
+        size=size_of_outputs,
         residual=left,
         discrepancy=unexplained,
         between=setup.between,
         parts=problem.parts,
         converged=converged,
         notes=(
-            *_notes(setup.found(point.values), converged),
+            *_notes(system, converged),
             *_late(setup, point.values, records[0].step),
-            *_unexplained(setup, left, _spread_of(records)),
+            *(f"the system explains next to nothing of {name}: start from other numbers" for name in poor),
         ),
         step=records[0].step,
         experiment=setup,
     )
-
-
-def _turned(free: Sequence[str], values: Floats) -> Floats:
-    """Values (free,) with phases between -pi and pi."""
-    phases = [path.rpartition(".")[2] == "phase" for path in free]
-    return np.where(phases, np.remainder(values + np.pi, 2.0 * np.pi) - np.pi, values)
 
 
 def _late(of: Experiment, values: Floats, step: float) -> list[str]:
@@ -346,13 +339,6 @@ def _late(of: Experiment, values: Floats, step: float) -> list[str]:
         for (path, channel), delay in delays
         if abs(delay) > LATE
     ]
-
-
-def _unexplained(of: Experiment, left: Floats, size: Floats) -> list[str]:
-    """Outputs of which the system explains next to nothing."""
-    shares = np.sqrt(np.nanmean(left**2, axis=1)) / size
-    told = zip(of.outputs, shares, strict=True)
-    return [f"the system explains next to nothing of {name}: start from other numbers" for name, s in told if s > POOR]
 
 
 def _notes(system: System, converged: bool) -> tuple[str, ...]:

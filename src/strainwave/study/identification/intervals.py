@@ -294,7 +294,11 @@ def _white(values: Floats, phi: float) -> Floats:
 
 def without(columns: Floats, values: Floats) -> Floats:
     """Values less what the columns say of them."""
-    basis = np.linalg.qr(columns)[0]
+    return orthogonal(np.linalg.qr(columns)[0], values)
+
+
+def orthogonal(basis: Floats, values: Floats) -> Floats:
+    """Values less what orthonormal columns say of them."""
     return np.asarray(values - basis @ (basis.T @ values))
 
 
@@ -305,7 +309,7 @@ def _colour(basis: Floats, residual: Floats) -> float:
     def cost(phi: float) -> float:
         Q, triangle = np.linalg.qr(_white(basis, phi))
         white = _white(residual, phi)
-        miss = white - Q @ (Q.T @ white)
+        miss = orthogonal(Q, white)
         size = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)) + NONE)))
         power = math.log(float(miss @ miss) + NONE)
         return float((n - p) * power - math.log(1.0 - phi * phi) + size)

@@ -96,16 +96,12 @@ class LeastSquares:
         for window in self.windows:
             outputs = (window.record.outputs - of["offset"][:, None]) / of["gain"][:, None]
             starts.append(start_states(self.of, outputs, window.first, window.record.step))
-        self.unseen = self._unseen(values, starts[0])
-        return self.at(values, starts)
-
-    def _unseen(self, values: Floats, start: Floats) -> Floats:
-        """How large all states (states,) become in the first window."""
-        w = self.windows[0]
+        w, start = self.windows[0], starts[0]
         lanes = self.of.lanes([values], w.record.step, self.parts)
         seen = self._run(w, self._ready(w.record, values)[0], lanes, start[:, None], np.arange(len(start)))
-        size = np.std(seen[:, :, 0], axis=1)
-        return np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
+        size = np.std(seen[:, :, 0], axis=1)  # how large all states become in the first window
+        self.unseen = np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
+        return self.at(values, starts)
 
     def sizes(self, record: Record) -> Floats:
         """How large the states (states,) of a record are, those that were not measured as computed."""
@@ -198,7 +194,7 @@ class LeastSquares:
         residual = (outputs["offset"][:, None] + gain * motion[:, :, 0] - measured[:, samples]) / noise
         by_lane = gain[:, :, None] * (motion[:, :, 1:] - motion[:, :, :1]) / noise[:, :, None]
         by_value, by_start = by_lane[:, :, :free] / self.variations, by_lane[:, :, free:] / delta
-        for i, own in self.of.columns():
+        for i, own in enumerate(self.of.of_free()):
             if own is None:
                 continue
             by_value[:, :, i] = 0.0
@@ -298,11 +294,9 @@ def reweighted(problem: LeastSquares, point: Point) -> LeastSquares:
     """The problem with the noise of each output from its residuals."""
     total, counts = np.zeros(len(problem.noise)), np.zeros(len(problem.noise))
     for w, r in zip(problem.windows, point.residuals, strict=True):
-        good = np.isfinite(w.record.outputs[:, w.first : w.stop])
-        at = 0
-        for i, n in enumerate(np.sum(good, axis=1)):
-            total[i], counts[i] = total[i] + np.sum(r[at : at + n] ** 2), counts[i] + n
-            at += n
+        many = np.sum(np.isfinite(w.record.outputs[:, w.first : w.stop]), axis=1)
+        total += [np.sum(part**2) for part in np.split(r, np.cumsum(many)[:-1])]
+        counts += many
     return replace(problem, noise=problem.noise * np.sqrt(total / np.maximum(counts, 1)))
 
 

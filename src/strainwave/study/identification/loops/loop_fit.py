@@ -18,7 +18,7 @@ from ....base.results import Floats
 from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ..fitted import derivatives
-from ..intervals import Spread, derived_freedom, restricted
+from ..intervals import Spread, derived_freedom, orthogonal, restricted
 from ..law_fit import Candidate, LackOfFit, compared
 from .loop_model import FULL, LoopFit, Shape, way_of_one
 from .loop_model import torque as torque_along
@@ -100,7 +100,7 @@ def structure(loop: Loop, fit: Solution) -> Structure | None:
     # at the corrected torsion, of which the residual tells nothing: the measured one shares its noise
     columns = _waves(loop, fit.torsion) * fit.weight[:, None]
     columns /= np.linalg.norm(columns, axis=0)
-    left, sizes, _ = np.linalg.svd(columns - basis @ (basis.T @ columns), full_matrices=False)
+    left, sizes, _ = np.linalg.svd(orthogonal(basis, columns), full_matrices=False)
     left = left[:, sizes > LEFT]
     m, freedom = left.shape[1], n - basis.shape[1] - left.shape[1]
     if m == 0:
@@ -216,24 +216,16 @@ def _candidates(loop: Loop) -> tuple[list[Solution], dict[str, str]]:
 
 
 def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
-    fits: list[Solution] = []
     plain = Shape(slopes, False, 1, False)
     first = solve(loop, plain, started(loop, plain))
     values = dict(zip(plain.names(), first.p.tolist(), strict=True))
-    for n, free_beta in ELEMENTS:
-        for gap in (False, True):
-            shape = Shape(slopes, gap, n, free_beta)
-            if shape == plain:
-                fits.append(first)
-                continue
-            if n:
-                reach = 0.5 * float(np.ptp(loop.torsion))
-                more = values | {"kappa": 0.2, "half_gap": 0.01 * reach}
-                start = np.array([more.get(name, 0.0) for name in shape.names()])
-            else:
-                start = started(loop, shape)
-            fits.append(solve(loop, shape, start))
-    return fits
+    values |= {"kappa": 0.2, "half_gap": 0.01 * (0.5 * float(np.ptp(loop.torsion)))}
+
+    def fitted(shape: Shape) -> Solution:
+        start = np.array([values.get(name, 0.0) for name in shape.names()]) if shape.n else started(loop, shape)
+        return first if shape == plain else solve(loop, shape, start)
+
+    return [fitted(Shape(slopes, gap, n, free_beta)) for n, free_beta in ELEMENTS for gap in (False, True)]
 
 
 def _untold(loop: Loop, fit: Solution) -> str:

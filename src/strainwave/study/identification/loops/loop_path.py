@@ -119,9 +119,7 @@ def reversals(x: Floats, threshold: float) -> list[int]:
 
 def _path(x: Floats, turns: list[int], noise: float) -> tuple[Path, Floats]:
     """Branches between reversals; where a branch begins is read off the samples around the reversal."""
-    branch = np.zeros(len(x), np.int64)
-    for turn in turns:
-        branch[turn + 1 :] += 1
+    branch = np.searchsorted(turns, np.arange(len(x)))
     ends = [0, *turns, len(x) - 1]
     # Of the whole branch: its first samples may be noise.
     direction = np.array([np.sign(x[b] - x[a]) for a, b in pairwise(ends)])

@@ -259,18 +259,20 @@ def _scan(
 
     alarms = false_alarms(fits, orders, common_noise, trials)
     lines = tuple(_line(i, k, fits, variances(k), alarms[i]) for i, k in enumerate(orders))
-    middle = [_middle(run, fit) for run, fit in zip(runs, fits, strict=True)]
+    # mean [rad] at the middle of the scan, drift [rad/rad]
+    means, drifts = [fit.values[0] for fit in fits], [fit.values[1] if fit.drift else 0.0 for fit in fits]
+    slopes = [2.0 * drift / (run.angle[-1] - run.angle[0]) for drift, run in zip(drifts, runs, strict=True)]
     reversal = None
     if len(fits) == 2:
         difference = fits[0].values[1 + fits[0].drift :] - fits[1].values[1 + fits[1].drift :]
         low, high = extremes(orders, difference[0::2], difference[1::2])
         spread = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
-        reversal = Reversal(middle[0][0] - middle[1][0], spread, high - low)
+        reversal = Reversal(float(means[0] - means[1]), spread, high - low)
     rms = math.sqrt(sum(float(np.sum(run.error**2)) for run in left) / samples)
     return ErrorScan(
         lines,
-        float(np.mean([m for m, _ in middle])),
-        float(np.mean([d for _, d in middle])),
+        float(np.mean(means)),
+        float(np.mean(slopes)),
         rms,
         neighbours,
         "white" if white else "autocorrelated",
@@ -279,12 +281,6 @@ def _scan(
         min(run.turns for run in runs),
         reversal,
     )
-
-
-def _middle(run: Direction, fit: Fit) -> tuple[float, float]:
-    """Mean [rad] at the middle of the scan and drift [rad/rad]."""
-    half = 0.5 * float(run.angle[-1] - run.angle[0])
-    return float(fit.values[0]), float(fit.values[1]) / half if fit.drift else 0.0
 
 
 def _line(i: int, order: int, fits: list[Fit], variances: list[float], false_alarm: float) -> ScanLine:

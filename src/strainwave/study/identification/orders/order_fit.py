@@ -308,7 +308,8 @@ def together(orders: Floats, speeds: Floats, fits: Sequence[RunFit], delay: floa
         Whether more or less delay is looked for.
     """
     values = np.array([fit.values for fit in fits])  # (runs, lines)
-    roots = np.array([[_root(spread) for spread in fit.spreads] for fit in fits])  # (runs, lines, 2, 2)
+    # (runs, lines, 2, 2): matrices that turn a deviation with this covariance into one of unit size
+    roots = np.linalg.inv(np.linalg.cholesky(np.array([fit.spreads for fit in fits])))
     d = _delay(orders, speeds, values, roots) if delayed else 0.0
     for _ in range(20):
         jacobian, residual, means = _linear(orders, speeds, values, roots, d, delayed)
@@ -322,11 +323,6 @@ def together(orders: Floats, speeds: Floats, fits: Sequence[RunFit], delay: floa
     covariance = np.full((lines + 1, lines + 1), np.inf)
     covariance[: jacobian.shape[1], : jacobian.shape[1]] = np.linalg.pinv(jacobian.T @ jacobian)
     return Joint(means, covariance, delay + d, float(residual @ residual), len(residual) - jacobian.shape[1])
-
-
-def _root(spread: Floats) -> Floats:
-    """Matrix that turns a deviation with this covariance into one of unit size."""
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(spread)))
 
 
 def _weighted(roots: Floats, c: Any) -> Floats:
@@ -352,7 +348,7 @@ def _linear(
 
 def _delay(orders: Floats, speeds: Floats, values: Floats, roots: Floats) -> float:
     """The longer delay [s] with the smallest differences, among many."""
-    weights = np.array([[np.linalg.norm(root) ** 2 / 2.0 for root in row] for row in roots])
+    weights = np.linalg.norm(roots, axis=(2, 3)) ** 2 / 2.0
     fastest = float(np.max(np.abs(np.subtract.outer(speeds, speeds)))) * float(np.max(orders))
     tried = np.linspace(-LONGEST, LONGEST, 2 * int(min(LONGEST * fastest / FINE, 5000)) + 3)
     turned = values[None] * np.exp(1j * tried[:, None, None] * orders[None, None] * speeds[None, :, None])

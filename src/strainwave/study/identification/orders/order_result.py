@@ -228,10 +228,9 @@ class OrderScan(Result):
 
     def variables(self) -> Labelled:
         """Amplitudes and phases."""
-        names = {"amplitude": self.unit, "amplitude_error": self.unit, "phase": "rad", "phase_error": "rad"}
-        table = {n: ("line", np.array([getattr(line, n) for line in self.lines]), u) for n, u in names.items()}
-        errors = np.array([line.order_error for line in self.lines])
-        return table | {"order_error": ("line", errors, "")}
+        angles = {"phase": "rad", "phase_error": "rad", "order_error": ""}
+        units = {"amplitude": self.unit, "amplitude_error": self.unit} | angles
+        return {n: ("line", np.array([getattr(line, n) for line in self.lines]), u) for n, u in units.items()}
 
     def __str__(self) -> str:
         size, unit = (ARCSEC, " arcsec") if self.unit == "rad" else (1.0, f" {self.unit}" if self.unit else "")

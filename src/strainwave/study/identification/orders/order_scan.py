@@ -172,7 +172,16 @@ def _notes(
         notes.append(
             "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
         )
-    return (*notes, *_growth(lines, speeds))
+    for line in lines:
+        if line.kind != "frequency" and len(line.by_run) > 1 and line.same < RARE / len(lines):
+            i, middle = int(np.argmax(line.by_run)), float(np.median(line.by_run))
+            if line.by_run[i] > 1.5 * middle:
+                notes.append(
+                    f"order {line.order:g} has {line.by_run[i]:.4g} at {speeds[i]:.4g} rad/s and {middle:.4g} in the "
+                    f"middle of all runs: a resonance may lie near "
+                    f"{line.order * abs(speeds[i]) / (2.0 * math.pi):.4g} Hz"
+                )
+    return tuple(notes)
 
 
 def _checked(given: Any) -> list[Run]:
@@ -290,18 +299,3 @@ def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]
         line.place * at, line.error * at, *whole, "frequency", why, line.false_alarm, line.place, a, s, same,
         float(max(len(a) - 1, 1)),
     )  # fmt: skip
-
-
-def _growth(lines: Sequence[OrderLine], speeds: Floats) -> list[str]:
-    """Sentences on lines whose amplitude is not that of all runs: where they are largest."""
-    sentences = []
-    for line in lines:
-        if line.kind != "frequency" and len(line.by_run) > 1 and line.same < RARE / len(lines):
-            i = int(np.argmax(line.by_run))
-            if line.by_run[i] > 1.5 * float(np.median(line.by_run)):
-                sentences.append(
-                    f"order {line.order:g} has {line.by_run[i]:.4g} at {speeds[i]:.4g} rad/s and "
-                    f"{float(np.median(line.by_run)):.4g} in the middle of all runs: a resonance may lie near "
-                    f"{line.order * abs(speeds[i]) / (2.0 * math.pi):.4g} Hz"
-                )
-    return sentences

@@ -16,6 +16,7 @@ from scipy.fft import rfft
 from scipy.special import gammaincc
 
 from ....base.results import Floats
+from ..intervals import orthogonal
 from ..run import Run
 from .order_fit import Floor, rounding, slow_columns
 
@@ -81,11 +82,10 @@ class Search:
     """
 
     def __init__(self, runs: Sequence[Run], lowest: float, highest: float) -> None:
-        self.runs = runs
-        least, self.speeds = [rounding(run.value) for run in runs], np.array([abs(run.speed) for run in runs])
-        self.least = least
+        self.runs, self.speeds = runs, np.array([abs(run.speed) for run in runs])
+        self.least = least = [rounding(run.value) for run in runs]
         self.slow = [np.linalg.qr(slow_columns(run, 2.0 * lowest))[0] for run in runs]
-        self.rest = [cleared(q, run.value) for q, run in zip(self.slow, runs, strict=True)]
+        self.rest = [orthogonal(q, run.value) for q, run in zip(self.slow, runs, strict=True)]
         self.lines: list[TakenLine] = []
         angles = [Coordinate(np.abs(run.angle - run.angle[0]), highest, v) for run, v in zip(runs, least, strict=True)]
         times = [
@@ -224,7 +224,7 @@ class Search:
             self.rest = [less(r, c, ab) for r, c, ab in zip(remainders, columns, line.amplitudes, strict=True)]
             for one, (a, b), c, q, left in zip(axes, line.amplitudes, columns, self.slow, self.rest, strict=True):
                 cosine, sine = one.wave(line.place)
-                slope = cleared(q, one.x * (b * cosine - a * sine))
+                slope = orthogonal(q, one.x * (b * cosine - a * sine))
                 slope -= c @ shares(c, slope)
                 weight = 1.0 / max(float(left @ left), 1e-300)
                 top, bottom = top + weight * float(slope @ left), bottom + weight * float(slope @ slope)
@@ -241,7 +241,7 @@ class Search:
     def _columns(self, line: "TakenLine") -> list[Floats]:
         """Cosine and sine (n, 2) of a line in every run, without what the slow columns say of them."""
         waves = [np.column_stack(one.wave(line.place)) for one in line.spectrum.over]
-        return [cleared(q, wave) for q, wave in zip(self.slow, waves, strict=True)]
+        return [orthogonal(q, wave) for q, wave in zip(self.slow, waves, strict=True)]
 
 
 @dataclass
@@ -263,11 +263,6 @@ def shares(columns: Floats, values: Floats) -> Floats:
 def less(values: Floats, columns: Floats, amplitudes: Floats) -> Floats:
     """Values without so much of each column."""
     return np.asarray(values - columns @ amplitudes)
-
-
-def cleared(basis: Floats, values: Floats) -> Floats:
-    """Values less what orthonormal columns say of them."""
-    return np.asarray(values - basis @ (basis.T @ values))
 
 
 def chance_of(total: float, trials: float, runs: int, *, between: bool = True) -> float:

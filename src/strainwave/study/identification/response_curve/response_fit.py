@@ -360,7 +360,4 @@ def _described(fit: _Fit, p: Floats, names: tuple[str, ...]) -> ResponseFit:
 
 def rising(omega: Floats, runs: list[slice]) -> NDArray[np.bool_]:
     """Whether each point (n,) is of a sweep with rising frequency."""
-    found = np.zeros(len(omega), bool)
-    for run in runs:
-        found[run] = omega[run.stop - 1] >= omega[run.start]
-    return found
+    return np.concatenate([np.full(run.stop - run.start, omega[run.stop - 1] >= omega[run.start]) for run in runs])
