@@ -34,7 +34,9 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
         yield from _friction(gear)
     if spec.gear is not None and spec.scatter:
         yield from _scatter(spec.scatter, gear, content)
-    yield from _correlation(spec)
+    rows, count = len(spec.scatter_correlation or ()), len(spec.scatter or {})
+    if rows and rows != count:
+        yield ("scatter_correlation",), f"has {rows} rows and scatter {count} numbers; write one row for each of them"
     for name in spec.sources or ():
         try:
             keys = keys_of(content, name)
@@ -55,13 +57,6 @@ def _scatter(scatter: dict[str, float], gear: Gear | None, content: dict[str, An
             yield ("scatter", name), str(error)
         if isinstance(size, Radians) and not name.endswith(".phase"):
             yield ("scatter", name), "is an angle and no phase; write it relative to the number, for example 5 %"
-
-
-def _correlation(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
-    """A table that does not fit the numbers that scatter."""
-    rows, count = len(spec.scatter_correlation or ()), len(spec.scatter or {})
-    if rows and rows != count:
-        yield ("scatter_correlation",), f"has {rows} rows and scatter {count} numbers; write one row for each of them"
 
 
 def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
@@ -148,13 +143,18 @@ def _excitation(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, st
         yield ("excitation",), NOTHING_DRIVES
 
 
+def _forced(spec: ProjectSpec) -> bool:
+    """Whether the speeds are those of the forcing."""
+    return spec.speed is not None and spec.speed.shaft == "forcing"
+
+
 def _pairs(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     """Lines of two turns that are no line, or that another line is too."""
     ratio = None if spec.gear is None else spec.ratio(gear)
     lines, field = spec.excitation.kinematic_error, ("excitation", "kinematic_error")
     if ratio is None or not any(isinstance(line.order, OrderPair) for line in lines):
         return
-    if spec.speed is not None and spec.speed.shaft == "forcing":
+    if _forced(spec):
         yield (
             field,
             "has a line of the output's turn, and the speeds are the forcing's; write 'shaft: motor' under speed",
@@ -177,7 +177,7 @@ def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]
         return
     if spec.excitation.kinematic_error:
         yield field, "stands beside kinematic_error, which it would be a guess of; remove one of them"
-    if spec.speed is not None and spec.speed.shaft == "forcing":
+    if _forced(spec):
         yield field, "belongs to the motor's turn, and the speeds to the forcing's; write 'shaft: motor' under speed"
     if accuracy == CATALOGUE and spec.gear is not None and (gear is None or gear.accuracy is None):
         name = "an explicit gear" if gear is None else gear.name
@@ -199,10 +199,10 @@ def _whole_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
         yield ("motor", "loop"), "keeps the motor's speed, and 'mode: free' gives it up; write 'mode: held' or no loop"
     curves = [name for name in CURVE_COLUMNS if spec.motor is not None and getattr(spec.motor, name) is not None]
     for name in curves:
-        if spec.speed is not None and spec.speed.shaft == "forcing":
+        if _forced(spec):
             yield ("motor", name), "is over the motor's speed, and the speeds are a forcing's; write 'shaft: motor'"
     for field in train_fields(spec):
-        if spec.speed is not None and spec.speed.shaft == "forcing":
+        if _forced(spec):
             yield field, "belongs to a shaft, and the speeds to the forcing; write 'shaft: motor' under speed"
         elif spec.stiffness is not None or (spec.damping is not None and spec.damping.varies):
             sentence = "belongs to the drive train, whose stiffness and damping do not vary; leave one of them out, or "

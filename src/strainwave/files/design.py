@@ -177,10 +177,9 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
     accuracy = spec.excitation.accuracy
     low = spec.speed.from_ or FROM_REST * spec.speed.to
     begin = () if spec.speed.from_ else (REST_NOTE.format(f"{low / RPM:.4g} rpm at the load"),)
-    inertias = [*(spec.load.inertias or ()), *([] if spec.load.inertia is None else [spec.load.inertia])]
     return Specification(
         title=spec.title or printable(path.stem),
-        load_inertias=tuple(inertias),
+        load_inertias=tuple(filter(None, (spec.load.inertia, *(spec.load.inertias or ())))),
         speeds=(low, spec.speed.to),
         remarks=begin,
         limit=spec.limit.oscillation,

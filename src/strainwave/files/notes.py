@@ -11,6 +11,7 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 
 import math
 from collections.abc import Iterable, Iterator
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -333,7 +334,10 @@ def sources_of(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) ->
     named = (spec.sources or {}).items()
     declared = {("speed",) if name == "speed" else keys_of(content, name): word for name, word in named}
     names = (name for name in numbers_of(content) if not name.startswith(NO_NUMBERS))
-    given = (Source(name, str(_at(content, name)), word_of(declared, tuple(name.split(".")))) for name in names)
+    given = (
+        Source(name, str(reduce(inside, name.split("."), content)), word_of(declared, tuple(name.split("."))))
+        for name in names
+    )
     return *_implied(content, spec, gear), *given
 
 
@@ -342,15 +346,9 @@ def word_of(said: dict[Keys, str], keys: Keys) -> str:
     return next((said[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in said), YOURS)
 
 
-def _at(content: object, name: str) -> Any:
-    for key in name.split("."):
-        content = inside(content, key)
-    return content
-
-
 def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> Iterator[Source]:
     """What follows from a name of the catalogue or from a default."""
-    motor, loop = spec.motor, _at(content, "motor.loop")
+    motor, loop = spec.motor, inside(content.get("motor"), "loop")
     if gear is not None:
         yield Source("gear", gear.name, CATALOGUE, gear.source)
         if motor.inertia is None:
@@ -387,10 +385,12 @@ def remarks(project: Project) -> tuple[str, ...]:
     train, sentences = project.train, list(project.notes)
     if train is None:
         return tuple(sentences)
-    if train.motor.drag != NO_DRAG and train.motor.held:
-        sentences.append("motor.drag does not enter: an ideally held motor keeps its speed whatever opposes it.")
-    if train.friction != NO_FRICTION and train.motor.held:
-        sentences.append("load_friction does not enter: an ideally held motor keeps its speed whatever opposes it.")
+    for field, present in (
+        ("motor.drag", train.motor.drag != NO_DRAG),
+        ("load_friction", train.friction != NO_FRICTION),
+    ):
+        if present and train.motor.held:
+            sentences.append(f"{field} does not enter: an ideally held motor keeps its speed whatever opposes it.")
     if train.motor.free and project.kinematic_error is not None:
         sentences.append(
             "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "

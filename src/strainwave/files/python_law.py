@@ -9,7 +9,6 @@ import hashlib
 import os
 import re
 import sys
-from collections.abc import Iterator
 from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
@@ -164,10 +163,14 @@ def _try(law: Law) -> None:
     checked(law)
     cls = type(law).__name__
     check_law(cls, law)
-    for method, values in (("torque", _torques(law)), ("stiffness", (law.stiffness(x) for x in TRIED))):
+
+    def torque(x: Any) -> Any:
+        return torque_of(law, x, 0.0, (0.0,) * states_of(law))
+
+    for method, function in (("torque", torque), ("stiffness", law.stiffness)):
         for x in TRIED:
             try:
-                value = next(values)
+                value = function(x)
                 finite = abs(float(value)) < float("inf")
             except Exception as error:
                 raise ValueError(f"{cls}.{method} at {x:g} rad raises {_said(error)}; correct it") from None
@@ -175,7 +178,7 @@ def _try(law: Law) -> None:
                 raise ValueError(f"{cls}.{method} at {x:g} rad gives {value!r}; it must be a finite number")
     places: Any = np.array(TRIED)
     try:
-        torques: Any = np.asarray(torque_of(law, places, 0.0, (0.0,) * states_of(law)) + 0.0 * places)
+        torques: Any = np.asarray(torque(places) + 0.0 * places)
         slopes: Any = np.asarray(law.stiffness(places) + 0.0 * places)
     except Exception as error:
         raise ValueError(
@@ -184,7 +187,3 @@ def _try(law: Law) -> None:
         ) from None
     if torques.shape != places.shape or slopes.shape != places.shape:
         raise ValueError(f"{cls} gives {torques.shape} torques for {places.shape} torsions; it must give one for each")
-
-
-def _torques(law: Law) -> Iterator[Any]:
-    return (torque_of(law, x, 0.0, (0.0,) * states_of(law)) for x in TRIED)

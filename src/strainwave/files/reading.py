@@ -29,7 +29,7 @@ from .contradictions import contradictions, train_fields
 from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
 from .fields.postures import postures_of
 from .fields.rows import read_file
-from .fields.schema import ExplicitGear, LoadSpec, NamedGear, ProjectSpec, SpeedSpec
+from .fields.schema import ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes, posture_note, sources_of
 from .own_gears import read_gears
 from .python_law import with_python_laws
@@ -50,17 +50,19 @@ def resolved(
     """Return the project that the fields of a file describe, with its notes; `text` is that of the file."""
     gear = gear_entry if isinstance(gear_entry, Gear) else None
     ratio, fixed = spec.ratio(gear), getattr(spec.gear, "fixed", None)
+    J_l = spec.load.inertia + sum(coupling.inertia for coupling in spec.load.chain)  # that of a rigid load
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
     excited, accuracy = spec.excitation, spec.excitation.accuracy
     if isinstance(accuracy, str):  # CATALOGUE
         accuracy = None if gear is None else gear.accuracy
-    drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
+    drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, spec.law(gear))
     drive = drive._replace(B=damping(spec, drive))
     error, through = kinematic_error(spec, accuracy, ratio), speeds(spec.speed, ratio)
     load_torque, loaded_error = torque(excited.load_torque), loaded(spec, error, ratio)
     if loaded_error is not None:
         error = loaded_error.under(-mean_of(load_torque))
     varies = spec.damping.varies or spec.stiffness is not None
+    beyond_equation = bool(train_fields(spec)) or (spec.motor.mode == "free" and error is not None)
     whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
     project = Project(
         title=spec.title or printable(path.stem),
@@ -78,7 +80,7 @@ def resolved(
         loaded_error=loaded_error,
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
-        train=whole if beyond_equation(spec, error) else None,
+        train=whole if beyond_equation else None,
         rated_torque=gear_entry.rated_torque,
         limit=None if spec.limit is None else spec.limit.oscillation,
         whole=whole,
@@ -135,11 +137,6 @@ def torque(spec: TorqueSpec | None) -> Harmonics | None:
     return Harmonics((lines[0]._replace(mean=mean), *lines[1:]))
 
 
-def whole_inertia(load: LoadSpec) -> float:
-    """Inertia [kg*m^2] of the load with what sits before its couplings: that of a rigid load."""
-    return load.inertia + sum(coupling.inertia for coupling in load.chain)
-
-
 def damping(spec: ProjectSpec, drive: Drive) -> float:
     """B [N*m*s/rad]; a ratio and a quality refer to omega_0 of the spring at rest in the project's mode.
 
@@ -183,11 +180,6 @@ def whole_train(
         train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))
     whole: DriveTrain = checked(train)
     return whole
-
-
-def beyond_equation(spec: ProjectSpec, error: KinematicError | None) -> bool:
-    """Whether the whole train holds more than the error equation: its fields, or the ripple of a free motor."""
-    return bool(train_fields(spec)) or (spec.motor.mode == "free" and error is not None)
 
 
 class ProjectError(FileError):

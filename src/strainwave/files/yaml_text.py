@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -277,7 +278,8 @@ def _value(event: Any, events: Iterator[Any], keys: Keys, tree: Located) -> Any:
         tag = str(event.tag).removeprefix("tag:yaml.org,2002:")
         tree.problems.append(Problem(*place, name(keys), f"has the tag {tag[:40]!r}; leave the tag out"))
     if kind == "SequenceStartEvent":
-        return _sequence(events, keys, tree)
+        items = takewhile(lambda item: type(item).__name__ != "SequenceEndEvent", events)
+        return [_value(item, events, (*keys, i), tree) for i, item in enumerate(items)]
     if kind == "MappingStartEvent":
         return _mapping(events, keys, tree)
     if event.style is None and event.value in NULL:
@@ -288,22 +290,10 @@ def _value(event: Any, events: Iterator[Any], keys: Keys, tree: Located) -> Any:
     return event.value
 
 
-def _sequence(events: Iterator[Any], keys: Keys, out: Located) -> list[Any]:
-    items: list[Any] = []
-    for event in events:
-        if type(event).__name__ == "SequenceEndEvent":
-            break
-        items.append(_value(event, events, (*keys, len(items)), out))
-    return items
-
-
 def _mapping(events: Iterator[Any], keys: Keys, tree: Located) -> dict[str, Any]:
     items: dict[str, Any] = {}
-    for event in events:
-        kind = type(event).__name__
-        if kind == "MappingEndEvent":
-            break
-        if kind != "ScalarEvent":
+    for event in takewhile(lambda item: type(item).__name__ != "MappingEndEvent", events):
+        if type(event).__name__ != "ScalarEvent":
             raise Unreadable(Problem(*_mark(event), name(keys), "has a key that is no word; write 'name: value'"))
         key = (*keys, event.value)
         if event.value in items:

@@ -4,7 +4,7 @@ A sampled controller in C: one update a sample, recorded from the controller's o
 a robot simulator: MJCF (MuJoCo) and URDF, with what these formats cannot carry.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -55,9 +55,9 @@ class Joint:
     damping: float
     armature: float
     inertia: float
-    dry: tuple[float, float] = (0.0, 0.0)
-    viscous: tuple[float, float] = (0.0, 0.0)
-    lost: list[str] = field(default_factory=list)
+    dry: tuple[float, float]
+    viscous: tuple[float, float]
+    lost: list[str]
 
 
 def joint_of(train: DriveTrain) -> Joint:
@@ -65,12 +65,10 @@ def joint_of(train: DriveTrain) -> Joint:
     N, end = train.N, train.load.end()
     stiffness = float(spring_stiffness(train.law, 0.0))
     motor, load = _friction(train.motor.drag), _friction(end.drag)
-    joint = Joint(N, stiffness, train.B, N * N * train.motor.J, train.load_inertia)
-    joint.dry, joint.viscous = (N * motor[0], load[0]), (N * N * motor[1], load[1])
-    joint.lost += (
-        _left_out(train) + [f"{name} of the motor" for name in motor[2]] + [f"{n} of the load" for n in load[2]]
-    )
-    return joint
+    dry, viscous = (N * motor[0], load[0]), (N * N * motor[1], load[1])
+    of_shafts = [f"{name} of the {shaft}" for shaft, drag in (("motor", motor), ("load", load)) for name in drag[2]]
+    lost = [*_left_out(train), *of_shafts]
+    return Joint(N, stiffness, train.B, N * N * train.motor.J, train.load_inertia, dry, viscous, lost)
 
 
 def _friction(law: Law) -> tuple[float, float, list[str]]:
@@ -92,20 +90,16 @@ def _friction(law: Law) -> tuple[float, float, list[str]]:
 
 def _left_out(train: DriveTrain) -> list[str]:
     """Parts of a train that no joint has."""
-    lost = []
-    if not isinstance(train.error, NoError):
-        lost.append("the kinematic error")
-    if states_of(train.law):
-        lost.append("the hysteresis of the gear")
-    elif not isinstance(train.law, Linear):
-        lost.append(f"the torsion law {type(train.law).__name__} but its slope at rest")
-    if not isinstance(train.friction, NoFriction):
-        lost.append("the friction of the meshing, a share of the torque")
-    if train.load.couplings():
-        lost.append("the couplings behind the gear, which are taken as rigid")
-    if not train.motor.free:
-        lost.append("the control loop of the motor")
-    return lost
+    memory, law = bool(states_of(train.law)), type(train.law).__name__
+    parts = {
+        "the kinematic error": not isinstance(train.error, NoError),
+        "the hysteresis of the gear": memory,
+        f"the torsion law {law} but its slope at rest": not memory and not isinstance(train.law, Linear),
+        "the friction of the meshing, a share of the torque": not isinstance(train.friction, NoFriction),
+        "the couplings behind the gear, which are taken as rigid": bool(train.load.couplings()),
+        "the control loop of the motor": not train.motor.free,
+    }
+    return [part for part, lost in parts.items() if lost]
 
 
 def mjcf(train: DriveTrain, name: str) -> str:

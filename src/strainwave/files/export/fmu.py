@@ -39,11 +39,7 @@ Element = Xml.Element
 
 def element(tag: str, attributes: dict[str, str]) -> Element:
     """Element with attributes, the empty ones left out."""
-    made = Element(tag)
-    for name, value in attributes.items():
-        if value:
-            made.set(name, value)
-    return made
+    return Element(tag, {name: value for name, value in attributes.items() if value})
 
 
 def child(parent: Element, tag: str, text: str = "", **attributes: str) -> Element:

@@ -155,8 +155,6 @@ def encoder_wrong(is_cascade: bool, encoder: str | None, mixing: float | None) -
 class Loop(Kind):
     """The loop of a motor: a `Tuning`, or a control with gains, with the lag of a current loop."""
 
-    ways = (Fields(LoopSpec),)
-
     def read(self, value: object, place: Place) -> Any:
         if isinstance(value, dict) and {"bandwidth", "damping"} & set(value):
             known = {key for cls in loop_types().values() for key in rows_of(cls)}

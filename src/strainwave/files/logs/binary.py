@@ -87,10 +87,8 @@ def _is_vector(values: Any) -> bool:
 
 def _own_time(name: str, arrays: dict[str, Floats]) -> str | None:
     plain = named(name).name
-    for other, values in arrays.items():
-        if named(other).name in (f"{plain}_time", f"time_{plain}", f"t_{plain}", f"{plain}_t") and values is not None:
-            return other
-    return None
+    names = f"{plain}_time", f"time_{plain}", f"t_{plain}", f"{plain}_t"
+    return next((other for other in arrays if named(other).name in names), None)
 
 
 def _seconds(name: str, arrays: dict[str, Floats]) -> Floats:

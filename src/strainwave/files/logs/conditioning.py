@@ -27,24 +27,20 @@ def aligned(path: Path, columns: dict[str, Column], rate: float | None, notes: l
     """
     columns = dict(columns)
     base = _time(path, columns, rate)
-    parts: dict[str, tuple[Floats | None, Floats]] = {}
+    together, apart = Channels(), dict[str, tuple[Floats, Floats]]()
     for name, column in columns.items():
         finite = np.isfinite(column.values)
         if not np.any(finite):
             notes.append(f"{name} has no finite value and was left out")
-            continue
-        axis = column.time
-        if axis is None and base is not None and len(base) != len(finite):
+        elif column.time is not None:
+            apart[name] = _ordered(path, name, column.time, column.values)
+        elif len(base) != len(finite):
             raise refuse(path, f"{name} has {len(finite)} values and the time {len(base)}; give it a time of its own")
-        if axis is None and base is not None and np.mean(~finite) > SPARSE:
-            keep = finite & np.isfinite(base)
-            axis, values = base[keep], column.values[keep]
+        elif np.mean(~finite) > SPARSE:
+            apart[name] = _ordered(path, name, base, column.values)
         else:
-            values = column.values
-        parts[name] = axis, values
-    together = {name: values for name, (axis, values) in parts.items() if axis is None}
-    apart = {name: _ordered(path, name, axis, values) for name, (axis, values) in parts.items() if axis is not None}
-    if together and base is not None:
+            together[name] = column.values
+    if together:
         time, together = _finite(base, together, notes)
     elif apart:
         time, _ = max(apart.values(), key=lambda channel: len(channel[0]))
@@ -54,8 +50,8 @@ def aligned(path: Path, columns: dict[str, Column], rate: float | None, notes: l
     return _interpolated(path, time, together, apart, notes)
 
 
-def _time(path: Path, columns: dict[str, Column], rate: float | None) -> Floats | None:
-    """Times that columns share [s]; the column of the time is taken out."""
+def _time(path: Path, columns: dict[str, Column], rate: float | None) -> Floats:
+    """Times that columns share [s], none where each has its own; the column of the time is taken out."""
     column = columns.pop("time", None)
     if rate is not None:
         if column is not None:
@@ -71,13 +67,11 @@ def _time(path: Path, columns: dict[str, Column], rate: float | None) -> Floats 
         raise refuse(
             path, f"has no column of the time; the channels are {there}: give columns={{'time': ...}}, or rate"
         )
-    return None
+    return np.empty(0)
 
 
 def _finite(time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats, Channels]:
-    good = np.isfinite(time)
-    for values in channels.values():
-        good &= np.isfinite(values)
+    good = np.all(np.isfinite([time, *channels.values()]), axis=0)
     bad = len(good) - np.count_nonzero(good)
     if bad:
         notes.append(f"{bad} of {len(good)} rows hold inf or NaN and were left out")

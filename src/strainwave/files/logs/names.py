@@ -71,10 +71,9 @@ PLAIN = {decimal: _grammar(decimal)[0] for decimal in SIGNS}
 GROUPED = {decimal: _grammar(decimal)[1] for decimal in SIGNS}
 
 
-def is_number(cell: str, decimal: str, thousands: bool = True) -> bool:
+def is_number(cell: str, decimal: str) -> bool:
     """Whether a cell is a number with this decimal sign, or says that there is none."""
-    plain = cell in _MISSING or PLAIN[decimal].fullmatch(cell) is not None
-    return plain or (thousands and GROUPED[decimal].fullmatch(cell) is not None)
+    return cell in _MISSING or any(form[decimal].fullmatch(cell) is not None for form in (PLAIN, GROUPED))
 
 
 def number(cell: str, dialect: Dialect) -> float:

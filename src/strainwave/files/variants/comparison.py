@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...base.arguments import typed
-from ...base.facts import Fact, lines
+from ...base.facts import Fact
 from ...base.quantities import shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted
-from ...base.sentences import number, on_screen
+from ...base.sentences import number
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -143,9 +143,6 @@ class ProjectComparison(Result):
             f"{int(self.jumps[i])} folds; {self.verdicts[i].answer}; keep out of: {self.keep_out_of(i) or 'none'}"
         )
         yield from [f"  {self._failures(i)}"] if self._failures(i) else []
-
-    def __str__(self) -> str:
-        return on_screen("\n".join(lines(self.facts())))
 
 
 @typed

@@ -120,12 +120,9 @@ class Places:
 
     def name(self, path: str) -> str:
         """Name in the file of a number of the train; empty where the file has none."""
-        for name, single in SINGLE.items():
-            if path == single:
-                return name
-        inside = [(name, group) for name, group in self.groups.items() if path.startswith(f"{group}.")]
-        whole = next((name + path.removeprefix(group) for name, group in inside), "")
-        return whole.removeprefix("excitation.")  # which a name may leave out
+        names = [name for name, single in SINGLE.items() if path == single]
+        names += [n + path.removeprefix(group) for n, group in self.groups.items() if path.startswith(f"{group}.")]
+        return next(iter(names), "").removeprefix("excitation.")  # which a name may leave out
 
     def names(self) -> list[str]:
         """Names of all numbers that may be free."""

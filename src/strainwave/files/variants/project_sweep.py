@@ -32,36 +32,20 @@ class Choice(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ResponseMeasure:
-    """The response of the project with the values of a `Choice`: see `largest`."""
+class Variants:
+    """A measure of the project with the values of a `Choice`."""
 
+    measure: Callable[[Project], Any]
     text: str
     path: str
     axes: tuple[tuple[str, tuple[str, ...]], ...]
     retune: bool = False
 
-    def at(self, choice: Choice) -> Project:
-        """The project of a point."""
-        project = from_text(self.text, Path(self.path))
-        values = {name: texts[round(n)] for (name, texts), n in zip(self.axes, choice.numbers, strict=True)}
-        variant: Project = replaced(project, values, retune=self.retune)
-        return variant
-
-    def __call__(self, choice: Choice) -> Any:
-        """Largest values of the response at a point."""
-        return largest(self.at(choice))
-
-
-@dataclass(frozen=True)
-class OwnMeasure:
-    """Another measure of the same projects."""
-
-    measure: Callable[[Project], Any]
-    response: ResponseMeasure
-
     def __call__(self, choice: Choice) -> Any:
         """What it is at a point."""
-        return self.measure(self.response.at(choice))
+        project = from_text(self.text, Path(self.path))
+        values = {name: texts[round(n)] for (name, texts), n in zip(self.axes, choice.numbers, strict=True)}
+        return self.measure(replaced(project, values, retune=self.retune))
 
 
 def largest(project: Project) -> dict[str, float]:
@@ -100,8 +84,8 @@ def sweep_project(
     """Measure a drive at every point of a grid of the numbers of its project file: `sweep` of a project."""
     axes = {name: list(map(str, texts)) for name, texts in grid.items()}
     check(project, axes)
-    response = ResponseMeasure(project.text, str(project.path), tuple((n, tuple(t)) for n, t in axes.items()), retune)
-    of_point = response if measure is largest else OwnMeasure(measure, response)
+    texts = tuple((name, tuple(values)) for name, values in axes.items())
+    of_point = Variants(measure, project.text, str(project.path), texts, retune)
     places = {f"numbers.{i}": np.arange(len(texts), dtype=float) for i, texts in enumerate(axes.values())}
     choice = Choice((0.0,) * len(axes))
     chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)

@@ -186,24 +186,21 @@ def _drop_scatter_of_loop(content: dict[str, Any]) -> list[str]:
 
 def _within(placed: Placed, *groups: Keys) -> Placed:
     """The places that are in one of some groups of the file."""
-    return {path: one for path, one in placed.items() if any(_is_in(one[0], group) for group in groups)}
-
-
-def _is_in(keys: Keys, group: Keys) -> bool:
-    return keys == group if group in GEAR else keys[: len(group)] == group
+    return {
+        path: (keys, text)
+        for path, (keys, text) in placed.items()
+        if any(group == (keys if group in GEAR else keys[: len(group)]) for group in groups)
+    }
 
 
 def _has_bandwidth(content: dict[str, Any]) -> bool:
     """Whether a file gives the motor's loop by its bandwidth."""
-    motor = content.get("motor")
-    loop = motor.get("loop") if isinstance(motor, dict) else None
-    return isinstance(loop, dict) and "bandwidth" in loop
+    return reduce(inside, (*LOOP, "bandwidth"), content) is not None
 
 
 def _ratios(content: dict[str, Any]) -> set[str]:
     """Fields by which a file gives the damping relative to the rest of the drive."""
-    damping = content.get("damping")
-    return {"ratio", "quality"} & set(damping) if isinstance(damping, dict) else set()
+    return {name for name in ("ratio", "quality") if inside(content.get("damping"), name) is not None}
 
 
 def _in_record(keys: Keys) -> bool:

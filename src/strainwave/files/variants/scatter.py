@@ -8,13 +8,13 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from ...base.arguments import silent, typed
-from ...base.facts import Fact, lines
+from ...base.facts import Fact
 from ...base.protocols import lacking
 from ...base.quantities import number as checked_number
 from ...base.quantities import parse, positive_count, probabilities, shown, whole
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted, SolveError
-from ...base.sentences import number, on_screen
+from ...base.sentences import number
 from ...base.units import Speeds
 from ...compile.jit import load
 from ...drive.project import Project
@@ -111,9 +111,8 @@ class Exceedance(Result):
 
         Drives without a curve count as below the limit at its lower end, as above the limit at its upper one.
         """
-        return clopper_pearson(self.exceeding, self.count)[0], clopper_pearson(
-            self.exceeding + self.failed, self.count
-        )[1]
+        ends = [clopper_pearson(n, self.count) for n in (self.exceeding, self.exceeding + self.failed)]
+        return ends[0][0], ends[1][1]
 
     @typed
     def ends(self, level: float = CONFIDENCE) -> tuple[Interval, Interval] | None:
@@ -164,9 +163,6 @@ class Exceedance(Result):
         in_unit, unit = (float, "rad/s") if speeds is None else (speeds.own, speeds.own_unit)
         begin, end = [f"{number(in_unit(side.low), 6)} to {number(in_unit(side.high), 6)}" for side in ends]
         return (f"speeds to avoid begin at {begin} and end at {end} {unit} (95 % of the drives that exceed it)",)
-
-    def __str__(self) -> str:
-        return on_screen("\n".join(lines(self.facts())))
 
 
 @typed

@@ -141,7 +141,9 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
         if (size := computed[key]) is not None:
             sizes[case] = size
     doubts = tuple(
-        Doubt(what, tuple(names), value, _range(names), _ends(sizes, (plain, *alone[2 * i : 2 * i + 2])))
+        Doubt(
+            what, tuple(names), value, next(iter(names.values()))[1:], _ends(sizes, (plain, *alone[2 * i : 2 * i + 2]))
+        )
         for i, (what, value, names) in enumerate(groups)
     )
     some = np.isfinite(low)
@@ -174,12 +176,6 @@ def _assumed(project: Project) -> Iterator[tuple[str, str, dict[str, tuple[str, 
             low, high = factors
             ends = {n: (_times(texts[n], 1.0), _times(texts[n], low), _times(texts[n], high)) for n in names}
             yield WHAT[group], sign(texts[names[0]].replace("^", "**")), ends
-
-
-def _range(names: dict[str, tuple[str, str, str]]) -> tuple[str, str]:
-    """The ends of the first of some numbers."""
-    _, low, high = next(iter(names.values()))
-    return low, high
 
 
 def _counts(name: str) -> bool:
