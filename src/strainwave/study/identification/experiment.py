@@ -269,16 +269,16 @@ class Record:
         return values, rates / self.step
 
 
-def start_states(of: Experiment, outputs: Floats, at: int, step: float) -> Floats:
+def start_states(setup: Experiment, outputs: Floats, at: int, step: float) -> Floats:
     """States (states,) near a sample of the outputs: those measured, rates by a straight line, and 0 for others."""
     start: dict[str, float] = {}
-    for name, row in zip(of.outputs, outputs, strict=True):
+    for name, row in zip(setup.outputs, outputs, strict=True):
         near = row[at : at + NEAR_START]
         good = np.flatnonzero(np.isfinite(near))
         if len(good):
             line = np.polyfit(good, near[good], min(1, len(good) - 1))
             start |= {f"{name}'": line[0] / step, name: line[-1]} if len(line) == 2 else {name: line[-1]}
-    return np.array([start.get(name, 0.0) for name in of.states()])
+    return np.array([start.get(name, 0.0) for name in setup.states()])
 
 
 def sizes_of(setup: Experiment, record: Record) -> Floats:

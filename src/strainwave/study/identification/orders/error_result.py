@@ -14,7 +14,7 @@ from ....base.results import Floats
 from ....base.sentences import number, on_screen
 from ....base.units import ARCSEC
 from ....model.excitation import KinematicError, Line
-from ....model.gears.error_spectrum import extremes
+from ....model.gears.error_spectrum import peak_to_peak
 
 WORST_CONDITION = 1e6
 
@@ -120,10 +120,7 @@ class ErrorScan:
     @property
     def peak_to_peak(self) -> float:
         """Peak-to-peak [rad] of all lines together over a turn."""
-        a = [line.amplitude * math.cos(line.phase) for line in self.lines]
-        b = [-line.amplitude * math.sin(line.phase) for line in self.lines]
-        low, high = extremes([line.order for line in self.lines], a, b)
-        return high - low
+        return peak_to_peak(self.error) if self.lines else 0.0
 
     def __str__(self) -> str:
         def arcsec(angle: float, digits: int = 4) -> str:

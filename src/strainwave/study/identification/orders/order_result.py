@@ -14,6 +14,7 @@ from ....base.records import Labelled, Result
 from ....base.results import Floats
 from ....base.sentences import number, on_screen
 from ....base.units import ARCSEC
+from ....model.excitation import KinematicError, Line
 from ..intervals import Interval, interval
 from ..run import angle_before, refuse_descending
 from .order_search import Kind, Pair
@@ -166,11 +167,8 @@ class OrderScan(Result):
             raise ValueError(f"time has {len(t)} samples and angle {len(a)}; give equally many, 2 at least")
         refuse_descending(t)
         theta = angle_before(t, a, self.delay)
-        total = np.zeros(len(theta))
-        for line in self.lines:
-            if line.kind != "frequency":
-                total += line.amplitude * np.cos(line.order * theta + line.phase)
-        return total
+        lines = [Line(line.order, line.amplitude, line.phase) for line in self.lines if line.kind != "frequency"]
+        return np.asarray(KinematicError(tuple(lines)).value(theta))
 
     @typed
     def amplitude_at(self, order: float, speed: float, level: float = 0.95) -> tuple[float, float]:
