@@ -8,12 +8,13 @@ constants: nothing on disk holds one.
 
 from collections.abc import Callable
 from importlib import import_module
+from itertools import count as counting
 from operator import index
 from typing import Any
 
 import numpy as np
 
-from .tree import shown
+from .tree import leaves, rebuilt, shown
 
 RECENT = 8  # things whose words are kept for the next kernel
 _recent: tuple[tuple[Any, str, Any, Any], ...] = ()
@@ -56,8 +57,8 @@ def at(place: Any) -> Any:
 
 
 def put_at(place: Any, numbers: Any) -> None:
-    """Write a tuple of floats to an address."""
-    for i, number in enumerate(numbers):
+    """Write a tuple of floats, at any depth, to an address."""
+    for i, number in enumerate(leaves(numbers)):
         place[i] = number
 
 
@@ -173,9 +174,14 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             first = builder.bitcast(arguments[0], context.get_value_type(types.float64).as_pointer())
-            for i, kind in enumerate(numbers):
-                number = context.cast(builder, builder.extract_value(arguments[1], i), kind, types.float64)
-                builder.store(number, builder.gep(first, [context.get_constant(types.intp, i)]))
+            place = counting()
+
+            def put(kind: Any, number: Any) -> Any:
+                slot = builder.gep(first, [context.get_constant(types.intp, next(place))])
+                builder.store(context.cast(builder, number, kind, types.float64), slot)
+                return number
+
+            rebuilt(types, context, builder, numbers, arguments[1], put)
             return context.get_dummy_value()
 
         return types.none(place, numbers), build

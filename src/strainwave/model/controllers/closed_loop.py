@@ -14,8 +14,9 @@ import numpy as np
 from ...base.choices import larger, select, smaller
 from ...base.protocols import need
 from ...base.quantities import Angle, Ratio, Reals, Time, Torque
-from ...compile.jit import kernel, kernel_as
-from ...compile.tree import mapped, numbers
+from ...compile.address import ByAddress, at, put_at, value, words_of
+from ...compile.jit import entry, kernel, kernel_as
+from ...compile.tree import made, mapped, numbers
 from ..excitation import Harmonic, Line, NoError
 from ..laws.friction import positive
 from ..train.controls import Commanded
@@ -133,6 +134,36 @@ class Driven(NamedTuple):
         return state, torque + self.torque
 
 
+class Called(NamedTuple):
+    """Controllers with their memories by address, so many words each: to a kernel the state is the number of one."""
+
+    words: int
+    size: int
+    update_at: int
+
+    def update(self, state: Any, m: Any) -> Any:
+        """The same number, and the torque [N*m]; the memory is written where it is."""
+        sample = (
+            float(m.reference), float(m.speed), float(m.acceleration), float(m.motor), float(m.load), float(m.applied),
+            float(m.cut),
+        )  # fmt: skip
+        return state, value(self.update_at, self.words + 8 * self.size * int(state), sample)
+
+
+def _updated(
+    model: Any, reference: float, speed: float, acceleration: float, motor: float, load: float, applied: float,
+    cut: float,
+) -> float:  # fmt: skip
+    state, controller = at(model)
+    state, torque = controller.update(state, Measurement(reference, speed, acceleration, motor, load, applied, cut))
+    put_at(model, state)
+    return float(torque)
+
+
+def _floats(thing: Any) -> Any:
+    return made(thing, map(_floats, thing)) if isinstance(thing, tuple) else float(thing)
+
+
 class Memory(NamedTuple):
     """What a closed loop remembers between samples, beside the state of its train.
 
@@ -231,6 +262,26 @@ class ClosedLoop(NamedTuple):
         """What is integrated between samples."""
         return self.train
 
+    def called(self, loops: Any, memories: Any) -> Any:
+        """What machine code gets of loops of one kind, whose controllers it calls, so that no kernel is of their kind.
+
+        Returns the loop, for `jit.run`; loops and memories whose numbers are those of the rest; and a function of one
+        of these memories, after the run, that gives the whole.
+        """
+        pairs = [(_floats(memory.state), loop.controller) for loop, memory in zip(loops, memories, strict=True)]
+        words = np.array([words_of(pair) for pair in pairs])
+
+        def addressed(_: Any) -> Any:
+            update_at = entry(_updated, pairs[0], *[float] * len(Measurement._fields))
+            return self._replace(controller=Called(int(words.ctypes.data), words.shape[1], update_at))
+
+        def whole(memory: Any) -> Any:
+            row = iter(words.view(np.float64)[int(memory.state)].tolist())
+            return memory._replace(state=mapped(lambda _: next(row), pairs[0][0]))
+
+        left = [loop._replace(controller=()) for loop in loops]
+        return ByAddress(self, addressed), left, [m._replace(state=float(i)) for i, m in enumerate(memories)], whole
+
     def check(self) -> None:
         """Refuse a train without `Commanded()`, without motion of its motor, and a controller that is none."""
         need("ClosedLoop.train", self.train, "pointing_error")
@@ -240,10 +291,10 @@ class ClosedLoop(NamedTuple):
                 "motor._replace(control=Commanded())"
             )
         is_controller("ClosedLoop.controller", self.controller)
-        for path, owner, name, value in numbers(self.controller):
-            if name == "period" and abs(value - self.sampling.period) > JUST * self.sampling.period:
+        for path, owner, name, number in numbers(self.controller):
+            if name == "period" and abs(number - self.sampling.period) > JUST * self.sampling.period:
                 raise ValueError(
-                    f"ClosedLoop.controller.{path} of {type(owner).__name__} is {value:g} s and Sampling.period is "
+                    f"ClosedLoop.controller.{path} of {type(owner).__name__} is {number:g} s and Sampling.period is "
                     f"{self.sampling.period:g} s; give both the same"
                 )
 

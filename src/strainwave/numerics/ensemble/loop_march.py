@@ -3,11 +3,11 @@
 A loop is a NamedTuple with `plant()`, the system; `start()`, its memory; `period()` and `waits()`, the time [s] from
 one sample to the next and that until the torque changes; `update(t, y, memory, lane, sample)`, its memory after a
 sample; `commanded(y, memory, later)`, the state with the torque in force; `watched(phase, y)`, a pair that is
-measured. It may have `started(y)`, its memory with its plant in a state, and `finest()`, below which nothing that is
-measured counts as growing.
+measured. It may have `started(y)`, its memory with its plant in a state; `finest()`, below which nothing that is
+measured counts as growing; and `called(loops, memories)`, what `march` gets in its place, which calls by address what
+it would be compiled for again and again.
 
-`march` is compiled for each kind of loop: a call by address at every sample would cost a tenth of its time. What it
-sums comes block by block to `add`, which is compiled once for all.
+What `march` sums comes block by block to `add`, which is compiled once for all.
 """
 
 import math
@@ -110,22 +110,15 @@ def add(sums: Any, j: int, first: int, samples: int, limited: float, lost: float
 
 
 @kernel
-def part(loop: Any, t: float, y: Any, span: float, steps: int) -> Any:
-    """State after a part of a sample, in so many equal steps."""
-    plant = loop.plant()
-    h = span / steps
-    for i in range(steps):
-        y = rk4_step(plant, plant.omega * (t + i * h), plant.omega * h, y, h)
-    return y
-
-
-@kernel
 def between(loop: Any, t: float, y: Any, memory: object, steps: int) -> Any:
     """State at the next sample."""
-    waits = loop.waits()
-    if waits > 0.0:
-        y = part(loop, t, loop.commanded(y, memory, 0), waits, steps)
-    return part(loop, t + waits, loop.commanded(y, memory, 1), loop.period() - waits, steps)
+    plant, waits = loop.plant(), loop.waits()
+    for later in range(0 if waits > 0.0 else 1, 2):
+        begin, span = (t + waits, loop.period() - waits) if later else (t, waits)
+        h, y = span / steps, loop.commanded(y, memory, later)
+        for i in range(steps):
+            y = rk4_step(plant, plant.omega * (begin + i * h), plant.omega * h, y, h)
+    return y
 
 
 @kernel
