@@ -11,16 +11,18 @@ What `march` sums comes block by block to `add`, which is compiled once for all.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ...base.choices import larger
 from ...base.protocols import lacking
 from ...base.results import Floats
 from ...compile.address import ByAddress, at, call
-from ...compile.jit import borrowed, entry, kernel, kernel_as
+from ...compile.jit import borrowed, enabled, entry, kernel, kernel_as
 from ...compile.lanes import lane
-from ...compile.tree import count, mapped
+from ...compile.tree import count, leaves, mapped
 from ..integration.steps import rk4_step
 
 SEEN, SUMS = 5, 14  # rows of what is seen of a lane; its sums before those of the orders: see `add`
@@ -30,6 +32,15 @@ BLOCK = 512  # samples of a lane that are summed at once: they stay in the first
 def begun(loop: Any, y: Any) -> Any:
     """Memory of a loop before its first sample, with its plant in a state (states,)."""
     return loop.start() if lacking(loop, "started") else mapped(float, loop.started(y))
+
+
+def native_of(loop: Any, loops: Sequence[Any], starts: Sequence[Any], memories: Sequence[Any]) -> Any:
+    """What `march` gets of loops, states and memories: loop, memory, table (floats, lanes); what restores a memory."""
+    native, restored = loop, None
+    if enabled() and not lacking(loop, "called"):
+        native, loops, memories, restored = loop.called(loops, memories)
+    table = np.array([leaves(parts) for parts in zip(loops, starts, memories, strict=True)], float).T
+    return native, memories[0], table, restored
 
 
 class Sums(NamedTuple):

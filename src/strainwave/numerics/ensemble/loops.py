@@ -20,10 +20,10 @@ from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ...base.units import ARCSEC
-from ...compile.jit import enabled, run
+from ...compile.jit import run
 from ...compile.lanes import LANES, lane
 from ...compile.tree import leaf_of, leaves, mapped
-from .loop_march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, begun, march, sums_by_address
+from .loop_march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, begun, march, native_of, sums_by_address
 
 FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
 MOST_STEPS = 1000  # of a sample
@@ -210,22 +210,12 @@ def marched(
     stride: int = 1,
 ) -> Any:  # fmt: skip
     """State and memory of one loop so many samples after a state and a memory; `states` and `traces` are filled."""
-    given, held, table, whole = _given(loop, [loop], [y], [memory])
+    native, held, table, restored = native_of(loop, [loop], [y], [memory])
     rows = np.empty((len(table), LANES))
     rows[:, :1] = table
     with np.errstate(all="ignore"):
-        y, memory = run(march, given, y, held, rows, unit, 1, samples, stride, steps, states, traces, NO_SUMS)
-    return y, whole(memory)
-
-
-def _given(loop: Any, members: Sequence[Any], starts: Sequence[Any], memories: Sequence[Any]) -> Any:
-    """What `march` gets of loops, states and memories: loop, memory, table (floats, lanes); what a memory is whole."""
-    if lacking(loop, "called") or not enabled():
-        given, whole = loop, lambda memory: memory
-    else:
-        given, members, memories, whole = loop.called(members, memories)
-    numbers = [leaves(each) for each in zip(members, starts, memories, strict=True)]
-    return given, memories[0], np.array(numbers, float).T, whole
+        y, memory = run(march, native, y, held, rows, unit, 1, samples, stride, steps, states, traces, NO_SUMS)
+    return y, restored(memory) if restored else memory
 
 
 @typed
@@ -286,7 +276,7 @@ def loop_ensemble(
     starts = np.broadcast_to(np.array(y if starts_of is None else starts_of).reshape(len(y), -1), (len(y), lanes))
     members = [lane(loop, table, 0, j) for j in range(lanes)]
     memories = [begun(each, starts[:, j]) for j, each in enumerate(members)]
-    given, held, table, _ = _given(loop, members, [tuple(start.tolist()) for start in starts.T], memories)
+    native, held, table, _ = native_of(loop, members, list(map(tuple, starts.T.tolist())), memories)
     lines = numbers("orders", orders) if samples_of("orders", orders).size else np.zeros(0)
     jobs = [(i, min(i + LANES_OF_JOB, lanes)) for i in range(0, lanes, LANES_OF_JOB)]
     sums = np.zeros((SUMS + 2 * len(lines), lanes))
@@ -297,7 +287,7 @@ def loop_ensemble(
         rows[:, : high - low] = table[:, low:high]
         summed = sums_by_address(Sums(before, samples, lines, traces, totals))
         with np.errstate(all="ignore"):
-            run(march, given, y, held, rows, low, high - low, samples, 1, steps, np.empty((0, 0)), traces, summed)
+            run(march, native, y, held, rows, low, high - low, samples, 1, steps, np.empty((0, 0)), traces, summed)
         sums[:, low:high] = totals
 
     workers = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
