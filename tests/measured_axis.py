@@ -6,6 +6,7 @@ does not know may be added: a line of any order, a gap, dry friction, asymmetry,
 """
 
 from functools import cache
+from math import copysign, cos, hypot, sin
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -41,7 +42,7 @@ def torque(u, gap=0.0, softer=0.0):
         found = T1 + K2 * (size - first)
     else:
         found = RECORD.T2 + RECORD.K3 * (size - second)
-    return np.copysign(found * (1.0 - softer * (u < 0.0)), u)
+    return copysign(found * (1.0 - softer * (u < 0.0)), u)
 
 
 @cache
@@ -53,14 +54,14 @@ def angles(line=(0.0, 0.0), gap=0.0, softer=0.0, dry=0.0, square=0.0):
         return 100.0 * t - 7.5 * t * t, 100.0 - 15.0 * t
 
     def rhs(t, y):
-        motor, motor_speed, load, load_speed = y
+        motor, motor_speed, load, load_speed = y.tolist()
         angle, speed = reference(t)
-        u = motor / N - load - ERROR * np.cos(2.0 * motor + PHASE) - size * np.cos(order * motor)
-        slope = 1.0 / N + 2.0 * ERROR * np.sin(2.0 * motor + PHASE) + order * size * np.sin(order * motor)  # du/dmotor
+        u = motor / N - load - ERROR * cos(2.0 * motor + PHASE) - size * cos(order * motor)
+        slope = 1.0 / N + 2.0 * ERROR * sin(2.0 * motor + PHASE) + order * size * sin(order * motor)  # du/dmotor
         rate = slope * motor_speed - load_speed
-        gear = torque(u, gap, softer) + B * rate + square * abs(rate) * rate + dry * rate / np.hypot(rate, 2e-3)
+        gear = torque(u, gap, softer) + B * rate + square * abs(rate) * rate + dry * rate / hypot(rate, 2e-3)
         control = K_P * (angle - motor) + K_D * (speed - motor_speed)
-        return motor_speed, (control - slope * gear) / J_M, load_speed, (gear - GRAVITY * np.sin(load)) / J_L
+        return motor_speed, (control - slope * gear) / J_M, load_speed, (gear - GRAVITY * sin(load)) / J_L
 
     t = np.arange(2000) / RATE
     start = (0.0, 100.0, -ERROR * np.cos(PHASE), 1.0)

@@ -111,7 +111,7 @@ def test_envelopes_of_a_ratio_that_no_few_turns_hold_are_those_of_many_turns():
     error = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / ratio, 8e-5, 0.3)))
     motion = two_turn_motion(HELD._replace(N=ratio, error=error), HELD.omega)
     assert motion.oscillations.shape[1] <= 1000
-    sizes = sizes_of_turns(motion.states(0, 2.0 * np.pi / 600 * np.arange(1500 * 600 + 1))[0], 600)
+    sizes = sizes_of_turns(motion.states(0, 2.0 * np.pi / 300 * np.arange(1000 * 300 + 1))[0], 300)
     np.testing.assert_allclose([motion.largest[0], motion.smallest[0]], [sizes.max(), sizes.min()], rtol=5e-3)
 
 

@@ -21,7 +21,7 @@ def own_rms(loop, damping, added, omega, turns=12, measured=5):
     """Rms [rad] of the pointing error about its mean, an angle of the output being added to the command."""
 
     def rhs(_t, y, torque):
-        motor, fast, load, slow = y
+        motor, fast, load, slow = y.tolist()
         e = sum(a * math.cos(k * motor) for k, a in LINES)
         slope = -sum(a * k * math.sin(k * motor) for k, a in LINES)
         gear = K * (motor / N - e - load) + damping * ((1.0 / N - slope) * fast - slow)

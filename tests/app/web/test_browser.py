@@ -56,17 +56,17 @@ def test_another_gear_is_another_drive(page):
     assert "gear=CSG-25-100" in page.url
 
 
-def test_map_is_computed_and_cancelled(page):
-    page.get_by_role("tab", name="Two-parameter map").click()
-    page.select_option("#map-count", "10")
-    page.locator("#begin").click()
-    page.wait_for_selector("#plot-map[data-drawn]")
-    page.select_option("#map-count", "40")
-    page.locator("#begin").click()
-    page.wait_for_function("() => document.getElementById('progress').value > 0")
-    page.locator("#cancel").click()
-    page.wait_for_function("() => document.getElementById('stage').textContent === 'cancelled'")
-    assert page.locator("#begin").is_enabled()
+def test_map_is_computed_and_cancelled(held_page):
+    held_page.get_by_role("tab", name="Two-parameter map").click()
+    held_page.select_option("#map-count", "10")
+    held_page.locator("#begin").click()
+    held_page.wait_for_selector("#plot-map[data-drawn]")
+    held_page.select_option("#map-count", "40")
+    held_page.locator("#begin").click()
+    held_page.wait_for_function("() => document.getElementById('progress').value > 0")
+    held_page.locator("#cancel").click()
+    held_page.wait_for_function("() => document.getElementById('stage').textContent === 'cancelled'")
+    assert held_page.locator("#begin").is_enabled()
 
 
 def test_project_script_and_data_are_downloaded(page, tmp_path):
@@ -167,12 +167,13 @@ def test_the_torque_of_one_curve_says_that_the_load_is_left_out(page):
     assert "from −" in page.inner_text("#answer")
 
 
-def test_a_slow_picture_does_not_erase_what_is_said_of_assumed_numbers(page):
-    page.wait_for_function(SURE)
+def test_a_slow_picture_does_not_erase_what_is_said_of_assumed_numbers(blank):
     content = {"how_sure": ["one", "all", "lost"], "together": "all", "held": None, "met": False}
     content |= {key: [500.0, 3000.0] for key in ("speed", "low_arcsec", "high_arcsec")}
-    page.route("**/api/sureness", lambda route: route.fulfill(json=content))
-    page.evaluate(
+    blank.route("**/api/sureness", lambda route: route.fulfill(json=content))
+    blank.goto(blank.base)
+    blank.wait_for_function(SURE)
+    blank.evaluate(
         """() => {
             const react = window.Plotly.react;
             window.Plotly.react = async (box, ...more) => {
@@ -181,10 +182,10 @@ def test_a_slow_picture_does_not_erase_what_is_said_of_assumed_numbers(page):
             };
         }"""
     )
-    page.locator('[id="value-limit.oscillation"]').fill("50")
+    blank.locator('[id="value-limit.oscillation"]').fill("50")
     ends = "text.includes('limit of 50 arcsec') && text.endsWith('How sure: all.')"
-    page.wait_for_function(f"() => {{ const text = document.getElementById('answer').textContent; return {ends}; }}")
-    assert page.locator("#remarks li").all_inner_texts()[-3:] == content["how_sure"]
+    blank.wait_for_function(f"() => {{ const text = document.getElementById('answer').textContent; return {ends}; }}")
+    assert blank.locator("#remarks li").all_inner_texts()[-3:] == content["how_sure"]
 
 
 def test_a_view_that_is_left_while_it_is_drawn_adds_nothing_to_the_next(page):

@@ -51,7 +51,7 @@ def motor_torque(reference, load, end, samples, start=(0.0, 0.0, 0.0, 0.0)):
     K_p, K_d = J * loop**2, 1.4 * J * loop
 
     def rates(t, y):
-        d, d_rate, q, q_rate = y
+        d, d_rate, q, q_rate = y.tolist()
         angle, speed, acceleration = reference(t)
         theta, omega = angle + d, speed + d_rate
         e = ARCSEC * sum(a * math.cos(k * theta) for k, a in LINES)

@@ -40,7 +40,7 @@ def test_a_train_with_friction_is_the_equation_written_by_hand():
         return math.copysign(T, x)
 
     def rhs(t, y):
-        theta_m, v_m, theta_l, v_l = y
+        theta_m, v_m, theta_l, v_l = y.tolist()
         angle, speed = reference(t)
         T = law(theta_m / N - theta_l) + B * (v_m / N - v_l)
         control = -K_p * (theta_m - angle) - K_d * (v_m - speed)
