@@ -177,6 +177,7 @@ def test_gravity_stays_in_a_beat_under_other_loads(tmp_path):
         TEXT.replace("MOTOR", MOTORS["held"])
         .replace("PULL", f"{PULL}")
         .replace("mean: -4 N*m", "mean: {from: -8 N*m, to: 0 N*m}")
+        .replace("from: 300 rpm, to: 1200 rpm", "from: 640 rpm, to: 700 rpm")
     )
     project = from_text(text, tmp_path / "joint.yaml")
     analysis = project.analyze(advice=False)

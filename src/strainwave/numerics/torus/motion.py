@@ -20,7 +20,7 @@ LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per or
 FINER = {"none": 1.0, "shift": 4.0, "mean": 8.0}  # steps by the disturbance left out; those beside it hardly grow
 STEPS = np.unique([2**a * b for a in range(1, 12) for b in (4, 5, 6, 7)])  # of a turn: curves take few of these
 HARDLY = 1e-2  # of the largest wave: those below it do not count for the steps
-ENTRIES = 4_000_000  # of all matrices at a time
+ENTRIES, SAMPLES = 4_000_000, 250_000  # of all matrices at a time, and of motions: these stay in the cache
 LARGEST = 1000  # turns of the motor after which motor and output stand as before, at most, or of one output turn
 
 
@@ -78,7 +78,7 @@ def _in_turns(waves: Any, pairs: Any, ratio: float) -> Iterator[Floats]:
     ks, group = np.unique(pairs[:, 1], return_inverse=True)
     turned = np.exp(2j * np.pi / ratio * np.outer(np.arange(count), ks))
     turned = np.concatenate([turned.real, -turned.imag], axis=1)
-    most = max(1, ENTRIES // (count * len(theta)))
+    most = max(1, SAMPLES // (count * len(theta)))
     for part in np.array_split(waves, math.ceil(len(waves) / most)):
         along = np.stack([part[:, group == i] @ table[group == i] for i in range(len(ks))], axis=1)
         yield turned @ np.concatenate([along.real, along.imag], axis=1)
