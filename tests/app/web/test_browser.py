@@ -8,6 +8,9 @@ from app_page import DROP, drawn, largest, paused, pauses, until_drawn_again
 
 SURE = "() => document.getElementById('answer').textContent.includes('How sure')"
 
+RANGE: dict = {key: [500.0, 3000.0] for key in ("speed", "low_arcsec", "high_arcsec")}
+RANGE |= {"together": "all", "held": None}
+
 
 def drag(page, name, share):
     slider = page.locator(f'[id="value-{name}-slider"]')
@@ -141,8 +144,7 @@ def test_the_band_of_assumed_numbers_comes_after_a_pause_and_a_change_ends_it(pa
 
 @pytest.mark.parametrize("met", [True, False])
 def test_a_drive_with_assumed_numbers_passes_where_their_range_does(page, met):
-    content = {"how_sure": ["one", "all"], "together": "all", "held": None, "met": met}
-    content |= {key: [500.0, 3000.0] for key in ("speed", "low_arcsec", "high_arcsec")}
+    content = RANGE | {"how_sure": ["one", "all"], "met": met}
     held = []
     page.route("**/api/sureness", lambda route: held.append(route))
     page.locator('[id="value-limit.oscillation"]').fill("600")
@@ -168,8 +170,7 @@ def test_the_torque_of_one_curve_says_that_the_load_is_left_out(page):
 
 
 def test_a_slow_picture_does_not_erase_what_is_said_of_assumed_numbers(blank):
-    content = {"how_sure": ["one", "all", "lost"], "together": "all", "held": None, "met": False}
-    content |= {key: [500.0, 3000.0] for key in ("speed", "low_arcsec", "high_arcsec")}
+    content = RANGE | {"how_sure": ["one", "all", "lost"], "met": False}
     blank.route("**/api/sureness", lambda route: route.fulfill(json=content))
     blank.goto(blank.base)
     blank.wait_for_function(SURE)
@@ -189,6 +190,7 @@ def test_a_slow_picture_does_not_erase_what_is_said_of_assumed_numbers(blank):
 
 
 def test_a_view_that_is_left_while_it_is_drawn_adds_nothing_to_the_next(page):
+    page.route("**/api/sureness", lambda route: route.fulfill(json=RANGE | {"how_sure": ["all"], "met": False}))
     page.evaluate(
         """() => {
             const react = window.Plotly.react;
