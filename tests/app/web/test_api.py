@@ -244,19 +244,14 @@ def test_script_of_a_job_prints_its_result(client, tmp_path, monkeypatch, capsys
         assert said[:2] == pytest.approx([result[when]["rms_arcsec"] for when in ("before", "after")], rel=1e-4)
 
 
-def command_of(tmp_path, *command):
-    """Numbers that a command prints about the joint."""
-    file = tmp_path / "joint.yaml"
-    file.write_text(JOINT, encoding="utf-8")
-    run = CliRunner().invoke(cli, [command[0], str(file), *command[1:], "--json"])
-    assert run.exit_code == 0, run.output
-    return json.loads(run.stdout)
-
-
 @pytest.mark.slow
 def test_speed_map_of_a_joint_is_that_of_the_command(client, tmp_path):
-    shown = waited(client, posted(client, "/api/jobs", state={"project": JOINT}, kind="speed-map")["id"])["result"]
-    told = command_of(tmp_path, "speed-map", "-o", str(tmp_path / "map"))
+    text, file = JOINT.replace("from: 300 rpm, to: 1200", "from: 450 rpm, to: 800"), tmp_path / "joint.yaml"
+    shown = waited(client, posted(client, "/api/jobs", state={"project": text}, kind="speed-map")["id"])["result"]
+    file.write_text(text, encoding="utf-8")
+    run = CliRunner().invoke(cli, ["speed-map", str(file), "-o", str(tmp_path / "map"), "--json"])
+    assert run.exit_code == 0, run.output
+    told = json.loads(run.stdout)
     assert shown["load"] == [load["load_torque"] for load in told["loads"]]
     assert shown["load"][0] == pytest.approx(-80.0)  # gravity of 60 N*m about a mean of -20 N*m
     np.testing.assert_allclose(shown["allowed"], told["allowed_under_every_load_rpm"], rtol=1e-9)

@@ -154,9 +154,11 @@ def _updated(
     model: Any, reference: float, speed: float, acceleration: float, motor: float, load: float, applied: float,
     cut: float,
 ) -> float:  # fmt: skip
-    state, controller = at(model)
-    state, torque = controller.update(state, Measurement(reference, speed, acceleration, motor, load, applied, cut))
-    put_at(model, state)
+    (state, controller), torque = at(model), 0.0
+    m = Measurement(reference, speed, acceleration, motor, load, applied, cut)
+    for _ in range(1):  # so that the compiler refuses a memory of another kind than the one before
+        state, torque = controller.update(state, m)
+    put_at(model, (state,))
     return float(torque)
 
 
