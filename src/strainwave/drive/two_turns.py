@@ -37,7 +37,7 @@ from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import ending
 from ..numerics.labels import FOLD
 from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests, with_crossings
-from ..numerics.torus.motion import along_turns, growth, largest_sizes, oscillations, states_at
+from ..numerics.torus.motion import along_turns, growth, largest_in_turns, largest_sizes, smallest_in_turns, states_at
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
@@ -136,24 +136,24 @@ class TwoTurnCurve:
         """Period (n,) [s] of the beat."""
         return np.asarray(2.0 * np.pi * self.ratio / (self.beats * self.omega))
 
-    @cached_property
+    @property
     def oscillations(self) -> Floats:
         """Largest and smallest |error - mean| (n, turns, 2) [rad] over a turn of the motor that begins in each turn.
 
         A turn begins at any angle; what a slow wave, as that of gravity, drifts within it counts. The turns are those
         after which motor and output stand as before.
         """
-        return oscillations(self.waves, self.pairs, self.ratio)
+        return np.stack([f(self.waves, self.pairs, self.ratio) for f in (largest_in_turns, smallest_in_turns)], axis=2)
 
-    @property
+    @cached_property
     def largest(self) -> Floats:
         """Largest oscillation (n,) [rad] over a turn of the motor that begins at any angle."""
-        return np.asarray(self.oscillations[..., 0].max(axis=1))
+        return np.asarray(largest_in_turns(self.waves, self.pairs, self.ratio).max(axis=1))
 
-    @property
+    @cached_property
     def smallest(self) -> Floats:
         """Smallest oscillation (n,) [rad] over a turn of the motor that begins at any angle."""
-        return np.asarray(self.oscillations[..., 1].min(axis=1))
+        return np.asarray(smallest_in_turns(self.waves, self.pairs, self.ratio).min(axis=1))
 
     def amplitude(self, j: int, k: int) -> Floats:
         """Amplitude (n,) [rad] of a wave in the pointing error; 0 of one that it has not."""
@@ -317,8 +317,7 @@ def _left_out(part: Any) -> float:
 
 def _sizes(driven: TwoTurns, problem: Torus, points: Floats) -> Floats:
     """Oscillation (n,) [rad] of motions in their largest turn."""
-    sizes = oscillations(_waves(driven, problem, points), problem.pairs, driven.ratio)
-    return np.asarray(sizes[..., 0].max(axis=1))
+    return np.asarray(largest_in_turns(_waves(driven, problem, points), problem.pairs, driven.ratio).max(axis=1))
 
 
 def _waves(driven: TwoTurns, problem: Torus, points: Floats) -> Any:

@@ -203,8 +203,9 @@ def with_missing(driven: TwoTurns, problem: Torus, points: Floats, aim: float) -
 
 def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floats]) -> Floats:
     """Points (n, ...) of a curve with those at the crests of a measure (n,), by parabolas through three of them."""
+    sizes = measure(points)
     for _ in range(2):
-        sizes, rows = measure(points), list(points)
+        rows, values = list(points), sizes.tolist()
         for i in (1 + np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:])))[::-1].tolist():
             w, y = points[i - 1 : i + 2, -1] - points[i, -1], sizes[i - 1 : i + 2] - sizes[i]
             if w[0] * w[2] >= 0.0:  # beside a fold
@@ -216,7 +217,8 @@ def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floa
             z = newton(problem, (1.0 - share) * points[i] + share * points[i - 1 + side])
             if z is not None and share > BESIDE_CREST:
                 rows.insert(i + side // 2, z)
-        points = np.array(rows)
+                values.insert(i + side // 2, float(measure(z[None])[0]))
+        points, sizes = np.array(rows), np.array(values)
     return points
 
 

@@ -13,7 +13,7 @@ from ..balance.condensed.pencil import to_complex
 from .problem import Torus, at_angles
 
 PER_WAVE, LEAST, BESIDE = 24, 96, 3  # samples in a period of the highest wave, at least; beside one for a polynomial
-STARTING = 384  # angles at least where a turn may begin
+STARTING, STARTED = 384, 192  # angles at least where the smallest turn may begin, and the largest
 REFINED = 4  # steps of Newton's method
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
@@ -29,53 +29,87 @@ def turns_of(ratio: float) -> int:
     return Fraction(ratio).limit_denominator(max(1, int(LARGEST / ratio))).numerator
 
 
-def oscillations(waves: Any, pairs: Any, ratio: float) -> Floats:
-    """Largest and smallest oscillation (n, turns, 2) of motions over a turn of the motor that begins in each turn.
+def largest_in_turns(waves: Any, pairs: Any, ratio: float) -> Floats:
+    """Largest oscillation (n, turns) of motions over a turn of the motor that begins in each turn.
 
     The oscillation is the largest |x - mean| from the angle where the turn begins, any angle, to a turn later. The
     motions have the complex amplitudes `waves` (n, P + 1) of `pairs` (P + 1, 2), the first of them (0, 0). Crests are
-    those of polynomials through seven samples, right to 1e-6 of the highest wave.
+    those of polynomials through seven samples, right to 1e-6 of the largest wave; one within a sample of an end of a
+    turn may count to either side of it.
     """
+    return _sizes(largest_of_turns, waves, pairs, ratio, STARTED)
+
+
+def smallest_in_turns(waves: Any, pairs: Any, ratio: float) -> Floats:
+    """Smallest oscillation (n, turns), as `largest_in_turns`."""
+    return _sizes(smallest_of_turns, waves, pairs, ratio, STARTING)
+
+
+def _sizes(measure: Any, waves: Any, pairs: Any, ratio: float, starting: int) -> Floats:
     order = pairs @ np.array([1.0, 1.0 / ratio])
     means = np.ones(len(order), complex)
     np.divide(np.exp(2j * np.pi * order) - 1.0, 2j * np.pi * order, out=means, where=order != 0.0)
-    parts = zip(_in_turns(waves, pairs, ratio), _in_turns(means * waves, pairs, ratio), strict=True)
-    return np.concatenate([sizes_of_turns(x, mean) for x, mean in parts])
+    places = _places(waves, order, starting)
+    parts = zip(_in_turns(waves, pairs, ratio, places), _in_turns(means * waves, pairs, ratio, places), strict=True)
+    sizes: Floats = np.concatenate([measure(x, mean) for x, mean in parts])
+    return np.tile(sizes, (1, turns_of(ratio) // sizes.shape[1]))
 
 
 def largest_sizes(waves: Any, pairs: Any, ratio: float) -> Floats:
-    """Largest |x| (n,) of motions, as `oscillations`."""
-    return np.concatenate([np.abs(with_extremes(x)).max(axis=(1, 2)) for x in _in_turns(waves, pairs, ratio)])
+    """Largest |x| (n,) of motions, as `largest_in_turns`."""
+    places = _places(waves, pairs @ np.array([1.0, 1.0 / ratio]), LEAST)
+    return np.concatenate([np.abs(with_extremes(x)).max(axis=(1, 2)) for x in _in_turns(waves, pairs, ratio, places)])
 
 
-def sizes_of_turns(x: Floats, mean: Floats) -> Floats:
-    """Largest and smallest oscillation (n, turns, 2) from samples (n, turns + 1, samples + 1 + 2 `BESIDE`).
+def largest_of_turns(x: Floats, mean: Floats) -> Floats:
+    """Largest oscillation (n, turns) from samples (n, turns + 1, samples + 1 + 2 `BESIDE`).
 
     `mean` is that of the turn that begins at each sample. A turn from any sample is the end of one and the beginning of
-    the next. Where the oscillation is largest, a crest is at an end of the turn, or the mean is an extreme.
+    the next. Where the oscillation is largest, a crest of x - mean is at an end of the turn, or the mean is an extreme.
     """
-    inner, extreme, drift = with_extremes(x), with_extremes(mean)[:, :-1], mean[:, :-1, BESIDE:-BESIDE]
-    before, after = inner[:, :-1, ::-1], inner[:, 1:]
-    tops = np.maximum.accumulate(before, axis=2)[..., ::-1], np.maximum.accumulate(after, axis=2)
-    bottoms = np.minimum.accumulate(before, axis=2)[..., ::-1], np.minimum.accumulate(after, axis=2)
-    inside = np.maximum(np.maximum(*tops) - extreme, extreme - np.minimum(*bottoms)).max(axis=2)
+    tops, bottoms = _extremes_of_turns(x)
+    extreme, rise = with_extremes(mean)[:, :-1], np.diff(mean[:, :-1, BESIDE - 1 : 1 - BESIDE])
+    inside = np.maximum(np.maximum(*tops) - extreme, extreme - np.minimum(*bottoms))
+    inside[..., 1:-1] *= rise[..., 1:-2] * rise[..., 2:-1] <= 0.0
+    inside = inside.max(axis=2)
     ends = [np.abs(with_extremes(part - mean[:, :-1])).max(axis=2) for part in (x[:, :-1], x[:, 1:])]
-    falling, rising = np.maximum(np.array(tops) - drift, drift - np.array(bottoms))
+    return np.asarray(np.maximum(inside, np.maximum(*ends)))
+
+
+def smallest_of_turns(x: Floats, mean: Floats) -> Floats:
+    """Smallest oscillation (n, turns), as `largest_of_turns`."""
+    drift = mean[:, :-1, BESIDE:-BESIDE]
+    tops, bottoms = map(np.array, _extremes_of_turns(x))
+    falling, rising = np.maximum(tops - drift, drift - bottoms)
     apart = falling - rising  # the smaller the turn, the nearer are what leaves it and what comes in
     step, crosses = np.diff(apart), (apart[..., :-1] > 0.0) & (apart[..., 1:] < 0.0)
     between = falling[..., :-1] - np.diff(falling) * apart[..., :-1] / np.where(crosses, step, 1.0)
     smallest = np.where(crosses, between, np.inf).min(axis=2)
-    smallest = np.minimum(smallest, np.maximum(falling, rising).min(axis=2))
-    return np.stack([np.maximum(inside, np.maximum(*ends)), smallest], axis=2)
+    return np.asarray(np.minimum(smallest, np.maximum(falling, rising).min(axis=2)))
 
 
-def _in_turns(waves: Any, pairs: Any, ratio: float) -> Iterator[Floats]:
-    """Samples (some, turns + 1, samples) of motions, `BESIDE` of them before and after each turn."""
-    order, count = pairs @ np.array([1.0, 1.0 / ratio]), turns_of(ratio) + 1
-    places = max(STARTING, PER_WAVE * math.ceil(float(np.max(np.abs(order)))))
+def _extremes_of_turns(x: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Highest and lowest values from each sample to the end of its turn, and from there to a turn after it."""
+    inner = with_extremes(x)
+    before, after = inner[:, :-1, ::-1], inner[:, 1:]
+    tops = np.maximum.accumulate(before, axis=2)[..., ::-1], np.maximum.accumulate(after, axis=2)
+    return tops, (np.minimum.accumulate(before, axis=2)[..., ::-1], np.minimum.accumulate(after, axis=2))
+
+
+def _places(waves: Any, order: Floats, least: int) -> int:
+    """Samples of a turn: of each wave so many that a polynomial through seven misses 1e-6 of the largest wave."""
+    sizes = np.abs(waves[:, 1:])
+    share = np.max(sizes / (np.max(sizes, axis=1, keepdims=True) + 1e-300), axis=0, initial=0.0)
+    return max(least, math.ceil(PER_WAVE * float(np.max(np.abs(order[1:]) * share ** (1.0 / 7.0), initial=0.0))))
+
+
+def _in_turns(waves: Any, pairs: Any, ratio: float, places: int) -> Iterator[Floats]:
+    """Samples (some, turns + 1, samples) of motions until they repeat, `BESIDE` of them before and after each turn."""
+    order, ks = pairs @ np.array([1.0, 1.0 / ratio]), pairs[:, 1]
+    count = turns_of(ratio) // math.gcd(turns_of(ratio), *ks.tolist()) + 1
     theta = 2.0 * np.pi / places * np.arange(-BESIDE, places + BESIDE + 1)
     table = np.exp(1j * np.outer(order, theta))
-    ks, group = np.unique(pairs[:, 1], return_inverse=True)
+    ks, group = np.unique(ks, return_inverse=True)
     turned = np.exp(2j * np.pi / ratio * np.outer(np.arange(count), ks))
     turned = np.concatenate([turned.real, -turned.imag], axis=1)
     most = max(1, SAMPLES // (count * len(theta)))
@@ -203,7 +237,7 @@ def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:
     left_out = "none" if not any_mean else "mean" if forced else "shift"
     flows = a, b, np.searchsorted(heavy, loaded), heavy, massless, left_out
     mean = disturbed(flows, problem.moved(points), points[:, -1:], lambda samples: samples.mean(axis=-1, keepdims=True))
-    fastest = np.abs(np.linalg.eigvals(mean[:, 0])).max(axis=1)
+    fastest = np.abs(np.linalg.eigvals(np.moveaxis(mean[..., 0], 2, 0))).max(axis=1)
     first = float(problem.basis[0] @ np.array([1.0, 1.0 / problem.ratio]))
     steps = np.maximum(PER_ORDER * _highest(problem, points), 2.0 * np.pi * fastest / points[:, -1] / PHASE) / first
     steps *= FINER[left_out]
@@ -211,15 +245,14 @@ def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:
 
 
 def disturbed(flows: Any, motion: Any, w: Floats, measure: Any) -> Floats:
-    """Matrices (points, samples, states, states) of disturbances along motions, of a measure of their samples."""
+    """Matrices (states, states, points, samples) of disturbances along motions, of a measure of their samples."""
     a, b, place, heavy = flows[:4]
-    matrices = np.zeros(())
+    matrices = np.empty((*a.shape, *measure(motion.by_place[0, 0]).shape))
+    matrices[:] = a[..., None, None]
     for some, first, factor in ((motion.by_place, 0, 1.0), (motion.by_rate, len(heavy), 1.0 / w)):
         for (i, j), samples in some.items():
-            change = np.zeros_like(a)
-            change[:, first + place[j]] = b[:, i]
-            matrices = matrices - measure(factor * samples)[..., None, None] * change
-    return np.asarray(a + matrices)
+            matrices[:, first + place[j]] -= b[:, i, None, None] * measure(factor * samples)
+    return matrices
 
 
 def at_equal_angles(problem: Torus, flows: Any, points: Floats, angles: Floats, matrices: Floats) -> Floats:
@@ -233,11 +266,16 @@ def at_equal_angles(problem: Torus, flows: Any, points: Floats, angles: Floats, 
     for z in points:
         turning = 1j * (problem.orders * z[-1])[:, None]
         waves = turning * problem.coordinates(z)
-        states = np.concatenate([waves[:, heavy], turning * waves[:, heavy], waves[:, massless]], axis=1)
-        rates.append(even.T @ states.real - odd.T @ states.imag)
-    along = np.array(rates)
-    matrices[..., len(heavy) + place] -= along / (along[..., [place]] + points[:, -1, None, None])
-    return np.delete(np.delete(matrices, place, axis=-1), place, axis=-2)
+        states = np.concatenate([waves[:, heavy], turning * waves[:, heavy], waves[:, massless]], axis=1).T
+        rates.append(states.real @ even - states.imag @ odd)
+    along = np.stack(rates, axis=1)
+    matrices[:, len(heavy) + place] -= along / (along[place] + points[:, -1:])
+    return np.delete(np.delete(matrices, place, axis=0), place, axis=1)
+
+
+def product(a: Floats, b: Floats) -> Floats:
+    """Products of matrices (n, n, ...): sums over long rows while they are small, which is quicker than one by one."""
+    return np.asarray(np.einsum("ij...,jk...->ik...", a, b))
 
 
 def turn_maps(problem: Torus, flows: Any, points: Floats, steps: int, starts: Floats) -> Floats:
@@ -255,19 +293,19 @@ def turn_maps(problem: Torus, flows: Any, points: Floats, steps: int, starts: Fl
     matrices = disturbed(flows, at_angles(problem, angles).moved(points), w, lambda samples: samples)
     if flows[-1] == "shift":
         matrices = at_equal_angles(problem, flows, points, angles, matrices)
-    h = 2.0 * np.pi / steps / (w[..., None, None] * (j + k / problem.ratio))
-    one, two = h * matrices[:, ::2], h * matrices[:, 1::2]
-    x = 0.5 * (one + two) + math.sqrt(3.0) / 12.0 * (two @ one - one @ two)
-    n = x.shape[-1]
-    unit, mean = np.eye(n), np.trace(x, axis1=2, axis2=3) / n
-    x -= mean[..., None, None] * unit
-    square = x @ x
-    cube = square @ x
-    high = cube @ (unit / 720.0 + x / 5040.0 + square / 40320.0)
-    maps = unit + x + 0.5 * square + cube @ (unit / 6.0 + x / 24.0 + square / 120.0 + high)
-    maps = maps.reshape(len(points), len(starts), steps, n, n)
-    while maps.shape[2] > 1:
-        left = maps[:, :, 1::2] @ maps[:, :, : maps.shape[2] - 1 : 2]
-        maps = left if maps.shape[2] % 2 == 0 else np.concatenate([left, maps[:, :, -1:]], axis=2)
+    matrices *= 2.0 * np.pi / steps / (w * (j + k / problem.ratio))
+    one, two = matrices[..., ::2], matrices[..., 1::2]
+    x = 0.5 * (one + two) + math.sqrt(3.0) / 12.0 * (product(two, one) - product(one, two))
+    n = len(x)
+    unit, mean = np.eye(n)[..., None, None], np.trace(x) / n
+    x -= mean * unit
+    square = product(x, x)
+    cube = product(square, x)
+    high = product(cube, unit / 720.0 + x / 5040.0 + square / 40320.0)
+    maps = unit + x + 0.5 * square + product(cube, unit / 6.0 + x / 24.0 + square / 120.0 + high)
+    maps = maps.reshape(n, n, len(points), len(starts), steps)
+    while maps.shape[-1] > 1:
+        left = product(maps[..., 1::2], maps[..., : maps.shape[-1] - 1 : 2])
+        maps = left if maps.shape[-1] % 2 == 0 else np.concatenate([left, maps[..., -1:]], axis=-1)
     volumes = np.exp(mean.reshape(len(points), len(starts), steps).sum(axis=2))
-    return np.asarray(maps[:, :, 0] * volumes[..., None, None])
+    return np.moveaxis(maps[..., 0] * volumes, (0, 1), (2, 3))

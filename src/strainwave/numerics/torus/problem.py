@@ -23,7 +23,7 @@ from ..balance.condensed.pencil import add_entries, to_complex, to_real
 SMOOTH = np.unique([2**a * 3**b * 5**c for a in range(14) for b in range(9) for c in range(6)])  # fast transforms
 OVERSAMPLED = 4  # samples of an angle in a period of its highest wave: a cube of these waves is exact
 CORNERED, SAMPLES = 16, 8192  # the same at most beside rounded corners, and samples wanted: fewer make false folds
-LARGEST_TABLE = 60_000  # entries of a table that is quicker than a fast transform
+LARGEST_TABLE = 120_000  # entries of a table that is quicker than a fast transform
 
 
 class LinearWaves(NamedTuple):
@@ -152,6 +152,10 @@ class Torus(NamedTuple):
 
     def analysed(self, samples: Floats) -> Floats:
         """Coefficients (..., 2 P + 1) of samples (..., n) on the grid."""
+        if self.synthesis.size:
+            coefficients = samples @ self.synthesis.T * (2.0 / samples.shape[-1])
+            coefficients[..., 0] *= 0.5
+            return np.asarray(coefficients)
         return to_real(waves_of(samples, self.shape, self.plus[0]))
 
     def turning(self, blocks: Floats) -> Floats:

@@ -30,7 +30,7 @@ from ...model.train.train_forms import behind_gear
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ...numerics.torus.motion import BESIDE, oscillations, sizes_of_turns
+from ...numerics.torus.motion import BESIDE, largest_in_turns, largest_of_turns
 from ..steady import SteadyMotion, finished_or_interrupted, settle, settled
 from .resonances import OperatingPoint, operating_point
 
@@ -196,7 +196,7 @@ def beat_of(project: Project, response: DriveResponse) -> Beat | None:
     if waves is None or beat is None or whole is None or response.starts is None:
         return None
     omega, ratio = float(response.omega[top]), whole.N
-    balanced, integrated = oscillations(waves.amplitudes[[top]], waves.pairs, ratio)[0, :, 0], np.empty(0)
+    balanced, integrated = largest_in_turns(waves.amplitudes[[top]], waves.pairs, ratio)[0], np.empty(0)
     if not whole.motor.free:
         turns = np.arange(1, len(balanced) + 2)
         angles = 2.0 * np.pi / PLACES * np.arange(PLACES * (len(turns) + 2) + BESIDE + 1)
@@ -205,7 +205,7 @@ def beat_of(project: Project, response: DriveResponse) -> Beat | None:
             total = np.append(0.0, np.cumsum(run.pointing[1:] + run.pointing[:-1])) / (2.0 * PLACES)
             at = PLACES * turns[:, None] + np.arange(-BESIDE, PLACES + BESIDE + 1)
             means = (total[PLACES:] - total[:-PLACES])[at]
-            integrated = np.roll(sizes_of_turns(run.pointing[at][None], means[None])[0, :, 0], 1)
+            integrated = np.roll(largest_of_turns(run.pointing[at][None], means[None])[0], 1)
     return Beat(omega, beat, balanced, integrated)
 
 
