@@ -37,7 +37,15 @@ from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import ending
 from ..numerics.labels import FOLD
 from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests, with_crossings
-from ..numerics.torus.motion import along_turns, growth, largest_in_turns, largest_sizes, smallest_in_turns, states_at
+from ..numerics.torus.motion import (
+    along_turns,
+    growth,
+    largest_in_turns,
+    largest_oscillations,
+    largest_sizes,
+    smallest_in_turns,
+    states_at,
+)
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
@@ -148,7 +156,7 @@ class TwoTurnCurve:
     @cached_property
     def largest(self) -> Floats:
         """Largest oscillation (n,) [rad] over a turn of the motor that begins at any angle."""
-        return np.asarray(largest_in_turns(self.waves, self.pairs, self.ratio).max(axis=1))
+        return largest_oscillations(self.waves, self.pairs, self.ratio)
 
     @cached_property
     def smallest(self) -> Floats:
@@ -317,7 +325,7 @@ def _left_out(part: Any) -> float:
 
 def _sizes(driven: TwoTurns, problem: Torus, points: Floats) -> Floats:
     """Oscillation (n,) [rad] of motions in their largest turn."""
-    return np.asarray(largest_in_turns(_waves(driven, problem, points), problem.pairs, driven.ratio).max(axis=1))
+    return largest_oscillations(_waves(driven, problem, points), problem.pairs, driven.ratio)
 
 
 def _waves(driven: TwoTurns, problem: Torus, points: Floats) -> Any:

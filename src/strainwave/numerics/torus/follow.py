@@ -13,7 +13,9 @@ import numpy as np
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ..balance.linear_algebra import factor, substitute
-from ..continuation.trace import Trace, trace
+from ..continuation.arc_length import ROW, SCALE, Z, buffers_for, correct
+from ..continuation.trace import Trace, state_from, trace
+from ..labels import STEP
 from .problem import Torus, linear_waves, torus
 
 ROUNDS, MOST, ALONG = 40, 800, 450  # of taking waves in, and waves at most: of a motion, and of a curve
@@ -23,7 +25,7 @@ HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the 
 MARGIN = 0.5  # of the share that may be left out: waves that are taken in leave less out than those looked for
 SMALL = 1e-3  # of the share of what is left out: torques below it are not looked at
 LOOKED_AT, BESIDE = 8, np.array([0, 3, -3, 8, -8])  # points where missing waves are looked for: all along, at a crest
-STEP = 0.1
+LENGTH = 0.1
 BESIDE_CREST = 1e-3  # of a step: a crest so close to a point is that point
 ON_LEVEL, REFINED = 1e-9, 50  # relative distance of a crossing's size from its level, and steps to it
 FEW = 4  # driven pairs up to which the balance begins with sums of three
@@ -165,12 +167,13 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
     was_cut = False
     for _ in range(ROUNDS):
         balance: Any = problem
-        solution = trace(balance, z, -1.0, lo, hi, STEP, pieces=1)
+        solution = trace(balance, z, -1.0, lo, hi, LENGTH, pieces=1)
         points = solution.points
         if not len(points):
             raise SolveError(Sentence("the curve of motions of two turns is lost at {}", Speed(hi)))
         top = int(np.argmax(np.linalg.norm(points[:, :-1], axis=1)))
-        places = np.concatenate([top + BESIDE, np.linspace(0, len(points) - 1, LOOKED_AT).astype(int)])
+        turning = np.flatnonzero(solution.labels > STEP)
+        places = np.concatenate([top + BESIDE, turning, np.linspace(0, len(points) - 1, LOOKED_AT).astype(int)])
         sample = np.clip(places, 0, len(points) - 1)
         lacking = any(missing(problem, point, aim) for point in points[sample])
         if solution.is_cut and (was_cut or not lacking or len(problem.pairs) > WINDING):
@@ -181,24 +184,34 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
         if not lacking:
             return problem, solution, True
         was_cut = solution.is_cut  # a curve of too few waves may wind where that of more does not
-        wider = with_missing(driven, problem, points[sample], MARGIN * aim)
+        wider = with_missing(driven, problem, points[sample], np.gradient(points, axis=0)[sample], MARGIN * aim)
         if len(wider.pairs) > ALONG:
             break
         z, problem = carried_over(problem, wider, z[None])[0], wider
     return problem, solution, False
 
 
-def with_missing(driven: TwoTurns, problem: Torus, points: Floats, aim: float) -> Torus:
-    """A problem with the waves that motions near some points (n, ...) take besides."""
+def with_missing(driven: TwoTurns, problem: Torus, points: Floats, chords: Floats, aim: float) -> Torus:
+    """A problem with the waves that motions near some points (n, ...) take besides, with chords of the curve there."""
     old, grown = problem, False
-    for point in points:
-        guess = carried_over(old, problem, point[None])[0]
-        z = newton(problem, guess) if grown else guess  # a crest of too few waves may be where there is no motion
+    for pair in zip(points, chords, strict=True):
+        z, chord = carried_over(old, problem, np.array(pair))
+        z = beside(problem, z, chord) if grown else z
         while z is not None and len(problem.pairs) <= ALONG and (more := missing(problem, z, aim)):
             wider, grown = driven.problem({*map(tuple, problem.pairs[1:].tolist()), *more}), True
-            z, problem = newton(wider, carried_over(problem, wider, z[None])[0]), wider
-        grown = grown and z is None
+            z, chord = carried_over(problem, wider, np.array([z, chord]))
+            z, problem = beside(wider, z, chord), wider
     return problem
+
+
+def beside(problem: Torus, z: Floats, chord: Floats) -> Floats | None:
+    """Where the curve meets the plane through a point across a chord: at a crest too, which more waves move."""
+    n, state = problem.size(), state_from(z, float(z[-1]))
+    a, pivots, _ = buffers_for(problem)
+    state[Z], state[ROW] = z, chord * state[SCALE] ** 2
+    with np.errstate(all="ignore"):
+        solved = correct(problem, n, state, float(state[ROW] @ z), a, pivots, NEWTON, False)[0]
+    return state[Z] if solved else None
 
 
 def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floats]) -> Floats:

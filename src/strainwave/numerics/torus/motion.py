@@ -1,7 +1,6 @@
 """What a motion of two turns is: its beat in every turn of the motor, its states, and how its disturbances grow."""
 
 import math
-from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -14,6 +13,7 @@ from .problem import Torus, at_angles
 
 PER_WAVE, LEAST, BESIDE = 24, 96, 3  # samples in a period of the highest wave, at least; beside one for a polynomial
 STARTING, STARTED = 384, 192  # angles at least where the smallest turn may begin, and the largest
+SCREENED = 64  # samples that tell whether a turn may be the largest
 REFINED = 4  # steps of Newton's method
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
@@ -47,18 +47,44 @@ def smallest_in_turns(waves: Any, pairs: Any, ratio: float) -> Floats:
 
 def _sizes(measure: Any, waves: Any, pairs: Any, ratio: float, starting: int) -> Floats:
     order = pairs @ np.array([1.0, 1.0 / ratio])
+    means, places = _of_means(order), _places(waves, order, starting)
+    parts = _parts(waves, pairs, ratio, places)
+    sizes = [measure(*(_in_turns(w, pairs, ratio, places) for w in (part, means * part))) for part in parts]
+    return np.tile(np.concatenate(sizes), (1, turns_of(ratio) // sizes[0].shape[1]))
+
+
+def largest_oscillations(waves: Any, pairs: Any, ratio: float) -> Floats:
+    """Largest oscillation (n,) of motions, as `largest_in_turns`, from those turns that may have it.
+
+    Few samples of a turn leave bounds of its oscillation: between them a wave bends by its order squared at most.
+    """
+    order, sizes = pairs @ np.array([1.0, 1.0 / ratio]), []
+    means, places = _of_means(order), _places(waves, order, STARTED)
+    for part in _parts(waves, pairs, ratio, places):
+        x, mean = (_in_turns(w, pairs, ratio, SCREENED) for w in (part, means * part))
+        missed = np.square(np.pi / SCREENED) * (np.abs(part) @ np.square(order))[:, None]
+        high, low, mean = x.max(axis=2), x.min(axis=2), mean[:, :-1]
+        above = np.maximum(high[:, :-1], high[:, 1:]) - mean.min(axis=2)
+        below = mean.max(axis=2) - np.minimum(low[:, :-1], low[:, 1:])
+        sure = np.maximum(high[:, :-1] - mean[..., BESIDE], mean[..., BESIDE] - low[:, :-1]).max(axis=1, keepdims=True)
+        number, turn = np.nonzero(np.maximum(above, below) + missed >= sure)
+        rows = (_in_turns(w, pairs, ratio, places, (number, turn)) for w in (part, means * part))
+        sizes.append(np.maximum.reduceat(largest_of_turns(*rows)[:, 0], np.searchsorted(number, np.arange(len(part)))))
+    return np.concatenate(sizes)
+
+
+def _of_means(order: Floats) -> Any:
+    """Factors (P + 1,) that make of waves those of the mean over the turn that begins at each angle."""
     means = np.ones(len(order), complex)
     np.divide(np.exp(2j * np.pi * order) - 1.0, 2j * np.pi * order, out=means, where=order != 0.0)
-    places = _places(waves, order, starting)
-    parts = zip(_in_turns(waves, pairs, ratio, places), _in_turns(means * waves, pairs, ratio, places), strict=True)
-    sizes: Floats = np.concatenate([measure(x, mean) for x, mean in parts])
-    return np.tile(sizes, (1, turns_of(ratio) // sizes.shape[1]))
+    return means
 
 
 def largest_sizes(waves: Any, pairs: Any, ratio: float) -> Floats:
     """Largest |x| (n,) of motions, as `largest_in_turns`."""
     places = _places(waves, pairs @ np.array([1.0, 1.0 / ratio]), LEAST)
-    return np.concatenate([np.abs(with_extremes(x)).max(axis=(1, 2)) for x in _in_turns(waves, pairs, ratio, places)])
+    parts = (_in_turns(part, pairs, ratio, places) for part in _parts(waves, pairs, ratio, places))
+    return np.concatenate([np.abs(with_extremes(x)).max(axis=(1, 2)) for x in parts])
 
 
 def largest_of_turns(x: Floats, mean: Floats) -> Floats:
@@ -103,19 +129,33 @@ def _places(waves: Any, order: Floats, least: int) -> int:
     return max(least, math.ceil(PER_WAVE * float(np.max(np.abs(order[1:]) * share ** (1.0 / 7.0), initial=0.0))))
 
 
-def _in_turns(waves: Any, pairs: Any, ratio: float, places: int) -> Iterator[Floats]:
-    """Samples (some, turns + 1, samples) of motions until they repeat, `BESIDE` of them before and after each turn."""
-    order, ks = pairs @ np.array([1.0, 1.0 / ratio]), pairs[:, 1]
-    count = turns_of(ratio) // math.gcd(turns_of(ratio), *ks.tolist()) + 1
+def _repeats(pairs: Any, ratio: float) -> int:
+    """Turns of the motor after which motions of these pairs repeat."""
+    return turns_of(ratio) // math.gcd(turns_of(ratio), *pairs[:, 1].tolist())
+
+
+def _parts(waves: Any, pairs: Any, ratio: float, places: int) -> list[Any]:
+    """Motions so many at a time that their samples fit."""
+    most = max(1, SAMPLES // ((_repeats(pairs, ratio) + 1) * places))
+    return np.array_split(waves, math.ceil(len(waves) / most))
+
+
+def _in_turns(waves: Any, pairs: Any, ratio: float, places: int, only: Any = None) -> Floats:
+    """Samples (n, turns + 1, samples) of motions until they repeat, `BESIDE` of them before and after each turn.
+
+    `only` those motions (m,) in those turns (m,), with the turn after each: (m, 2, samples).
+    """
+    order, (ks, group) = pairs @ np.array([1.0, 1.0 / ratio]), np.unique(pairs[:, 1], return_inverse=True)
     theta = 2.0 * np.pi / places * np.arange(-BESIDE, places + BESIDE + 1)
     table = np.exp(1j * np.outer(order, theta))
-    ks, group = np.unique(ks, return_inverse=True)
-    turned = np.exp(2j * np.pi / ratio * np.outer(np.arange(count), ks))
+    turned = np.exp(2j * np.pi / ratio * np.outer(np.arange(_repeats(pairs, ratio) + 1), ks))
     turned = np.concatenate([turned.real, -turned.imag], axis=1)
-    most = max(1, SAMPLES // (count * len(theta)))
-    for part in np.array_split(waves, math.ceil(len(waves) / most)):
-        along = np.stack([part[:, group == i] @ table[group == i] for i in range(len(ks))], axis=1)
-        yield turned @ np.concatenate([along.real, along.imag], axis=1)
+    along = np.stack([waves[:, group == i] @ table[group == i] for i in range(len(ks))], axis=1)
+    along = np.concatenate([along.real, along.imag], axis=1)
+    if only is None:
+        return turned @ along
+    chosen = [turned[only[1][only[0] == i][:, None] + np.arange(2)] @ along[i] for i in range(len(waves))]
+    return np.concatenate(chosen)
 
 
 def with_extremes(values: Floats) -> Floats:
