@@ -5,7 +5,7 @@ Gravity follows the load's own angle, its stiffness included. A line of order j 
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,6 @@ from ..model.excitation import Harmonics, NoError
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.measured import RoundedPiecewiseLinear
-from ..model.laws.springs import PiecewiseLinear
 from ..model.orders import order_pair
 from ..model.oscillator import Oscillator
 from ..model.train.controls import Held
@@ -34,7 +33,7 @@ from ..model.train.linear_part import linear_part
 from ..model.train.motion import AngleTorque, Steady
 from ..model.train.shafts import Load, Motor
 from ..model.train.train_forms import AtLoad, own_state, turning
-from ..numerics.continuation.trace import ending
+from ..numerics.continuation.trace import Trace, ending
 from ..numerics.labels import FOLD
 from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests, with_crossings
 from ..numerics.torus.motion import (
@@ -43,17 +42,17 @@ from ..numerics.torus.motion import (
     largest_in_turns,
     largest_oscillations,
     largest_sizes,
+    pointing,
     smallest_in_turns,
     states_at,
 )
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
-from .train_curve import torques, train_curve, without_gravity
+from .train_curve import torques, train_curve, with_rounded_corners, without_gravity
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 CORNERED = 1e-3  # the same on a curve of a law with rounded corners
-ROUNDED = 0.25  # of the widest corners that do not meet: sizes within 0.5 % of an integration with true corners
 
 WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
@@ -243,16 +242,21 @@ def two_turn_response(
     """
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
-    if not (driven.part.gear_damping or np.any(driven.part.damping)):
-        raise SolveError(UNDAMPED)
-    _refuse_falling(system, driven, high)
-    problem, found, whole = along(driven, low, high, _left_out(driven.part))
-    points = with_crests(problem, found.points, lambda z: _sizes(driven, problem, z))
+    problem, found, whole = _followed(system, driven, low, high)
+    points, _ = with_crests(problem, found.points, partial(_sizes, problem))
     if limit is not None and limit < math.inf:
-        points = with_crossings(problem, points, lambda z: _sizes(driven, problem, z), limit)
+        points = with_crossings(problem, points, partial(_sizes, problem), limit)
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
     lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
     return _described(driven, flow, problem, points, folds, how if whole or not how[0] else lacking_waves)
+
+
+def _followed(system: System, driven: TwoTurns, low: float, high: float) -> tuple[Torus, Trace, bool]:
+    """The balance and the curve of a system through a range of speeds [rad/s]; whether it lacks no waves."""
+    if not (driven.part.gear_damping or np.any(driven.part.damping)):
+        raise SolveError(UNDAMPED)
+    _refuse_falling(system, driven, high)
+    return along(driven, low, high, _left_out(driven.part))
 
 
 def beating_response(
@@ -299,23 +303,20 @@ def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> D
     return None if found.sweep is None else found
 
 
-def largest_beat(train: DriveTrain, speeds: tuple[float, float]) -> tuple[float, float] | None:
-    """Speed [rad/s] and size [rad] of the largest oscillation of a train in two turns; None where none is found."""
+@one_thread
+def largest_beat(train: DriveTrain, speeds: tuple[float, float], pairs: Any = ()) -> tuple[float, float] | None:
+    """Speed [rad/s] and size [rad] of the largest oscillation of a train in two turns; None where none is found.
+
+    With the waves `pairs` (j, k) of a similar drive its curve is quicker.
+    """
+    train = with_rounded_corners(train)
+    driven, _ = _driven(train, None)
     try:
-        found = two_turn_response(with_rounded_corners(train), speeds)
+        problem, found, _ = _followed(train, replace(driven, likely=tuple(pairs)), *speeds)
     except SolveError:
         return None
-    sizes = np.where((found.omega >= speeds[0]) & (found.omega <= speeds[1]), found.largest, 0.0)
-    return float(found.omega[np.argmax(sizes)]), float(np.max(sizes))
-
-
-def with_rounded_corners(train: DriveTrain) -> DriveTrain:
-    """The train with the corners of a law of three slopes rounded."""
-    law = train.law
-    if not isinstance(law, PiecewiseLinear):
-        return train
-    first, second = law.T1 / law.K1, (law.T2 - law.T1) / law.K2
-    return train._replace(law=RoundedPiecewiseLinear(*law, ROUNDED * min(2.0 * first, second)))
+    points, sizes = with_crests(problem, found.points, partial(_sizes, problem))
+    return float(points[np.argmax(sizes), -1]), float(np.max(sizes))
 
 
 def _left_out(part: Any) -> float:
@@ -323,19 +324,15 @@ def _left_out(part: Any) -> float:
     return CORNERED if isinstance(part.laws[0], RoundedPiecewiseLinear) else CURVE
 
 
-def _sizes(driven: TwoTurns, problem: Torus, points: Floats) -> Floats:
+def _sizes(problem: Torus, points: Floats) -> Floats:
     """Oscillation (n,) [rad] of motions in their largest turn."""
-    return largest_oscillations(_waves(driven, problem, points), problem.pairs, driven.ratio)
-
-
-def _waves(driven: TwoTurns, problem: Torus, points: Floats) -> Any:
-    return np.array([problem.coordinates(z) @ driven.part.values[0] for z in points])
+    return largest_oscillations(pointing(problem, points), problem.pairs, problem.ratio)
 
 
 def _described(
     driven: TwoTurns, flow: Any, problem: Torus, points: Floats, folds: tuple[float, ...], how: tuple[Status, str]
 ) -> TwoTurnCurve:  # fmt: skip
-    waves = _waves(driven, problem, points)
+    waves = pointing(problem, points)
     count = math.gcd(*(k for _, k in driven.pairs)) or 1
     return TwoTurnCurve(
         points[:, -1], problem.pairs, waves, folds, driven.ratio, count, *how, problem, points, flow
@@ -361,8 +358,9 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     of_lines = [order_pair(line.order, train.N) for line in lines]
     sizes = [a.amplitude * np.exp(-1j * a.phase) for a in lines]
     rows = [(*pair, size.real, size.imag) for pair, size in zip(of_lines, sizes, strict=True)]
-    torques = [(k, 0) for torque in (train.motor.excitation, end.excitation) for k in _orders(torque)]
-    pairs = tuple(sorted({*of_lines, *torques, *((0, law.order) for law in pulls)}))
+    torques = (term for torque in (train.motor.excitation, end.excitation) for term in terms_of(torque))
+    driving = [(int(k), 0) for term in torques for k in orders_of(term) if getattr(term, "amplitude", 1.0)]
+    pairs = tuple(sorted({*of_lines, *driving, *((0, law.order) for law in pulls)}))
     if not pairs:
         raise ValueError("nothing that repeats drives this drive; give a line, a torque with orders or gravity")
     driven = TwoTurns(part, train.N, np.array(rows).reshape(-1, 4), pairs, pulls)
@@ -376,12 +374,6 @@ def _refuse_falling(system: Any, driven: TwoTurns, omega: float) -> None:
     height = sum(2.0 * abs(law.amplitude / law.order) for law in driven.pulls)
     if height > STALLS * (energy := 0.5 * system.loop_inertia * omega**2):
         raise SolveError(Sentence(FALLS, f"{height:.3g}", f"{energy:.3g}", Speed(omega)))
-
-
-def _orders(torque: Any) -> list[int]:
-    """Orders of a torque that have an amplitude."""
-    known = [(order, term) for term in terms_of(torque) for order in orders_of(term)]
-    return [int(order) for order, term in known if getattr(term, "amplitude", 1.0)]
 
 
 def as_train(system: System, ratio: float | None) -> DriveTrain:

@@ -33,13 +33,17 @@ FEW = 4  # driven pairs up to which the balance begins with sums of three
 
 @dataclass(frozen=True)
 class TwoTurns:
-    """What drives a train in two turns: see `torus`; `pairs` are those of the torques, the lines and the pulls."""
+    """What drives a train in two turns: see `torus`; `pairs` are those of the torques, the lines and the pulls.
+
+    The balance begins with the sums of these, and with those that are `likely` besides.
+    """
 
     part: Any
     ratio: float
     lines: Floats
     pairs: tuple[tuple[int, int], ...]
     pulls: tuple[Any, ...] = ()
+    likely: tuple[Any, ...] = ()
 
     def problem(self, pairs: Any) -> Torus:
         """The balance in some waves."""
@@ -135,7 +139,11 @@ def at_speed(
     SolveError
         If Newton's method finds none.
     """
-    pairs = with_sums(driven.pairs) if guess is None else {*driven.pairs, *map(tuple, guess[0].pairs[1:].tolist())}
+    pairs = (
+        with_sums(driven.pairs) | {*driven.likely}
+        if guess is None
+        else {*driven.pairs, *map(tuple, guess[0].pairs[1:].tolist())}
+    )
     problem = driven.problem(pairs)
     z = np.append(np.zeros(problem.size()), omega)
     if guess is not None:
@@ -214,8 +222,8 @@ def beside(problem: Torus, z: Floats, chord: Floats) -> Floats | None:
     return state[Z] if solved else None
 
 
-def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floats]) -> Floats:
-    """Points (n, ...) of a curve with those at the crests of a measure (n,), by parabolas through three of them."""
+def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floats]) -> tuple[Floats, Floats]:
+    """Points (n, ...) of a curve with those at the crests of a measure (n,), by parabolas through three; and this."""
     sizes = measure(points)
     for _ in range(2):
         rows, values = list(points), sizes.tolist()
@@ -232,7 +240,7 @@ def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floa
                 rows.insert(i + side // 2, z)
                 values.insert(i + side // 2, float(measure(z[None])[0]))
         points, sizes = np.array(rows), np.array(values)
-    return points
+    return points, sizes
 
 
 def with_crossings(problem: Torus, points: Floats, measure: Callable[[Floats], Floats], level: float) -> Floats:

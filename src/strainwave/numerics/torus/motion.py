@@ -153,7 +153,7 @@ def _in_turns(waves: Any, pairs: Any, ratio: float, places: int, only: Any = Non
     along = np.stack([waves[:, group == i] @ table[group == i] for i in range(len(ks))], axis=1)
     along = np.concatenate([along.real, along.imag], axis=1)
     if only is None:
-        return turned @ along
+        return np.asarray(turned @ along)
     chosen = [turned[only[1][only[0] == i][:, None] + np.arange(2)] @ along[i] for i in range(len(waves))]
     return np.concatenate(chosen)
 
@@ -180,6 +180,11 @@ def polyval(x: Floats, c: Floats) -> Floats:
     for row in c[::-1]:
         value = value * x + row
     return value
+
+
+def pointing(problem: Torus, points: Floats) -> Any:
+    """Complex amplitudes (n, P + 1) of the pointing error in motions."""
+    return np.array([problem.coordinates(z) @ problem.part.values[0] for z in points])
 
 
 def states_at(problem: Torus, points: Floats, phase: Floats) -> list[Floats]:

@@ -70,10 +70,10 @@ class Subject(NamedTuple):
         excitation = self.system.excitation if self.train is None else self.train.load.end().excitation
         return terms_of(excitation)
 
-    def largest(self, harmonics: int, coexisting: bool) -> tuple[float, float] | None:
-        """Speed [rad/s] and size [rad] of its largest |error - mean|, as `largest_oscillation`, in a beat too."""
+    def largest(self, harmonics: int, coexisting: bool, pairs: Any) -> tuple[float, float] | None:
+        """Speed [rad/s] and size [rad] of its largest |error - mean|, as `largest_oscillation` or `largest_beat`."""
         if self.train is not None and is_beating(self.train.error):
-            return largest_beat(self.train, self.speeds)
+            return largest_beat(self.train, self.speeds, pairs)
         return largest_oscillation(self.whole, self.speeds, harmonics, coexisting)
 
 

@@ -295,10 +295,10 @@ class Allowance:
 
 @dataclass(frozen=True)
 class Trial:
-    """How changed drives are followed, and the largest oscillation without a change."""
+    """How changed drives are followed, by harmonics or pairs, and the largest oscillation without a change."""
 
     speeds: tuple[float, float]
-    how: tuple[int, bool]
+    how: tuple[int, bool, Any]
     before: tuple[float, float]
     avoid: Avoid
 
@@ -309,11 +309,15 @@ class Trial:
         if subject.has_memory:
             speeds = max(speeds[0], (1.0 - NEAR) * avoid.at), min(speeds[1], (1.0 + NEAR) * avoid.at)
         harmonics = response.curve.coefficients.shape[1] // 2
-        same = subject._replace(speeds=speeds)
+        same, waves = subject._replace(speeds=speeds), response.curve.waves
+        if waves is not None:  # of motions that beat one curve is followed, and this is it
+            return cls(
+                speeds, (harmonics, True, tuple(map(tuple, waves.pairs[1:].tolist()))), (avoid.at, avoid.largest), avoid
+            )
         for coexisting in (bool(response.curve.elsewhere), True):
-            before = same.largest(harmonics, coexisting)
+            before = same.largest(harmonics, coexisting, ())
             if before is not None and (coexisting or before[1] > LOST * avoid.largest):
-                return cls(speeds, (harmonics, coexisting), before, avoid)
+                return cls(speeds, (harmonics, coexisting, ()), before, avoid)
         return None
 
     def best(
@@ -347,12 +351,12 @@ class Trial:
         Coexisting motions are looked for where the peak has left its place or has fallen by more than 30 %: a
         change that moves a fold out of the range of speeds leaves a curve that never meets the large motion.
         """
-        harmonics, coexisting = self.how
-        top = changed.largest(harmonics, coexisting)
+        harmonics, coexisting, pairs = self.how
+        top = changed.largest(*self.how)
         if top is None or coexisting:
             return top
         moved = abs(top[0] / self.before[0] - 1.0) > LEFT or top[1] < FALLS * self.before[1]
-        return changed.largest(harmonics, True) if moved else top
+        return changed.largest(harmonics, True, pairs) if moved else top
 
     def remedy(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
         """What a change of one thing by a share does; None where no steady motion is found with it."""
