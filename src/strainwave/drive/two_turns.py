@@ -76,7 +76,7 @@ def is_beating(error: Any) -> bool:
 
 
 def beat_said(train: DriveTrain | None) -> tuple[float, str]:
-    """Turns of the motor after which all that drives a train in two turns repeats, in words with those of its lines.
+    """Turns of the motor after which all that drives a train in two turns repeats, and what the error does, in words.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def beat_said(train: DriveTrain | None) -> tuple[float, str]:
     pulls = [law.order for law in _of_angle(train.load.end().drag) if law.amplitude]
     lines, both = [train.N / (math.gcd(*some) or math.inf) for some in (of_lines, [*of_lines, *pulls])]
     alone = "" if lines == both else f" (its lines alone every {plain(lines)})"
-    return both, f"the error beats every {plain(both)} turns of the motor{alone}"
+    return both, f"beats every {plain(both)} turns of the motor{alone}"
 
 
 @dataclass(frozen=True, eq=False)

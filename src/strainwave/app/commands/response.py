@@ -144,7 +144,7 @@ def _beat(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
         return ()
     smallest, period = float(curve.envelope[top, 1]), 2.0 * math.pi * curve.beat / float(curve.omega[top])
     sentence = (
-        f"{beat_said(project.whole)[1]}, there {number(period, 3)} s: "
+        f"the error {beat_said(project.whole)[1]}, there {number(period, 3)} s: "
         f"{angle_unit(smallest).text(smallest, project.digits())} in the turn where it is smallest; {A_TURN}"
     )
     return (

@@ -185,7 +185,7 @@ def bench_of(
             )
         for order in broken:
             order_pair(order, train.N)
-        remarks.append(f"T{beat_said(train)[1][1:]}.")
+        remarks.append(f"The error {beat_said(train)[1]}.")
     timing = _sampling(project, sampling, remarks)
     control, lag = train.motor.control, apart(train.motor.control)[1].get("lag", 0.0)
     if isinstance(control, Lagged):

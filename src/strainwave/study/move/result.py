@@ -119,7 +119,7 @@ def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
     if turned < beat:
         mean = train.N * path.travel() / (2.0 * math.pi * path.duration)
         yield (
-            f"T{text[1:]}, {beat / mean:.3g} s at the mean speed; the profile turns it by {turned:.4g} in "
+            f"The error {text}, {beat / mean:.3g} s at the mean speed; the profile turns it by {turned:.4g} in "
             f"{path.duration:.4g} s. The move has part of the beat: from another angle the error may be larger."
         )
 

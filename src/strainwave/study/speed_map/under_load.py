@@ -42,7 +42,7 @@ LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift 
 APART = 0.025  # relative distance of the speeds of the search
 HIGHEST = 100  # harmonic of an order that may still meet a resonance
 BEATS = (
-    "{}, {} s at {} and {} s at {}; the oscillation is that of the turn of "
+    "the error {}, {} s at {} and {} s at {}; the oscillation is that of the turn of "
     f"the motor in which the beat is largest; {A_TURN}"
 )
 TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"

@@ -187,9 +187,9 @@ def _figures(title: str, run: Run) -> dict[str, str]:
         for name, seeing in (("speeds", False), ("speeds-load-encoder", True))
     }
     if run.best:
-        speed, benches = run.best[0].speed, [run.benches[case.load_angle] for case in run.best]
-        before = figures.motion(benches[0], "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
-        after = [figures.motion(b, case.name, speed, case.name) for b, case in zip(benches, run.best, strict=True)]
+        speed, bench = run.best[0].speed, run.benches[run.best[0].load_angle]
+        before = figures.motion(bench, "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
+        after = [figures.motion(bench, case.name, speed, case.name) for case in run.best]
         drawn["error"] = figures.error_panels(before, after), 240.0, "pointing error before and after"
         drawn["orders"] = figures.order_panels(run.best), 240.0, "amplitudes by order before and after"
     if any(case.units for case in run.details):

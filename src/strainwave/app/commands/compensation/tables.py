@@ -149,8 +149,10 @@ def summary(run: Run) -> str:
 
 
 def _best(run: Run) -> list[str]:
-    """Numbers of the best controllers at every speed: one with an encoder on the load, one without."""
+    """Numbers of the best controllers at every speed, each at its worst angle: with an encoder on the load, without."""
+    angled = len(run.benches) > 1
     lines = [f"  {'motor rpm':>9}  {'controller':{NAME}}{'arcsec':>16}{'dB':>7}{'N·m rms':>9}{'largest':>9}"]
+    lines[0] += f"{'load deg':>10}" if angled else ""
     for i in range(len(run.found.speeds)):
         for case in (best_at(run.found, i, load_encoder=seeing) for seeing in (True, False)):
             if case is not None:
@@ -158,7 +160,7 @@ def _best(run: Run) -> list[str]:
                 name, torque = case.name + ("*" if case.load_encoder else ""), case.torque
                 lines.append(
                     f"  {case.speed / RPM:9.5g}  {name:{NAME}}{change:>16}{case.reduction:7.1f}{torque.rms:9.3g}"
-                    f"{torque.peak:9.3g}"
+                    f"{torque.peak:9.3g}" + (f"{np.degrees(case.load_angle):10.4g}" if angled else "")
                 )
     starred = any("*" in line for line in lines)
     return [*lines, "  * measures the angle of the load"] if starred else lines

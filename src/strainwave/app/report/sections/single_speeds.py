@@ -54,9 +54,9 @@ class BeatOfTurns:
             return []
         smallest = view.analysis.largest_oscillation().smallest or 0.0
         sizes_of = [Angle(size) for size in (float(np.max(beat.balanced)), smallest)]
-        text = "{}, {} s at {}: it oscillates with {} in the largest turn and "
+        text = "The error {}, {} s at {}: it oscillates with {} in the largest turn and "
         every, text = beat_said(view.project.whole)[1], f"{text}with {{}} in the smallest; {A_TURN}."
-        said = Sentence(text, f"T{every[1:]}", number(beat.period, 3), Speed(beat.omega), *sizes_of)
+        said = Sentence(text, every, number(beat.period, 3), Speed(beat.omega), *sizes_of)
         if beat.difference is not None:
             said += f" Integration gives the same within {percent(beat.difference, 2)} of the largest turn."
         return [said]
