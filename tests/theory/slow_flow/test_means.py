@@ -1,4 +1,4 @@
-"""Exact averages of piecewise-linear torques: against closed forms and quadrature, in both of their forms."""
+"""Exact averages of piecewise-linear torques: against closed forms and quadrature, compiled and as Python."""
 
 import math
 
@@ -83,7 +83,7 @@ def test_shortest_visit_beyond_a_breakpoint_is_seen():
         assert stiffness[0] == pytest.approx(2.0 * 2.0 / math.pi * math.acos(0.5 / a), rel=1e-4)
 
 
-def test_both_forms_agree():
+def test_compiled_and_python_agree():
     rng = np.random.default_rng(8)
     mean, z = 3e-4 * rng.normal(size=50), 2e-3 * (rng.normal(size=50) + 1j * rng.normal(size=50))
     for compiled, plain in zip(

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...base.law import breakpoints_of
 from ...base.results import Floats
-from ...compile.jit import kernel, kernel_as, run
+from ...compile.jit import kernel, run
 from ...compile.maths import cos, sin
 from ...numerics.addressed import law_by_address
 from .setting import Complexes
@@ -105,10 +105,15 @@ def _crossing(
     return place
 
 
-def _averages_loops(
-    breaks: Floats, slopes: Floats, mean: Any, re: Floats, im: Floats, f: float, lines: Floats, table: Floats,
+def averages(
+    breaks: Floats, slopes: Floats, mean: Floats, re: Floats, im: Floats, f: float, lines: Floats, table: Floats,
     force: Any, stiffness: Floats, twice: Any,
 ) -> None:  # fmt: skip
+    """Write the averages of N exp(-i f psi), N' and N' exp(-2 i f psi) for every u: N(0) and jumps as in `Pieces`.
+
+    `mean`, `re` and `im` (items,) give mean and z of each u, `lines` (lines, 3) what all have in common, and `table`
+    (3, points) cos f psi, sin f psi and the sum of the lines on the grid. A constant part of N plays no role.
+    """
     n = table.shape[1]
     spacing, u, torsions, psi = FULL / n, np.empty(n), np.empty(n), np.empty(n + 1)
     harmonics, c = terms(f, lines)
@@ -159,80 +164,6 @@ def _averages_loops(
                 stiffness[i] += jump * (psi[n] - place)
                 twice[i] += jump * 0.5j * (back * back - turn * turn) / f
                 piece = following
-
-
-@kernel_as(_averages_loops)
-def averages(
-    breaks: Floats, slopes: Floats, mean: Floats, re: Floats, im: Floats, f: float, lines: Floats, table: Floats,
-    force: Any, stiffness: Floats, twice: Any,
-) -> None:  # fmt: skip
-    """Write the averages of N exp(-i f psi), N' and N' exp(-2 i f psi) for every u: N(0) and jumps as in `Pieces`.
-
-    `mean`, `re` and `im` (items,) give mean and z of each u, `lines` (lines, 3) what all have in common, and `table`
-    (3, points) cos f psi, sin f psi and the sum of the lines on the grid. A constant part of N plays no role.
-    """
-    n, z, (harmonics, common) = table.shape[1], re + 1j * im, terms(f, lines)
-    u = mean[:, None] + re[:, None] * table[0] - im[:, None] * table[1] + table[2]
-    psi = np.tile(FULL / n * np.arange(n), (len(re), 1))
-    _onto_extrema(breaks, u, psi, mean, z, harmonics, common)
-    end = psi[:, :1] + FULL
-    piece = np.searchsorted(breaks, u, side="right")
-    force[:], stiffness[:], twice[:] = 0.5 * slopes[piece[:, 0]] * z, slopes[piece[:, 0]], 0.0
-    change = np.roll(piece, -1, axis=1) - piece
-    i, k = np.nonzero(change)
-    many, up = np.abs(change[i, k]), np.sign(change[i, k])
-    i, k, up = np.repeat(i, many), np.repeat(k, many), np.repeat(up, many)
-    passed = np.arange(len(i)) - np.repeat(np.cumsum(many) - many, many)
-    piece_before = piece[i, k] + up * passed
-    b = breaks[piece_before + np.minimum(up, 0)]
-    low, high, first = psi[i, k], np.hstack([psi, end])[i, k + 1], u[i, k]
-    c, turns = (z[i], *common[1:]), np.empty((len(common), len(i)), complex)
-    place = _located(b, first, np.roll(u, -1, axis=1)[i, k], low, high, (mean[i], c, harmonics), turns)
-    jump, last = (slopes[piece_before + up] - slopes[piece_before]) / FULL, end[i, 0]
-    series(mean[i], c, harmonics, place, turns)
-    turn, before = turns[0].conj(), integral(c, harmonics, place, turns)
-    series(mean[i], c, harmonics, last, turns)
-    back, whole = turns[0].conj(), integral(c, harmonics, last, turns)
-    np.add.at(force, i, jump * (whole - before + 1j * (mean[i] - b) / f * (back - turn)))
-    np.add.at(stiffness, i, jump * (last - place))
-    np.add.at(twice, i, jump * 0.5j * (back**2 - turn**2) / f)
-
-
-def _onto_extrema(
-    breaks: Floats, u: Floats, psi: Floats, mean: Floats, z: Complexes, harmonics: Floats, common: Complexes
-) -> None:
-    """Move the points at an extremum near a breakpoint onto it."""
-    before, after = u - np.roll(u, 1, axis=1), np.roll(u, -1, axis=1) - u
-    reach = np.maximum(np.abs(before), np.abs(after))
-    near = np.any(np.abs(u[..., None] - breaks) <= reach[..., None], axis=-1)
-    i, k = np.nonzero(near & (before * after <= 0.0))
-    c, turns = (z[i], *common[1:]), np.empty((len(common), len(i)), complex)
-    spacing = FULL / u.shape[1]
-    place = spacing * k
-    for _ in range(4):
-        _, slope, bend = series(mean[i], c, harmonics, place, turns)
-        step = np.divide(slope, bend, out=np.zeros_like(slope), where=bend != 0.0)
-        place = np.clip(place - step, spacing * (k - 0.5), spacing * (k + 0.5))
-    psi[i, k], u[i, k] = place, series(mean[i], c, harmonics, place, turns)[0]
-
-
-def _located(
-    b: Floats, first: Floats, last: Floats, low: Floats, high: Floats, parts: tuple[Any, ...], turns: Complexes
-) -> Floats:
-    """Where u passes b between low and high, by Newton's method inside the bracket."""
-    mean, c, harmonics = parts
-    rise = last - first
-    place = low + (high - low) * (b - first) / rise
-    for _ in range(30):
-        value, slope, _ = series(mean, c, harmonics, place, turns)
-        short = (value - b) * rise < 0.0
-        low, high = np.where(short, place, low), np.where(short, high, place)
-        step = np.divide(value - b, slope, out=np.full_like(slope, FULL), where=slope != 0.0)
-        moved = place - step
-        place = np.where((low <= moved) & (moved <= high), moved, 0.5 * (low + high))
-        if np.all((np.abs(step) < CLOSE) | (high - low < CLOSE)):
-            break
-    return np.asarray(place)
 
 
 @lru_cache(maxsize=64)
