@@ -14,7 +14,7 @@ import numpy as np
 from ...base.arguments import refuse
 from ...base.quantities import LARGEST, Angle, Reals, Torque, TorsionalStiffness, checked, reals, shown
 from ...compile.jit import kernel
-from .springs import PiecewiseLinear
+from .springs import PiecewiseLinear, corners
 
 FEWEST, MOST_POINTS = 3, 64
 
@@ -56,24 +56,21 @@ class RoundedPiecewiseLinear(NamedTuple):
 
     def torque(self, x: Reals) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
-        w, x1 = 0.5 * self.width, self.T1 / self.K1
-        x2 = x1 + (self.T2 - self.T1) / self.K2
+        w, (x1, x2) = 0.5 * self.width, corners(self)
         inner = 0.5 * (self.K1 - self.K2) * (rounded(x + x1, w) - rounded(x - x1, w))
         outer = 0.5 * (self.K2 - self.K3) * (rounded(x + x2, w) - rounded(x - x2, w))
         return self.K3 * x + inner + outer
 
     def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; continuous."""
-        w, x1 = 0.5 * self.width, self.T1 / self.K1
-        x2 = x1 + (self.T2 - self.T1) / self.K2
+        w, (x1, x2) = 0.5 * self.width, corners(self)
         inner = 0.5 * (self.K1 - self.K2) * (clipped(x + x1, w) - clipped(x - x1, w)) / w
         outer = 0.5 * (self.K2 - self.K3) * (clipped(x + x2, w) - clipped(x - x2, w)) / w
         return self.K3 + inner + outer
 
     def energy(self, x: Any) -> Any:
         """Energy stored [J] at torsion x [rad]."""
-        w, x1 = 0.5 * self.width, self.T1 / self.K1
-        x2 = x1 + (self.T2 - self.T1) / self.K2
+        w, (x1, x2) = 0.5 * self.width, corners(self)
         inner = 0.5 * (self.K1 - self.K2) * (area(x + x1, w) - area(x - x1, w) - 2.0 * area(x1, w))
         outer = 0.5 * (self.K2 - self.K3) * (area(x + x2, w) - area(x - x2, w) - 2.0 * area(x2, w))
         return 0.5 * self.K3 * x * x + inner + outer

@@ -124,6 +124,13 @@ class Polynomial(NamedTuple):
         return Polynomial(tuple(c * factor for c in self.coefficients))
 
 
+@kernel
+def corners(law: Any) -> Any:
+    """Torsions x1 and x2 [rad] at which the slope of a law of three slopes changes."""
+    x1 = law.T1 / law.K1
+    return x1, x1 + (law.T2 - law.T1) / law.K2
+
+
 class PiecewiseLinear(NamedTuple):
     """The vendors' stiffness: slope K1 up to torque T1, K2 up to T2, K3 beyond; odd, C0.
 
@@ -139,24 +146,21 @@ class PiecewiseLinear(NamedTuple):
 
     def torque(self, x: Any) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
-        x1 = self.T1 / self.K1
-        x2 = x1 + (self.T2 - self.T1) / self.K2
+        x1, x2 = corners(self)
         inner = 0.5 * (self.K1 - self.K2) * (abs(x + x1) - abs(x - x1))
         outer = 0.5 * (self.K2 - self.K3) * (abs(x + x2) - abs(x - x2))
         return self.K3 * x + inner + outer
 
     def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; at a breakpoint the mean of both sides."""
-        x1 = self.T1 / self.K1
-        x2 = x1 + (self.T2 - self.T1) / self.K2
+        x1, x2 = corners(self)
         inner = 0.5 * (self.K1 - self.K2) * (sign(x + x1) - sign(x - x1))
         outer = 0.5 * (self.K2 - self.K3) * (sign(x + x2) - sign(x - x2))
         return self.K3 + inner + outer
 
     def energy(self, x: Any) -> Any:
         """Energy stored [J] at torsion x [rad]."""
-        x1 = self.T1 / self.K1
-        x2 = x1 + (self.T2 - self.T1) / self.K2
+        x1, x2 = corners(self)
         # c is the part of abs(x) inside the breakpoint: the integral of clip(x, -b, b) is c abs(x) - c^2/2
         c1 = 0.5 * abs(abs(x + x1) - abs(x - x1))
         c2 = 0.5 * abs(abs(x + x2) - abs(x - x2))
@@ -166,14 +170,12 @@ class PiecewiseLinear(NamedTuple):
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the slope changes: -x2, -x1, x1, x2."""
-        x1 = self.T1 / self.K1
-        x2 = x1 + (self.T2 - self.T1) / self.K2
+        x1, x2 = corners(self)
         return (-x2, -x1, x1, x2)
 
     def scaled(self, factor: Reals) -> "Slopes":
         """The same law times a factor, without divisions."""
-        x1 = self.T1 / self.K1
-        x2 = x1 + (self.T2 - self.T1) / self.K2
+        x1, x2 = corners(self)
         half = 0.5 * factor
         return Slopes(self.K3 * factor, half * (self.K1 - self.K2), half * (self.K2 - self.K3), x1, x2)
 
@@ -201,6 +203,13 @@ class Slopes(NamedTuple):
         return self.K3 * x + inner + self.outer * (abs(x + self.x2) - abs(x - self.x2))
 
 
+@kernel
+def outside(x: Any, gap: Any) -> Any:
+    """Torsion [rad] beyond a gap of a half width: exactly 0 inside it."""
+    above, below = x - gap, x + gap
+    return 0.5 * ((above + abs(above)) + (below - abs(below)))
+
+
 class Backlash(NamedTuple):
     """Play: T = 0 for |x| <= half_gap, K (x - half_gap sign x) outside; odd, C0."""
 
@@ -209,8 +218,7 @@ class Backlash(NamedTuple):
 
     def torque(self, x: Any) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
-        above, below = x - self.half_gap, x + self.half_gap
-        return 0.5 * self.K * ((above + abs(above)) + (below - abs(below)))  # exactly 0 inside the gap
+        return self.K * outside(x, self.half_gap)
 
     def stiffness(self, x: Reals) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; at the edge of the gap the mean of both sides."""
@@ -219,9 +227,8 @@ class Backlash(NamedTuple):
 
     def energy(self, x: Any) -> Any:
         """Energy stored [J] at torsion x [rad]."""
-        above, below = x - self.half_gap, x + self.half_gap
-        outside = 0.5 * ((above + abs(above)) + (below - abs(below)))
-        return 0.5 * self.K * outside * outside
+        beyond = outside(x, self.half_gap)
+        return 0.5 * self.K * beyond * beyond
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] at the edges of the gap."""
@@ -261,19 +268,16 @@ class Play(NamedTuple):
 
     def torque(self, x: Any) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
-        above, below = x - self.half_gap, x + self.half_gap
-        return self.law.torque(0.5 * ((above + abs(above)) + (below - abs(below))))  # exactly 0 inside the gap
+        return self.law.torque(outside(x, self.half_gap))
 
     def stiffness(self, x: Any) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; at the edge of the gap the mean of both sides."""
-        above, below = x - self.half_gap, x + self.half_gap
-        touching = 1.0 - 0.5 * (sign(below) - sign(above))
-        return touching * self.law.stiffness(0.5 * ((above + abs(above)) + (below - abs(below))))
+        touching = 1.0 - 0.5 * (sign(x + self.half_gap) - sign(x - self.half_gap))
+        return touching * self.law.stiffness(outside(x, self.half_gap))
 
     def energy(self, x: Any) -> Any:
         """Energy stored [J] at torsion x [rad]."""
-        above, below = x - self.half_gap, x + self.half_gap
-        return self.law.energy(0.5 * ((above + abs(above)) + (below - abs(below))))
+        return self.law.energy(outside(x, self.half_gap))
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] at the edges of the gap, and the law's breakpoints moved outwards by it."""
