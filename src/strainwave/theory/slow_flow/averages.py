@@ -222,15 +222,10 @@ def harmonics(
     torsion, value = origin
     block = max(1, BLOCK // len(real_part))
     for rows in (slice(i, i + block) for i in range(0, len(c), block)):
-        u = c.real[rows] @ cosine + c.imag[rows] @ sine
-        outputs = values_along(values, law, torsion + u) - value
+        u = torsion + (c.real[rows] @ cosine + c.imag[rows] @ sine)
+        outputs = np.empty_like(u)
+        run(values, law_by_address(law), u.ravel(), outputs.ravel(), after=SEVERAL)
+        outputs -= value
         means.real[rows], means.imag[rows] = outputs @ real_part, outputs @ imaginary_part
     means /= len(real_part)
     return means
-
-
-def values_along(values: Callable[..., None], law: Any, u: Floats) -> Floats:
-    """What `torques` or `stiffnesses` gives at torsions [rad] of any shape."""
-    out = np.empty_like(u)
-    run(values, law_by_address(law), u.ravel(), out.ravel(), after=SEVERAL)
-    return out

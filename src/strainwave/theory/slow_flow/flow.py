@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ...base.law import check_law, repeating
 from ...base.protocols import System, with_parts
-from ...base.quantities import array_of, complex_number, interval, numbers, shown
+from ...base.quantities import array_of, complex_number, complex_numbers, interval, numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from . import response as response_curve
@@ -33,7 +33,7 @@ from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, Stead
 from .second_order import Forms, SecondOrderFlow, second_order
 from .setting import LARGEST, Resonance, setting
 from .states import attractor, fixed_points, states
-from .transient import evolve, rates, steady_motion, times
+from .transient import evolve, motion, times
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,11 @@ class SlowFlow:
         ValueError
             If z is not finite, or so large that its rate is not.
         """
-        return rates(self._flow, z)
+        with np.errstate(all="ignore"):
+            found = self._flow.rates(complex_numbers("z [rad]", z))
+        if not np.all(np.isfinite(found)):
+            raise ValueError(f"z [rad] is {shown(z)}, where the rate is not finite; give smaller amplitudes")
+        return found
 
     def steady_states(self) -> list[SteadyState]:
         """Every fixed point of the slow flow at the system's omega, by descending amplitude.
@@ -195,7 +199,12 @@ class SlowFlow:
 
         At second order with the small harmonics of the waveform: the mean, 2, 3, 5 times the fast angle, and so on.
         """
-        return steady_motion(self._flow, z, t)
+        asked = numbers("t [s]", np.ravel(t)).reshape(np.shape(t))
+        with np.errstate(all="ignore"):
+            found = motion(self._flow, complex_number("z [rad]", z), asked)
+        if not np.all(np.isfinite(found)):
+            raise ValueError(f"z is {shown(z)} rad, whose motion is not finite; give a smaller amplitude")
+        return found
 
     def attractor(self, z: complex) -> complex | None:
         """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.quantities import complex_number, complex_numbers, numbers, shown
+from ...base.quantities import numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Angle, Sentence, Speed
 from ...numerics.integration.attempts import DENSE, K1, Y1, K, Y, attempt, turned, workspace
@@ -122,25 +122,6 @@ def motion(flow: Flow, z: Any, t: Floats) -> Floats:
     return np.asarray(
         s.u0 + (z * np.exp(1j * s.fast * t)).real + small + s.forced(angles) + s.system.error.value(angles)
     )
-
-
-def steady_motion(flow: Flow, z: Any, t: Any) -> Floats:
-    """x(t) [rad] of one steady state at times of any shape; see `SlowFlow.steady_x`."""
-    times_ = numbers("t [s]", np.ravel(t)).reshape(np.shape(t))
-    with np.errstate(all="ignore"):
-        found = motion(flow, complex_number("z [rad]", z), times_)
-    if not np.all(np.isfinite(found)):
-        raise ValueError(f"z is {shown(z)} rad, whose motion is not finite; give a smaller amplitude")
-    return found
-
-
-def rates(flow: Flow, z: Any) -> Any:
-    """Rates [rad/s] of states in an array of any shape; see `SlowFlow.rates`."""
-    with np.errstate(all="ignore"):
-        found = flow.rates(complex_numbers("z [rad]", z))
-    if not np.all(np.isfinite(found)):
-        raise ValueError(f"z [rad] is {shown(z)}, where the rate is not finite; give smaller amplitudes")
-    return found
 
 
 def small_motion(flow: Flow, z: Any, t: Any) -> tuple[Any, Any]:

@@ -112,6 +112,13 @@ def with_inertia(rate: complex, by_re: complex, by_im: complex, carrier: complex
     return complex((d * rate.real - b * rate.imag) / det, (a * rate.imag - c * rate.real) / det)
 
 
+@kernel
+def first_rate(drive: LinearDrive, omega: Reals, amplitude: Reals, z: complex, mean: complex) -> Any:
+    """Rate z' [rad/s] of first order under a mean force over omega_0 [rad/s], see `averaging`."""
+    push = mean - soft(drive, omega, amplitude) * (0.5 / drive.omega_0)
+    return -complex(0.5 * drive.mu, fast_speed(drive, omega) - drive.omega_0) * z + 1j * push
+
+
 class FirstOrderCubic(NamedTuple):
     """First order of the cubic law under one line, see `cubic`; kappa = alpha omega_0 [1/(rad^2 s)].
 
@@ -124,17 +131,11 @@ class FirstOrderCubic(NamedTuple):
 
     def rate(self, drive: LinearDrive, omega: Reals, amplitude: Reals, z: complex) -> Any:
         """Rate z' [rad/s], and the small harmonics [rad]."""
-        c, force, y = hard(drive, drive.lines[0], omega, amplitude), soft(drive, omega, amplitude), z.conjugate()
+        c, y = hard(drive, drive.lines[0], omega, amplitude), z.conjugate()
         zz, cc = z.real * z.real + z.imag * z.imag, c.real * c.real + c.imag * c.imag
-        shift = fast_speed(drive, omega) - drive.omega_0 - self.kappa * (0.375 * zz + 0.75 * cc)
-        push = c * (0.125 * self.superharmonic * c * c + 0.375 * self.subharmonic * y * y)
-        push = complex(
-            self.kappa * push.real - 0.5 * force.real / drive.omega_0,
-            self.kappa * push.imag - 0.5 * force.imag / drive.omega_0,
-        )
-        return complex(
-            shift * z.imag - 0.5 * drive.mu * z.real - push.imag, push.real - 0.5 * drive.mu * z.imag - shift * z.real
-        ), ()
+        resonant = 0.125 * self.superharmonic * c * c + 0.375 * self.subharmonic * y * y
+        mean = self.kappa * ((0.375 * zz + 0.75 * cc) * z + c * resonant)
+        return first_rate(drive, omega, amplitude, z, mean), ()
 
     def motion(self, _drive: Any, _small: Any, _omega: Any, _angle: Any, _free: Any) -> Any:
         """Nothing: first order has no small harmonics."""
@@ -176,13 +177,8 @@ class FirstOrderSamples(NamedTuple):
             n = self.law.torque(drive.u0 + w) - rest - stiffness * w
             total += complex(n * turn.real, -n * turn.imag)
             b *= step
-        scale = 1.0 / (drive.omega_0 * self.J * self.points)
-        force = soft(drive, omega, amplitude)
-        push = complex(
-            scale * total.real - 0.5 * force.real / drive.omega_0, scale * total.imag - 0.5 * force.imag / drive.omega_0
-        )
-        detuning = fast_speed(drive, omega) - drive.omega_0
-        return -complex(0.5 * drive.mu, detuning) * z + 1j * push, ()
+        mean = total * (1.0 / (drive.omega_0 * self.J * self.points))
+        return first_rate(drive, omega, amplitude, z, mean), ()
 
     def motion(self, _drive: Any, _small: Any, _omega: Any, _angle: Any, _free: Any) -> Any:
         """Nothing: first order has no small harmonics."""
