@@ -85,7 +85,8 @@ def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
     drags = _drag(train.motor.drag), _drag(end.drag)
     rough = depends(train.law) != 1 or lacking(train.load, "chain") or (control is None and not held) or None in drags
     rubs = not held and not isinstance(train.friction, NoFriction)  # a motor that is held takes it and goes on
-    if rough or rubs or not _angle_is_steady(train):
+    still = isinstance(train.reference, AtRest) and isinstance(train.error, NoError)  # else with the base angle
+    if rough or rubs or not (still or isinstance(train.reference, Steady)):
         return None
     chain = train.load.chain()
     stiffnesses = [_stiffness(law) for _, _, law in chain]
@@ -93,12 +94,6 @@ def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
         return None
     part = _assembled(train, at_load, control, drags, stiffnesses)
     return part if at_load or part.loose < 0 or np.any(part.integral) or _in_balance(part) else None
-
-
-def _angle_is_steady(train: Any) -> bool:
-    """Whether the motor turns with the base angle, or, without kinematic error, rests."""
-    turns, still = isinstance(train.reference, Steady), isinstance(train.reference, AtRest)
-    return turns or (still and isinstance(train.error, NoError))
 
 
 def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses: list[Any]) -> TrainPart:

@@ -21,6 +21,7 @@ from ...base.results import Floats, SolveError
 from ...model.laws.hysteresis import BoucWen, Parallel
 from ...model.laws.springs import PiecewiseLinear, Play
 from ...numerics.loading import RTOL, SPEED, slow_path
+from ...numerics.operating_point import operating_point
 
 SMALL_LOOP = 0.04  # of the rated torque
 FINEST = 1e-13  # tolerance
@@ -275,7 +276,7 @@ class _Target(NamedTuple):
             differences["lost motion"] = motion / self.wanted["lost motion"] - 1.0
         for T in sorted({self.spring.T1, self.spring.T2, 0.5 * self.full}):
             if self.full * INSIDE >= T:
-                differences[f"torsion at {T:g} N*m"] = loop.middle(T) / _torsion(self.spring, T) - 1.0
+                differences[f"torsion at {T:g} N*m"] = loop.middle(T) / operating_point(self.spring, T) - 1.0
         return differences
 
     def unknowns(self, replace_spring: bool, gap: bool, n: int) -> tuple[Floats, int | None, Callable[[Floats], Any]]:
@@ -305,7 +306,7 @@ class _Target(NamedTuple):
 
     def elastic(self) -> float:
         """Lost motion [rad] of the spring alone."""
-        return 2.0 * _torsion(self.spring, self.small)
+        return 2.0 * operating_point(self.spring, self.small)
 
     def why(self, replace_spring: bool) -> str:
         """Why a law may not exist, and what to do."""
@@ -314,7 +315,7 @@ class _Target(NamedTuple):
                 "one Bouc-Wen law can only soften with the torque; put it beside the spring, replace_spring=False, or "
                 "raise the tolerance"
             )
-        largest = 2.0 * _torsion(self.spring, self.full)
+        largest = 2.0 * operating_point(self.spring, self.full)
         if self.wanted["hysteresis loss"] > largest:
             return (
                 f"a loop to {self.full:g} N*m and back is {largest:.3g} rad wide with the spring alone, and the "
@@ -325,10 +326,3 @@ class _Target(NamedTuple):
             "gap raises the hysteresis loss as well: a datasheet's 'less than' is a limit and not a value, leave "
             "lost_motion out or give one that is nearer to the hysteresis loss"
         )
-
-
-def _torsion(spring: PiecewiseLinear, torque: float) -> float:
-    """Torsion [rad] of the datasheet's curve at a torque [N*m] >= 0."""
-    first = min(torque, spring.T1) / spring.K1
-    second = max(0.0, min(torque, spring.T2) - spring.T1) / spring.K2
-    return first + second + max(0.0, torque - spring.T2) / spring.K3
