@@ -136,7 +136,7 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
     letters = int(LINE * width / WIDTH)
     captions = [line for panel in panels for text in panel.caption for line in wrap(text, letters)]
     top = len(rows) * height + room + 4.0
-    below = legend + "".join(_text(LEFT, top + CAPTION_ROW * i, line, "start") for i, line in enumerate(captions))
+    below = legend + "".join(text_at(LEFT, top + CAPTION_ROW * i, line, "start") for i, line in enumerate(captions))
     room += CAPTION_ROW * len(captions)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
@@ -155,16 +155,10 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
     (left, right, xlog), (bottom, top, ylog) = panel.scales()
 
     def across(values: ArrayLike) -> Floats:
-        v = np.asarray(values, float)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.log(v / left) / math.log(right / left) if xlog else (v - left) / (right - left)
-        return np.asarray(np.clip(np.nan_to_num(share, nan=-4.0), -4.0, 5.0) * w)
+        return np.asarray(_shares(values, left, right, xlog) * w)
 
     def up(values: ArrayLike) -> Floats:
-        v = np.asarray(values, float)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.log(v / bottom) / math.log(top / bottom) if ylog else (v - bottom) / (top - bottom)
-        return np.asarray(h - np.clip(np.nan_to_num(share, nan=-4.0), -4.0, 5.0) * h)
+        return np.asarray(h - _shares(values, bottom, top, ylog) * h)
 
     xs, names = _shown_ticks(panel.x, left, right, xlog, max(4, round(w / 75.0)))
     ys, heights = _shown_ticks(panel.y, bottom, top, ylog, max(4, round(h / 45.0)), panel.ystep)
@@ -173,14 +167,14 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
     svg = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
     svg.append(f'<path d="M0 0V{h:.1f}H{w:.1f}" fill="none" stroke="{INK}"/>')
     for v, name in zip(px, names, strict=True):  # the last one ends within the figure
-        svg.append(_text(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
-    svg += [_text(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
-    svg.append(_text(0.0, -9.0, panel.title, "start"))
+        svg.append(text_at(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
+    svg += [text_at(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
+    svg.append(text_at(0.0, -9.0, panel.title, "start"))
     if named:
-        svg.append(_text(w / 2.0, h + 35.0, str(panel.x), "middle"))
+        svg.append(text_at(w / 2.0, h + 35.0, str(panel.x), "middle"))
     beside_ticks = -max(44.0, 12.0 + 7.4 * max(map(len, heights), default=0))
     for i, text in enumerate(reversed(panel.y.lines(int((h + TOP + 24.0) / LETTER)))):
-        svg.append(_text(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True))
+        svg.append(text_at(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True))
     # an inner svg clips what leaves the panel
     svg.append(f'<svg width="{w:.1f}" height="{h:.1f}" overflow="hidden">')
     if panel.cells is not None:
@@ -197,6 +191,14 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
             ]
     svg += _notes(panel, across, up, (w, h))
     return "".join(svg) + "</g>"
+
+
+def _shares(values: ArrayLike, low: float, high: float, log: bool) -> Floats:
+    """Places of values on an axis, from 0 at its one end to 1 at the other."""
+    v = np.asarray(values, float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.log(v / low) / math.log(high / low) if log else (v - low) / (high - low)
+    return np.clip(np.nan_to_num(share, nan=-4.0), -4.0, 5.0)
 
 
 def _shown_ticks(
@@ -240,16 +242,17 @@ def _notes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float]) ->
     lines.append(edge)
     high = [note for note in panel.notes if note.above]
     rows = placed_above(high, across([note.x for note in high]), w, LETTER)
-    texts = [_text(middle, -4.0 - 13.0 * row, text, "middle") for text, middle, row in rows]
+    texts = [text_at(middle, -4.0 - 13.0 * row, text, "middle") for text, middle, row in rows]
     for note in panel.notes:
         place = float(across(note.x))
         if not note.above and -1.0 < place < w + 1.0:
             u, v, anchor = beside(place, float(up(note.y)), LETTER * len(note.text), lines, w)
-            texts.append(_text(u, v, note.text, anchor, halo=True))
+            texts.append(text_at(u, v, note.text, anchor, halo=True))
     return texts
 
 
-def _text(x: float, y: float, text: str, anchor: str, turned: bool = False, halo: bool = False) -> str:
+def text_at(x: float, y: float, text: str, anchor: str, turned: bool = False, halo: bool = False) -> str:
+    """A text at a place [px]."""
     if not text:
         return ""
     place = f'x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"'
@@ -328,5 +331,5 @@ def _legend(entries: dict[str, Curve], top: float, width: float) -> tuple[str, f
             svg.append(f'<rect {band} fill-opacity="0.45"/>')
         else:
             svg.append(f'<path d="M{x:.1f} {y:.1f}h{SAMPLE - 6.0}" fill="none" {_stroke(curve)}/>')
-        svg.append(_text(x + SAMPLE, y + 4.0, name, "start"))
+        svg.append(text_at(x + SAMPLE, y + 4.0, name, "start"))
     return "".join(svg), LEGEND_ROW * (1 + (len(entries) - 1) // columns) + 4.0

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 import strainwave as sw
-from strainwave.app.report.sections.compensation import Compensation
+from strainwave.app.report.sections.advice import Compensation
 from strainwave.files.reading import from_text
 
 PROJECT = """\

@@ -13,7 +13,7 @@ from strainwave.app.commands.analyze import analyse
 from strainwave.app.console import number, plain
 from strainwave.app.report.report import page
 from strainwave.app.report.section import asked
-from strainwave.app.report.sections.parametric import ParametricResonances
+from strainwave.app.report.sections.derived import ParametricResonances
 from strainwave.app.view import AngleUnit, View
 from strainwave.files.reading import read_project
 

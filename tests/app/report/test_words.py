@@ -8,10 +8,9 @@ import pytest
 import strainwave as sw
 from strainwave.app.report.sections.advice import SpeedsToAvoid
 from strainwave.app.report.sections.derived import facts
-from strainwave.app.report.sections.opening import Opening
+from strainwave.app.report.sections.opening import Opening, warnings
 from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
 from strainwave.app.report.sections.trust import Stability
-from strainwave.app.report.sections.warnings import warnings
 from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC, RPM, Speeds

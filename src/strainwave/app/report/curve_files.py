@@ -23,7 +23,9 @@ def write(view: View, folder: Path) -> list[str]:
             columns += [("peak_x_rad", np.array([m.peak for m in good]))]
             write_csv(folder / name, [*columns, ("periodic", np.array([m.closed for m in good], float))])
             names.append(name)
-    curves = [("exact-response.csv", exact_columns(speeds, analysis.exact.curve))]
+    exact = analysis.exact.curve
+    sizes = {"oscillation_of_x_rad": exact.oscillation, "peak_x_rad": exact.peak}
+    curves = [("exact-response.csv", _columns(speeds, exact, sizes))]
     curves += [(f"drive-response{_under(load)}.csv", drive_columns(speeds, found)) for load, found in analysis.curves]
     for name, table in curves:
         if len(table[0][1]):
@@ -47,11 +49,6 @@ def speed_columns(speeds: Speeds, omega: Floats) -> list[tuple[str, Floats]]:
     return [*named, ("motor_speed_rpm", speeds.scale * omega)] if speeds.by_motor else named
 
 
-def exact_columns(speeds: Speeds, curve: Branch) -> list[tuple[str, Floats]]:
-    """Columns of a response curve in arc order: speed, oscillation, largest |x|, first harmonics of x, stability."""
-    return _columns(speeds, curve, {"oscillation_of_x_rad": curve.oscillation, "peak_x_rad": curve.peak})
-
-
 def drive_columns(speeds: Speeds, drive: DriveResponse) -> list[tuple[str, Floats]]:
     """Columns of the motions of a drive in arc order; the error is the pointing error, or x without a reference."""
     error = "pointing_error" if drive.has_reference else "x"
@@ -67,6 +64,7 @@ def drive_columns(speeds: Speeds, drive: DriveResponse) -> list[tuple[str, Float
 
 
 def _columns(speeds: Speeds, curve: Branch, sizes: dict[str, Floats]) -> list[tuple[str, Floats]]:
+    """Columns of a response curve in arc order: speed, sizes, first harmonics of x, stability."""
     harmonics = range(1, min(9, curve.coefficients.shape[1] // 2) + 1)
     amplitudes = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in harmonics]
     return [

@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import Any, NamedTuple
 
 from ...base.sentences import Sentence, Speed
-from ...plot.svg import FONT, GRID, INK, LETTER, WIDTH
+from ...plot.svg import FONT, GRID, INK, LETTER, WIDTH, text_at
 from ...study.analysis.avoid import Avoid, worst_of
 from ...study.analysis.remedies import Remedy
 from ..console import number
@@ -19,6 +19,10 @@ ROW, LINE, THICK, TOP = 12.0, 16.0, 13.0, 40.0  # space between rows, of a line 
 NAME, GAP = 42, 7.0  # letters of a line of a name, and distance of texts [px]
 LARGEST = 1.0  # relative change from which on a bar is cut; its value stands beside it
 FILL, HATCH = "#0072B2", "more"
+PATTERN = (
+    f'<defs><pattern id="{HATCH}" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
+    f'<path d="M0 0V6" stroke="{INK}" stroke-width="2"/></pattern></defs>'
+)
 
 
 def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
@@ -164,30 +168,21 @@ def bars(rows: Sequence[Bar], title: str, label: str) -> str:
     zero, y, parts = left + room - low * scale, TOP, []
     for row, lines, change in zip(rows, names, changes, strict=True):
         middle = y + 0.5 * LINE * len(lines)
-        parts += [_text(left - GAP, y + LINE * (i + 0.75), line, "end") for i, line in enumerate(lines)]
+        parts += [text_at(left - GAP, y + LINE * (i + 0.75), line, "end") for i, line in enumerate(lines)]
         parts.append(_bar(zero, middle, change * scale))
         x, anchor = (zero + change * scale - GAP, "end") if change < 0.0 else (zero + change * scale + GAP, "start")
-        parts.append(_text(x, middle + 0.25 * LINE, row.value, anchor))
+        parts.append(text_at(x, middle + 0.25 * LINE, row.value, anchor))
         y += LINE * len(lines) + ROW
     axis = f'<path d="M{zero:.1f} {TOP - 6.0:.1f}V{y - 0.5 * ROW:.1f}" stroke="{INK}"/>'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
         f'viewBox="0 0 {WIDTH:.0f} {y:.0f}" fill="{INK}" font-size="{FONT}" '
-        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{_hatch()}'
-        f"{_text(GAP, 18.0, title, 'start')}{''.join(parts)}{axis}</svg>"
+        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{PATTERN}'
+        f"{text_at(GAP, 18.0, title, 'start')}{''.join(parts)}{axis}</svg>"
     )
-
-
-def _hatch() -> str:
-    pattern = f'<pattern id="{HATCH}" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
-    return f'<defs>{pattern}<path d="M0 0V6" stroke="{INK}" stroke-width="2"/></pattern></defs>'
 
 
 def _bar(zero: float, middle: float, width: float) -> str:
     look = f'fill="{FILL}"' if width < 0.0 else f'fill="url(#{HATCH})"'
     place = f'x="{min(zero, zero + width):.1f}" y="{middle - 0.5 * THICK:.1f}" width="{abs(width):.1f}"'
     return f'<rect {place} height="{THICK:g}" {look} stroke="{INK if width else GRID}"/>'
-
-
-def _text(x: float, y: float, text: str, anchor: str) -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'

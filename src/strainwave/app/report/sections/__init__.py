@@ -1,16 +1,13 @@
 """The sections of the report, each with its part of the page beside its file."""
 
 from ..section import Section
-from .advice import SpeedsToAvoid
-from .compensation import Compensation
-from .derived import DerivedQuantities
-from .opening import Opening
-from .parametric import Hysteresis, ParametricResonances
+from .advice import Compensation, SpeedsToAvoid
+from .derived import DerivedQuantities, Hysteresis, ParametricResonances
+from .opening import Opening, Warnings
 from .resonances import Resonances
 from .single_speeds import BeatOfTurns, SingleSpeeds
 from .speed_range import SpeedRange
 from .trust import Provenance, Stability, Trust
-from .warnings import Warnings
 from .whole_train import Motors, RunUpOfTrain, WholeTrain
 
 SECTIONS: tuple[Section, ...] = (

@@ -1,4 +1,4 @@
-"""Opening of the report: the drive, the verdict, and the key numbers."""
+"""Opening of the report: the drive, the verdict, and the key numbers; and warnings to read before using them."""
 
 import math
 from typing import Any
@@ -9,15 +9,18 @@ from ....base.law import spring_stiffness
 from ....base.sentences import Sentence, Speed
 from ....base.units import RPM
 from ....drive.asked import MotorLimits
+from ....files.notes import unsaid
+from ....model.drive import HDC_40_050, HDC_40_050_WARNING
+from ....model.gears.limits import gravest
 from ....plot.svg import stacked
-from ....study.analysis.analysis import Largest
+from ....study.analysis.analysis import Analysis, Largest
 from ....study.analysis.verdict import Answer
 from ...console import WHAT_X_IS, number, percent
 from ...view import View, place_said, sizes, under_load
 from ..remedies import after_change, can_be_ordered, words
 from ..verdict import answers, how_sure, loop_margins, ranges, verdict_data
 from .speed_range import drive_figure, figure_said
-from .whole_train import modes, parts
+from .whole_train import modes, parts, train_warning
 
 CONVENTIONS = (
     f"{WHAT_X_IS}; oscillation is the largest distance from the mean, in a run-up from the mean of its turns; peak is "
@@ -222,3 +225,54 @@ def _largest_torque(view: View) -> dict[str, Any]:
         "ratcheting_torque_Nm": gear.ratcheting_torque if gear else None,
         "momentary_torque_Nm": gear.momentary_torque if gear else None,
     }
+
+
+class Warnings:
+    """Warnings of the analysis, exceeded limits of the gear, and doubts about the file."""
+
+    heading = ""
+    template = "warnings.html.j2"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """All warnings in sentences."""
+        return {"warnings": warnings(view)}
+
+    def lines(self, _: View, data: dict[str, Any]) -> list[str]:
+        """Their number."""
+        count = len(data["warnings"])
+        return [f"{count} warning(s) in the report"] if count else []
+
+
+def warnings(view: View) -> list[str]:
+    """Sentences to read before using the numbers, the gravest first."""
+    project, analysis = view.project, view.analysis
+    sentences = [*train_warning(view), *_overload(analysis)]
+    article = (HDC_40_050.law, HDC_40_050.J_m, HDC_40_050.J_l)
+    if (project.drive.law, project.drive.J_m, project.drive.J_l) == article:
+        sentences.append(HDC_40_050_WARNING)
+    sentences += analysis.warnings
+    sweep = analysis.response.sweep
+    for band in () if sweep is None else sweep.bands:
+        text = (
+            "Run-up and run-down differ between {}: two stable motions exist there, and which one the drive is on "
+            "depends on its history; pass through that band quickly or keep out of it."
+        )
+        remark = "" if band.whole else " A jump between them lies outside the speed range; take a wider one to see it."
+        sentences.append(Sentence(text, Speed(band.low, band.high, digits=5)) + remark)
+    for jump in () if sweep is None else sweep.alone:
+        text = (
+            "The response jumps at {}, and in the other direction its stable motions end before that speed: the curve "
+            "does not show what follows there; integrate to see it."
+        )
+        sentences.append(Sentence(text, Speed(jump.value, digits=5)))
+    return [*sentences, *unsaid(project.notes, sentences)]
+
+
+def _overload(analysis: Analysis) -> list[str]:
+    """Sentences on exceeded limits of the gear's datasheet."""
+    used, sentences = analysis.usage, list[str]()
+    for finding in sorted(gravest(analysis.limits), key=lambda f: f.value != used.peak_torque):  # that one breaks gears
+        speed = {used.peak_torque: used.at_peak, used.average_torque: used.at_average}.get(finding.value)
+        begin = "" if speed is None else "At " + Speed(speed, digits=5) + ": "
+        sentences.append(begin + finding.sentence.replace("N*m", "N·m"))
+    return sentences

@@ -88,10 +88,6 @@ class RunUpOfTrain:
         study = view.analysis.train
         return [] if study is None or study.ramp is None else [_run_figure(view, study, study.ramp)]
 
-    def lines(self, _: View, __: dict[str, Any]) -> list[str]:
-        """Nothing for the terminal."""
-        return []
-
     def train(self, view: View) -> Any:
         """Data of the train, with what the error equation makes of it; None without a train."""
         study = view.analysis.train
