@@ -177,11 +177,6 @@ class Specification:
         return largest + abs(self.preload)
 
     @property
-    def momentary_load(self) -> float:
-        """Largest torque at all, with the preload [N*m]."""
-        return max(self.peak_load, abs(self.momentary_torque or 0.0) + abs(self.preload))
-
-    @property
     def mean_speed(self) -> float:
         """Mean size of the load's speed over the time [rad/s]."""
         if self.average_speed is not None:
@@ -190,11 +185,6 @@ class Specification:
             times = np.array([part[2] for part in self.duty])
             return float(np.average([abs(part[1]) for part in self.duty], weights=times))
         return self.speeds[1]
-
-    @property
-    def highest_speed(self) -> float:
-        """Highest speed of the load, in the range or in the duty cycle [rad/s]."""
-        return max(self.speeds[1], *(abs(part[1]) for part in self.duty), 0.0)
 
     def control(self, inertia: float) -> Any:
         """Control of the motor on the inertia [kg*m^2, motor side] that it turns; None of an ideally held motor."""
@@ -268,11 +258,12 @@ def ratings(gear: Gear, spec: Specification) -> Iterator[Finding]:
     yield from check_limits(
         gear,
         average_torque=spec.average_load,
-        max_speed=gear.ratio * spec.highest_speed,
+        max_speed=gear.ratio * max([spec.speeds[1], *(abs(part[1]) for part in spec.duty)]),
         average_speed=gear.ratio * spec.mean_speed,
     )
     yield from (f for f in check_limits(gear, peak_torque=spec.peak_load) if f.limit in PEAKS)
-    yield from (f for f in check_limits(gear, peak_torque=spec.momentary_load) if f.limit not in PEAKS)
+    momentary = max(spec.peak_load, abs(spec.momentary_torque or 0.0) + abs(spec.preload))
+    yield from (f for f in check_limits(gear, peak_torque=momentary) if f.limit not in PEAKS)
 
 
 def life(gear: Gear, spec: Specification) -> float:
