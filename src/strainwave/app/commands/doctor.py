@@ -35,6 +35,7 @@ EXTRAS = {
 def report() -> dict[str, Any]:
     """Collect the facts that `doctor` prints."""
     units, cpu = target_cpu()
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     folder = cache.cache_folder()
     writable, reason = _writable(folder)
     size = sum(f.stat().st_size for f in folder.glob("**/*") if f.is_file()) if os.path.isdir(folder) else 0
@@ -47,7 +48,7 @@ def report() -> dict[str, Any]:
         "compilation": "on" if jit.enabled() else "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)",
         "gpu": cuda.missing() or "usable",
         "cache": {"folder": str(folder), "writable": writable, "why": reason, "bytes": size},
-        "cores": {"machine": os.cpu_count(), "usable": _usable_cores()},
+        "cores": {"machine": os.cpu_count(), "usable": cores},
         "cpu": cpu,
         "simd": units,
         "extras": {extra: all(importlib.util.find_spec(m) for m in modules) for extra, modules in EXTRAS.items()},
@@ -59,10 +60,6 @@ def _version(package: str) -> str | None:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
         return None
-
-
-def _usable_cores() -> int | None:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 
 
 def _writable(folder: Path) -> tuple[bool, str]:

@@ -14,7 +14,7 @@ from ...files.order_tables.order_table import OrderTable, named
 from ...files.reading import read_project
 from ..console import Progress, to_json
 from ..console import number as written
-from .options import file_type, json_option, output_option, pairs, project_argument, written_type
+from .options import file_type, json_option, output_option, pairs_option, project_argument, written_type
 
 
 @click.command()
@@ -66,17 +66,8 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
     help="Format of OUT: json, csv, points, grid, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx.",
 )  # fmt: skip
 @click.option("--from", "origin", help="Format of IN. Default: recognised by its content.")
-@click.option(
-    "--option",
-    "options",
-    multiple=True,
-    callback=pairs,
-    metavar="KEY=VALUE",
-    help="Option of OUT, as points=360; repeatable.",
-)
-@click.option(
-    "--from-option", "known", multiple=True, callback=pairs, metavar="KEY=VALUE", help="Option of IN; repeatable."
-)
+@pairs_option("--option", "options", "KEY=VALUE", "Option of OUT, as points=360; repeatable.")
+@pairs_option("--from-option", "known", "KEY=VALUE", "Option of IN; repeatable.")
 @click.option("--ratio", type=float, help="Ratio of the gear, in place of the table's.")
 @click.option("--speed", help='Speed of the table\'s shaft at which its delay becomes phase, as "300 rpm".')
 @click.option(

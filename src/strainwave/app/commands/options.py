@@ -84,18 +84,23 @@ def pairs(_context: click.Context, option: click.Parameter, texts: tuple[str, ..
     return values
 
 
+def pairs_option(name: str, variable: str, metavar: str, help: str) -> Callable[[Any], Any]:
+    """An option that may be repeated, each time with a pair."""
+    return click.option(name, variable, multiple=True, callback=pairs, metavar=metavar, help=help)
+
+
 dialect_options = together(
     click.option("--delimiter", help='Column separator; " " for any number of blanks. Default: found.'),
     click.option("--decimal", help="Decimal separator. Default: found."),
 )
 reading_options = together(  # of logs
-    click.option(
-        "--column", "columns", multiple=True, callback=pairs, metavar="CHANNEL=COLUMN",
-        help="Name or place (0 is the first) of the column of a channel: load_angle=pos, torque=3; repeatable.",
+    pairs_option(
+        "--column", "columns", "CHANNEL=COLUMN",
+        "Name or place (0 is the first) of the column of a channel: load_angle=pos, torque=3; repeatable.",
     ),
-    click.option(
-        "--unit", "units", multiple=True, callback=pairs, metavar="CHANNEL=UNIT",
-        help='Unit of a channel, as load_angle=deg, or the size of 1: "load_angle=0.088 deg"; repeatable.',
+    pairs_option(
+        "--unit", "units", "CHANNEL=UNIT",
+        'Unit of a channel, as load_angle=deg, or the size of 1: "load_angle=0.088 deg"; repeatable.',
     ),
     click.option("--rate", type=float, help="Samples per second of a file without a time."),
     click.option("--ratio", type=float, help="Ratio of the gear: the log of another one is refused."),

@@ -25,7 +25,7 @@ from ...console import number, print_table, reported, to_json
 from ...output import write_all
 from ...view import quantity as value_of
 from ...view import sign
-from ..options import dialect_options, file_type, json_option, output_option, pairs, project_argument
+from ..options import dialect_options, file_type, json_option, output_option, pairs_option, project_argument
 
 
 @click.command()
@@ -38,14 +38,11 @@ from ..options import dialect_options, file_type, json_option, output_option, pa
 @click.option("--amplitude", type=float, help="Amplitude of the excitation, for --second.")
 @click.option("--second", type=file_type, help="File measured with another amplitude.")
 @click.option("--second-amplitude", type=float, help="Its amplitude.")
-@click.option(
-    "--column", "columns", multiple=True, callback=pairs, metavar="CHANNEL=COLUMN",
-    help="Column of frequency, size, phase, real, imaginary, or of records; repeatable.",
+@pairs_option(
+    "--column", "columns", "CHANNEL=COLUMN",
+    "Column of frequency, size, phase, real, imaginary, or of records; repeatable.",
 )  # fmt: skip
-@click.option(
-    "--unit", "units", multiple=True, callback=pairs, metavar="CHANNEL=UNIT",
-    help="Unit, as frequency=Hz, size=dB or phase=deg; repeatable.",
-)  # fmt: skip
+@pairs_option("--unit", "units", "CHANNEL=UNIT", "Unit, as frequency=Hz, size=dB or phase=deg; repeatable.")
 @dialect_options
 @output_option("Folder for bode.svg, bode.csv and bode.json.")
 @json_option
