@@ -4,9 +4,7 @@
 const COLUMNS = 6;
 
 /** A machine of the bytes of the kernels, and of those of laws beside them; `kinds` are those of all arguments. */
-function start(bytes, kinds, laws) {
-  return renewed({ kinds, modules: [bytes, laws].map((code) => new WebAssembly.Module(code)) });
-}
+const start = (bytes, kinds, laws) => renewed({ kinds, modules: [bytes, laws].map((code) => new WebAssembly.Module(code)) });
 
 /** The machine with memory of its own, as after a kernel that ended in its middle: nothing gives back what that took. */
 function renewed(machine) {

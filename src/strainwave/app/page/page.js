@@ -98,9 +98,7 @@ function drawn(data, found, width, pins, { column, size, name, limit }) {
 }
 
 /** Whether this browser has the vectors that the kernels take. */
-function hasVectors() {
-  return typeof DecompressionStream === "function" && typeof WebAssembly === "object" && WebAssembly.validate(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]));
-}
+const hasVectors = () => typeof DecompressionStream === "function" && typeof WebAssembly === "object" && WebAssembly.validate(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]));
 
 /** The motion of an answer next to the place of a pointer in a picture, in words. */
 function pointed(data, found, svg, { clientX }) {

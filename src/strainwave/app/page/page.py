@@ -7,6 +7,7 @@ beside them when the file is written.
 import base64
 import json
 import re
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,7 @@ def page_of(project: Project) -> str:
 def page_with(data: dict[str, Any], laws: bytes, *scripts: str) -> str:
     """Text of a page of data and of the code of its laws; `scripts` are files that it has besides."""
     put = {
-        "TITLE": _escaped(data["title"]), "STYLE": _lean("page.css"),
+        "TITLE": escape(data["title"], quote=False), "STYLE": _lean("page.css"),
         "CODE": "".join(map(_lean, ("machine.js", *scripts, "page.js"))),
         "DATA": json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"), "LAWS": _packed(laws),
         "KERNELS": _packed((HERE / "kernels.wasm.gz").read_bytes()),
@@ -98,19 +99,15 @@ def page_with(data: dict[str, Any], laws: bytes, *scripts: str) -> str:
 
 def refused_parts(project: Project) -> list[str]:
     """Parts of a drive that no page holds."""
-    parts = []
-    if project.has_memory:
-        parts.append("a law with friction or memory")
-    if project.damping is not None or project.stiffness is not None:
-        parts.append("a damping or stiffness that varies")
-    if project.mean_range is not None:
-        parts.append("a range of load torques")
-    if project.postures:
-        parts.append("loads in postures")
-    if project.is_beating:
-        parts.append("a line of the output's turn")
-    if project.loaded_error is not None:
-        parts.append("an error that depends on torque or direction")
+    reasons = {
+        "a law with friction or memory": project.has_memory,
+        "a damping or stiffness that varies": project.damping is not None or project.stiffness is not None,
+        "a range of load torques": project.mean_range is not None,
+        "loads in postures": project.postures,
+        "a line of the output's turn": project.is_beating,
+        "an error that depends on torque or direction": project.loaded_error is not None,
+    }
+    parts = [part for part, refused in reasons.items() if refused]
     if project.train is not None and not parts:
         parts += nonlinear_parts(project.train)
     return parts
@@ -231,7 +228,3 @@ def _lean(name: str) -> str:
 
 def _packed(code: bytes) -> str:
     return base64.b64encode(code).decode()
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;")
