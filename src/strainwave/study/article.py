@@ -18,7 +18,6 @@ import numpy as np
 
 from ..base.arguments import silent, typed
 from ..base.results import Floats
-from ..base.series import largest_of_samples
 from ..model.drive import HDC_40_050
 from ..model.excitation import Harmonic
 from ..model.laws.springs import Cubic
@@ -250,8 +249,17 @@ def _from_rest(
     def rms(x: Floats) -> float:
         return math.sqrt(float(np.mean((x[window] - exact.y[0, window]) ** 2)) / size)
 
-    sizes = largest_of_samples(np.array([first, second])).tolist()
-    return exact.peak(), (sizes[0], sizes[1]), (rms(first), rms(second))
+    return exact.peak(), (_peak(first), _peak(second)), (rms(first), rms(second))
+
+
+def _peak(x: Floats) -> float:
+    """Largest |x| of equidistant samples, refined by the parabola through the largest three."""
+    at = int(np.argmax(np.abs(x)))
+    if at in (0, len(x) - 1):
+        return float(abs(x[at]))
+    left, middle, right = map(float, np.abs(x[at - 1 : at + 2]))
+    bend = left - 2.0 * middle + right
+    return middle if bend == 0.0 else middle - (left - right) ** 2 / (8.0 * bend)
 
 
 def _harmonics(place: tuple[str, str, str], system: Oscillator, case: Case, mu: float) -> list[Cell]:
