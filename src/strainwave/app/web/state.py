@@ -40,13 +40,17 @@ class Refused(ValueError):
     """Input of a visitor that cannot be used; the sentence says why."""
 
 
-class State(BaseModel):
+class Body(BaseModel):
+    """A request; unknown fields, infinities and NaN are refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class State(Body):
     """A drive as a visitor has it: a gear of the catalogue or a project file, with changed values.
 
     The server keeps nothing of it: every request brings the whole state, and the address of the page holds it.
     """
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
     gear: str | None = Field(
         default=None, max_length=LONGEST, description="Name of a gear of the catalogue, as CSG-40-50."
@@ -59,12 +63,6 @@ class State(BaseModel):
         max_length=MOST_VALUES,
         description='Changed values with their units, by their names in the file: {"load.inertia": "2 kg*m^2"}.',
     )
-
-
-class Body(BaseModel):
-    """A request; unknown fields, infinities and NaN are refused."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
 class OfState(Body):

@@ -117,7 +117,8 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     found, own, scale = solved(project, whole)
     speeds, curve = project.speeds, found.curve
     top = found.top
-    sweep, limit, motor_limits = found.sweep, project.limit, project.motor_limits or MotorLimits()
+    bands = found.sweep.bands if found.sweep else ()
+    limit, motor_limits = project.limit, project.motor_limits or MotorLimits()
     unstable = [(low * scale, high * scale) for low, high in without_stable(found)]
     low, high = project.other_loads
     judged = own.judged(found, round(speeds.scale / scale))
@@ -137,9 +138,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "mean_torque": found.mean_torque,
         "stable": found.stable,
         "folds": [{"speed": scale * fold.omega, "oscillation_arcsec": _at(found, fold.omega)} for fold in curve.folds],
-        "jumps": []
-        if sweep is None
-        else [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in sweep.bands],
+        "jumps": [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in bands],
         "avoid": [(low * scale, high * scale) for low, high in judged.verdict.speeds],
         "unstable": unstable,
         "limit_arcsec": None if limit is None else limit / ARCSEC,
