@@ -10,6 +10,8 @@ where it is slow there too.
 """
 
 import argparse
+import ctypes
+import gc
 import os
 import subprocess
 import sys
@@ -29,7 +31,9 @@ from strainwave.compile.tree import shown
 
 
 def resident():
-    """Memory of this process [MB]."""
+    """Memory of this process [MB], without what its allocator keeps of memory that was freed."""
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 

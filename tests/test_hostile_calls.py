@@ -11,7 +11,7 @@ import pytest
 from canonical import DISSIPATIVE, LAWS, TRAINS
 from hostile_calls import answer, hostile_call
 from hostile_commands import OWN, VALID, answer_of, hostile_command, valid_command
-from valid_calls import CALLS, GEAR, STRONG, TIMES, TURN
+from valid_calls import CALLS, CLOSED, GEAR, STRONG, TIMES, TURN
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
@@ -28,6 +28,8 @@ SLOW = (
     "reproduce",
     "isolas",
 )
+
+LOOSE = CLOSED._replace(train=CLOSED.train._replace(motor=CLOSED.train.motor._replace(J=1e-59)))
 
 
 @typed
@@ -203,6 +205,22 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("AdaptiveCancellation", {"order": 1e30}),
         ("AdaptiveCancellation", {"on_load": 10**30}),
         ("Sampling", {"seed": 1e30}),
+        ("read_scan", {"reverse": np.ma.array([1.0, 2.0], mask=[True, False])}),
+        ("read_scan", {"ate": np.array([])}),
+        ("read_log", {"unwrap": np.array([])}),
+        ("read_log", {"columns": dict}),
+        ("order_scan", {"orders": LAWS["Cubic"]}),
+        ("bode_of_records", {"torque": 0.0 * TIMES}),
+        ("amplitude_at", {"speed": 5e-324}),
+        ("Dopri5", {"atol": 5e-324}),
+        ("GandhiGhorbel", {"N": 0.0}),
+        ("AdaptiveCancellation", {"N": 0.0}),
+        ("Log", {"time": TIMES.astype(object)}),
+        ("InverseDynamics", {"train": CLOSED.train._replace(law=sw.Cubic(0.0, 0.1))}),
+        ("loop_ensemble", {"loop": LOOSE}),
+        ("replaced, of a model", {"project": STRONG._replace(J=complex("nan"))}),
+        ("identify", {"steps": 10**9}),
+        ("identify", {"system": sw.Oscillator(1.0, 0.12, sw.Linear(1.1), sw.Harmonic(0.0), 0.0)}),
     ],
 )
 def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):

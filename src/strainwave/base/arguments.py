@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..compile.tree import is_model, shown
+from .quantities import LARGEST
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -63,12 +64,14 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def plain(value: Any, kind: Any) -> Any:
-    """A number of NumPy or a fraction as the number of Python that it is, an array for a list as a tuple; all else."""
+    """A number of NumPy or a fraction as one of Python (0 where tiny), an array for a list as a tuple; all else."""
     if isinstance(value, np.ndarray) and value.ndim and any(_is_of(each, Sequence) for each in _asked(kind)):
         return tuple(value.tolist())
     if isinstance(value, np.bool_ | np.integer | np.floating):
-        return value.item() if isinstance(value.item(), bool | int | float) else float(value)
-    return float(value) if isinstance(value, Fraction) and _is_float(value) else value
+        value = value.item() if isinstance(value.item(), bool | int | float) else float(value)
+    if isinstance(value, Fraction) and _is_float(value):
+        value = float(value)
+    return 0.0 if isinstance(value, float) and abs(value) < 1.0 / LARGEST else value
 
 
 def refuse(name: str, value: object, kind: object) -> None:

@@ -237,7 +237,7 @@ def replace(model: Any, changes: Mapping[str, Any]) -> Any:
         if any(isinstance(leaf, list | set | Mapping | str | bytes | complex) for leaf in leaves(value)):
             raise TypeError(f"{path} is {shown(value)}; give a number, an array of numbers, a model or a tuple")
         model = replaced(model, path, value)
-    if any(np.isnan(reals(leaf)).any() for leaf in leaves(model)):
+    if any(np.any(leaf != leaf) for leaf in leaves(model)):
         raise ValueError(f"{shown(model)} has NaN as a number; give finite ones")
     return model
 
@@ -250,14 +250,14 @@ def _as_float(name: str, value: Any) -> float:
 
 
 def number(name: str, value: object, *, positive: bool = False) -> float:
-    """Return a number of a size up to `LARGEST` (positive: from 1/LARGEST) as float, or say that `name` is none."""
+    """Return a number, 0 or from 1/LARGEST to `LARGEST` in size (positive: not 0), or say that `name` is none."""
     good = isinstance(value, Real) and not isinstance(value, bool)
     result = _as_float(name, value) if good else 0.0
     if not (good and isfinite(result) and (result > 0.0 or not positive)):
         raise ValueError(f"{name} is {shown(value)}; it must be a {'positive ' if positive else ''}finite number")
-    if abs(result) > LARGEST or (positive and result < 1.0 / LARGEST):
-        bounds = f"from {1.0 / LARGEST:g} to {LARGEST:g}" if positive else f"at most {LARGEST:g}"
-        raise ValueError(f"{name} is {shown(value)}; it must be {bounds} in SI units")
+    if result != 0.0 and not 1.0 / LARGEST <= abs(result) <= LARGEST:
+        bounds = f"{'' if positive else '0, or '}from {1.0 / LARGEST:g} to {LARGEST:g}"
+        raise ValueError(f"{name} is {shown(value)}; it must be {bounds} in size, in SI units")
     return result
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base import arguments
 from ..base.quantities import checked, shown
 from ..base.results import Floats
 from ..drive.asked import Curve, curve_fault
@@ -95,6 +96,8 @@ def read_scan(
         ValueError with one line, `file:line:column: field: fact, value, remedy`.
     """
     path = as_path(path)
+    for flag, choice in (("ate", ate), ("reverse", reverse)):
+        arguments.refuse(flag, choice, bool)
     fields = {ANGLE: angle, OURS: error, BACKWARD: backward}
     for field, name in fields.items():
         if not isinstance(name, str) and (name is not None or field == ANGLE):

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...base import arguments
 from ...base.quantities import joined, number, several, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
@@ -291,9 +292,10 @@ def read_log(
         If the library for a format is not installed.
     """
     path = as_path(path)
+    arguments.refuse("unwrap", unwrap, bool)
     count = (
         None
-        if columns is None or hasattr(columns, "keys")
+        if columns is None or isinstance(columns, Mapping)
         else len(columns if isinstance(columns, str) else several("columns", columns))
     )
     file, notes = columns_of(path, delimiter, decimal, count)

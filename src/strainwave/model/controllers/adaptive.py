@@ -59,7 +59,7 @@ class AdaptiveCancellation(NamedTuple):
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and a gain or a limit that is not positive (ValueError)."""
         is_controller("AdaptiveCancellation.loop", self.loop)
-        positive(self, "gain", "most", "period")
+        positive(self, "N", "gain", "most", "period")
         if not self.order > 0:
             raise ValueError(f"AdaptiveCancellation.order is {self.order}; it must be above 0")
 
@@ -143,6 +143,6 @@ class Repetitive(NamedTuple):
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and numbers out of range (ValueError)."""
         is_controller("Repetitive.loop", self.loop)
-        positive(self, "gain", "most", "period")
+        positive(self, "N", "gain", "most", "period")
         if not 0.0 <= self.smooth <= 1.0:
             raise ValueError(f"Repetitive.smooth is {self.smooth:g}; it is a share, from 0 to 1")

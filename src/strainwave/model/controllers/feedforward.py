@@ -116,6 +116,8 @@ class InverseDynamics(NamedTuple):
                 "the train has couplings or laws with memory, of which there is no inverse in closed form; give the "
                 "inverse a train without them, what is left is the loop's"
             )
+        if not (k := float(self.train.law.stiffness(0.0))) > 0.0:
+            raise ValueError(f"the train has the stiffness {k:g} N*m/rad at rest, and no inverse; give a positive one")
 
 
 @kernel

@@ -242,7 +242,7 @@ class GandhiGhorbel(NamedTuple):
     def check(self) -> None:
         """Refuse an error that is none (TypeError), and gains that are not positive (ValueError)."""
         need("GandhiGhorbel.error", self.error, "value(angle)", "slope(angle)", "curvature(angle)")
-        positive(self, "K_p", "K_d", "period")
+        positive(self, "N", "K_p", "K_d", "period")
 
 
 class DisturbanceObserver(NamedTuple):

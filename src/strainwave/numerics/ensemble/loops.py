@@ -120,6 +120,8 @@ class LoopEnsemble(Result):
         measured to the second, decayed errors and those below a step of the encoders apart.
     steps : int
         Steps of the integration between two samples.
+
+    What grew beyond all floats is infinite, and its phase 0.
     """
 
     rows: ClassVar[str] = "lane"
@@ -153,10 +155,12 @@ class LoopEnsemble(Result):
         }
 
     def __str__(self) -> str:
-        low, middle, high = np.quantile(self.rms, (0.05, 0.5, 0.95)) / ARCSEC
+        loops = f"LoopEnsemble: {len(self.rms)} loops, {int(np.sum(~self.stable))} of them unstable"
+        if not np.any(self.stable):
+            return on_screen(loops)
+        low, middle, high = np.quantile(self.rms[self.stable], (0.05, 0.5, 0.95)) / ARCSEC
         return on_screen(
-            f"LoopEnsemble: {len(self.rms)} loops, {int(np.sum(~self.stable))} of them unstable; rms of the error "
-            f"{middle:.4g} arcsec (5 to 95 %: {low:.4g} to {high:.4g})"
+            f"{loops}; rms of the error of the stable ones {middle:.4g} arcsec (5 to 95 %: {low:.4g} to {high:.4g})"
         )
 
 
@@ -323,6 +327,11 @@ def _table(loop: Any, varied: Any) -> Floats:
     return table
 
 
+def _grown(values: Floats) -> Floats:
+    """Numbers, infinite where what grew beyond all floats left none."""
+    return np.where(np.isnan(values), np.inf, values)
+
+
 def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: float) -> LoopEnsemble:
     with np.errstate(all="ignore"):
         n = sums[0]
@@ -336,16 +345,16 @@ def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: fl
         least = np.maximum(SMALL * sums[11], finest)
         stable = np.isfinite(sums[2]) & (sums[3] < BOUND) & ~((late > GROWN**2 * early) & (late > least**2))
     return LoopEnsemble(
-        mean=mean,
-        rms=rms,
+        mean=_grown(mean),
+        rms=_grown(rms),
         peak=sums[3],
-        torque_rms=np.sqrt(sums[4] / n),
+        torque_rms=_grown(np.sqrt(sums[4] / n)),
         torque_peak=sums[5],
         gear_torque=sums[6],
         limited=sums[7] / samples,
         lost=sums[8] / samples,
-        amplitude=np.hypot(cosine, sine),
-        phase=np.arctan2(-sine, cosine),
+        amplitude=_grown(np.hypot(cosine, sine)),
+        phase=np.nan_to_num(np.arctan2(-sine, cosine)),
         orders=orders,
         stable=stable,
         steps=steps,
@@ -361,7 +370,7 @@ def ready(loop: Any, y0: ArrayLike | None, steps: int | None) -> tuple[Any, tupl
     if len(y) != len(names):
         raise ValueError(f"y0 has {len(y)} numbers; the plant has {len(names)} states: {', '.join(names)}")
     if steps is not None:
-        return loop, tuple(y.tolist()), positive_count("steps", steps)
+        return loop, tuple(y.tolist()), positive_count("steps", steps, MOST_STEPS)
     return loop, tuple(y.tolist()), steps_of(loop, y)
 
 

@@ -197,6 +197,8 @@ def experiment(
         raise ValueError(f"free is {shown(free)}; give the paths of one number at least, for example ('law.K', 'B')")
     ready = Experiment(system, driven, dict(inputs), dict(outputs), tuple(free), between)
     places = places_of(driven)
+    if omega_of(driven) == 0.0:
+        raise ValueError("the system's base angle stands still; give its speed, any one where no signal turns with it")
     if len(set(ready.free)) < len(ready.free):
         raise ValueError(f"free names a number twice: {', '.join(ready.free)}")
     for path in ready.free:

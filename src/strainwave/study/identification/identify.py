@@ -14,6 +14,7 @@ from ...model.laws.friction import Coulomb, QuadraticDamping
 from ...model.laws.hysteresis import Parallel
 from ...model.laws.springs import Polynomial
 from ...numerics.driven import Between, lanes_of
+from ...numerics.integration.methods import MOST_STEPS
 from .discrepancy import discrepancy
 from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable
@@ -155,7 +156,10 @@ def identify(
     noise = _spread_of(records)
     values = _first(setup, records, noise)
     _refuse_common_delay(setup, records[0], values)
-    parts = positive_count("steps", steps) if steps is not None else _parts(setup, records, values, noise)
+    if steps is not None:
+        parts = positive_count("steps", steps, max(MOST_STEPS // sum(map(len, records)), 1))
+    else:
+        parts = _parts(setup, records, values, noise)
     most = parts if steps is not None else MOST_PARTS
     length, longest = FIRST_WINDOW, max(len(record) for record in records)
     early = [

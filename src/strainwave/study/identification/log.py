@@ -184,13 +184,16 @@ class Log(Result):
 
     def __post_init__(self) -> None:
         refuse_fields(self)
-        n = numbers("time [s] of a log", self.time).size
+        object.__setattr__(self, "time", numbers("time [s] of a log", self.time))
+        n, channels = self.time.size, {}
         if n < 2 or np.min(np.diff(self.time)) <= 1.0 / LARGEST:
             raise ValueError(f"a log has two times or more, finite and ascending; these are {n} that are not")
         for name, values in self.channels.items():
-            if not np.all(np.abs(array := reals(values)) <= LARGEST) or array.shape != (n,):
+            channels[name] = array = reals(values)
+            if not np.all(np.abs(array) <= LARGEST) or array.shape != (n,):
                 form = f"has the shape {array.shape}" if array.size else f"is {shown(values)}"
                 raise ValueError(f"channel {shown(name)} {form}; give {n} finite values, up to {LARGEST:g}")
+        object.__setattr__(self, "channels", channels)
         object.__setattr__(self, "units", {c: self.units.get(c, CANONICAL.get(c, "")) for c in self.channels})
 
     def __len__(self) -> int:

@@ -389,7 +389,7 @@ def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[
                 f"order {line.place:.4g} may have a second line beside it, of up to {line.second:.2g} times its size"
             )
         if len(line.pairs) > 1 and turning is not None:
-            beat = turning.beat(next(pair for pair in line.pairs if pair[0]))
+            beat = turning.beat(next((pair for pair in line.pairs if pair[0]), (0, 1)))
             notes.append(
                 f"order {line.place:.6g} is one line or more of the pairs {', '.join(map(str, line.pairs))} (turns of "
                 f"motor and output): {lasting} cannot tell; they beat every {beat:.4g} turns, half of which part them "

@@ -200,7 +200,7 @@ def _checked(given: Any) -> list[Run]:
 
 
 def _given(orders: Any, limit: float) -> list[float]:
-    chosen = sorted(float(k) for k in numbers("orders", list(orders) if np.iterable(orders) else orders))
+    chosen = sorted(float(k) for k in numbers("orders", orders))
     if not chosen or not chosen[0] > 0.0 or len(set(chosen)) < len(chosen):
         raise ValueError(f"orders are {shown(orders)}; give positive ones, none twice")
     if chosen[-1] > limit:

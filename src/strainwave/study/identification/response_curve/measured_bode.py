@@ -268,8 +268,8 @@ def _spectra(rows: Floats, step: float) -> tuple[Floats, Complexes, str]:
     parts = np.stack([rows[:, start : start + size] for start in starts], axis=1)
     table = np.fft.rfft((parts - np.mean(parts, axis=2, keepdims=True)) * window, axis=2)[:, :, 1:]
     power = np.sum(np.abs(table[0]) ** 2, axis=0)
-    excited = power > EXCITED * np.max(power)
+    excited = (power > EXCITED * np.max(power)) & np.all(table[1] != 0.0, axis=0)
     if np.sum(excited) < FEWEST:
-        raise ValueError(f"the reference excites {np.sum(excited)} frequencies; sweep it, or add lines")
+        raise ValueError(f"the reference excites {np.sum(excited)} frequencies of the torque; sweep it, or add lines")
     omega = 2.0 * pi * np.arange(1, len(power) + 1) / (size * step)
     return omega[excited], table[:, :, excited], cut
