@@ -1,7 +1,4 @@
-"""`run_loop` and `loop_ensemble`: one sampled loop in time, and thousands with what is measured of each.
-
-Results of sampled loops: one in time, and what was measured of many.
-"""
+"""`run_loop` and `loop_ensemble`: one sampled loop in time, and thousands with what is measured of each."""
 
 import math
 import os
@@ -117,11 +114,10 @@ class LoopEnsemble(Result):
         The orders.
     stable : (lanes,) array of bool
         Whether the error stayed bounded, and its root mean square did not grow by half from the first half of what is
-        measured to the second, decayed errors and those below a step of the encoders apart.
+        measured to the second, decayed errors and those below a step of the encoders apart. What grew beyond all floats
+        is infinite, and its phase 0.
     steps : int
         Steps of the integration between two samples.
-
-    What grew beyond all floats is infinite, and its phase 0.
     """
 
     rows: ClassVar[str] = "lane"
@@ -156,12 +152,10 @@ class LoopEnsemble(Result):
 
     def __str__(self) -> str:
         loops = f"LoopEnsemble: {len(self.rms)} loops, {int(np.sum(~self.stable))} of them unstable"
-        if not np.any(self.stable):
-            return on_screen(loops)
-        low, middle, high = np.quantile(self.rms[self.stable], (0.05, 0.5, 0.95)) / ARCSEC
-        return on_screen(
-            f"{loops}; rms of the error of the stable ones {middle:.4g} arcsec (5 to 95 %: {low:.4g} to {high:.4g})"
-        )
+        if np.any(self.stable):
+            low, middle, high = np.quantile(self.rms[self.stable], (0.05, 0.5, 0.95)) / ARCSEC
+            loops += f"; stable ones: rms of the error {middle:.4g} arcsec (5 to 95 %: {low:.4g} to {high:.4g})"
+        return on_screen(loops)
 
 
 @typed
@@ -327,11 +321,6 @@ def _table(loop: Any, varied: Any) -> Floats:
     return table
 
 
-def _grown(values: Floats) -> Floats:
-    """Numbers, infinite where what grew beyond all floats left none."""
-    return np.where(np.isnan(values), np.inf, values)
-
-
 def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: float) -> LoopEnsemble:
     with np.errstate(all="ignore"):
         n = sums[0]
@@ -339,21 +328,23 @@ def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: fl
         trend = 12.0 * sums[13] / (n * np.maximum(n * n - 1.0, 1.0))  # of a sample; the samples have (n^2 - 1)/12
         rms = np.sqrt(np.maximum(sums[2] / n - mean * mean - trend * sums[13] / n, 0.0))
         cosine, sine = 2.0 * sums[SUMS::2] / n, 2.0 * sums[SUMS + 1 :: 2] / n
+        sizes = mean, rms, np.sqrt(sums[4] / n), np.hypot(cosine, sine)
         first, second = n - sums[10], sums[10]
         early = (sums[2] - sums[9]) / first - ((sums[1] - sums[12]) / first) ** 2
         late = sums[9] / second - (sums[12] / second) ** 2
         least = np.maximum(SMALL * sums[11], finest)
         stable = np.isfinite(sums[2]) & (sums[3] < BOUND) & ~((late > GROWN**2 * early) & (late > least**2))
+    mean, rms, torque_rms, amplitude = [np.where(np.isnan(size), np.inf, size) for size in sizes]
     return LoopEnsemble(
-        mean=_grown(mean),
-        rms=_grown(rms),
+        mean=mean,
+        rms=rms,
         peak=sums[3],
-        torque_rms=_grown(np.sqrt(sums[4] / n)),
+        torque_rms=torque_rms,
         torque_peak=sums[5],
         gear_torque=sums[6],
         limited=sums[7] / samples,
         lost=sums[8] / samples,
-        amplitude=_grown(np.hypot(cosine, sine)),
+        amplitude=amplitude,
         phase=np.nan_to_num(np.arctan2(-sine, cosine)),
         orders=orders,
         stable=stable,
