@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from strainwave.base.series import (
+    MOST_BYTES,
     highest_between,
     largest_of_samples,
     largest_sample,
     largest_size,
     oscillation,
+    remembered,
     weights_at,
 )
 
@@ -66,3 +68,23 @@ def test_the_largest_of_sampled_rows_is_that_of_each_wherever_it_stands():
     # a parabola through samples of step h misses the top by at most 3 h^4/128 of the fourth derivative, 17.2 there
     np.testing.assert_allclose(np.delete(sizes, 5), 1.2, atol=17.2 * angles[1] ** 4 * 3 / 128)
     assert largest_of_samples(np.empty((0, 5))).shape == (0,)
+
+
+def test_tables_are_remembered_up_to_a_size_and_those_used_last_stay():
+    made = []
+
+    @remembered
+    def table(bytes_of_it):
+        made.append(bytes_of_it)
+        return np.zeros(bytes_of_it, np.uint8), np.zeros(0)
+
+    first, large = table(3), MOST_BYTES - 4
+    table(4)
+    assert table(3) is first
+    table(large)  # with 3 it fits, with 4 it does not
+    assert table(3) is first
+    table(4)
+    assert made == [3, 4, large, 4]
+    table(2 * MOST_BYTES)
+    table(3)
+    assert made[4:] == [2 * MOST_BYTES, 3]

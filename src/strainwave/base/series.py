@@ -4,8 +4,10 @@ Coefficients are listed as results have them: mean, cos 1, sin 1, cos 2, sin 2, 
 """
 
 import math
-from functools import lru_cache
-from typing import Any
+from collections.abc import Callable
+from functools import wraps
+from threading import Lock
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,33 @@ from ..compile.jit import kernel, kernel_as, routine, run
 
 PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
 LOOKED = 17  # places between two others at which a highest one is looked for
+MOST_BYTES = 16_000_000  # of the tables of a function that are remembered
+P = ParamSpec("P")
+Tables = TypeVar("Tables", bound="NDArray[np.float64] | tuple[NDArray[np.float64], ...]")
+
+
+def remembered(function: Callable[P, Tables]) -> Callable[P, Tables]:
+    """Function of an array or a tuple of arrays that remembers those it gave last, up to `MOST_BYTES` of them."""
+    tables: dict[Any, Tables] = {}
+    lock = Lock()
+
+    def size(table: Tables) -> int:
+        return table.nbytes if isinstance(table, np.ndarray) else sum(array.nbytes for array in table)
+
+    @wraps(function)
+    def recalled(*arguments: P.args, **named: P.kwargs) -> Tables:
+        key = (arguments, *named.items())
+        with lock:
+            table = tables.pop(key, None)
+        if table is None:
+            table = function(*arguments, **named)
+        with lock:
+            tables[key] = table  # the last one: the first is the one that was used longest ago
+            while len(tables) > 1 and sum(map(size, tables.values())) > MOST_BYTES:
+                del tables[next(iter(tables))]
+        return table
+
+    return recalled
 
 
 def largest_size(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -26,7 +55,7 @@ def largest_size(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     return out
 
 
-@lru_cache(maxsize=32)
+@remembered
 def _waves(harmonics: int) -> NDArray[np.float64]:
     """Table (2H, samples) of cos 1, sin 1, cos 2, ... at the samples of a period."""
     angles = 2.0 * np.pi / (PER_HARMONIC * harmonics) * np.arange(PER_HARMONIC * harmonics)

@@ -18,6 +18,7 @@ import numpy as np
 from ...base.law import breakpoints_of, torsion
 from ...base.protocols import System, lacking
 from ...base.results import Floats
+from ...base.series import remembered
 from ...compile.jit import kernel_as, routine
 
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -26,7 +27,7 @@ LOOKED = 12  # places a harmonic at which crossings are looked for
 TRIES, CLOSE = 20, 1e-11  # steps towards a crossing, and how near [rad]; the integrals err by the square of it
 
 
-@lru_cache(maxsize=64)
+@remembered
 def synthesis(harmonics: int, samples: int, stride: int = 1) -> Floats:
     """Table (2H+1, samples): row k times coefficient k (block order) sums to the samples of the series.
 
@@ -37,7 +38,7 @@ def synthesis(harmonics: int, samples: int, stride: int = 1) -> Floats:
     return np.vstack([np.ones((1, samples)), np.cos(k * angle), np.sin(k * angle)])
 
 
-@lru_cache(maxsize=64)
+@remembered
 def analysis(harmonics: int, samples: int, stride: int = 1) -> Floats:
     """Table (samples, 2H+1) that turns samples into coefficients (block order); with stride 2 the mean is zero."""
     table = synthesis(harmonics, samples, stride) * (2.0 / samples)

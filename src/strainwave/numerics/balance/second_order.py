@@ -6,13 +6,13 @@ Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2
 """
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...base.results import Floats
+from ...base.series import remembered
 from ...compile.address import ByAddress, at
 from ...compile.jit import run
 from ...compile.tree import leaf_of, with_leaf
@@ -307,7 +307,7 @@ class SecondOrder(NamedTuple):
         return None
 
 
-@lru_cache(maxsize=64)
+@remembered
 def _tables(h: int, samples: int, turns: int, stride: int) -> tuple[Floats, ...]:
     """Angles, synthesis, analysis, analysis padded, and that of twice the harmonics: equal problems share them."""
     angles = 2.0 * np.pi / stride * turns * np.arange(samples) / samples

@@ -10,7 +10,6 @@ Bifurcation Theory, sec. 10.2 (test functions).
 """
 
 import math
-from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.results import Floats
+from ...base.series import remembered
 from ...compile.jit import kernel_as, routine
 from ...compile.tree import with_leaf
 from ..balance.first_order import FirstOrder
@@ -197,7 +197,7 @@ def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tupl
     return psi, Samples(psi, psi).basis(h), width
 
 
-@lru_cache(32)
+@remembered
 def _table(harmonics: int, steps: int) -> tuple[Floats, Floats]:
     psi = 2.0 * math.pi / steps * (np.arange(steps)[:, None] + GAUSS_C).ravel()
     return psi, Samples(psi, psi).basis(harmonics)
