@@ -301,7 +301,8 @@ def need(field: str, thing: object, *methods: str, remedy: str = "") -> None:
         raise TypeError(f"{field} is the class {name}; give an object of it, with its numbers: {name}(...){remedy}")
     for method in methods:
         name, _, arguments = method.partition("(")
-        if lacking(thing, name) or (arguments and not _takes(getattr(thing, name), arguments.count(",") + 1)):
+        part = lacking(thing, "rhs") and _takes(getattr(thing, name, None), arguments.count(",") + 1)  # no whole system
+        if lacking(thing, name) or (arguments and not part):
             raise TypeError(f"{field} is {shown(thing)}; it must be an object with a method {method}{remedy}")
 
 

@@ -16,7 +16,7 @@ from ..compile.jit import kernel, kernel_as, routine, run
 
 PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
 LOOKED = 17  # places between two others at which a highest one is looked for
-MOST_BYTES = 16_000_000  # of the tables of a function that are remembered
+MOST_BYTES = 4_000_000  # of the tables of a function that are remembered
 P = ParamSpec("P")
 Tables = TypeVar("Tables", bound="NDArray[np.float64] | tuple[NDArray[np.float64], ...]")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...base.arguments import typed
-from ...base.quantities import shown
+from ...base.quantities import joined, shown
 from ...base.results import Floats
 from ...base.units import HERTZ
 from ...study.identification.response_curve.measured_bode import (
@@ -174,7 +174,7 @@ def _in_unit(role: str, column: Column, units: Mapping[str, str], notes: list[st
     unit = units.get(role, spelling).lower() or guesses[role]
     if unit not in UNITS[role]:
         first, second = ASKED[role]
-        fact = f"is in {unit}" if unit else "has no unit"
+        fact = f"is in {joined([unit])}" if unit else "has no unit"
         raise ValueError(f"{shown(column.name)} {fact}; is it {first} or {second}? units={{{role!r}: {first!r}}}")
     if role == "size" and unit != "db" and np.any(values < 0.0):
         raise ValueError(f"{shown(column.name)} has negative sizes; are they in dB? units={{'size': 'dB'}}")

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...base.quantities import joined
 from ...base.results import Floats
 from ..yaml_text import FileError, Problem, complaint, shown, text_of
 from .names import Dialect, Unclear, converted, find, header_cells, is_number, named, number, split, unit_row
@@ -240,7 +241,7 @@ def columns_in_si(
         if unit and file_unit and unit != file_unit:
             raise refuse(
                 path,
-                f"column {shown(name)} is in {file_unit} and was requested in {unit}; leave one out",
+                f"column {shown(name)} is in {file_unit} and was requested in {joined([unit])}; leave one out",
                 1,
                 place + 1,
                 field,
