@@ -220,6 +220,7 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("loop_ensemble", {"loop": LOOSE}),
         ("replaced, of a model", {"project": STRONG._replace(J=complex("nan"))}),
         ("identify", {"steps": 10**9}),
+        ("replaced, of a model", {"project": STRONG._replace(J=[float("nan")] * 3)}),
         ("read_frd", {"units": {"size": "x" * 5000}}),
         ("SteadyTrain", {"train": TRAINS["free"]._replace(friction=TRAINS["free"])}),
         ("identify", {"system": sw.Oscillator(1.0, 0.12, sw.Linear(1.1), sw.Harmonic(0.0), 0.0)}),

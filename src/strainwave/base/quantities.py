@@ -237,8 +237,8 @@ def replace(model: Any, changes: Mapping[str, Any]) -> Any:
         if any(isinstance(leaf, list | set | Mapping | str | bytes | complex) for leaf in leaves(value)):
             raise TypeError(f"{path} is {shown(value)}; give a number, an array of numbers, a model or a tuple")
         model = replaced(model, path, value)
-    if any(np.any(leaf != leaf) for leaf in leaves(model)):
-        raise ValueError(f"{shown(model)} has NaN as a number; give finite ones")
+    if any(isinstance(leaf, list) or np.any(leaf != leaf) for leaf in leaves(model)):
+        raise ValueError(f"{shown(model)} has NaN or a list as a number; give finite numbers")
     return model
 
 
