@@ -238,7 +238,7 @@ def replace(model: Any, changes: Mapping[str, Any]) -> Any:
             raise TypeError(f"{path} is {shown(value)}; give a number, an array of numbers, a model or a tuple")
         model = replaced(model, path, value)
     if any(isinstance(leaf, list) or np.any(leaf != leaf) for leaf in leaves(model)):
-        raise ValueError(f"{shown(model)} has NaN or a list as a number; give finite numbers")
+        raise ValueError(f"{shown(model)} has NaN as a number, or a list in its place; give finite ones")
     return model
 
 
