@@ -33,11 +33,12 @@ def remembered(function: Callable[P, Tables]) -> Callable[P, Tables]:
     def recalled(*arguments: P.args, **named: P.kwargs) -> Tables:
         key = (arguments, *named.items())
         with lock:
-            table = tables.pop(key, None)
-        if table is None:
-            table = function(*arguments, **named)
+            if key in tables:
+                tables[key] = tables.pop(key)  # the last one: the first is the one that was used longest ago
+                return tables[key]
+        table = function(*arguments, **named)
         with lock:
-            tables[key] = table  # the last one: the first is the one that was used longest ago
+            tables[key] = table
             while len(tables) > 1 and sum(map(size, tables.values())) > MOST_BYTES:
                 del tables[next(iter(tables))]
         return table

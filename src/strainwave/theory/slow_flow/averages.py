@@ -10,7 +10,6 @@ The torque of a law at samples along many motions, and its harmonics, block by b
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from ...base.law import breakpoints_of
 from ...base.results import Floats
+from ...base.series import remembered
 from ...compile.jit import kernel, run
 from ...compile.maths import cos, sin
 from ...numerics.addressed import law_by_address
@@ -166,7 +166,7 @@ def averages(
                 piece = following
 
 
-@lru_cache(maxsize=64)
+@remembered
 def _turns(n: int, harmonics: tuple[int, ...]) -> Floats:
     """Cosines and sines (2, harmonics, n) of n points of a period."""
     angle = np.outer(harmonics, FULL * np.arange(n) / n)
