@@ -17,6 +17,7 @@ import strainwave as sw
 from strainwave.app.commands.cli import cli
 from strainwave.base.arguments import typed
 from strainwave.base.quantities import array_of, numbers
+from strainwave.numerics.ensemble import ensemble
 
 SLOW = (
     "shoot",
@@ -250,9 +251,13 @@ def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):
             "could not be integrated: stopped at t = 0 s .* step limit",
         ),
         ("simulate", {"t": 1e9}, "1.53e.09 steps are too many to record; give the times at which to record, or fewer"),
-        ("ensemble", {"periods": 10**9}, "periods of [0-9]+ steps are more than 10,000,000 steps; give fewer periods"),
-        ("basins", {"v_span": (-1e3, 1e3)}, "9 periods of 13316088 steps are more than 10,000,000 steps; give fewer"),
-        ("ensemble", {"settle": 10**9}, "periods of [0-9]+ steps are more than 10,000,000 steps; give fewer periods"),
+        ("ensemble", {"periods": 10**9}, "periods of [0-9]+ steps are more than 100,000,000 steps; give fewer"),
+        ("basins", {"v_span": (-1e3, 1e3)}, "9 periods of 13316088 steps are more than 100,000,000 steps; give"),
+        ("ensemble", {"settle": 10**9}, "periods of [0-9]+ steps are more than 100,000,000 steps; give fewer periods"),
+        ("isolas", {"span": (3e-4, 3.1e-4)}, r"38 turns from 1400 starts take 4.*e.09 steps, more than 3e.09; take a"),
+        ("SlowFlow.evolve", {"t": [0.0, 1e9]}, "could not be followed to t = 1e.09 s, only to 0 s; start closer"),
+        ("SlowFlow.evolve", {"y0": (1e3, 0.0), "t": [0.0, 1e3]}, "to t = 1000 s, only to 0 s; start closer"),
+        ("SlowFlow.x", {"y0": (1e9, 0.0)}, "to t = 1 s, only to 0 s; start closer to equilibrium, take an earlier end"),
         (
             "AdaptiveCancellation",
             {"order": 1e30},
@@ -271,6 +276,19 @@ def test_what_takes_too_many_steps_is_refused_before_it_begins(name, spoilt, sen
     function, arguments = CALLS[name]()
     with pytest.raises((ValueError, sw.SolveError), match=sentence):
         function(**arguments | spoilt)
+
+
+class Marched(Exception):
+    """The lanes of an ensemble were about to be marched."""
+
+
+def test_a_lane_that_takes_some_minutes_is_marched(monkeypatch):
+    def march(*_):
+        raise Marched
+
+    monkeypatch.setattr(ensemble, "_march_all", march)
+    with pytest.raises(Marched):
+        sw.ensemble(STRONG, {"B": [0.1]}, (0.0, 0.0), periods=100_000, method=sw.Dop8(steps_per_period=128))
 
 
 @pytest.mark.interpreted

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.numerics.attractors import settle
 from strainwave.numerics.attractors.settle import stretching
 
 UEDA = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(7.5), 1.0)
@@ -97,3 +98,22 @@ def test_a_motion_that_runs_away_is_an_error_with_a_sentence():
     soft = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, -1.0), sw.Harmonic(0.1), 1.0)
     with pytest.raises(sw.SolveError, match="the motion ended"):
         sw.numerics.lyapunov_exponent(soft, (3.0, 0.0), turns=20)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("turns", "most", "sentence"),
+    [
+        (
+            1_000_000,
+            45_000,
+            "1000010 turns of [0-9]+ steps, .* are too many: at most 0 steps a turn; .* take fewer turns",
+        ),
+        (100, 10, "110 turns of [0-9]+ steps, .* are too many: at most 10 steps a turn; start closer"),
+    ],
+)
+def test_turns_that_take_minutes_are_refused_before_they_are_marched(turns, most, sentence, monkeypatch):
+    monkeypatch.setattr(settle, "MOST_STRETCHED", most)
+    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.5), 1.2)
+    with pytest.raises(sw.SolveError, match=sentence):
+        stretching(system, {}, np.array([[0.1], [0.0]]), stretches=turns)

@@ -14,8 +14,9 @@ from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.fourier import from_blocks
 from strainwave.numerics.continuation import trace
 from strainwave.numerics.continuation.trace import solve, with_crests
+from strainwave.numerics.curves import response
 from strainwave.numerics.curves.over_a_turn import traced_turn
-from strainwave.numerics.labels import STEP, TOP
+from strainwave.numerics.labels import RUNNING, STEP, TOP
 
 
 def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():
@@ -55,3 +56,30 @@ def test_a_crest_is_not_refined_beyond_the_digits_of_its_size(monkeypatch):
         sizes = []
         trace._crest(problem, found.points, i, series, values, largest_size)
         assert np.all(np.abs(np.diff(sizes[:-1])) > 1e-12 * values[i]), sizes
+
+
+def test_of_more_crests_than_a_curve_has_the_highest_count():
+    values = 1.0 + 0.1 * np.sin(0.01 * np.arange(3001)) + 0.002 * (np.arange(3001) % 2)
+    places = trace.crests_of(values)
+    assert places == sorted(places)
+    assert len(places) == 200
+    others = np.setdiff1d(np.arange(1, 3001, 2), places)  # each second value is a crest
+    assert len(others) == 1300
+    assert np.min(values[places]) > np.max(values[others])
+
+
+def test_a_curve_that_is_cut_is_not_followed_again_with_more_harmonics(monkeypatch):
+    asked = []
+
+    def problem_with(harmonics):
+        asked.append(harmonics)
+        system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.5), 1.2)
+        return balance_of(system, leaf_of(system, "omega"), leaf_of(system, "omega"), harmonics)
+
+    def across(problem, *_):
+        return problem, trace.Trace(np.ones((5, problem.size() + 1)), np.full(5, STEP), RUNNING), ""
+
+    monkeypatch.setattr(response, "symmetric_across", across)
+    found = response.traced(problem_with, 0.9, 1.8, (7, 127), 1e-9, 100, False, lambda tail: tail.worst)[1]
+    assert found.is_cut
+    assert asked == [7]

@@ -29,6 +29,7 @@ SEED = 20
 DECAY = 16.0  # transients die by exp(-16), 1e-7, in the longest time
 FIRST_TURNS, LEAST_TURNS, MOST_TURNS = 30, 300, 6000
 MOST_MOTIONS = 20  # at one frequency
+MOST_STEPS = 3e9  # of all starts together at a time: half a minute
 LEAST_DAMPING = 1e-4  # of critical, that bounds the vibrations which are looked for
 FASTEST = (
     2.0  # times the highest line of the forcing, or the free vibration about a rest: what vibrates faster is left out
@@ -191,7 +192,7 @@ def settled_motions(problem: Balance, omegas: Floats) -> Search:
     size = max(box.size for box in boxes)
     method = Dopri5(rtol=1e-8, atol=1e-10 * size) if breakpoints_of(system.law) else None
     lanes = np.repeat(omegas, STARTS)
-    ends = settled(system, {"omega": lanes}, start, settle=FIRST_TURNS, longest=longest, method=method)
+    ends = settled(system, {"omega": lanes}, start, settle=FIRST_TURNS, longest=longest, method=method, most=MOST_STEPS)
     motions: list[Motion] = []
     for omega in omegas:
         here = replace(system, {"omega": float(omega)})

@@ -20,14 +20,15 @@ from ...compile.maths import cos, sin
 from ..balance.harmonics import whole_orders
 from ..ensemble.ensemble import lanes_run
 from ..ensemble.measures import Extremes, Final
-from ..integration.methods import Dop8, Dopri5, Method
+from ..integration.methods import HOPELESS, MOST_STEPS, Dop8, Dopri5, Method
 from ..integration.simulate import simulate
 
 SEEN = 8  # periods that are measured: the longest period that an ensemble recognises
 APART = 1e-6  # of a state's size: two trajectories that start so close tell whether a motion is chaotic
 STRETCHES = 100  # turns over which that is looked at
 UNCOUNTED = 10  # turns before, until the neighbour lies where motions drift apart
-MOST_STRETCHED = 5_000_000  # steps over all these turns: some seconds
+MOST_STRETCHED = 45_000  # steps in each of them
+LEAST_STRETCHED = 1_000  # what a turn costs at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +88,12 @@ def settled(
     method: Method | None = None,
     threads: int | None = None,
     known: Callable[[Settled], NDArray[np.bool_]] | None = None,
+    most: float = math.inf,
 ) -> Settled:
     """March every lane from its state (states, lanes) for `settle` turns, and those not settled on to `longest`.
 
-    With `known`, which tells the lanes that are on known motions, those that are not go on, settled or not.
+    With `known`, which tells the lanes that are on known motions, those that are not go on, settled or not. What takes
+    more than `most` steps of all lanes is refused (SolveError) before it is marched.
     """
     lanes = y0.shape[1]
     lowest, highest = np.full((2, lanes), np.nan)
@@ -100,7 +103,7 @@ def settled(
         varied: dict[str, Any] = {path: np.broadcast_to(v, (lanes,))[places] for path, v in parameters.items()}
         run, _ = lanes_run(
             system, varied, tuple(start), periods=SEEN, settle=skipped, measures=(Extremes(), Final()), method=method,
-            threads=threads,
+            threads=threads, most=most,
         )  # fmt: skip
         turns += skipped + SEEN
         result.state[:, places] = run["final"].values
@@ -130,8 +133,9 @@ def stretching(
     away = unit / np.sqrt(len(state)) * APART
     both: dict[str, Any] = {path: np.tile(np.broadcast_to(v, (lanes,)), 2) for path, v in parameters.items()}
     how: Any = {"periods": 1, "settle": 0, "measures": (Final(),), "threads": None}
-    method, rates, most = None, [], MOST_STRETCHED // (stretches + UNCOUNTED)
-    for _ in range(stretches + UNCOUNTED):
+    method, rates, turns = None, [], stretches + UNCOUNTED
+    most = min(MOST_STRETCHED, HOPELESS * MOST_STEPS // turns - LEAST_STRETCHED)
+    for _ in range(turns):
         start = np.concatenate([state, state + away], axis=1)
         ridden, _ = lanes_run(system, both, tuple(start), method=method, **how)
         if method is None:
@@ -139,8 +143,8 @@ def stretching(
             steps = int(2 * ridden["steps"].max()) if fixed else 0
             if steps > most:
                 raise SolveError(
-                    f"{stretches + UNCOUNTED} turns of {steps} steps, which tell whether a motion is chaotic, are more "
-                    f"than {MOST_STRETCHED:,} steps; start closer to equilibrium, or take fewer turns"
+                    f"{turns} turns of {steps} steps, which tell whether a motion is chaotic, are too many: at most "
+                    f"{max(most, 0):,} steps a turn; start closer to equilibrium, or take fewer turns"
                 )
             method = Dop8(steps_per_period=steps) if fixed else Dopri5(rtol=1e-11, atol=1e-14)
         final = ridden["final"].values

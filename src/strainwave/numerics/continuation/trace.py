@@ -59,6 +59,7 @@ NAMES = {
 }
 
 LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
+MOST_CRESTS = 200  # the highest of a curve: more are rounding
 REACH = 2  # points to both sides of a crest
 ROUNDS, SETTLED = 6, 1e-12  # solutions of a crest, and the relative rise above one that is none
 SAME = 1e-6  # of the arc of these: what is nearer is one point
@@ -242,10 +243,11 @@ def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> 
 
 
 def crests_of(values: Floats) -> list[int]:
-    """Places of the values that are above both neighbours, and no less than a hundredth of the largest."""
+    """Places of the highest values that are above both neighbours, and no less than a hundredth of the largest."""
     inner = values[1:-1]
     above = (inner >= values[:-2]) & (inner > values[2:]) & (inner > LEAST * np.max(values))
-    return [int(i) + 1 for i in np.flatnonzero(above)]
+    places = 1 + np.flatnonzero(above)
+    return sorted(places[np.argsort(-values[places], kind="stable")[:MOST_CRESTS]].tolist())
 
 
 def _crest(

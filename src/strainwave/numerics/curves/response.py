@@ -255,6 +255,7 @@ def traced(
         problem, curve, origin = symmetric_across(problem_with(h), lo, hi, 4.0 / points, pool)
         tail = None if share is None else tail_along(problem, curve.points, aim)
         worst = np.inf if curve.outcome != END or tail is None or share is None else share(tail)
+        worst = 0.0 if curve.is_cut else worst  # more harmonics do not bring it to its end
         if coexisting and (worst <= aim or curve.outcome != END) and pool.begin(problem, curve):
             return followed(h, aim)  # again, through what coexists
         return (problem, curve, tail, origin), worst

@@ -9,6 +9,7 @@ What is told of an ensemble: its variables over the lanes, with units.
 
 import itertools
 import logging
+import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -23,11 +24,11 @@ from numpy.typing import ArrayLike
 from ...base.law import breakpoints_of, repeating, torsion
 from ...base.protocols import System, lacking, names_of, omega_of, order_of, prepared, with_parts
 from ...base.quantities import parameters, positive_count, replace
-from ...base.results import Floats
+from ...base.results import Floats, SolveError
 from ...compile.lanes import LANES
 from ...compile.tree import leaves, mapped
 from ..balance.harmonics import whole_orders
-from ..integration.methods import MOST_STEPS, Method
+from ..integration.methods import HOPELESS, MOST_STEPS, Method
 from .machine import Batch, Block, Machine, machine_of
 from .measures import Peak, Rms
 from .pieces import General, Smooth
@@ -183,9 +184,12 @@ def ensemble(
 
 def lanes_run(
     system: System, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
-    method: Method | None, threads: int | None, device: str = "cpu",
+    method: Method | None, threads: int | None, device: str = "cpu", most: float = math.inf,
 ) -> tuple[xr.Dataset, Callable[[], None]]:  # fmt: skip
-    """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes."""
+    """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes.
+
+    Fixed steps of all lanes are at most `most` (SolveError).
+    """
     whole_orders(system)  # every turn begins at phase 0
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
@@ -195,7 +199,7 @@ def lanes_run(
     )
     machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
     members = replace(system, varied)
-    found, steps = _run(batch, members, chosen, machine)
+    found, steps = _run(batch, members, chosen, machine, most)
     data = dataset_of(system, varied, batch, found, measures, chosen)
     data.attrs |= {"method": str(chosen), "device": machine.name, "periods": periods, "settle": settle}
     if not chosen.adaptive:
@@ -227,11 +231,11 @@ def _is_smooth(system: System, states: int) -> bool:
     return states > 1 and all(float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1] for probe in probes)
 
 
-def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Block, Any]:
+def _run(batch: Batch, members: Any, method: Any, machine: Machine, most: float) -> tuple[Block, Any]:
     """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
     lanes, stepping = len(batch.omega), stepping_of(method)
     if (fixed := stepping.given(lanes)) is not None:
-        _refuse_many(batch, fixed)
+        _refuse_many(batch, fixed, most)
         return _march_all(batch, fixed, method, machine), fixed
     order = max(1, *members.orders(), stepping.order_for(max(map(order_of, batch.measures), default=0)))
     margin = _error_reach(members, lanes)
@@ -246,7 +250,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
             "or integrate part of a period with simulate",
             endless,
         )
-    _refuse_many(batch, steps)
+    _refuse_many(batch, steps, most)
     block = _march_all(batch, steps, method, machine)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
     for _ in range(MOST_TRIES):
@@ -257,7 +261,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
         repeated = np.flatnonzero((finer > steps) & (stayed | (steps < EXPLODING)) & ~lost)
         if not len(repeated):
             break
-        _refuse_many(batch, np.where(stayed & ~lost, finer, 0))
+        _refuse_many(batch, np.where(stayed & ~lost, finer, 0), most)
         steps[repeated] = finer[repeated]
         better = _march_all(_some(batch, repeated), steps[repeated], method, machine)
         lost[repeated] = ~stayed[repeated] & (better.ended == block.ended[repeated])
@@ -266,14 +270,19 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
     return block, steps
 
 
-def _refuse_many(batch: Batch, steps: Any) -> None:
-    """Refuse lanes (LaneError) whose periods take more steps than an integration may have."""
+def _refuse_many(batch: Batch, steps: Any, most: float) -> None:
+    """Refuse lanes (LaneError) whose periods take too many steps, and more than `most` of all lanes (SolveError)."""
     periods = batch.settle + batch.periods
-    if np.any(many := periods * np.asarray(steps, float) > MOST_STEPS):
+    if np.any(many := periods * np.asarray(steps, float) > HOPELESS * MOST_STEPS):
         raise LaneError(
-            f"{periods} periods of {int(np.max(steps))} steps are more than {MOST_STEPS:,} steps; give fewer "
-            "periods, or a method of fewer steps",
+            f"{periods} periods of {int(np.max(steps))} steps are more than {HOPELESS * MOST_STEPS:,} steps; give "
+            "fewer periods, or a method of fewer steps",
             many,
+        )
+    if (taken := periods * float(np.sum(steps))) > most:
+        raise SolveError(
+            f"{periods} turns from {len(batch.omega)} starts take {taken:.3g} steps, more than {most:.3g}; take a "
+            "narrower range of speeds, or higher speeds"
         )
 
 
