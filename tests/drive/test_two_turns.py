@@ -106,6 +106,18 @@ def test_envelopes_are_those_of_turns_from_any_angle():
     assert np.max(sizes[:, 0]) < 0.95 * motion.largest[0]  # turns from angle 0 alone miss the largest
 
 
+@pytest.mark.parametrize("name", ["held, gravity", "held, linear coupling", "loop, gravity"])
+def test_the_largest_turns_of_a_curve_are_those_of_dense_samples(name):
+    curve, places = two_turn_response(TRAINS[name], (40.0, 90.0)), 8192
+    order = np.rint(curve.pairs @ np.array([N, 1.0])).astype(int)  # waves in a turn of the output
+    for waves, largest in zip(curve.waves, curve.largest, strict=True):
+        spectra = np.zeros((2, int(N) * places), complex)
+        np.add.at(spectra, (slice(None), order), [waves, waves * np.sinc(order / N)])
+        error, means = np.fft.ifft(spectra, norm="forward").real  # and that of the turn around each sample
+        low, high = (size(means, places + 1, mode="wrap") for size in (minimum_filter1d, maximum_filter1d))
+        assert largest == pytest.approx(max(np.max(error - low), np.max(high - error)), rel=1e-6)
+
+
 def test_envelopes_of_a_ratio_that_no_few_turns_hold_are_those_of_many_turns():
     ratio = 7.123  # motor and output stand as before after 7123 turns
     error = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / ratio, 8e-5, 0.3)))
