@@ -13,7 +13,9 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import strainwave as sw
 from strainwave.app.commands.response import facts
+from strainwave.app.commands.speed_map import write
 from strainwave.files.reading import from_text
+from strainwave.files.variants.project_sweep import sweep_project
 from strainwave.study import two_turn_motion, two_turn_response
 
 N, K, J, ALPHA = 8.0, 2e4, 1.3, 2e5
@@ -274,6 +276,11 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     slow = two_turn_motion(project.whole, found.omega[-1])
     np.testing.assert_allclose(found.curve.envelope[-1], [slow.largest[0], slow.smallest[0]], rtol=1e-4)
     mapped = sw.speed_map(project, search=False)
+    assert mapped.smallest[0, 0] == pytest.approx(slow.smallest[0], rel=1e-4)
+    assert np.all(mapped.smallest < mapped.oscillation)
+    write(mapped, tmp_path / "map")
+    cells = np.genfromtxt(tmp_path / "map" / "cells.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(cells["smallest_oscillation_rad"], mapped.smallest[0], rtol=1e-6)
     assert {line.order for line in mapped.lines if line.excited} == {2, 2 + 2 / 50}
     # 25 turns of 300 rpm, and of 1200 rpm
     assert any("beats every 25 turns of the motor, 5 s at 300 rpm and 1.25 s at 1200 rpm" in r for r in mapped.remarks)
@@ -281,6 +288,16 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     edge = two_turn_motion(project.whole, low)
     assert edge.largest[0] == pytest.approx(project.limit, rel=1e-4)
     assert low < most < high
+
+
+def test_a_sweep_has_the_smallest_turn_beside_the_largest(tmp_path):
+    size = "excitation.kinematic_error.1.amplitude"
+    swept, project = sweep_project(joint(tmp_path), {size: ["0 arcsec", "6 arcsec"]}), joint(tmp_path)
+    found = project.response()
+    assert float(swept["oscillation"][1]) == found.oscillation[found.top]
+    assert float(swept["smallest"][1]) == found.curve.envelope[found.top, 1]
+    assert float(swept["smallest"][0]) == pytest.approx(float(swept["oscillation"][0]), rel=1e-5)
+    assert "smallest" not in sweep_project(joint(tmp_path, "4"), {size: ["6 arcsec"]})
 
 
 @pytest.mark.slow

@@ -26,6 +26,7 @@ MOST_VALUES, DIGITS = 10_000, 5
 WHAT = {
     "peak": "largest |error|",
     "oscillation": "largest oscillation of the error",
+    "smallest": "oscillation of the error in its smallest turn",
     "torque": "largest torque in the gear",
 }
 
@@ -113,7 +114,7 @@ def found(data: "xr.Dataset") -> dict[str, Any]:
     if "peak" not in whole or not bool(whole["peak"].notnull().any()):
         raise RuntimeError(f"none of {whole['point_status'].size} points could be computed: {_errors(whole)[0]}")
     ranges: dict[str, Any] = {}
-    for name in WHAT:
+    for name in filter(whole.__contains__, WHAT):
         values = whole[name]
         ranges[name] = {"unit": values.attrs.get("units", "")}
         for end, index in (("smallest", values.argmin(...)), ("largest", values.argmax(...))):

@@ -66,6 +66,7 @@ def write(result: SpeedMap, folder: Path, name: str = "") -> None:
     cells = [
         (of_load, load.ravel()), ("motor_speed_rpm", speed.ravel() / RPM),
         ("oscillation_rad", result.oscillation.ravel()), ("gear_torque_N_m", result.torque.ravel()),
+        *([] if result.smallest is None else [("smallest_oscillation_rad", result.smallest.ravel())]),
         ("stable_motions", result.motions.ravel()), ("subharmonic", result.subharmonic.ravel()),
     ]  # fmt: skip
     if result.scatter is not None:

@@ -12,6 +12,7 @@ import xarray as xr
 
 from ...base.arguments import typed
 from ...base.quantities import shown
+from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
 from ...sample.store import name_axis
@@ -22,6 +23,7 @@ from .replaced import replaced, tuning
 
 UNITS = {"peak": "rad", "peak_at": "rad/s", "oscillation": "rad", "oscillation_at": "rad/s", "torque": "N*m",
          "torque_at": "rad/s", "jumps": "1", "truncated": "1"}  # fmt: skip
+OF_BEAT = {"smallest": "rad", "smallest_at": "rad/s"}
 MOST_POINTS, MOST_CHUNKS = 100_000, 512
 
 
@@ -57,9 +59,20 @@ def largest(project: Project) -> dict[str, float]:
         `peak` (largest |pointing error| [rad]), `oscillation` (its largest distance from the mean [rad]), `torque`
         (largest in the gear [N*m]), `peak_at`, `oscillation_at`, `torque_at` (speed of the base angle [rad/s]) over the
         motions that a slow run-up or run-down visits; `jumps` (their number in both), `truncated` (1 where harmonics
-        are missing).
+        are missing). Where the motions of the project beat a sweep has `smallest` too.
     """
+    return _largest(project.response())
+
+
+def with_smallest(project: Project) -> dict[str, float]:
+    """As `largest`, with the oscillation of the `smallest` turn [rad] where that of the largest is largest."""
     response = project.response()
+    sizes, envelope = _largest(response), response.curve.envelope
+    smallest = sizes["oscillation"] if envelope is None else float(envelope[response.top, 1])
+    return sizes | {"smallest": smallest, "smallest_at": sizes["oscillation_at"]}
+
+
+def _largest(response: DriveResponse) -> dict[str, float]:
     sweeps = response.sweep
     result: dict[str, float] = {}
     for name, values in (("peak", response.peak), ("oscillation", response.oscillation), ("torque", response.torque)):
@@ -85,11 +98,12 @@ def sweep_project(
     axes = {name: list(map(str, texts)) for name, texts in grid.items()}
     check(project, axes)
     texts = tuple((name, tuple(values)) for name, values in axes.items())
-    of_point = Variants(measure, project.text, str(project.path), texts, retune)
     places = {f"numbers.{i}": np.arange(len(texts), dtype=float) for i, texts in enumerate(axes.values())}
     choice = Choice((0.0,) * len(axes))
     chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)
-    units = UNITS if measure is largest else units
+    if measure is largest:
+        measure, units = (with_smallest, UNITS | OF_BEAT) if project.is_beating else (largest, UNITS)
+    of_point = Variants(measure, project.text, str(project.path), texts, retune)
     data = sweep(of_point, choice, places, store=store, chunk=chunk, units=units, **options)
     named = dict(zip(places, axes, strict=True))
     if store is not None:

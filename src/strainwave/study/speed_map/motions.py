@@ -21,7 +21,7 @@ from ...numerics.balance.fourier import synthesis, to_blocks
 SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
 FINER = 8  # places on a curve between two of its points
 PER_HARMONIC, FEWEST = 8, 64  # samples of a turn for the extremes of the error
-OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS = range(7)  # columns of a run
+OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS, SMALLEST = range(8)  # columns of a run
 
 
 class Loose(NamedTuple):
@@ -68,23 +68,25 @@ class Motions:
 
     @cached_property
     def table(self) -> Floats:
-        """Speed, oscillation, torque, least and largest error, peak and rms of the motor's torque (n, 7) of points.
+        """Speed, oscillation, torque, least and largest error, peak and rms of the motor's torque (n, 8) of points.
 
-        Where motions beat the least and largest errors are those of what repeats with every turn.
+        The last column is the oscillation of the smallest turn. Where motions beat the least and largest errors are
+        those of what repeats with every turn.
         """
         low, high = extremes(self.branch.coefficients)
         torque, of_motor = self.found.torque, (self.found.motor_torque, self.found.motor_rms)
         motor = [0.0 * torque if size is None else size for size in of_motor]
-        own = self.branch.omega, self.branch.oscillation, torque, low, high, *motor
-        return np.column_stack(own)
+        envelope, largest = self.branch.envelope, self.branch.oscillation
+        smallest = largest if envelope is None else envelope[:, 1]
+        return np.column_stack([self.branch.omega, largest, torque, low, high, *motor, smallest])
 
     @cached_property
     def runs(self) -> tuple[Floats, ...]:
-        """Tables (m, 7) of the stable runs of the curve, each with rising speed."""
+        """Tables (m, 8) of the stable runs of the curve, each with rising speed."""
         return tuple(finer(self.table[run]) for run in stable_runs(self.branch))
 
     def at(self, omega: float) -> list[Floats]:
-        """Rows (7,) of the stable motions of this curve at a speed [rad/s]."""
+        """Rows (8,) of the stable motions of this curve at a speed [rad/s]."""
         return [row_at(run, omega) for run in self.runs if run[0, OMEGA] <= omega <= run[-1, OMEGA]]
 
 
@@ -163,5 +165,5 @@ def finer(table: Floats) -> Floats:
 
 
 def row_at(run: Floats, omega: Any) -> Floats:
-    """Row (7,) of a run at a speed, or rows (n, 7) at speeds."""
+    """Row (8,) of a run at a speed, or rows (n, 8) at speeds."""
     return np.stack([np.interp(omega, run[:, OMEGA], run[:, j]) for j in range(run.shape[1])], axis=-1)

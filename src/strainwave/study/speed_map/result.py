@@ -87,6 +87,8 @@ class SpeedMap(Result):
     oscillation, torque : (n, m) arrays
         Largest oscillation of the error [rad] and largest torque in the gear [N*m] of all stable motions; inf where
         none is known.
+    smallest : (n, m) array or None
+        Of motions that beat: oscillation [rad] of the smallest turn of that motion.
     motions : (n, m) int array
         How many stable motions there are.
     subharmonic : (n, m) bool array
@@ -134,6 +136,7 @@ class SpeedMap(Result):
     remarks: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
     postures: tuple[Any, ...] = ()
+    smallest: Floats | None = None
     rows: ClassVar[str] = "speed"
 
     @property
@@ -178,7 +181,9 @@ class SpeedMap(Result):
         """Cells, bands, jumps and lines."""
         grid = ("load", "speed")
         columns: dict[str, Any] = {
-            "oscillation": (grid, self.oscillation, "rad"), "torque": (grid, self.torque, "N*m"),
+            "oscillation": (grid, self.oscillation, "rad"),
+            **({} if self.smallest is None else {"smallest": (grid, self.smallest, "rad")}),
+            "torque": (grid, self.torque, "N*m"),
             "motions": (grid, self.motions, ""), "subharmonic": (grid, self.subharmonic, ""),
             "quasi_static": ("load", self.quasi_static, "rad"),
         }  # fmt: skip

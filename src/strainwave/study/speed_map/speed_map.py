@@ -20,7 +20,7 @@ from ...drive.project import Project
 from ...drive.two_turns import is_beating
 from ..analysis.avoid import out_of_reach
 from ..analysis.knobs import units_of
-from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
+from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import (
     Bands,
@@ -45,7 +45,7 @@ GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to
 SAME = 0.01  # relative difference of the oscillations of one motion
 NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
 
-Cells = tuple[Floats, Floats, Any, Any]  # oscillation, torque, motions, subharmonic of one load
+Cells = tuple[Floats, Floats, Any, Any, Floats]  # oscillation, torque, motions, subharmonic, smallest of one load
 
 
 @typed
@@ -145,7 +145,7 @@ def speed_map(
         for loaded in by_load
     ]
     table = [cells_of(loaded, cells) for loaded in by_load]
-    oscillation, torque, motions, subharmonic = map(np.array, zip(*table, strict=True))
+    oscillation, torque, motions, subharmonic, smallest = map(np.array, zip(*table, strict=True))
     scatter = _scatter(drives if len(computed) == total else [], values, name, rows, cells, span, rules, progress)
     resting = max(abs(torque) for variant in variants for torque in variant.load_torques) / project.drive.N
     texts = {value: load_text(value, name, rows[int(value) - 1].name if rows else "") for value in values.tolist()}
@@ -170,6 +170,7 @@ def speed_map(
         remarks=(*_remarks(cases, by_load, name, lines, span, rules, search), *warnings, *_without(rows, project)),
         failures=failures,
         postures=tuple(rows[i] for i in computed) if rows else (),
+        smallest=smallest if project.is_beating else None,
     )
     result = replace(result, failures=(*_unreachable(result), *failures))
     finished = 0 if scatter is None else scatter.units
@@ -180,13 +181,14 @@ def speed_map(
 
 
 def cells_of(loaded: UnderLoad, speeds: Floats) -> Cells:
-    """Largest oscillation and torque, number of stable motions and flag of subharmonics (m,) at speeds."""
-    oscillation, torque = np.full(len(speeds), -np.inf), np.full(len(speeds), -np.inf)
+    """Largest oscillation and torque, stable motions, flag of subharmonics, smallest turn of the largest, at speeds."""
+    oscillation, torque, smallest = np.full((3, len(speeds)), -np.inf)
     motions, subharmonic = np.zeros(len(speeds), np.int64), np.zeros(len(speeds), bool)
     counted: list[Floats] = []
     for run, slower in loaded.runs:
         inside = (speeds >= run[0, OMEGA]) & (speeds <= run[-1, OMEGA])
         rows = row_at(run, speeds)
+        smallest = np.where(inside & (rows[:, OSCILLATION] > oscillation), rows[:, SMALLEST], smallest)
         for out, column in ((oscillation, OSCILLATION), (torque, TORQUE)):
             out[inside] = np.maximum(out[inside], rows[inside, column])
         new = inside.copy()
@@ -203,7 +205,8 @@ def cells_of(loaded: UnderLoad, speeds: Floats) -> Cells:
         motions[here] += 1
         subharmonic[here] |= turns != 1
     unknown = motions == 0
-    return np.where(unknown, np.inf, oscillation), np.where(unknown, np.inf, torque), motions, subharmonic
+    oscillation, torque, smallest = np.where(unknown, np.inf, [oscillation, torque, smallest])
+    return oscillation, torque, motions, subharmonic, smallest
 
 
 def _speeds(project: Project, speeds: ArrayLike | None) -> tuple[Floats, Span]:
