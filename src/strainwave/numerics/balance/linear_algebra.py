@@ -1,7 +1,7 @@
 """Small dense linear algebra for the solvers: one line of NumPy as Python, loops as machine code.
 
 The loops beat LAPACK below about 60 unknowns, where the time of a call dominates. As Python, a matrix of up to LARGE
-rows is inverted by NumPy, and a larger one, where that takes five times as long, factored by SciPy.
+rows is inverted by NumPy, and a larger one, where that takes three times as long or more, factored by SciPy.
 """
 
 from typing import Any
@@ -12,7 +12,7 @@ from ...base.results import Floats
 from ...compile.elementwise import elementwise, summed
 from ...compile.jit import kernel, kernel_as, routine
 
-LARGE = 150  # below it, loading SciPy (0.3 s) costs more than a whole curve gains
+LARGE = 60  # below it, loading SciPy (0.1 s) costs more than a whole curve gains
 
 
 @elementwise
