@@ -129,3 +129,11 @@ def test_a_project_that_is_changed_in_python_has_the_doubts_of_its_own_drive(hel
     changed = sw.replaced(held, {"gear.K1": "3e4 N*m/rad"}).with_load_inertia(2.0)
     how_sure(changed, stop)
     assert {*seen} == {(2.0, 3e4)}
+
+
+def test_the_load_that_the_range_is_for_is_named_where_the_file_has_a_range_of_loads():
+    ranged = "excitation: {load_torque: {mean: {from: -20 N*m, to: 60 N*m}}, "
+    assert "excitation: {" in HELD
+    for text, load in ((HELD, ""), (HELD.replace("excitation: {", ranged, 1), " with 20 N·m on the load")):
+        together = from_text(text, Path("axis.yaml")).sureness.sentences(None)[2]
+        assert together.startswith(f"assumed damping and kinematic error together{load}: ")

@@ -65,6 +65,8 @@ class Sureness(NamedTuple):
         How many they are.
     lost : tuple of str
         Why others have no answer, an unstable loop for one.
+    load : str
+        Torque on the load that all of this is for, where the file has a range of it.
     """
 
     doubts: tuple[Doubt, ...]
@@ -74,6 +76,7 @@ class Sureness(NamedTuple):
     largest: tuple[float, float]
     drives: int
     lost: tuple[str, ...] = ()
+    load: str = ""
 
     def sentences(self, limit: float | None) -> tuple[str, ...]:
         """A row for every assumed number, and all of them together against the limit [rad]."""
@@ -81,7 +84,7 @@ class Sureness(NamedTuple):
             return self.lost
         ends = " to ".join(number(size / ARCSEC, 3) for size in self.largest)
         whats = f"assumed {listed(doubt.what for doubt in self.doubts)}"
-        said = f"{whats}{' together' if len(self.doubts) > 1 else ''}: {ends} arcsec"
+        said = f"{whats}{' together' if len(self.doubts) > 1 else ''}{self.load}: {ends} arcsec"
         if limit is not None:
             most, least = self.largest[1] <= limit, self.largest[0] > limit
             where = "within" if most else "above" if least else "on both sides of"
@@ -150,7 +153,9 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
     doubts = tuple(doubt for doubt in doubts if isfinite(doubt.sizes[0]))
     drives = sum(size is not None for size in computed.values())
-    return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost))
+    least, most = project.other_loads
+    load = f" with {number(project.mean_load_torque)} N·m on the load" if least < most else ""
+    return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost), load)
 
 
 def _as_a_file(project: Project) -> Project:
