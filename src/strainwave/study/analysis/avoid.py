@@ -320,6 +320,10 @@ def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float]
     for torque in np.linspace(low, high, LEAST if spring else WITH_MEMORY).tolist():
         if abs(torque - mean_case.torque) > ROUNDING * (high - low):
             computed(torque)
+    worst = None if spring else worst_of(tuple(cases.values()))
+    for a, b in pairwise(sorted(cases)):
+        if worst is not None and worst.torque in (a, b):
+            computed(0.5 * (a + b))
     while spring and len(cases) < MOST:
         rows = sorted(cases)
         apart = [(a, b) for a, b in pairwise(rows) if _gap(cases[a].bands, cases[b].bands) > 0.0]
