@@ -7,9 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.compile.jit import run
 from strainwave.compile.tree import leaf_of
 from strainwave.model.train.filters import around
 from strainwave.numerics.balance.choice import balance_of
+from strainwave.numerics.balance.condensed.gear import sample_error
 from strainwave.numerics.balance.condensed.problem import Condensed
 from strainwave.numerics.balance.first_order import FirstOrder, first_order, linearised
 from strainwave.numerics.balance.linear_part import STRENGTH
@@ -294,3 +296,14 @@ def test_a_motor_that_nothing_holds_is_in_balance_under_a_line_of_any_order_with
     assert smooth.linear_part() is not None
     pulled = smooth.load._replace(excitation=sw.Harmonic(3.0, order, mean=0.1))
     assert smooth._replace(load=pulled).linear_part() is None
+
+
+@pytest.mark.parametrize("orders", [(2.0,), (2.0, 4.0, 6.0, 7.5, 9.5), (1.0, 3.0, 4.0), (4.0, 2.0)])
+def test_an_error_is_sampled_in_machine_code_as_in_numpy(orders):
+    rng = np.random.default_rng(len(orders))
+    lines = np.array([(0.0, 0.3, 0.0), *((order, *rng.normal(size=2)) for order in orders)])
+    angles, deviations = 2.0 * np.pi * np.arange(40) / 40, 1e-2 * rng.normal(size=40)
+    as_python, compiled = np.empty((2, 3, 40))
+    sample_error(lines, 0.7, angles, deviations, *as_python)
+    run(sample_error, lines, 0.7, angles, deviations, *compiled)
+    np.testing.assert_allclose(compiled, as_python, atol=1e-12)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from strainwave.numerics.balance.linear_algebra import LARGE, factor, substitute
+from strainwave.numerics.balance.linear_algebra import LARGE, factor, reduce, substitute
 
 
 @pytest.mark.parametrize("n", [LARGE // 5, LARGE, LARGE + 1, 2 * LARGE])
@@ -25,3 +25,14 @@ def test_a_singular_matrix_leaves_non_finite_numbers(n):
     assert factor(a, pivots) == 0.0
     substitute(a, pivots, b)
     assert not np.all(np.isfinite(b))
+
+
+@pytest.mark.parametrize("number", [4, 8])
+def test_a_part_of_a_matrix_that_is_factored_leaves_its_complement(number):
+    matrix = np.random.default_rng(number).normal(size=(11, 11))
+    matrix[0, 0] = 0.0
+    part, right, below = matrix[:number, :number], matrix[:number, number:], matrix[number:, :number]
+    a = matrix.copy()
+    assert reduce(a, np.empty(number, np.int64), number) == np.linalg.slogdet(part)[0]
+    expected = matrix[number:, number:] - below @ np.linalg.solve(part, right)
+    np.testing.assert_allclose(a[number:, number:], expected, atol=1e-12)

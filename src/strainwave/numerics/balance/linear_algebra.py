@@ -124,14 +124,23 @@ def padded(table: Floats) -> Floats:
 
 
 def _factor_loops(a: Floats, pivots: Any) -> float:
+    return reduce(a, pivots, a.shape[0])
+
+
+@routine
+def reduce(a: Floats, pivots: Any, number: int) -> float:
+    """Factor the first `number` rows and columns of a square matrix; what is behind them becomes their complement.
+
+    The number is that of all or a multiple of 4. Returns the sign of the determinant of the part that is factored.
+    """
     # Four columns at a time, so that the rest of the matrix is read and written once for four of them.
     n, sign = a.shape[0], 1.0
-    for start in range(0, n, 4):
+    for start in range(0, number, 4):
         end = min(start + 4, n)
         for k in range(start, end):
             p = k
             largest = abs(a[k, k])
-            for i in range(k + 1, n):
+            for i in range(k + 1, number):
                 if abs(a[i, k]) > largest:
                     largest = abs(a[i, k])
                     p = i

@@ -161,28 +161,35 @@ def crest_at(
 
 
 @routine
+def measure_points(
+    problem: Any, drive: Any, points: Floats, first: int, last: int, waves: Floats, errors: Floats, sizes: Floats
+) -> None:  # fmt: skip
+    """Write the series of the pointing error of points from `first` to `last`, and to two rows max |x|, |x - mean|."""
+    for i in range(first, last):
+        displaced(problem, drive, points[i], errors[i])
+    sizes_of(errors[first:last], False, waves, sizes[0, first:last])
+    sizes_of(errors[first:last], True, waves, sizes[1, first:last])
+
+
+@routine
 def with_crests(
-    problem: Any, drive: Any, equations: Any, points: Floats, labels: Any, count: int, waves: Floats
-) -> int:  # fmt: skip
-    """Insert the crests of |x| and of |x - mean| among the points of a curve; returns how many there are then."""
+    problem: Any, drive: Any, equations: Any, points: Floats, labels: Any, count: int, waves: Floats, errors: Floats,
+    sizes: Floats) -> int:  # fmt: skip
+    """Insert the crests of both sizes, which `measure_points` writes, among points; returns how many there are then."""
     n, number = points.shape[1], 0
     crests, after, crest = np.empty((count, n)), np.empty(count, np.int64), np.empty(n)
-    errors = np.empty((count, len(waves) + 1))
-    sizes, measures = np.empty(count), 1
+    measure_points(problem, drive, points, 0, count, waves, errors, sizes)
+    measures = 1
     for i in range(count):
-        displaced(problem, drive, points[i], errors[i])
-    sizes_of(errors, False, waves, sizes)
-    for i in range(count):
-        if abs(errors[i, 0]) > MEAN * sizes[i]:
+        if abs(errors[i, 0]) > MEAN * sizes[0, i]:
             measures = 2
     for measure in range(measures):
-        if measure > 0:
-            sizes_of(errors, True, waves, sizes)
-        least = LEAST * np.max(sizes)
+        size = sizes[measure]
+        least = LEAST * np.max(size[:count])
         for i in range(1, count - 1):
-            if not (sizes[i] >= sizes[i - 1] and sizes[i] > sizes[i + 1] and sizes[i] > least):
+            if not (size[i] >= size[i - 1] and size[i] > size[i + 1] and size[i] > least):
                 continue
-            side = crest_at(problem, drive, equations, points, count, errors, i, sizes[i], measure > 0, waves, crest)
+            side = crest_at(problem, drive, equations, points, count, errors, i, size[i], measure > 0, waves, crest)
             place = i if side > 0.0 else i - 1
             near = side == 0.0 or apart(crest, points[place]) <= ONE or apart(crest, points[place + 1]) <= ONE
             for j in range(number):
@@ -197,12 +204,14 @@ def with_crests(
             here = max(after[j], 0)
             farther = after[j] == after[last] and apart(crests[j], points[here]) > apart(crests[last], points[here])
             last = j if after[j] > after[last] or farther else last
-        for i in range(count, after[last] + 1, -1):
+        place = after[last] + 1
+        for i in range(count, place, -1):
             copy(points[i - 1], points[i])
-            labels[i] = labels[i - 1]
-        copy(crests[last], points[after[last] + 1])
-        labels[after[last] + 1] = TOP
-        after[last], count = -1, count + 1
+            copy(errors[i - 1], errors[i])
+            labels[i], sizes[0, i], sizes[1, i] = labels[i - 1], sizes[0, i - 1], sizes[1, i - 1]
+        copy(crests[last], points[place])
+        measure_points(problem, drive, points, place, place + 1, waves, errors, sizes)
+        labels[place], after[last], count = TOP, -1, count + 1
     return count
 
 
@@ -222,7 +231,7 @@ def largest_torque(
 ) -> float:  # fmt: skip
     """Largest |T(u) + B u'| [N*m] over the period, u = x - e with all of e; `work` (7, samples) is a buffer.
 
-    It follows `displaced`. The tables are those of `sampled`, and `angles` are those of the base.
+    It follows the `positions` of the gear. The tables are those of `sampled`, and `angles` are those of the base.
     """
     size, w, x = problem.blocks.shape[1], drive.every * point[-1], problem.blocks[0]
     samples, h, at, rate = len(angles), size // 2, len(drive.laws) * size, np.zeros(size)
@@ -245,24 +254,21 @@ def largest_torque(
 
 @routine
 def described(
-    problem: Any, drive: Any, points: Floats, labels: Any, count: int, waves: Floats, curve: Floats
+    problem: Any, drive: Any, points: Floats, labels: Any, count: int, sizes: Floats, curve: Floats
 ) -> bool:  # fmt: skip
-    """Write the rows of a curve; whether the stability of all points is known."""
-    size = problem.blocks.shape[1]
-    errors, sizes, growth = np.empty((count, size)), np.empty((2, count)), np.empty(count)
+    """Write the rows of a curve with the `sizes` of `measure_points`; whether the stability of all points is known."""
+    size, growth = problem.blocks.shape[1], np.empty(count)
     table = synthesis_of(size // 2, PER_HARMONIC * max(FEWEST, size // 2))
     work, angles, half = np.zeros((7, table.shape[1])), np.empty(table.shape[1]), table.shape[1] // 2 + 1
     cosines, sines = table[: size // 2 + 1, :half].copy(), table[size // 2 + 1 :, :half].copy()
     for j in range(len(angles)):
         angles[j] = 2.0 * math.pi * j / (drive.every * len(angles))
     for i in range(count):
-        displaced(problem, drive, points[i], errors[i])
+        problem.gear.positions((problem.synthesis, problem.analysis, problem.angles), 1.0, points[i], problem.blocks[0])
         curve[i, TORQUE] = largest_torque(problem, drive, cosines, sines, angles, points[i], work)
-    sizes_of(errors, True, waves, sizes[0])
-    sizes_of(errors, False, waves, sizes[1])
     complete = growths(problem, drive, points, count, growth)
     for i in range(count):
-        curve[i, OMEGA], curve[i, OSCILLATION], curve[i, PEAK] = points[i, -1], sizes[0, i], sizes[1, i]
+        curve[i, OMEGA], curve[i, OSCILLATION], curve[i, PEAK] = points[i, -1], sizes[1, i], sizes[0, i]
         curve[i, GROWTH], curve[i, LABEL] = growth[i], labels[i]
     return complete
 
@@ -380,8 +386,9 @@ def answer(
             break
         sought = min(2 * sought + 1, most)
     waves = waves_of(h)
-    count = with_crests(problem, drive, equations, points, labels, count, waves)
-    if not described(problem, drive, points, labels, count, waves, curve):
+    errors, sizes = np.empty((MOST_POINTS, len(waves) + 1)), np.empty((2, MOST_POINTS))
+    count = with_crests(problem, drive, equations, points, labels, count, waves, errors, sizes)
+    if not described(problem, drive, points, labels, count, sizes, curve):
         return UNKNOWN
     top = -1
     for i in range(count):

@@ -210,11 +210,12 @@ def summed_series(terms: Any, share: float, reach: float, begin: float, result: 
     """Write the sum of terms (TERMS, n) for a share of a length, in which the fastest disturbance turns by `reach`."""
     weight, size = begin, 1.0
     fill(0.0, result)
-    for p in range(len(terms)):
+    for p in range(0, TERMS, 2):
+        after = weight * share
         for i in range(len(result)):
-            result[i] += weight * terms[p, i]
-        weight, size = weight * share, size * reach / (p + 1.0)
-        if size < 1e-18:
+            result[i] += weight * terms[p, i] + after * terms[p + 1, i]
+        weight, size = after * share, size * reach * reach / ((p + 1.0) * (p + 2.0))
+        if size < 1e-16:
             break
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from ...base.results import Floats
 from ...compile.jit import borrowed, kernel_as, routine, run
 from ..balance.fourier import Samples, parted
+from ..balance.linear_algebra import reduce
 from ..balance.piecewise import is_piecewise_linear
 
 PLACES = 8
@@ -191,7 +192,7 @@ def _panels_loops(table: Any, kinds: Any, feedback: Floats, first: Any, flow: Fl
     _, places, r, q = feedback.shape
     n = end.shape[1]
     rows = places * r
-    m, step, new = np.empty((rows, rows + n)), np.empty((n, n)), np.empty((n, n))
+    m, new, pivots = np.empty((rows + n, rows + n)), np.empty((n, n)), np.empty(rows, np.int64)
     for orbit in range(len(first) - 1):
         for k in range(n):
             for j in range(n):
@@ -211,17 +212,18 @@ def _panels_loops(table: Any, kinds: Any, feedback: Floats, first: Any, flow: Fl
                             for j in range(n):
                                 m[row, rows + j] += factor * observed[kind, i, o, j]
                     m[row, row] += 1.0
-            eliminated(m)
+            for k in range(n):
+                for j in range(rows):
+                    m[rows + k, j] = -gains[kind, k, j]
+                for j in range(n):
+                    m[rows + k, rows + j] = end[kind, k, j]
+            reduce(m, pivots, rows)  # behind the system of the feedbacks the map of the panel is left
             for k in range(n):
                 for j in range(n):
-                    step[k, j] = end[kind, k, j]
                     new[k, j] = 0.0
-                for i in range(rows):
-                    for j in range(n):
-                        step[k, j] += gains[kind, k, i] * m[i, rows + j]
                 for i in range(n):
                     for j in range(n):
-                        new[k, j] += step[k, i] * flow[orbit, i, j]
+                        new[k, j] += m[rows + k, rows + i] * flow[orbit, i, j]
             for k in range(n):
                 for j in range(n):
                     flow[orbit, k, j] = new[k, j]

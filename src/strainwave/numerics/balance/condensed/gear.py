@@ -23,11 +23,17 @@ def _sample_error_loops(
     lines: Any, factor: float, angles: Floats, delta: Floats, value: Floats, slope: Floats, bend: Floats
 ) -> None:
     for i in range(len(angles)):
-        e, de, dde = lines[0, 1], 0.0, 0.0
+        e, de, dde, a, last = lines[0, 1], 0.0, 0.0, angles[i] + delta[i], 0.0
+        lowest, cosine, sine, c, s = 0.0, 1.0, 0.0, 1.0, 0.0
         for j in range(1, lines.shape[0]):
             order = lines[j, 0]
-            a = order * (angles[i] + delta[i])
-            c, s = np.cos(a), np.sin(a)
+            if j > 1 and order - last == lowest:  # orders are often multiples: no more sines and cosines
+                c, s = c * cosine - s * sine, c * sine + s * cosine
+            else:
+                c, s = np.cos(order * a), np.sin(order * a)
+            if j == 1:
+                lowest, cosine, sine = order, c, s
+            last = order
             wave = factor * (lines[j, 1] * c + lines[j, 2] * s)
             e += wave
             de += factor * order * (lines[j, 2] * c - lines[j, 1] * s)
