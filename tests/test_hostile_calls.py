@@ -68,7 +68,8 @@ def verb(
             r"values is \[1.0\]; give a dictionary: of each name \(a text\) a finite number",
         ),
         ({"values": {1: 2.0}}, TypeError, r"values is \{1: 2.0\}; give a dictionary"),
-        ({"told": 5}, TypeError, "told is 5; give a function"),
+        ({"told": 5}, TypeError, "told is 5; give a function of 1 argument"),
+        ({"told": lambda: None}, TypeError, "; give a function of 1 argument"),
         ({"closed": np.ones(2)}, ValueError, "it must be True or False"),
         ({"often": 3}, TypeError, "verb: got an unexpected keyword argument 'often'; its arguments are drive, share"),
     ],
@@ -225,6 +226,14 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("read_frd", {"units": {"size": "x" * 5000}}),
         ("SteadyTrain", {"train": TRAINS["free"]._replace(friction=TRAINS["free"])}),
         ("identify", {"system": sw.Oscillator(1.0, 0.12, sw.Linear(1.1), sw.Harmonic(0.0), 0.0)}),
+        ("loop_response", {"output": lambda: 1.0}),
+        ("loop_response", {"output": lambda *_: None}),
+        ("move_postures", {"progress": lambda: 1.0}),
+        (
+            "parametric_resonances",
+            {"system": sw.gears.VaryingOscillator(1.0, sw.gears.GearDamping(0.05), *STRONG[2:], sw.NoError())},
+        ),
+        ("sweep", {"progress": lambda: 1.0}),
     ],
 )
 def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):

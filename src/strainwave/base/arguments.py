@@ -9,6 +9,7 @@ from dataclasses import fields
 from fractions import Fraction
 from functools import cache, wraps
 from inspect import signature
+from math import isfinite, nan
 from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -151,7 +152,8 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
     if form is np.ndarray or not isinstance(form, type):
         return True
     if form is Callable:
-        return callable(value) and not isinstance(value, type)
+        fixed = bool(inner) and inner[0] is not ...
+        return callable(value) and not isinstance(value, type) and (not fixed or takes(value, len(inner[0])))
     if issubclass(form, Mapping):
         return isinstance(value, Mapping) and all(fits(k, inner[0]) and fits(v, inner[1]) for k, v in value.items())
     if not issubclass(form, Iterable):
@@ -165,6 +167,31 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
     if isinstance(value, range) or (isinstance(value, np.ndarray) and not value.dtype.hasobject):
         value = value[:1]  # the others are of the same kind
     return _items_fit(value if isinstance(value, Collection) else (), float if inner[0] is int else inner[0])
+
+
+def takes(function: Any, count: int) -> bool:
+    """Whether a function or a method can be called with so many arguments, as far as it says."""
+    try:
+        signature(function).bind(*range(count))
+    except ValueError:  # of a function written in C
+        return True
+    except TypeError:
+        return False
+    return True
+
+
+def number_of(function: Callable[[Any], Any], thing: Any, place: str) -> float:
+    """What a function says of something, `place` in words: one finite number (ValueError)."""
+    answer = function(thing)
+    try:
+        value = float(answer)
+    except (TypeError, ValueError, OverflowError):
+        value = nan
+    if not isfinite(value):
+        raise ValueError(
+            f"the function gives {shown(answer)[:60]} for {place}; give one that has a finite number there"
+        )
+    return value
 
 
 def _items_fit(items: Iterable[Any], kind: object) -> bool:
@@ -186,7 +213,8 @@ def in_words(kind: object) -> str:
     if kind in PLAIN:
         return PLAIN[kind][1]
     if form is Callable:
-        return "a function"
+        fixed = bool(inner) and inner[0] is not ...
+        return f"a function of {len(inner[0])} argument{'s' * (len(inner[0]) != 1)}" if fixed else "a function"
     if _is_of(kind, Mapping):
         return f"a dictionary: of each name ({in_words(inner[0])}) {in_words(inner[1])}"
     if form is not None:

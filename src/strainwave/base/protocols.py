@@ -5,9 +5,9 @@ the only place that asks an object for what it may have; `law` does the same for
 """
 
 from collections.abc import Callable
-from inspect import CO_VARARGS
 from typing import Any, Protocol
 
+from .arguments import takes
 from .law import is_spring
 from .quantities import Reals, checked, shown
 from .results import Floats
@@ -301,18 +301,9 @@ def need(field: str, thing: object, *methods: str, remedy: str = "") -> None:
         raise TypeError(f"{field} is the class {name}; give an object of it, with its numbers: {name}(...){remedy}")
     for method in methods:
         name, _, arguments = method.partition("(")
-        part = lacking(thing, "rhs") and _takes(getattr(thing, name, None), arguments.count(",") + 1)  # no whole system
+        part = lacking(thing, "rhs") and takes(getattr(thing, name, None), arguments.count(",") + 1)  # no whole system
         if lacking(thing, name) or (arguments and not part):
             raise TypeError(f"{field} is {shown(thing)}; it must be an object with a method {method}{remedy}")
-
-
-def _takes(method: Any, count: int) -> bool:
-    """Whether a method can be called with so many arguments, as far as it says."""
-    code = getattr(method, "__code__", None)
-    if code is None or code.co_flags & CO_VARARGS:
-        return callable(method)
-    limit = code.co_argcount - hasattr(method, "__self__")
-    return bool(limit - len(method.__defaults__ or ()) <= count <= limit)
 
 
 def with_parts(verb: str, system: System, *parts: str) -> Any:

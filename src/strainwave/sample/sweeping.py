@@ -188,6 +188,7 @@ def sweep(
     if isinstance(measure, EnsembleMeasure):
         measure.check(system)
     refuse("processes", processes, bool)
+    refuse("progress", progress, Callable[[str, float], None])
     job = Job(measure, system, seed)
     layout = layout_of(points.shape, chunk or chunk_size(points.shape, _least_chunk(job)))
     check_size(layout, folder is not None)

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base.arguments import typed
+from ...base.arguments import number_of, typed
 from ...base.quantities import States, numbers
 from ...base.records import Labelled, Result
 from ...base.results import Floats
@@ -143,7 +143,7 @@ def loop_response(
 
     def error(z: Floats) -> float:
         state = tuple(z[:states].tolist())
-        return float(output(state) if output else quiet.watched(0.0, state)[0])
+        return number_of(output or (lambda y: quiet.watched(0.0, y)[0]), state, "a state of the plant")
 
     n = len(base)
     A, B = _slopes(lambda d: following(base + d, 0.0, 0.0), n), _slopes(lambda d: following(base, *d), 2)

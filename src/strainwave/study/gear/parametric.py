@@ -125,12 +125,11 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
         )
     linear = system._replace(law=Linear(stiffness), excitation=Harmonic(0.0), error=NoError(), omega=lo)
     omega_0 = math.sqrt(stiffness / system.J)
-    free = _damped_frequency(linear, omega_0)
-    if free == 0.0:
+    free, causes = _damped_frequency(linear, omega_0), _causes(tuple(map(int, orders_of(system.variation))))
+    if free == 0.0 or not causes:
         return []
-    causes = _causes(tuple(map(int, orders_of(system.variation)))).items()
     fast, g = _on_own_turn(linear)
-    brackets = [(m, cause, _bracket(free, m // g)) for m, cause in causes]
+    brackets = [(m, cause, _bracket(free, m // g)) for m, cause in causes.items()]
     near = [(m, cause) for m, cause, (low, high) in brackets if lo * g <= high and hi * g >= low]
     found = [_resonance(fast, omega_0, free, m, g, cause) for m, cause in near]
     inside = [r for r in found if lo <= r.omega <= hi or (r.unstable and r.low <= hi and r.high >= lo)]

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.arguments import number_of
 from ...base.quantities import joined, numbers, several, shown
 from ...base.records import Labelled
 from ...base.results import Floats, SolveError
@@ -161,11 +162,12 @@ class Identified(Fitted):
         level : float
             Probability of covering, to first order in the numbers (delta method).
         """
-        first, gradient = _number_of(function, self.system), np.zeros(len(self.names))
+        place = "the system found, or one within its deviations"
+        first, gradient = number_of(function, self.system, place), np.zeros(len(self.names))
         for i, (value, deviation) in enumerate(zip(self.values, self.deviations, strict=True)):
             changed = self.values.copy()
             changed[i] = value + 0.5 * deviation
-            gradient[i] = (_number_of(function, self.experiment.found(changed)) - first) / (0.5 * deviation)
+            gradient[i] = (number_of(function, self.experiment.found(changed), place) - first) / (0.5 * deviation)
         spread = math.sqrt(float(gradient @ self.covariance @ gradient))
         return interval(first, spread, float(np.min(self.freedom)), level)
 
@@ -272,18 +274,3 @@ class Identified(Fitted):
         """Values, deviations and residuals."""
         numbers = {"value": ("number", self.values, ""), "deviation": ("number", self.deviations, "")}
         return {**numbers, **self._along(("output", "sample"), residual="")}
-
-
-def _number_of(function: Callable[[Any], float], system: Any) -> float:
-    """What a function says of a system: one finite number (ValueError)."""
-    answer = function(system)
-    try:
-        value = float(answer)
-    except (TypeError, ValueError):
-        value = math.nan
-    if not math.isfinite(value):
-        raise ValueError(
-            f"the function gives {shown(answer)[:60]} for the system found, or one within its deviations; give one "
-            "that has a finite number there"
-        )
-    return value
