@@ -11,7 +11,7 @@ import pytest
 from canonical import DISSIPATIVE, LAWS, TRAINS
 from hostile_calls import answer, hostile_call
 from hostile_commands import OWN, VALID, answer_of, hostile_command, valid_command
-from valid_calls import CALLS, CLOSED, GEAR, STRONG, TIMES, TURN
+from valid_calls import CALLS, CLOSED, GEAR, LIGHT, STRONG, TIMES, TURN, train
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
@@ -30,6 +30,8 @@ SLOW = (
     "isolas",
 )
 
+LOUD = CLOSED.train.motor._replace(excitation=sw.Harmonic(0.0, mean=1e60))
+SPRING, TWISTS = sw.PiecewiseLinear(3e4, 5e4, 6e4, 14.0, 48.0), 2e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, 120))
 LOOSE = CLOSED._replace(train=CLOSED.train._replace(motor=CLOSED.train.motor._replace(J=1e-59)))
 
 
@@ -234,6 +236,27 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
             {"system": sw.gears.VaryingOscillator(1.0, sw.gears.GearDamping(0.05), *STRONG[2:], sw.NoError())},
         ),
         ("sweep", {"progress": lambda: 1.0}),
+        ("AngleProfile", {"times": (-1e60, 1e-3, 2e-3, 3e-3)}),
+        ("bootstrap", {"jacobian": np.column_stack([np.linspace(0.9, 1.1, 33), 1e60 ** (np.arange(33) == 16)])}),
+        ("compare_laws", {"log": {"time": 0.1 * np.arange(400), "input": np.nan, "output": np.arange(400.0)}}),
+        ("compensate_move", {"project": train()._replace(motor=train().motor._replace(excitation=sw.Harmonic(1e60)))}),
+        ("Filtered", {"loop": sw.train.SteadyTrain(TRAINS["free"], 1.3)}),
+        ("fit_decay", {"system": LIGHT._replace(B=-1e60, law=sw.Linear(1.1))}),
+        ("fit_loop", {"torque": SPRING.torque(TWISTS) + 1e16 * (np.arange(120) == 0)}),
+        ("fit_loop", {"torsion": TWISTS - 1.0}),
+        ("fit_response", {"system": STRONG._replace(J=1e-59)}),
+        ("loop_response", {"loop": CLOSED._replace(train=CLOSED.train._replace(motor=LOUD))}),
+        ("move", {"start": 1e16}),
+        ("orbit_diagram", {"system": STRONG._replace(J=1e-12)}),
+        ("orbit_diagram", {"system": STRONG._replace(omega=-0.0)}),
+        (
+            "run_loop",
+            {"loop": CLOSED._replace(train=CLOSED.train._replace(load=sw.train.Load(0.05, drag=sw.Linear(1e12))))},
+        ),
+        (
+            "two_turn_motion",
+            {"system": STRONG._replace(excitation=sw.Harmonic(1e60), error=sw.KinematicError((sw.Line(2, 0.1),)))},
+        ),
     ],
 )
 def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):

@@ -184,7 +184,8 @@ def states_inside(control: Any) -> int:
 def need_loop(control: Any) -> None:
     """Refuse what is no loop of the motor inside a lag or a filter (TypeError)."""
     loop = control.loop
-    if lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | Commanded):
+    whole = not lacking(loop, "rhs")
+    if whole or lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | Commanded):
         what = f"{type(control).__name__}.loop is {shown(loop)}"
         raise TypeError(f"{what}; it must be a PositionLoop, a SpeedLoop or a CascadeLoop, or one of these Filtered")
     if not lacking(loop, "check"):

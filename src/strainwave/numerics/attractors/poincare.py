@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...base.arguments import typed
 from ...base.law import repeating, torsion
-from ...base.protocols import System, omega_of, with_parts
+from ...base.protocols import System, lacking, omega_of, with_parts
 from ...base.quantities import number, numbers, parameters, positive_count, replace, shown
 from ...base.results import Floats, SolveError, Status
 from ..integration.methods import Dopri5, Method
@@ -259,7 +259,8 @@ def orbit_diagram(
         raise ValueError(f"y0 is {shown(y0)}; it must have one entry per state, a number or one value per start")
     first = np.array(np.broadcast_arrays(*(numbers(f"y0[{i}]", entry) for i, entry in enumerate(y0)))).T
     members = [with_parts("orbit_diagram", replace(system, {path: float(value)}), "rhs") for value in grid]
-
+    for member in members:
+        number("omega", omega_of(member), positive=True)
     chosen = method or Dopri5(max_steps=min(METHOD.max_steps, STEPS * (settle + points)))
 
     def sweep(job: tuple[list[Any], Floats]) -> tuple[Floats, Any, Floats]:
@@ -284,6 +285,8 @@ def _swept(members: list[Any], y: Floats, settle: int, points: int, method: Any)
     for i, member in enumerate(members):
         t = 2.0 * np.pi / float(omega_of(member)) * np.concatenate([[0.0], turns])
         run = simulate(member, y, t, method=method)
+        if run.status is Status.TOO_MANY_STEPS and lacking(method, "max_steps"):
+            raise SolveError(f"the motion at omega = {float(omega_of(member)):.6g} rad/s ended: {run.message}")
         if run.status is Status.TOO_MANY_STEPS:
             raise SolveError(
                 f"{settle + points} turns at omega = {float(omega_of(member)):.6g} rad/s from a largest state of "

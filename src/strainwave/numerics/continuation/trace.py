@@ -1,8 +1,4 @@
-"""Branches of periodic orbits: solved at a point, traced, and described with stability, folds and period doublings.
-
-Folds that the steps of a continuation passed over, found where the parameter turns without a fold. Branches of periodic
-orbits described: stability, peaks, special points, and the result that users see.
-"""
+"""Branches of periodic orbits: solved at a point, traced and described, with folds that the steps passed over."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

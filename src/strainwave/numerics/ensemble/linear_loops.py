@@ -155,9 +155,16 @@ def loop_response(
 
 
 def _slopes(function: Callable[..., Any], size: int) -> Any:
-    """Slopes (..., size) of a function of so many differences, at 0."""
+    """Slopes (..., size) of a function of so many differences, at 0 (ValueError where they are infinite)."""
     each = STEP * np.eye(size)
-    return np.stack([(function(d) - function(-d)) / (2.0 * STEP) for d in each], axis=-1)
+    with np.errstate(all="ignore"):
+        slopes = np.stack([(function(d) - function(-d)) / (2.0 * STEP) for d in each], axis=-1)
+    if not np.all(np.isfinite(slopes)):
+        raise ValueError(
+            "the loop grows beyond all floats between two samples; check its torques, inertias and gains, and where it "
+            "is linearised"
+        )
+    return slopes
 
 
 def _parted(z: Floats, states: int, memory: Any) -> tuple[Any, Any]:
@@ -209,5 +216,6 @@ def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, fl
 def after(loop: Any, y: States, memory: object, torque: float, angle: float, steps: int, time: float = 0.0) -> Any:
     """State and memory one sample on, with inputs, from a time [s] of the motion."""
     driven = loop.with_inputs(torque, angle)
-    memory = driven.update(time, y, memory, 0, 0)
-    return between(driven, time, y, memory, steps), memory
+    with np.errstate(all="ignore"):
+        memory = driven.update(time, y, memory, 0, 0)
+        return between(driven, time, y, memory, steps), memory

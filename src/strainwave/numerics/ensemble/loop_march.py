@@ -43,6 +43,12 @@ def native_of(loop: Any, loops: Sequence[Any], starts: Sequence[Any], memories: 
     return native, memories[0], table, restored
 
 
+def spread(values: Floats) -> float:
+    """Root mean square about the mean; infinite where a value is beyond all floats."""
+    size = float(np.max(np.abs(values)))
+    return size * float(np.std(values / (size or 1.0))) if math.isfinite(size) else math.inf
+
+
 class Sums(NamedTuple):
     """What is summed of the samples from `settle` on, of so many: `out` (SUMS + 2 orders, lanes), see `add`.
 

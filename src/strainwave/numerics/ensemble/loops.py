@@ -20,11 +20,10 @@ from ...base.units import ARCSEC
 from ...compile.jit import run
 from ...compile.lanes import LANES, lane
 from ...compile.tree import leaf_of, leaves, mapped
-from .loop_march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, begun, march, native_of, sums_by_address
+from .loop_march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, begun, march, native_of, spread, sums_by_address
 
 FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
-MOST_STEPS = 1000  # of a sample
-MOST_SAMPLES = 100_000_000  # of a loop: minutes
+MOST_STEPS, MOST_SAMPLES = 1000, 100_000_000  # of a sample; of a loop: minutes
 LANES_OF_JOB = 32
 GROWN = 1.5  # of the rms from one half of what is measured to the other
 SMALL = 0.05  # of the largest error of a run: what is below has decayed
@@ -82,14 +81,15 @@ class LoopRun(Result):
         late = self.time >= settle
         if not np.any(late):
             raise ValueError(f"settle is {shown(settle)} s; the run ends at {self.time[-1]:g} s: give an earlier time")
-        return float(np.std(self.error[late]))
+        return spread(self.error[late])
 
     def __str__(self) -> str:
         late = self.error[len(self.error) // 2 :]
+        with np.errstate(all="ignore"):
+            mean = float(np.mean(late / ARCSEC))
         return on_screen(
             f"LoopRun: {len(self.time)} samples to {self.time[-1]:.4g} s; in the second half the error has an rms of "
-            f"{np.std(late) / ARCSEC:.4g} arcsec about {np.mean(late) / ARCSEC:.4g} arcsec, torque up to "
-            f"{np.max(np.abs(self.torque)):.4g} N*m"
+            f"{spread(late) / ARCSEC:.4g} arcsec about {mean:.4g} arcsec, torque up to {np.max(np.abs(self.torque)):.4g} N*m"
         )
 
 

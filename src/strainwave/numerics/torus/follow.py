@@ -49,6 +49,7 @@ class TwoTurns:
         return torus(self.part, self.ratio, self.lines, sorted(pairs), self.pulls)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a point beyond all floats is none
 def newton(problem: Torus, z: Floats) -> Floats | None:
     """Point with the speed of z that solves a problem, by Newton's method with shortened steps; None where it fails."""
     n = problem.size()

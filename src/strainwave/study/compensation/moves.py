@@ -8,8 +8,8 @@ import numpy as np
 
 from ...base.arguments import typed
 from ...base.facts import Fact
-from ...base.quantities import number, several, shown
-from ...base.results import Floats
+from ...base.quantities import LARGEST, number, several, shown
+from ...base.results import Floats, SolveError
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
@@ -169,6 +169,8 @@ def compensate_move(
         depends on the speed, or a number is out of range.
     TypeError
         If an argument is of another kind.
+    SolveError
+        If a loop grows without end.
     """
     bench = bench_of(project, sampling, loop, plant)
     motion, duration = _motion(profile, bench.model.N)
@@ -191,6 +193,9 @@ def compensate_move(
     time = runs[0].time
     aside = [motion.value(time) - reference.value(time) for _, _, reference in references]
     error = np.array([run.error for run in runs]) + np.array(aside) / bench.model.N
+    for (name, _, _), e in zip(references, error, strict=True):
+        if not np.max(np.abs(e)) <= LARGEST:
+            raise SolveError(f"the error grows beyond {LARGEST:g} rad under {name}; leave it out, or check the drive")
     scores = tuple(
         _score(name, time, e, run, duration, window)
         for (name, _, _), e, run in zip(references, error, runs, strict=True)

@@ -370,6 +370,10 @@ def _nuisances(model: _Model, start: Floats, waves: Waves) -> Floats:
     for _ in range(8):
         motion = decay(model.at(p), float(np.exp(p[-3])), float(p[-2]), model.least)
         first = np.abs(motion.shape(motion.size(waves.time[:1]))[0, 1])
+        if not 0.0 < first < np.inf:
+            raise SolveError(
+                "the system does not vibrate in the first window of the record; give it numbers nearer to those sought"
+            )
         p[-3] += np.log(waves.amplitude[0] / first)
         p[-2] += waves.phase[0] - float(motion.phase(waves.time[0]))
     return p

@@ -370,5 +370,11 @@ def bootstrap(
     scores = np.array([basis[p].T @ residual[p] for p in parts])
     scores -= scores.mean(axis=0)  # blocks do not take all rows equally often
     times = rng.multinomial(round(count), np.full(len(parts), 1.0 / len(parts)), size=positive_count("draws", draws))
-    changes = np.linalg.solve(np.tensordot(times, grams, 1), (times @ scores)[:, :, None])[:, :, 0]
+    try:
+        changes = np.linalg.solve(np.tensordot(times, grams, 1), (times @ scores)[:, :, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        raise ValueError(
+            f"a draw of the {len(parts)} parts leaves out the rows that tell a parameter; give larger blocks, or the "
+            "jacobian without rows that are much larger than the others"
+        ) from None
     return np.asarray(changes @ back.T)

@@ -14,13 +14,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...base.arguments import silent, typed
-from ...base.quantities import joined, number, numbers, samples_of, shown
+from ...base.quantities import joined, number, numbers, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...base.units import ARCSEC
 from .fitted import Fit
-from .identified import MOST_OF_START, Identified, channels_of
+from .identified import MOST_OF_START, Identified, channels_of, row_of
 from .identify import identify
 
 WITHIN = 2.0  # standard errors of the difference from the best candidate
@@ -308,7 +308,7 @@ def compare_laws(
     channels = channels_of(log)
     if "time" not in channels:
         raise ValueError(f"log has no channel 'time'; it has {joined(channels)}")
-    channels = {name: samples_of(f"log: {name}", values) for name, values in channels.items()}
+    channels = {name: row_of("log", name, values) for name, values in channels.items()}
     channels["time"] = numbers("log: time", channels["time"])
     cut = round((1.0 - held_out) * len(channels["time"]))
     if min(cut, len(channels["time"]) - cut) < 2 * MOST_OF_START:

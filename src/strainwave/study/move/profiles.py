@@ -140,10 +140,13 @@ class AngleProfile(NamedTuple):
                 "equally many"
             )
         for i, (before, after) in enumerate(pairwise(self.times)):
-            if not before < after:
+            since = before - self.times[0], after - self.times[0]
+            if not since[0] < since[1]:
                 fact = (
                     f"repeats {before:.9g} s" if before == after else f"goes back from {before:.9g} s to {after:.9g} s"
                 )
+                if before < after:
+                    fact = f"has {before:.9g} s and {after:.9g} s, equally long after {self.times[0]:.9g} s,"
                 raise ValueError(
                     f"AngleProfile.times {fact} at point {i + 2}; a profile goes forward in time: correct or remove "
                     "the point"
@@ -182,6 +185,10 @@ def path_of(profile: Any, start: float | None = None) -> Path:
     path = Path.joined([part.path() for part in parts], first if start is None else number("start [rad]", start))
     if not np.any(path.moving):
         raise ValueError(f"the profile waits for {path.duration:g} s and moves nothing; give an angle to move by")
+    if not path.travel() > 0.0:
+        raise ValueError(
+            f"the profile begins at {path.angle[0]:g} rad, where no float tells its angles apart; begin nearer to 0"
+        )
     return path
 
 

@@ -14,7 +14,7 @@ from scipy.special import fdtrc
 
 from ....base.arguments import typed
 from ....base.quantities import checked, number
-from ....base.results import Floats
+from ....base.results import Floats, SolveError
 from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ..fitted import derivatives
@@ -68,6 +68,11 @@ class Twisted:
             if missing(far) > 0.0:
                 break
             far *= 2.0
+        else:
+            raise SolveError(
+                f"the law that fits takes no torque of {target:.4g} N*m from {self.x:.4g} rad on: a torque that is "
+                "far from the others leads it astray; look at the largest torques of the loop"
+            )
         x = self.x + direction * float(brentq(missing, 0.0, far, xtol=1e-15, rtol=1e-13))
         if stay:
             a = self._at(x, direction)[1]

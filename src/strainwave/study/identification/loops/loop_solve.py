@@ -88,7 +88,7 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
         else:
             break
         gain = solution.cost - tried.cost
-        damping *= 0.1
+        damping = max(0.1 * damping, 1e-15)  # the least that rounding leaves of it beside 1
         solution = linearised(loop, shape, tried.p, tried.nearest)
         if gain <= SMALL_GAIN * solution.cost:
             break

@@ -244,7 +244,8 @@ class _Fit:
             both = np.append(less.real, less.imag) if self.phased else np.abs(needed) - np.abs(applied)
             return np.append(both / scale, (p - begin) / FAR / len(needed))
 
-        p = np.asarray(least_squares(off, begin, x_scale="jac", bounds=self.bounds).x)
+        with np.errstate(all="ignore"):  # of numbers far beyond those of a system; they fit nothing
+            p = np.asarray(least_squares(off, begin, x_scale="jac", bounds=self.bounds).x)
         if not self.phased:
             needed, applied = points.pull(p)
             points.measured = self.size * np.exp(1j * (np.angle(applied) - np.angle(needed)))
