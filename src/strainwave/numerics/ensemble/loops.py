@@ -89,7 +89,7 @@ class LoopRun(Result):
             mean = float(np.mean(late / ARCSEC))
         return on_screen(
             f"LoopRun: {len(self.time)} samples to {self.time[-1]:.4g} s; in the second half the error has an rms of "
-            f"{spread(late) / ARCSEC:.4g} arcsec about {mean:.4g} arcsec, torque up to {np.max(np.abs(self.torque)):.4g} N*m"
+            f"{spread(late) / ARCSEC:.4g} arcsec about {mean:.4g}, torque up to {np.max(np.abs(self.torque)):.4g} N*m"
         )
 
 
