@@ -292,7 +292,7 @@ class Project:
             Whether motions that do not join the curve are looked for at the ends of the range, which takes most of the
             time.
         points : int, optional
-            About so many, 100 (of a train 60) by default, more at bends; crests, folds and the limit are among them.
+            About so many, 100 (of a whole train 60) by default, more at bends; crests and folds are always among them.
 
         Raises
         ------
@@ -338,8 +338,7 @@ class Project:
             return self.beating
         if self.train is None or not has_curve(self.train):
             return None
-        speeds, level = self.speeds.limits, self.limit
-        return train_curve(self.train, speeds, harmonics, coexisting=coexisting, points=points, level=level)
+        return train_curve(self.train, self.speeds.limits, harmonics, coexisting=coexisting, points=points)
 
     def equation_response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int = POINTS
@@ -352,7 +351,7 @@ class Project:
             return replace(beating_response(alone, self.speeds.limits, self.limit), has_reference=self.motor == "held")
         return exact_response(
             self.system(reduced=True), self.speeds.limits, points, harmonics, coexisting, self.motor == "held",
-            None if self.train else self.whole, self.limit,
+            None if self.train else self.whole,
         )  # fmt: skip
 
     @cached_property

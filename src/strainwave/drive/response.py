@@ -5,7 +5,6 @@ What the gear of an error equation transmits and loses, and how strongly it is d
 
 import math
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from ..base.results import Branch, Floats
 from ..base.series import largest_of_samples
 from ..model.gears.limits import cubic_means
 from ..model.train.drive_train import DriveTrain
-from ..numerics.continuation.trace import describe, solve, swing, with_crests, with_level
+from ..numerics.continuation.trace import describe, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.curves.response import with_all_said, with_others
 from ..numerics.labels import DECAYS
@@ -82,7 +81,7 @@ ExactResponse = DriveResponse  # its name in results that were saved when it was
 @one_thread
 def exact_response(
     system: System, speeds: tuple[float, float], points: int = POINTS, harmonics: int | None = None,
-    coexisting: bool = True, has_reference: bool = True, train: DriveTrain | None = None, level: float | None = None,
+    coexisting: bool = True, has_reference: bool = True, train: DriveTrain | None = None,
 ) -> DriveResponse:  # fmt: skip
     """Follow the response of an error equation through a range of base-angle speeds [rad/s].
 
@@ -102,11 +101,8 @@ def exact_response(
         Whether the motor is held, so that the error is the pointing error.
     train : DriveTrain, optional
         The same drive with its ratio, for the torque of the motor.
-    level : float, optional
-        Oscillation [rad] at which the curve has points: ends of bands.
     """
-    curve = turn_response(system, speeds, points, harmonics, coexisting, level).curve
-    return of_equation(system, curve, has_reference, train)
+    return of_equation(system, turn_response(system, speeds, points, harmonics, coexisting).curve, has_reference, train)
 
 
 class TurnResponse(NamedTuple):
@@ -118,16 +114,14 @@ class TurnResponse(NamedTuple):
 
 
 def turn_response(
-    system: Any, speeds: tuple[float, float], points: int, harmonics: int | None, coexisting: bool,
-    level: float | None = None,
-) -> TurnResponse:  # fmt: skip
+    system: Any, speeds: tuple[float, float], points: int, harmonics: int | None, coexisting: bool
+) -> TurnResponse:
     """Response of any system through a range of speeds [rad/s], whose curve may be empty; see `traced_turn`.
 
-    The speeds where stability changes, and where |x - mean| is at a level, are located between points of the curve.
+    The speeds where stability changes are located between points of the curve.
     """
     problem, traced, tail, origin = traced_turn(system, speeds, points, harmonics, coexisting)
     placed, labels = with_crests(problem, traced.points, traced.labels)
-    placed, labels = with_level(partial(solve, problem), placed, labels, partial(swing, problem), level)
     hill, floquet = problem.hill(), None
     if not hill:
         placed, labels, floquet = with_stability(problem, placed, labels, False)

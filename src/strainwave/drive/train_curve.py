@@ -11,7 +11,7 @@ import numpy as np
 from ..base.blas import one_thread
 from ..base.results import Floats
 from ..base.sentences import listed
-from ..base.series import largest_of_samples
+from ..base.series import largest_of_samples, oscillation
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.measured import RoundedPiecewiseLinear
@@ -20,8 +20,8 @@ from ..model.train.drive_train import DriveTrain, forces
 from ..model.train.motion import AngleTorque
 from ..model.train.shafts import NO_DRAG
 from ..model.train.train_forms import AtLoad, own_state, turning
-from ..numerics.balance.fourier import synthesis
-from ..numerics.continuation.trace import Trace, solve, swing, with_crests
+from ..numerics.balance.fourier import from_blocks, synthesis
+from ..numerics.continuation.trace import Trace, solve, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
@@ -40,7 +40,7 @@ NO_MOTION = (
 @one_thread
 def train_curve(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True,
-    points: int = POINTS, level: float | None = None,
+    points: int = POINTS,
 ) -> DriveResponse | None:  # fmt: skip
     """Follow the steady motions of a train; None where none is found.
 
@@ -59,13 +59,11 @@ def train_curve(
         Whether motions that do not join the curve are looked for at the ends of the range.
     points : int
         About so many points, and more where the curve bends.
-    level : float, optional
-        Oscillation [rad] at which the curve has points: ends of bands.
     """
     system = at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
-    found = turn_response(system, speeds, points, harmonics, coexisting, level)
+    found = turn_response(system, speeds, points, harmonics, coexisting)
     if not len(found.curve):
         return None
     response = of_train(system, found, follows_its_angle(train))
@@ -115,7 +113,7 @@ class Crest(NamedTuple):
         """Oscillation [rad] at this speed of a train that differs in numbers alone; None where none is found."""
         problem = self.problem.of(at_load(train)._replace(omega=self.problem.system.omega))
         point = solve(problem, self.point)
-        return None if point is None else float(swing(problem, point[None])[0])
+        return None if point is None else float(_oscillations(problem, point[None])[0])
 
 
 def largest_crest(system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool = True) -> Crest | None:
@@ -130,9 +128,13 @@ def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> Crest:
     """The largest oscillation on the points of a curve that lie in a range."""
     points, _ = with_crests(problem, found.points, found.labels)
     points = points[(points[:, -1] >= speeds[0]) & (points[:, -1] <= speeds[1])]
-    sizes = swing(problem, points)
+    sizes = _oscillations(problem, points)
     top = int(np.argmax(sizes))
     return Crest(float(points[top, -1]), float(sizes[top]), problem, points[top])
+
+
+def _oscillations(problem: Any, points: Floats) -> Floats:
+    return np.asarray(oscillation(from_blocks(problem.displacements(points).T).T))
 
 
 def follows_its_angle(train: DriveTrain) -> bool:

@@ -33,9 +33,9 @@ from ..model.train.linear_part import linear_part
 from ..model.train.motion import AngleTorque, Steady
 from ..model.train.shafts import Load, Motor
 from ..model.train.train_forms import AtLoad, own_state, turning
-from ..numerics.continuation.trace import Trace, ending, with_level
+from ..numerics.continuation.trace import Trace, ending
 from ..numerics.labels import FOLD
-from ..numerics.torus.follow import TwoTurns, along, at_speed, newton, with_crests
+from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests, with_crossings
 from ..numerics.torus.motion import (
     along_turns,
     growth,
@@ -243,9 +243,9 @@ def two_turn_response(
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
     problem, found, whole = _followed(system, driven, low, high)
-    sizes = partial(_sizes, problem)
-    points, _ = with_crests(problem, found.points, sizes)
-    points, _ = with_level(partial(newton, problem), points, np.zeros(len(points)), sizes, limit)
+    points, _ = with_crests(problem, found.points, partial(_sizes, problem))
+    if limit is not None and limit < math.inf:
+        points = with_crossings(problem, points, partial(_sizes, problem), limit)
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
     lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
     return _described(driven, flow, problem, points, folds, how if whole or not how[0] else lacking_waves)

@@ -12,14 +12,13 @@ from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.study.analysis.avoid import band_above
 from strainwave.study.speed_map.motions import OMEGA, OSCILLATION, Loose
 from strainwave.study.speed_map.rules import Rules, bands_of, common, complement
 
 pytestmark = pytest.mark.compiled
 
 ARCSEC, RPM = np.pi / 648_000.0, np.pi / 30.0
-EDGE = 1e-7  # accuracy of the ends of bands, which are points of a curve
+EDGE = 5e-4  # accuracy of the ends of bands between points of a curve
 J, K, RATIO = 1.3, 1e5, 0.03
 OMEGA_0 = np.sqrt(K / J)
 B = 2.0 * RATIO * J * OMEGA_0
@@ -69,8 +68,6 @@ def test_a_linear_drive_has_the_closed_form_everywhere(tmp_path):
     for bands in found.forbidden:
         np.testing.assert_allclose(bands, [edges], rtol=EDGE)
     np.testing.assert_allclose(found.windows, [[40.0, edges[0]], [edges[1], 300.0]], rtol=EDGE)
-    limited = project(tmp_path, more="limit: {oscillation: 69 arcsec}")
-    np.testing.assert_allclose(band_above(limited.response(), limited.limit), edges, rtol=EDGE)
 
 
 def test_amplification_and_margin_are_the_same_bands_by_other_names(tmp_path):

@@ -60,7 +60,6 @@ REACH = 2  # points to both sides of a crest
 ROUNDS, SETTLED = 6, 1e-12  # solutions of a crest, and the relative rise above one that is none
 SAME = 1e-6  # of the arc of these: what is nearer is one point
 ONE = 1e-6  # relative distance below which two points are one
-ON_LEVEL, REFINED = 1e-5, 50  # relative distance of a size from its level, and steps to it
 MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one
 
 Measure = Callable[[Floats], Floats]
@@ -69,6 +68,7 @@ MOST_PIECES = 40
 LEAST_PIECE = 5  # points that a piece must have room for
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
 AIM = 1e-3
+
 NEAR = 2  # points on either side among which the fold of a turn is
 
 
@@ -236,37 +236,6 @@ def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> 
         return points, labels
     points, labels, _, _ = inserted(points, labels, crests)
     return points, labels
-
-
-def with_level(
-    solver: Callable[[Floats], Floats | None], points: Floats, labels: Any, measure: Measure, level: float | None
-) -> tuple[Floats, Any]:
-    """Points (n, ...) and labels of a curve with those where a measure (n,) is at a level, by the Illinois method.
-
-    The solver takes a guess to the solution at its parameter. Dowell & Jarratt 1971, BIT 11, 168-174.
-    """
-    level, crossings = np.inf if level is None else level, []
-    off = measure(points) - level if len(points) and level < np.inf else np.zeros(len(points))
-    for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
-        ends, sizes, last = [points[i], points[i + 1]], [float(off[i]), float(off[i + 1])], -1
-        for _ in range(REFINED):
-            guess = ends[0] + sizes[0] / (sizes[0] - sizes[1]) * (ends[1] - ends[0])
-            point = solver(guess)
-            if point is None or apart(point, guess) > apart(points[i], points[i + 1]):
-                break
-            size = float(measure(point[None])[0]) - level
-            if abs(size) <= ON_LEVEL * level:
-                crossings.append((i, STEP, point))
-                break
-            side = int(size * sizes[0] < 0.0)
-            sizes[1 - side] *= 0.5 if side == last else 1.0
-            ends[side], sizes[side], last = point, size, side
-    return inserted(points, labels, crossings)[:2] if crossings else (points, labels)
-
-
-def swing(problem: Balance, points: Floats) -> Floats:
-    """Oscillation |x - mean| (n,) of motions."""
-    return np.asarray(oscillation(_series(problem, points)))
 
 
 def crests_of(values: Floats) -> list[int]:

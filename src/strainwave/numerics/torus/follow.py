@@ -27,6 +27,7 @@ SMALL = 1e-3  # of the share of what is left out: torques below it are not looke
 LOOKED_AT, BESIDE = 8, np.array([0, 3, -3, 8, -8])  # points where missing waves are looked for: all along, at a crest
 LENGTH = 0.1
 BESIDE_CREST = 1e-3  # of a step: a crest so close to a point is that point
+ON_LEVEL, REFINED = 1e-9, 50  # relative distance of a crossing's size from its level, and steps to it
 FEW = 4  # driven pairs up to which the balance begins with sums of three
 
 
@@ -241,3 +242,27 @@ def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floa
                 values.insert(i + side // 2, float(measure(z[None])[0]))
         points, sizes = np.array(rows), np.array(values)
     return points, sizes
+
+
+def with_crossings(problem: Torus, points: Floats, measure: Callable[[Floats], Floats], level: float) -> Floats:
+    """Points (n, ...) of a curve with those where a measure (n,) crosses a level, by the Illinois method.
+
+    Dowell & Jarratt 1971, A modified regula falsi method, BIT 11, 168-174.
+    """
+    off, rows = measure(points) - level, list(points)
+    for i in np.flatnonzero(off[:-1] * off[1:] < 0.0)[::-1].tolist():
+        ends, sizes, last = [points[i], points[i + 1]], [float(off[i]), float(off[i + 1])], -1
+        for _ in range(REFINED):
+            share = sizes[0] / (sizes[0] - sizes[1])
+            z = newton(problem, ends[0] + share * (ends[1] - ends[0]))
+            if z is None:
+                break
+            size = float(measure(z[None])[0]) - level
+            if abs(size) <= ON_LEVEL * level:
+                rows.insert(i + 1, z)
+                break
+            side = int(size * sizes[0] < 0.0)
+            ends[side], sizes[side] = z, size
+            sizes[1 - side] *= 0.5 if side == last else 1.0
+            last = side
+    return np.array(rows)

@@ -101,7 +101,7 @@ def case_of(project: Project, load: float, span: Span) -> Case:
 
 
 def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
-    """The curve of the drive from one end of the range to the other, with points at a level [rad].
+    """The curve of the drive from one end of the range to the other, in a beat with points at a level [rad].
 
     Raises
     ------
@@ -112,10 +112,9 @@ def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
     if is_beating(case.equation.error):
         curve = beating_response(case.train or case.whole, span, level)
     elif case.train is not None:
-        curve = train_curve(case.train, span, coexisting=False, level=level)
+        curve = train_curve(case.train, span, coexisting=False)
     else:
-        others = searched(case.equation.law)
-        curve = exact_response(case.equation, span, coexisting=others, train=case.whole, level=level)
+        curve = exact_response(case.equation, span, coexisting=searched(case.equation.law), train=case.whole)
     if curve is None or curve.sweep is None:
         none = NONE_STABLE if is_beating(case.equation.error) else NO_MOTION
         raise SolveError(none if curve is None or len(curve.curve) else curve.message)
@@ -128,7 +127,7 @@ def under_load(
     """All stable motions under a load; and the states that led to those apart from the main curve.
 
     The speeds of the search are `apart`, relative to each; None leaves it out. `shift` moves them by a share of that
-    distance, so that those of many loads differ. The main curve has points at the level of the rules. Where
+    distance, so that those of many loads differ. The main curve of a beat has points at the level of the rules. Where
     no motion is found there are no curves, and `remarks` says why.
     """
     slow = quasi_static(case.equation, case.point)
