@@ -34,7 +34,9 @@ def test_a_table_of_one_direction_is_silent_in_the_other():
     assert dataclasses.replace(ANGLE, direction="backward").value(1.0, -1.0) == ANGLE.value(1.0)
 
 
-@given(speed=st.floats(-500.0, 500.0), delay=st.floats(0.0, 5e-3))
+@given(
+    speed=st.just(0.0) | st.floats(1e-3, 500.0) | st.floats(-500.0, -1e-3), delay=st.just(0.0) | st.floats(1e-9, 5e-3)
+)
 def test_the_table_of_one_speed_is_the_table_at_that_speed(speed, delay):
     for table in (ANGLE, TWO_WAYS):
         table = dataclasses.replace(table, delay=delay)

@@ -436,13 +436,18 @@ def test_a_users_own_format_is_one_class(tmp_path):
             pass
 
 
+def taken(low, high):
+    """Numbers that models take: 0, or none next to it."""
+    return st.floats(low, high).map(lambda value: value if abs(value) > 1e-59 else 0.0)
+
+
 sizes = st.floats(1e-6, 1e-3)
 tables = st.builds(
     lambda lines, zero, mean: sw.OrderTable(
         tuple(sw.Line(k, a, p) for k, (a, p) in sorted(lines.items())), zero=zero, mean=mean, ratio=120.0
     ),
-    st.dictionaries(st.integers(1, 12), st.tuples(sizes, st.floats(-3.1, 3.1)), min_size=1, max_size=6),
-    st.floats(-3.0, 3.0),
+    st.dictionaries(st.integers(1, 12), st.tuples(sizes, taken(-3.1, 3.1)), min_size=1, max_size=6),
+    taken(-3.0, 3.0),
     st.sampled_from([0.0, 1e-5]),
 )
 
@@ -466,9 +471,9 @@ def test_any_table_comes_back_within_the_residual(tmp_path_factory, name, table)
     assert missing <= (len(table.lines) + 1) * left.quantum + 1e-7 * table.rms
 
 
-numbers = st.floats(-1e60, 1e60, allow_subnormal=True)
-phases = st.floats(-1e3, 1e3)
-some_lines = st.dictionaries(st.integers(1, 10_000), st.tuples(st.floats(0.0, 1e60), phases), max_size=4).map(
+numbers = taken(-1e60, 1e60)
+phases = taken(-1e3, 1e3)
+some_lines = st.dictionaries(st.integers(1, 10_000), st.tuples(taken(0.0, 1e60), phases), max_size=4).map(
     lambda lines: tuple(sw.Line(k, a, p) for k, (a, p) in lines.items())
 )
 anything = st.builds(
@@ -484,8 +489,8 @@ anything = st.builds(
     zero=numbers,
     sign=st.sampled_from(["correction", "error"]),
     mean=numbers,
-    delay=st.floats(0.0, 1.0),
-    speeds=st.none() | st.tuples(st.floats(0.0, 10.0), st.floats(10.0, 1e3)),
+    delay=taken(0.0, 1.0),
+    speeds=st.none() | st.tuples(taken(0.0, 10.0), st.floats(10.0, 1e3)),
     load=st.none() | numbers,
     source=st.text(max_size=60),
 )
