@@ -11,7 +11,7 @@ from ruamel.yaml import YAML
 from twelve_projects import PROJECTS
 
 from strainwave.base.quantities import parse
-from strainwave.files.fields.entries import loop_types
+from strainwave.files.fields.entries import LoopSpec, loop_types
 from strainwave.files.fields.kinds import Quantity
 from strainwave.files.fields.rows import law_types, rows_of
 from strainwave.files.fields.schema import ProjectSpec
@@ -29,7 +29,7 @@ TEXTS |= {
     )
     if "51" not in text and "2 %}\nspeed: {from: 3000 rpm, to: 1000" not in text  # the files that are refused there
 }
-EXAMPLES = dict(examples(ProjectSpec))
+EXAMPLES = dict(examples(ProjectSpec)) | dict(examples(LoopSpec, "motor.loop."))
 SCHEMA = Draft202012Validator(project_schema())
 
 GOOD = """\

@@ -161,7 +161,7 @@ def test_the_line_that_matters_is_the_one_that_is_largest_at_the_peak():
 def test_laws_with_memory_are_followed_to_the_same_peak():
     law = sw.Parallel(sw.Linear(K), sw.BoucWen(1e-3 * K, 0.0, 1.0))  # a hysteresis that never yields: a spring beside K
     system = SYSTEM._replace(law=law, B=2.0 * B)
-    at, size = Subject(system, None, (120.0, 200.0)).largest(7, False)
+    at, size = Subject(system, None, (120.0, 200.0)).largest(7, False, None)
     exact = A * transmissibility(B=2.0 * B, K=1.001 * K)
     assert size == pytest.approx(np.max(exact), rel=2e-3)
     assert at == pytest.approx(FINE[np.argmax(exact)], rel=3e-3)
