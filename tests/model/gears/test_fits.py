@@ -86,7 +86,7 @@ def test_more_terms_fit_better():
         ((sw.Linear(1.0), 1.0, np.arange(3)), r"degree is array\(\[0, 1, 2\]\)"),
         (
             (sw.Linear(1.0), 1e-300),
-            r"reach \[rad\] is 1e-300; it must be from 1e-60 to 1e\+60 in SI units",
+            r"reach \[rad\] is 1e-300; it must be from 1e-60 to 1e\+60 in size",
         ),
         (
             (sw.Linear(1.0), 1e-40),
