@@ -25,8 +25,8 @@ const level = (r, value, name, colour, dash, unit) => ({
 });
 
 // Curves beside the present one: that before the last change, and those that are pinned.
-let current = null, before = null, ghost = null, pins = [];
-document.addEventListener("pause", () => { before = current; });
+let current = null, rested = null, ghost = null, pins = [];
+document.addEventListener("pause", () => { rested = JSON.stringify(asked()); }); // its answer may still be on the way
 const others = () => [...pins, ...(ghost && ghost.drive !== current.drive ? [ghost] : [])].filter((one) => one.r.speed_unit === current.r.speed_unit);
 const beside = (key, unit) => others().map(({ name, r }) => ({ x: r.speed, y: r[key], name, mode: "lines", opacity: 0.7, line: { color: COLOURS[6], width: 1.5, dash: name === "before" ? "dot" : ["solid", "dash", "dashdot", "longdash"][pins.findIndex((one) => one.name === name) % 4] }, hovertemplate: `%{y:.4g} ${unit}<extra>%{fullData.name}</extra>` }));
 
@@ -79,7 +79,7 @@ async function response(again) {
   const draw = pictures(), mine = epoch, drive = JSON.stringify(asked());
   clearTimeout(pause);
   const r = await call("/api/response", { body: { state: asked(), whole: false }, kind: "view" });
-  if (before) [ghost, before] = [{ ...before, name: "before" }, null];
+  if (current?.drive === rested) ghost = { ...current, name: "before" };
   current = { r, drive, values: Object.entries(state.values).map((pair) => pair.join(" ")).join(", ") };
   small(r);
   const x = { title: `${r.speed_name} [${r.speed_unit}]`, ...crosshair };
