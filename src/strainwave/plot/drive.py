@@ -169,8 +169,9 @@ def _beside(panel: Panel, extras: Drawn) -> None:
         top = max(top, min(FAR * top, 1.08 * float(np.max(extras.sure.high[there], initial=0.0))))
         panel.ylim = panel.ylim if panel.ylim[1] is None else (0.0, top)
         low, high = np.minimum(extras.sure.low, top), np.minimum(extras.sure.high, top)
+        label = f"range for assumed numbers{extras.sure.load}"
         for i, part in enumerate(np.split(there, np.flatnonzero(np.diff(there) > 1) + 1)):
-            panel.band(extras.sure.omega[part], low[part], high[part], SURE, "" if i else "range for assumed numbers")
+            panel.band(extras.sure.omega[part], low[part], high[part], SURE, "" if i else label)
     if extras.reduced is not None and len(extras.reduced.curve):
         held = fine(extras.reduced).curve
         panel.line(held.omega, np.where(held.oscillation < top, held.oscillation, np.nan), BLACK, HELD, DOT_DASH, THIN)

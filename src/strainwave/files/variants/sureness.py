@@ -1,6 +1,7 @@
 """`how_sure`: what an assumed damping, kinematic error or bandwidth leaves open in the response of a drive."""
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise, product
 from math import isfinite, nan
@@ -14,6 +15,7 @@ from ...base.sentences import listed, number, sign
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
+from ...study.analysis.avoid import spread
 from ..fields.groups import ASSUMED
 from ..project_text import project_text
 from ..reading import from_text
@@ -66,7 +68,7 @@ class Sureness(NamedTuple):
     lost : tuple of str
         Why others have no answer, an unstable loop for one.
     load : str
-        Torque on the load that all of this is for, where the file has a range of it.
+        Torque on the load that all of this is for, where the file has a range of it: that of the largest oscillation.
     """
 
     doubts: tuple[Doubt, ...]
@@ -111,8 +113,9 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
 
     A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
     from half of its value to all of it, as a class is an upper bound; a bandwidth from two thirds to one and a half.
-    Damping and gains are computed anew for each drive. A project that is changed in Python is written as a file first;
-    where no file holds it, nothing is computed.
+    Damping and gains are computed anew for each drive. Of a range of loads all of them have the torque under which the
+    drive itself oscillates most, as the verdict goes by that one. A project that is changed in Python is written as a
+    file first; where no file holds it, nothing is computed.
     """
     omega, lost = np.linspace(*project.speeds.limits, SPEEDS), dict[str, None]()
     if any(_assumed(project)):
@@ -125,6 +128,7 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     plain = (None,) * len(groups)
     alone = [(*plain[:i], end, *plain[i + 1 :]) for i in range(len(groups)) for end in (0, 1)]
     cases = dict.fromkeys([plain, *alone, *product((0, 1), repeat=len(groups))]) if groups else {}
+    torque = _worst_load(project, solve) if groups else None
     low, high, sizes = np.full(SPEEDS, np.inf), np.full(SPEEDS, -np.inf), dict[Case, float]()
     computed = dict[frozenset[tuple[str, str]], float | None]()  # by the changes; a number may be an end of its range
     for case in cases:
@@ -134,7 +138,7 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
         if key not in computed:
             computed[key] = None
             try:
-                found, turns = solve(replaced(project, changes, retune=True) if changes else project)
+                found, turns = solve(_under(replaced(project, changes, retune=True) if changes else project, torque))
             except (ValueError, SolveError) as error:
                 lost[f"One variant cannot be computed: {error}"] = None
                 continue
@@ -153,9 +157,24 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
     doubts = tuple(doubt for doubt in doubts if isfinite(doubt.sizes[0]))
     drives = sum(size is not None for size in computed.values())
-    least, most = project.other_loads
-    load = f" with {number(project.mean_load_torque)} N·m on the load" if least < most else ""
+    load = "" if torque is None else f" with {number(torque)} N·m on the load"
     return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost), load)
+
+
+def _worst_load(project: Project, solve: Solve) -> float | None:
+    """Torque [N*m] on the load with the largest oscillation, where the file has a range of it."""
+    if not project.other_loads[0] < project.other_loads[1]:
+        return None
+    sizes = dict[float, float]()
+    for torque in (project.mean_load_torque, *spread(project)):
+        with suppress(ValueError, SolveError):
+            response, _ = solve(_under(project, torque))
+            sizes[torque] = float(response.oscillation[response.top])
+    return max(sizes, key=lambda torque: sizes[torque], default=project.mean_load_torque)
+
+
+def _under(project: Project, torque: float | None) -> Project:
+    return project if torque is None else project.under(torque, project.is_beating)
 
 
 def _as_a_file(project: Project) -> Project:

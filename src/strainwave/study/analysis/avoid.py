@@ -317,7 +317,7 @@ def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float]
         cases[torque] = _case(project.under(torque, project.is_beating), torque)
 
     spring = not project.has_memory
-    for torque in np.linspace(low, high, LEAST if spring else WITH_MEMORY).tolist():
+    for torque in spread(project):
         if abs(torque - mean_case.torque) > ROUNDING * (high - low):
             computed(torque)
     worst = None if spring else worst_of(tuple(cases.values()))
@@ -332,6 +332,12 @@ def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float]
         a, b = max(apart, key=lambda pair: _gap(cases[pair[0]].bands, cases[pair[1]].bands))
         computed(0.5 * (a + b))
     return tuple(cases[torque] for torque in sorted(cases))
+
+
+def spread(project: Project) -> list[float]:
+    """Torques [N*m] spread over those of the load."""
+    torques: list[float] = np.linspace(*project.other_loads, WITH_MEMORY if project.has_memory else LEAST).tolist()
+    return torques
 
 
 def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:

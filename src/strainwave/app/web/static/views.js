@@ -63,7 +63,7 @@ async function afterwards(picture, top, drive, mine, tell) {
   const line = { mode: "lines", hoverinfo: "skip" }, known = s.how_sure.length > 0;
   const band = known ? [
     { ...line, x: s.speed, y: s.low_arcsec, line: { width: 0 }, showlegend: false },
-    { ...line, x: s.speed, y: s.high_arcsec, line: { width: 0 }, fill: "tonexty", fillcolor: BLUE + "33", name: "range for assumed numbers" },
+    { ...line, x: s.speed, y: s.high_arcsec, line: { width: 0 }, fill: "tonexty", fillcolor: BLUE + "33", name: `range for assumed numbers${s.load ?? ""}` },
   ] : [];
   const held = s.held ? [{ ...line, x: s.held.speed, y: s.held.oscillation_arcsec, line: { color: COLOURS[6], width: 1, dash: "dashdot" }, name: "motor held" }] : [];
   picture.data.unshift(...band, ...held);
