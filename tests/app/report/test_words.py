@@ -202,10 +202,11 @@ def test_remedies_are_told_with_their_effect_and_none_is_recommended_that_makes_
     worse = Remedy("preload", 0.0, 12.0, 1.05, 150.0)
     assert advised(((135.0, 155.0),), 1e-3, 1e-4, (better, worse))["remedy_sentence"] == (
         "Most helpful: 10 % more damping of the gear. Computed again with one thing changed at a time: 10 % more "
-        "damping of the gear: 8 % less oscillation; 12 N·m more mean torque: 5 % more oscillation, at 1432 instead "
-        "of 1337."
+        "damping of the gear: 8 % less oscillation. These changes do not help: 12 N·m more mean torque."
     )
-    assert advised(((135.0, 155.0),), 1e-3, 1e-4, (worse,))["remedy_sentence"].startswith("None of them")
+    assert advised(((135.0, 155.0),), 1e-3, 1e-4, (worse,))["remedy_sentence"] == (
+        "These changes do not help: 12 N·m more mean torque."
+    )
 
 
 def test_remedies_that_change_nothing_are_named_apart_from_what_helps():
@@ -214,10 +215,10 @@ def test_remedies_that_change_nothing_are_named_apart_from_what_helps():
     said = advised(((135.0, 155.0),), 1e-3, 1e-4, (better, same))["remedy_sentence"]
     assert said == (
         "Most helpful: 10 % more damping of the gear. Computed again with one thing changed at a time: 10 % more "
-        "damping of the gear: 10 % less oscillation. These change nothing: 10 % less load inertia."
+        "damping of the gear: 10 % less oscillation. These changes do not help: 10 % less load inertia."
     )
     assert advised(((135.0, 155.0),), 1e-3, 1e-4, (same,))["remedy_sentence"] == (
-        "None of them makes it smaller. These change nothing: 10 % less load inertia."
+        "These changes do not help: 10 % less load inertia."
     )
 
 

@@ -26,12 +26,13 @@ PATTERN = (
 
 
 def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
-    """Keys of `advice` about remedies: a row each, their sentence, and the remedies that were not tried."""
+    """Keys of `advice` about remedies: a row each, their sentence, what does not help, and what was not tried."""
     remedies = view.analysis.remedies
     largest, speed = largest_of(view, avoid)
     return {
         "remedies": [_row(view, remedy, largest) for remedy in remedies],
         "remedy_sentence": _sentence(view, remedies, speed),
+        "no_help": _no_help(remedies),
         "not_tried": list(view.analysis.not_tried),
     }
 
@@ -44,11 +45,11 @@ def largest_of(view: View, avoid: Avoid) -> tuple[float, float]:
 
 
 def remedies_figure(view: View) -> str:
-    """Change of the oscillation by every remedy, the most helpful first."""
-    known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED]
+    """Change of the oscillation by every remedy that helps, the most helpful first; "" where none does."""
+    known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED and _helps(remedy)]
     rows = [Bar(words(remedy), remedy.ratio - 1.0, _percent(remedy.ratio - 1.0)) for remedy in known]
-    title = "change of the largest oscillation (filled: less, hatched: more)"
-    return bars(rows, title, "change of the largest oscillation by each remedy")
+    title = "change of the largest oscillation"
+    return bars(rows, title, f"{title} by each remedy") if rows else ""
 
 
 def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
@@ -64,6 +65,7 @@ def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
         "at_rad_per_s": remedy.at,
         "at_rpm": view.speeds.rpm(remedy.at),
         "above_limit": remedy.exceeds,
+        "helps": _helps(remedy),
     }
 
 
@@ -78,22 +80,28 @@ def after_change(view: View, remedy: Remedy) -> dict[str, Any]:
     return sizes(None if avoid is None else remedy.ratio * largest_of(view, avoid)[0], "oscillation")
 
 
+def _helps(remedy: Remedy) -> bool:
+    return remedy.ratio < 1.0 - NOTHING
+
+
+def _no_help(remedies: tuple[Remedy, ...]) -> str:
+    """Sentence on the changes that leave the oscillation as it is or make it larger; "" without one."""
+    useless = ", ".join(words(remedy) for remedy in remedies if not _helps(remedy))
+    return f"These changes do not help: {useless}." if useless else ""
+
+
 def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
-    """Sentence on the remedies of the peak at a speed [rad/s], the most helpful first, and those without effect."""
+    """Sentence on the remedies of the peak at a speed [rad/s], the most helpful first, and those that do not help."""
     remedies = tuple(remedy for remedy in remedies if remedy.share != CANCELLED)
-    if not remedies:
-        return ""
-    best, worst = remedies[0], worst_of(view.analysis.load_cases)
-    helps = f"Most helpful: {words(best)}." if best.ratio < 1.0 - NOTHING else "None of them makes it smaller."
+    helpful, useless = [remedy for remedy in remedies if _helps(remedy)], _no_help(remedies)
+    if not helpful:
+        return useless
+    worst = worst_of(view.analysis.load_cases)
     load = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
-    matters = [remedy for remedy in remedies if abs(remedy.ratio - 1.0) > NOTHING]
-    without = ", ".join(words(remedy) for remedy in remedies if remedy not in matters)
-    none = f" These change nothing: {without}." if without else ""
-    if not matters:
-        return helps + none
-    effects = Sentence("; ").join(_effect(remedy, speed) for remedy in matters[:FEW])
-    others = f"; the table of the report has {len(matters) - FEW} more" if len(matters) > FEW else ""
-    return f"{helps} Computed again{load} with one thing changed at a time: " + effects + others + "." + none
+    effects = Sentence("; ").join(_effect(remedy, speed) for remedy in helpful[:FEW])
+    others = f"; the table of the report has {len(helpful) - FEW} more" if len(helpful) > FEW else ""
+    said = f"Most helpful: {words(helpful[0])}. Computed again{load} with one thing changed at a time: " + effects
+    return said + others + "." + (f" {useless}" if useless else "")
 
 
 def _change(remedy: Remedy) -> str:

@@ -37,8 +37,8 @@ class SpeedsToAvoid:
         return {"advice": None if avoid is None else _advice(view, avoid)}
 
     def figures(self, view: View) -> list[str]:
-        """The change of the oscillation by every remedy, where there are any."""
-        return [remedies_figure(view)] if view.analysis.avoid is not None and view.analysis.remedies else []
+        """The change of the oscillation by every remedy that helps, where there are any."""
+        return list(filter(None, [remedies_figure(view)])) if view.analysis.avoid is not None else []
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
         """The advice in sentences."""
