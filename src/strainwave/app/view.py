@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import click
 
 from ..base import units
-from ..base.quantities import parse
 from ..base.sentences import Angle, Quantity, Sentence, Speed, number, rounded, told
 from ..base.sentences import sign as sign
 from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
+from ..files.fields.kinds import number as number_in
 from ..plot.panels import Axis
 from ..study.analysis.analysis import Analysis, Largest
 
@@ -62,17 +62,22 @@ def place_said(largest: Largest) -> Sentence:
     return said + Sentence(text, Angle(largest.smallest), number(largest.beat, 3))
 
 
-def quantity(option: str, text: str, unit: str) -> float:
-    """Read a quantity that an option of the command line gives, in a unit of SI, or refuse it (click.BadParameter)."""
+def quantity(option: str, text: str, unit: str, sign: str = "any") -> float:
+    """Read a quantity that an option of the command line gives, in a unit of SI, or refuse it (click.BadParameter).
+
+    `sign` is "any", "positive" or "not negative".
+    """
     try:
-        return parse(text, unit)
+        return number_in(text, unit, sign)
     except ValueError as error:
         raise click.BadParameter(f"{option}: {error}") from None
 
 
-def span(option: str, ends: list[str] | tuple[str, ...], unit: str, example: str) -> tuple[float, float]:
+def span(
+    option: str, ends: list[str] | tuple[str, ...], unit: str, example: str, sign: str = "not negative"
+) -> tuple[float, float]:  # fmt: skip
     """Read a range that an option gives by its two ends, or refuse it (click.BadParameter)."""
-    values = [quantity(option, end, unit) for end in ends]
+    values = [quantity(option, end, unit, sign) for end in ends]
     if len(values) != 2 or not values[0] < values[1]:
         text = " to ".join(repr(end) for end in ends)
         raise click.BadParameter(f"{option}: {text} is no range; write a smaller and a larger value, {example}")

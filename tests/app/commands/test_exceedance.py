@@ -1,5 +1,6 @@
 """`strainwave exceedance` prints the probability with its interval."""
 
+import itertools
 import json
 
 import numpy as np
@@ -56,6 +57,11 @@ def test_bad_input_is_one_sentence(drive):
     run = invoke(drive, "--limit", "3 N*m")
     assert run.exit_code == 2
     assert "--limit: '3 N*m'" in run.stderr
+    for verb, limit in itertools.product(("exceedance", "speed-map"), ("-60 arcsec", "0 arcsec")):
+        run = CliRunner().invoke(command.cli, [verb, str(drive), "--limit", limit])
+        assert (run.exit_code, run.stdout) == (2, "")
+        assert f"--limit: '{limit}' is not positive; write a value above zero" in run.stderr
+        assert "motions" not in run.stderr  # nothing has begun
     drive.write_text(TEXT.replace("scatter:", "# scatter:"), encoding="utf-8")
     run = invoke(drive)
     assert (run.exit_code, run.stdout) == (1, "")

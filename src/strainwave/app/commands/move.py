@@ -58,9 +58,9 @@ def move(
     """
     drive = read_project(project)
     parts = [profile_part(text, delimiter=delimiter, decimal=decimal) for text in profile]
-    angles = {"start": start, "window": window}
+    angles = {"start": (start, "any"), "window": (window, "positive")}
     options: dict[str, Any] = {
-        name: quantity(f"--{name}", text, "rad") for name, text in angles.items() if text is not None
+        name: quantity(f"--{name}", text, "rad", sign) for name, (text, sign) in angles.items() if text is not None
     }
     if payload is not None:
         options["payload"] = _read(payload, f"{{{payload}}}", PAYLOAD, "payload")

@@ -254,7 +254,7 @@ def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: 
     from ...files.variants.scatter import exceedance as exceeded
 
     drive = read_project(project)
-    allowed = None if limit is None else quantity("--limit", limit, "rad")
+    allowed = None if limit is None else quantity("--limit", limit, "rad", "positive")
     with Progress(drive.title) as progress:
         told = f"{count} drives"
         progress.show(told, 0.0)

@@ -41,10 +41,11 @@ def speed_map(
     drive = read_project(project)
     options = {
         "loads": _range("--loads", loads, "N*m"),
-        "load_inertias": _range("--load-inertias", inertias, "kg*m**2"),
-        "limit": None if limit is None else quantity("--limit", limit, "rad"),
+        "load_inertias": _range("--load-inertias", inertias, "kg*m**2", "positive"),
+        "limit": None if limit is None else quantity("--limit", limit, "rad", "positive"),
     }
-    ends = None if speeds is None else span("--speeds", speeds.split(":"), "rad/s", 'for example "500 rpm:4000 rpm"')
+    example = 'for example "500 rpm:4000 rpm"'
+    ends = None if speeds is None else span("--speeds", speeds.split(":"), "rad/s", example, "positive")
     with Progress(drive.title) as progress:
         drives = scattered(drive, units, seed) if units else ()
         options |= {"speeds": ends, "amplification": amplification, "margin": margin, "units": drives}
@@ -105,15 +106,15 @@ def _sentence(text: str) -> str:
     return text[0].upper() + text[1:].removesuffix(".") + "."
 
 
-def _range(option: str, text: str | None, unit: str) -> Any:
+def _range(option: str, text: str | None, unit: str, sign: str = "any") -> Any:
     """Values of LOW:HIGH:COUNT or V1,V2,..., with their unit; None of none."""
     if text is None:
         return None
     if ":" not in text:
-        return [quantity(option, part, unit) for part in text.split(",")]
+        return [quantity(option, part, unit, sign) for part in text.split(",")]
     low, _, after = text.partition(":")
     high, _, count = after.partition(":")
     if not count.strip().isdecimal() or not 1 <= int(count) <= MOST_LOADS:
         reason = f"{text!r} has no number of values, 1 to {MOST_LOADS}"
         raise click.BadParameter(f'{option}: {reason}; write for example "-60 N*m:0 N*m:9"')
-    return np.linspace(quantity(option, low, unit), quantity(option, high, unit), int(count))
+    return np.linspace(quantity(option, low, unit, sign), quantity(option, high, unit, sign), int(count))

@@ -233,7 +233,7 @@ def compensate_move(
         raise ValueError(
             f"{project.name} has no move; write 'trapezoid, angle: 20 deg, time: 0.4 s' after it, or a group"
         )
-    within = WINDOW if window is None else quantity("--window", window, "rad")
+    within = WINDOW if window is None else quantity("--window", window, "rad", "positive")
     with Progress(drive.title) as progress:
         progress.show("move", 0.1)
         move = compensated_move(
@@ -265,7 +265,7 @@ def compensate_run_up(
     ends = drive.speeds.limits
     first = ends[0] if low is None else quantity("--from", low, "rad/s")
     last = ends[1] if high is None else quantity("--to", high, "rad/s")
-    time = quantity("--time", duration, "s")
+    time = quantity("--time", duration, "s", "positive")
     angle = None if load_angle is None else quantity("--load-angle", load_angle, "rad")
     with Progress(drive.title) as progress:
         progress.show("run-up and run-down", 0.1)

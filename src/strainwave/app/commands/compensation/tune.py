@@ -49,7 +49,7 @@ def tune(
 ) -> None:  # fmt: skip
     """Find gains of the loop for a small error and margins."""
     drive = read_project(project)
-    margin = None if phase_margin is None else quantity("--phase-margin", phase_margin, "rad")
+    margin = None if phase_margin is None else quantity("--phase-margin", phase_margin, "rad", "positive")
     torques = [quantity("--load", text, "N*m") for text in loads] or None
     if output is not None:
         _refuse_equal_names(drive)
