@@ -242,6 +242,8 @@ def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(wri
             "project.yaml:7:13: excitation.accuracy: '60' has no unit; write for example 23 arcsec",
         ),
         (LINES, "accuracy: -1 arcmin", "project.yaml:7:13: excitation.accuracy: '-1 arcmin' is not positive"),
+        (LINES, "accuracy: 60 deg", "project.yaml:7:13: excitation.accuracy: '60 deg' is above 1 deg, and gears have"),
+        (LINES, "accuracy: 60.1 arcmin", "project.yaml:7:13: excitation.accuracy: '60.1 arcmin' is above 1 deg"),
         (LINES, "accuracy: good", "project.yaml:7:13: excitation.accuracy: 'good' does not begin with a finite number"),
         (
             LINES,

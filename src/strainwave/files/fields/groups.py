@@ -34,6 +34,7 @@ from .rows import Fields, Group, Points, field, needed
 
 MOST_LINES = 64
 CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
+WORST = 1.0  # deg: an accuracy class is at most 3 arcmin in catalogues
 LINE = "{order: 2, amplitude: 23 arcsec}"
 TORQUE_LINE = "{order: 1, amplitude: 0.1 N*m}"
 TORQUE = Quantity("N*m")
@@ -159,11 +160,19 @@ class LoadTorqueSpec(TorqueSpec):
         "Mean of the torque, or the range in which it lies, as for gravity on an arm.", 0.0)  # fmt: skip
 
 
+def _accuracy(angle: float, text: str) -> None:
+    if angle > math.radians(WORST):
+        raise ValueError(
+            f"{text!r} is above {WORST:g} deg, and gears have 0.5 to 3 arcmin; write it in arcmin or arcsec"
+        )
+
+
 class ExcitationSpec(Group):
     """What drives the error; something periodic must be there."""
 
-    accuracy: float | str | None = field(Quantity("rad", "positive", CATALOGUE), "1 arcmin",
-        "Accuracy of the gear, peak-to-peak, in place of lines; catalogue for that of its record.")  # fmt: skip
+    accuracy: float | str | None = field(Quantity("rad", "positive", CATALOGUE, _accuracy), "1 arcmin",
+        "Accuracy of the gear, peak-to-peak, in place of lines: at most 1 deg; catalogue for that of its record."
+    )  # fmt: skip
     kinematic_error: tuple[ErrorLine, ...] = field(Items(Fields(ErrorLine), most=MOST_LINES), f"[{LINE}]",
         "Lines of the kinematic error, on the output side.", ())  # fmt: skip
     motor_torque: TorqueSpec | None = field(TorqueSpec, f"{{mean: 5 N*m, lines: [{TORQUE_LINE}]}}")
