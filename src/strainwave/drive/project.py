@@ -36,7 +36,7 @@ from .train_curve import POINTS as OF_TRAIN
 from .two_turns import as_train, beating_response, is_beating
 
 MOST_POINTS = 10_000  # of a response curve
-OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode")
+OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode", "hysteresis")
 SURE = 3  # digits of what rests on an assumed one of these
 
 
@@ -161,7 +161,7 @@ class Project:
 
     @property
     def assumed(self) -> tuple[Source, ...]:
-        """Assumed numbers on which the size of an oscillation rests: of damping, kinematic error and motor."""
+        """Assumed numbers on which an oscillation rests: of damping, hysteresis, kinematic error and motor."""
         return tuple(one for one in self.sources if one.word == "assumed" and one.name.startswith(OF_SIZE))
 
     def digits(self, most: int = 4) -> int:

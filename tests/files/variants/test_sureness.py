@@ -119,6 +119,19 @@ def test_a_drive_that_cannot_be_computed_leaves_no_doubt(held):
     assert sure.sentences(held.limit) == ("One variant cannot be computed: no motion",)
 
 
+def test_an_assumed_hysteresis_is_varied_and_leaves_three_digits():
+    element = "hysteresis: {type: bouc_wen, K: 1.4e4 N*m/rad, ratio: 0, yield_twist: 10 arcsec}\n"
+    text = HELD.replace("damping:", f"{element}damping:", 1).replace("{excitation: assumed, damping", "{hysteresis")
+    project = from_text(text, Path("axis.yaml"))
+    assert project.digits() == 3
+    (doubt,) = project.sureness.doubts
+    assert doubt.names == ("hysteresis.K",)
+    changed = [text.replace("1.4e4", torque) for torque in ("7e3", "1.4e4", "2.1e4")]
+    ends = [largest(from_text(one, Path("axis.yaml"))) for one in changed]
+    assert doubt.sizes == pytest.approx((min(ends), max(ends)), rel=1e-3)
+    assert max(ends) > 1.02 * min(ends)
+
+
 def test_a_project_that_is_changed_in_python_has_the_doubts_of_its_own_drive(held):
     seen = []
 

@@ -162,9 +162,7 @@ class LoadTorqueSpec(TorqueSpec):
 
 def _accuracy(angle: float, text: str) -> None:
     if angle > math.radians(WORST):
-        raise ValueError(
-            f"{text!r} is above {WORST:g} deg, and gears have 0.5 to 3 arcmin; write it in arcmin or arcsec"
-        )
+        raise ValueError(f"{text!r} is above {WORST:g} deg, and gears have 0.5 to 3 arcmin; check the unit")
 
 
 class ExcitationSpec(Group):

@@ -1,4 +1,4 @@
-"""`how_sure`: what an assumed damping, kinematic error or bandwidth leaves open in the response of a drive."""
+"""`how_sure`: what assumed numbers of damping, hysteresis, error and loop leave open in the response of a drive."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -24,9 +24,17 @@ from .replaced import replaced
 
 POINTS, SPEEDS = 40, 200  # of each curve, about, and of the band
 # 2 to 5 % of damping for 3 %, as in the report; an accuracy class is what an error has at most.
-RANGES = {"damping.": (2.0 / 3.0, 5.0 / 3.0), "excitation.": (0.5, 1.0), "motor.loop.bandwidth": (2.0 / 3.0, 1.5)}
-WHAT = {"damping.": "damping", "excitation.": "kinematic error", "motor.loop.bandwidth": "bandwidth"}
+# A hysteresis loss of a catalogue is an upper bound; that of another gear may be too small.
+RANGES = {
+    "damping.": (2.0 / 3.0, 5.0 / 3.0), "hysteresis.": (0.5, 1.5), "excitation.": (0.5, 1.0),
+    "motor.loop.bandwidth": (2.0 / 3.0, 1.5),
+}  # fmt: skip
+WHAT = {
+    "damping.": "damping", "hysteresis.": "hysteresis", "excitation.": "kinematic error",
+    "motor.loop.bandwidth": "bandwidth",
+}  # fmt: skip
 OF = ("damping.ratio", "damping.B", "damping.quality", "motor.loop.bandwidth", "excitation.accuracy")
+TORQUES = (".K", ".T_c", ".T_s", ".B", ".D")  # of a hysteresis: its torque is proportional to all of these together
 
 
 Case = tuple[int | None, ...]  # of each group of numbers: at which end of its range it is, or as it is
@@ -47,7 +55,7 @@ class Doubt(NamedTuple):
         """The row: what is assumed, its range, and what it gives."""
         sizes = " to ".join(number(size / ARCSEC, 3) for size in self.sizes)
         what = f"{self.what[:1].upper()}{self.what[1:]} {self.value}"
-        return f"{what} is assumed. From {' to '.join(self.ends)} the oscillation is {sizes} arcsec"
+        return f"{what} is assumed. From {sign(' to '.join(self.ends))} the oscillation is {sizes} arcsec"
 
 
 class Sureness(NamedTuple):
@@ -112,10 +120,11 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     """Follow the response of a drive with its assumed numbers at the ends of what is usual.
 
     A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
-    from half of its value to all of it, as a class is an upper bound; a bandwidth from two thirds to one and a half.
-    Damping and gains are computed anew for each drive. Of a range of loads all of them have the torque under which the
-    drive itself oscillates most, as the verdict goes by that one. A project that is changed in Python is written as a
-    file first; where no file holds it, nothing is computed.
+    from half of its value to all of it, as a class is an upper bound; a bandwidth from two thirds to one and a half;
+    the torque of a hysteresis from half of it to one and a half. Damping and gains are computed anew for each drive. Of
+    a range of loads all of them have the torque under which the drive itself oscillates most, as the verdict goes by
+    that one. A project that is changed in Python is written as a file first; where no file holds it, nothing is
+    computed.
     """
     omega, lost = np.linspace(*project.speeds.limits, SPEEDS), dict[str, None]()
     if any(_assumed(project)):
@@ -203,7 +212,8 @@ def _assumed(project: Project) -> Iterator[tuple[str, str, dict[str, tuple[str, 
 
 
 def _counts(name: str) -> bool:
-    return name in OF or (".kinematic_error." in name and name.endswith(".amplitude"))
+    ending = TORQUES if name.startswith("hysteresis.") else ".amplitude" if ".kinematic_error." in name else ()
+    return name in OF or name.endswith(ending)
 
 
 def _times(text: str, factor: float) -> str:
