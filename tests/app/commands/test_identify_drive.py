@@ -59,12 +59,13 @@ def test_identify_writes_no_numbers_that_explain_little(tmp_path):
     (tmp_path / "out" / "identified.yaml").write_text("of another log", encoding="utf-8")
     given = ("identify-drive", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
     run = invoke(*given, "--free", "gear.K1, gear.K2, gear.K3, damping, torsion.offset")
-    assert run.exit_code == 0, run.stderr
+    assert run.exit_code == 1
     first = run.stdout.splitlines()[0]
     assert first.startswith("The model explains only ")
     assert first.endswith("% of the motion. Do not use these numbers yet.")
     assert [f.name for f in (tmp_path / "out").iterdir()] == ["identified.svg"]
-    assert "no project file: the model does not explain the motion" in run.stdout
+    assert "strainwave: no project file is written, only" in run.stderr
+    assert "the model does not explain the motion" in run.stderr
     assert "next:" not in run.stdout
 
 

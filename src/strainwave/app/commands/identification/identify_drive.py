@@ -7,7 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ....base.results import Floats
+from ....base.results import Floats, SolveError
 from ....compile.tree import part
 from ....drive.project import Project
 from ....files.logs.read import read_log
@@ -25,6 +25,7 @@ from ...view import sign
 from ..options import file_type, json_option, output_option, project_argument, reading_options
 
 YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
+UNLIKE = "the model does not explain the motion; check that log and project are of one drive, or improve the project"
 
 
 @click.command()
@@ -71,12 +72,13 @@ def identify_drive(
             (output / old).unlink(missing_ok=True)
     if as_json:
         click.echo(numbers)
-        return
-    _print(guess, result)
-    text = f"{output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"
+    else:
+        _print(guess, result)
     if not result.usable:
-        text = f"{output / SVG}; no project file: the model does not explain the motion, improve it first"
-    click.echo(f"written: {text}")
+        raise SolveError(f"no project file is written, only {output / SVG}: {UNLIKE}")
+    if not as_json:
+        text = f"{output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"
+        click.echo(f"written: {text}")
 
 
 def data(result: IdentifiedDrive) -> dict[str, Any]:
