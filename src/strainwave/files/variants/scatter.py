@@ -196,7 +196,7 @@ def exceedance(
         Whether gains given as a bandwidth and damping given as a ratio are computed anew for every drive (`replaced`).
         Default: they are built once, for the drive of the file, and do not know how the numbers scatter.
     progress : callable
-        Told how many drives are done, and of how many.
+        Told how many curves are done, and of how many: each drive has one for each torque of the load.
 
     Returns
     -------
@@ -234,11 +234,16 @@ def exceedance(
         torques = _torques(project)
         return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, torques, project.speeds)
 
+    each = len(_torques(project))
+
+    def tell(more: int) -> None:
+        progress(len(rows) * each + more, count * each)
+
     load()  # of many drives, which pays where one response does not
     try:
         for drive in _drives(project, factors, retune):
-            rows.append(_largest(drive, allowed, errors))
-            progress(len(rows), count)
+            rows.append(_largest(drive, allowed, errors, tell))
+            tell(0)
     except KeyboardInterrupt:
         if len(rows) < LEAST:
             few = f"{len(rows)} of {count} drives were finished, and an answer needs {LEAST}"
@@ -254,10 +259,14 @@ def _torques(drive: Project) -> tuple[float, ...]:
     return tuple(np.linspace(low, high, WITH_MEMORY).tolist()) if low < high else (drive.mean_load_torque,)
 
 
-def _largest(drive: Project, limit: float, errors: dict[str, None]) -> tuple[float, float, float, float]:
+def _largest(
+    drive: Project, limit: float, errors: dict[str, None], progress: Callable[[int], None]
+) -> tuple[float, float, float, float]:  # fmt: skip
     """Largest oscillation of a drive, its speed, and the ends of the speeds to avoid; nan where there are none."""
     torques, rows = _torques(drive), []
-    for torque in torques:
+    for i, torque in enumerate(torques):
+        if i:
+            progress(i)
         try:
             response = (drive.under(torque, drive.is_beating) if len(torques) > 1 else drive).response()
         except SolveError as error:
