@@ -12,9 +12,11 @@ import pytest
 from click.testing import CliRunner
 from linear_drive import LINEAR
 
+import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.app import SHELLS
 from strainwave.app.commands.new import QUESTIONS, new
+from strainwave.base.units import ARCSEC
 from strainwave.files.reading import read_project
 from strainwave.files.reference import project_schema
 
@@ -91,6 +93,18 @@ def test_every_question_has_an_option_and_every_option_is_kept(tmp_path):
     assert project.speeds.limits == pytest.approx((200 * 0.10471975511965977, 60 * 6.283185307179586), rel=1e-9)
 
 
+def test_an_accuracy_takes_the_place_of_the_record_s_in_error_and_budget(tmp_path):
+    path = tmp_path / "drive.yaml"
+    assert invoke("new", *GIVEN, "--accuracy", "45", "-o", path).exit_code == 0
+    project = read_project(path)
+    assert sw.gears.peak_to_peak(project.kinematic_error) == pytest.approx(45.0 * ARCSEC, rel=1e-12)
+    assert project.limit == pytest.approx(45.0 * ARCSEC, rel=1e-12)
+    unknown = ("--gear", "HFUC-90-100", "--load-inertia", "200", "--motor-inertia", "300")
+    assert "or give --accuracy" in invoke("new", *unknown, "--budget", "none", "-o", path, "--force").output
+    assert invoke("new", *unknown, "--accuracy", "1 arcmin", "-o", path, "--force").exit_code == 0
+    assert read_project(path).limit == pytest.approx(60.0 * ARCSEC, rel=1e-12)
+
+
 def test_what_is_missing_without_a_terminal_is_named(tmp_path):
     run = invoke("new", "--gear", "CSG-40-50", "-o", tmp_path / "drive.yaml")
     assert run.exit_code == 2
@@ -108,6 +122,8 @@ def test_what_is_missing_without_a_terminal_is_named(tmp_path):
         (("--damping", "nan"), "--damping: "),
         (("--speed-from", "4000 rpm"), "--speed-to must be given: '3000 rpm' is not above the lowest speed"),
         (("--loop", "30 rpm"), "--loop: '30 rpm' is a speed of a shaft, not a bandwidth"),
+        (("--accuracy", "60 deg"), "--accuracy: '60 deg' is above 1 deg, and gears have 0.5 to 3 arcmin"),
+        (("--accuracy", "50", "--kinematic-error", "9"), "--kinematic-error: '9 arcsec' stands beside --accuracy"),
         (("--title", "x" * 300), "--title: is longer than one line"),
     ],
 )
@@ -137,7 +153,7 @@ def test_a_schema_beside_the_file_is_named_in_its_first_line(tmp_path):
 
 @POSIX
 def test_questions_are_asked_until_they_are_answered(tmp_path):
-    answers = ["\n", "csg 40\n", "csg-40-50\n", "-3\n", "10\n", *["\n"] * 6, "600\n", "500 rpm\n", "2000\n"]
+    answers = ["\n", "csg 40\n", "csg-40-50\n", "-3\n", "10\n", *["\n"] * 7, "600\n", "500 rpm\n", "2000\n"]
     shown, code, left = dialogue(tmp_path, answers)
     assert (code, left) == (0, []), shown
     assert "'csg 40' is a part of CSG-40-50, CSG-40-80" in shown

@@ -12,7 +12,7 @@ import click
 
 from ...base.archive import atomic
 from ...base.units import ARCSEC
-from ...files.fields.groups import ASSUMED
+from ...files.fields.groups import ACCURACY, ASSUMED
 from ...files.fields.kinds import BANDWIDTH, Place
 from ...files.fields.kinds import number as number_in
 from ...files.fields.schema import TITLE
@@ -76,6 +76,7 @@ QUESTIONS = (
         "Bandwidth of the cascade that holds the motor; none is a motor that keeps its speed ideally.",
     ),
     Question("gravity", "Gravity", "N*m", NONE, "Torque of the load's weight on a level arm, on the output side."),
+    Question("accuracy", "Accuracy of the gear", "arcsec", "catalogue", "Accuracy class of the gear, peak-to-peak."),
     Question(
         "kinematic_error", "Kinematic error", "arcsec", "catalogue",
         "Amplitude of order 2 of the motor, 0-to-peak; catalogue shares the gear's accuracy by the usual orders.",
@@ -90,6 +91,9 @@ QUESTIONS = (
     Question("speed_to", "Highest speed", "rpm", "catalogue",
         "Of the motor; catalogue takes the gear's largest average, at most 3000 rpm."),
 )  # fmt: skip
+
+
+KINDS = {"loop": BANDWIDTH, "accuracy": ACCURACY}
 
 
 def names_as_typed(_ctx: click.Context, _option: click.Parameter, typed: str) -> list[str]:
@@ -145,7 +149,8 @@ def _answers(options: Mapping[str, str | None]) -> dict[str, str]:
     answers: dict[str, str] = {}
     for question in QUESTIONS:
         value = options.get(question.name)
-        if value is None and asking:
+        instead = {"kinematic_error": answers.get("accuracy"), "accuracy": options.get("kinematic_error")}
+        if value is None and asking and not instead.get(question.name):
             answers[question.name] = _ask(question, answers)
             continue
         try:
@@ -182,12 +187,14 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
     if text == NONE and (question.default == NONE or name in ("loop", "budget")):
         return ""
     if text == "catalogue" and question.default == "catalogue":
-        text = _of_catalogue(name, answers["gear"])
+        text = _of_catalogue(name, answers)
         if name != "speed_to":
             return text
     text = _with_unit(text, question.unit)
-    if name == "loop":
-        BANDWIDTH.read(text, Place((), []))
+    if name == "kinematic_error" and answers["accuracy"]:
+        raise ValueError(f"{text!r} stands beside --accuracy, which it would be a guess of; give one of them")
+    if name in KINDS:
+        KINDS[name].read(text, Place((), []))
     else:
         unit = {"load_inertia": "kg*m**2", "motor_inertia": "kg*m**2", "gravity": "N*m", "damping": ""}.get(name, "rad")
         unit = "rad/s" if name.startswith("speed") else unit
@@ -234,19 +241,24 @@ def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
     return f"{{{', '.join(f'{groups[name]}: {ASSUMED}' for name in usual)}}}" if usual else ""
 
 
-def _of_catalogue(name: str, gear_name: str) -> str:
+def _of_catalogue(name: str, answers: dict[str, str]) -> str:
     """Field of a project file that takes a number of the catalogue (ValueError if the catalogue lacks the number)."""
+    gear_name = answers["gear"]
     record = gear(gear_name)
+    if name == "accuracy":
+        return ""  # it is of use where kinematic error or budget follow from it
     if name == "motor_inertia":
         if record.input_inertia is None:
             raise ValueError(f"the catalogue has no inertia of the wave generator of {gear_name}; write it in kg*cm^2")
         return ""
     if name == "speed_to":
         return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
-    if record.accuracy is None:
+    if record.accuracy is None and not answers["accuracy"]:
         other = "or none" if name == "budget" else "the amplitude of order 2"
-        raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {other} in arcsec")
-    return "catalogue" if name == "kinematic_error" else f"{record.accuracy / ARCSEC:.3g} arcsec"
+        raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {other} in arcsec, or give --accuracy")
+    if name == "kinematic_error":
+        return "catalogue"
+    return answers["accuracy"] or f"{(record.accuracy or 0.0) / ARCSEC:.3g} arcsec"
 
 
 def _fields(answers: dict[str, str]) -> dict[str, str]:
@@ -266,7 +278,7 @@ def _fields(answers: dict[str, str]) -> dict[str, str]:
         "speed.to": answers["speed_to"],
         "speed.shaft": "motor",
         "excitation.kinematic_error": "" if error == "catalogue" else f"[{{order: 2, amplitude: {error}}}]",
-        "excitation.accuracy": error if error == "catalogue" else "",
+        "excitation.accuracy": (answers["accuracy"] or error) if error == "catalogue" else "",
         "limit.oscillation": answers["budget"],
     }
 
