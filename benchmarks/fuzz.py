@@ -5,8 +5,8 @@
 The calls begin from a valid one (`tests/valid_calls.py`), in which one or two arguments are replaced
 (`tests/hostile_calls.py`); the verbs take turns. With STRAINWAVE_JIT=0 all runs as Python, and what takes long is
 not told from what hangs. The same arguments of a command are run once. It prints a line for every call without a
-result or a sentence and for every slow one. What is slow as Python is called again with compiled kernels, and is late
-where it is slow there too.
+result or a sentence and for every slow one, and the memory after each tenth of the calls. What is slow as Python is
+called again with compiled kernels, and is late where it is slow there too.
 """
 
 import argparse
@@ -60,7 +60,7 @@ def main():
     given = parser.parse_args()
     every = VALID if given.commands else CALLS
     names = [name for name in every if not given.only or name in given.only]
-    seen, early, taken, known = Counter(), 0.0, Counter(), {}
+    seen, taken, known = Counter(), Counter(), {}
     for i in range(given.first, given.first + given.calls):
         name = names[i % len(names)]
         seed, start = f"{given.seed} {i // len(names)}", time.process_time()
@@ -79,10 +79,9 @@ def main():
         seen["fault" if said else kind] += 1
         if said or kind in ("late", "slow as Python"):
             print(f"{i} {call}: {said or kind}", flush=True)
-        if i == given.first + given.calls // 5:
-            early = resident()
-    memory = f"{early:.0f} MB, then {resident():.0f} MB"
-    print(f"{given.calls} calls of {len(names)} kinds: {dict(seen)}; {len(known)} commands run; {memory}")
+        if (made := i - given.first + 1) % max(1, given.calls // 10) == 0:
+            print(f"{made} calls: {dict(seen)}, {resident():.0f} MB", flush=True)
+    print(f"{given.calls} calls of {len(names)} kinds: {dict(seen)}; {len(known)} commands run; {resident():.0f} MB")
     print("longest:", ", ".join(f"{name} {t:.0f} s" for name, t in taken.most_common(12)))
     return int(seen["fault"] > 0)
 

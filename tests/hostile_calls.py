@@ -184,6 +184,7 @@ NONE = {
     "CompensatedRunup": ("jump",),
     "MeasuredBode": ("deviation", "amplitude"),
     "Identified": ("residual",),
+    "ProjectComparison": ("limit",),
     "Exceedance": ("low", "high"),
     "ResponseFit": ("folds", "fold_deviation"),
 }  # where it is not known

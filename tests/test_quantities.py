@@ -118,6 +118,14 @@ def test_ends_of_an_interval_are_numbers_whose_powers_a_float_holds(span):
         interval("the range", span)
 
 
+def test_a_number_may_have_the_size_that_a_sentence_names():
+    assert [number("x", size) for size in (1e-60, -1e-60, 1e60)] == [1e-60, -1e-60, 1e60]
+    assert interval("the range", (1e-60, 1e60)) == (1e-60, 1e60)
+    for size in (0.99e-60, 1.01e60):
+        with pytest.raises(ValueError, match=r"it must be 0, or from 1e-60 to 1e\+60 in size"):
+            number("x", size)
+
+
 def test_a_count_has_an_upper_end():
     with pytest.raises(ValueError, match=r"points is 10000.* \(401 characters\); it must be at most 1000000000"):
         positive_count("points", 10**400)

@@ -31,8 +31,10 @@ LAST = "report.html"  # moved last: where it stands, the files that belong to it
 
 
 @contextmanager
-def staged(folder: Path) -> Iterator[Path]:
+def staged(folder: Path, name: str = "") -> Iterator[Path]:
     """Give a temporary folder whose files replace those of the same name in `folder` when the block ends well.
+
+    Where all that is written is one file, an error says its `name`.
 
     Raises
     ------
@@ -43,7 +45,8 @@ def staged(folder: Path) -> Iterator[Path]:
     new_folders = _make(folder)
     try:
         part = Path(tempfile.mkdtemp(prefix=".strainwave.", dir=folder))
-    except OSError:
+    except OSError as error:
+        error.filename = str(folder / name)
         _remove(new_folders)
         raise
     try:

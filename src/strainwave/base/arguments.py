@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..compile.tree import is_model, shown
-from .quantities import LARGEST
+from .quantities import SMALLEST
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -72,7 +72,7 @@ def plain(value: Any, kind: Any) -> Any:
         value = value.item() if isinstance(value.item(), bool | int | float) else float(value)
     if isinstance(value, Fraction) and _is_float(value):
         value = float(value)
-    return 0.0 if isinstance(value, float) and abs(value) < 1.0 / LARGEST else value
+    return 0.0 if isinstance(value, float) and abs(value) < SMALLEST else value
 
 
 def refuse(name: str, value: object, kind: object) -> None:

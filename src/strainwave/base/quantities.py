@@ -45,9 +45,7 @@ Reals = NDArray[np.float64] | float
 States = tuple[Reals, ...] | NDArray[np.float64]
 """Numbers or arrays of them, one for each state: a tuple, or an array with the states along its first axis."""
 
-LARGEST = (
-    1e60  # of every parameter, and 1/LARGEST the smallest that is not 0: its powers in a formula still fit a float
-)
+LARGEST, SMALLEST = 1e60, 1e-60  # of every parameter that is not 0: their powers in a formula still fit a float
 
 
 MOST = 10**9  # of anything that is counted
@@ -191,8 +189,8 @@ def _check(model: Any) -> None:
             elif isinstance(item, float | int) and not abs(item) <= (most := _largest(item)):
                 limit = f"not exceed {most:g} in SI units" if abs(item) < inf else "be finite"
                 raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; it must {limit}")
-            elif isinstance(item, float) and 0.0 < abs(item) < 1.0 / LARGEST:
-                bounds = f"it must be 0, or from {1.0 / LARGEST:g} in size, in SI units"
+            elif isinstance(item, float) and 0.0 < abs(item) < SMALLEST:
+                bounds = f"it must be 0, or from {SMALLEST:g} in size, in SI units"
                 small = f"{type(model).__name__}.{name} is {shown(value)}; {bounds}"
     if hasattr(model, "check"):
         model.check()
@@ -250,19 +248,19 @@ def _as_float(name: str, value: Any) -> float:
 
 
 def number(name: str, value: object, *, positive: bool = False) -> float:
-    """Return a number, 0 or from 1/LARGEST to `LARGEST` in size (positive: not 0), or say that `name` is none."""
+    """Return a number, 0 or from SMALLEST to `LARGEST` in size (positive: not 0), or say that `name` is none."""
     good = isinstance(value, Real) and not isinstance(value, bool)
     result = _as_float(name, value) if good else 0.0
     if not (good and isfinite(result) and (result > 0.0 or not positive)):
         raise ValueError(f"{name} is {shown(value)}; it must be a {'positive ' if positive else ''}finite number")
-    if result != 0.0 and not 1.0 / LARGEST <= abs(result) <= LARGEST:
-        bounds = f"{'' if positive else '0, or '}from {1.0 / LARGEST:g} to {LARGEST:g}"
+    if result != 0.0 and not SMALLEST <= abs(result) <= LARGEST:
+        bounds = f"{'' if positive else '0, or '}from {SMALLEST:g} to {LARGEST:g}"
         raise ValueError(f"{name} is {shown(value)}; it must be {bounds} in size, in SI units")
     return result
 
 
 def reals(values: object) -> NDArray[np.float64]:
-    """Real numbers as a new array of any shape (0 where smaller than 1/LARGEST); none of texts, dates, masked ones."""
+    """Real numbers as a new array of any shape (0 where smaller than SMALLEST); none of texts, dates, masked ones."""
     try:
         array = np.array(values)
         if array.dtype.kind not in "biufO" or np.ma.is_masked(values) or is_model(values):
@@ -271,7 +269,7 @@ def reals(values: object) -> NDArray[np.float64]:
             return np.empty(0)
         with np.errstate(all="ignore"):
             array = array.astype(float)
-            return np.where(np.abs(array) < 1.0 / LARGEST, 0.0, array)
+            return np.where(np.abs(array) < SMALLEST, 0.0, array)
     except (TypeError, ValueError, OverflowError):
         return np.empty(0)
 
@@ -370,10 +368,8 @@ def interval(name: str, span: Any, *, positive: bool = False) -> tuple[float, fl
         raise ValueError(f"{name} is {shown(span)}; it must be two finite numbers (low, high) with low < high")
     if positive and not lo > 0.0:
         raise ValueError(f"{name} is {lo:g} .. {hi:g}; it must be 0 < low < high")
-    if not all(v == 0.0 or 1.0 / LARGEST <= abs(v) <= LARGEST for v in (lo, hi)):
-        raise ValueError(
-            f"{name} is {lo:g} .. {hi:g}; its ends must be from {1 / LARGEST:g} to {LARGEST:g} in size, or 0"
-        )
+    if not all(v == 0.0 or SMALLEST <= abs(v) <= LARGEST for v in (lo, hi)):
+        raise ValueError(f"{name} is {lo:g} .. {hi:g}; its ends must be from {SMALLEST:g} to {LARGEST:g} in size, or 0")
     if hi - lo < 1e-9 * max(abs(lo), abs(hi)):
         raise ValueError(f"{name} is {lo!r} .. {hi!r}; its ends must be at least 1e-9 of them apart, or take one value")
     return lo, hi

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import typed
 from ..base.protocols import Control, with_parts
-from ..base.quantities import LARGEST, number, numbers
+from ..base.quantities import SMALLEST, number, numbers
 from ..base.records import Labelled, Result
 from ..base.results import Floats, Orbit, SolveError
 from ..base.sentences import on_screen
@@ -166,8 +166,8 @@ def bode(
     """
     train = with_parts("bode", train, "power_names")
     grid = numbers("omega", omega)
-    if not np.all(grid >= 1.0 / LARGEST):
-        raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive, {1.0 / LARGEST:g} up")
+    if not np.all(grid >= SMALLEST):
+        raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive, {SMALLEST:g} up")
     if source == "motor" and train.motor.held:
         raise ValueError("a held motor answers no torque; take source='load', or a motor that is free or has a loop")
     linear = state_space(train, at=at, speed=speed)

@@ -5,7 +5,7 @@ from typing import Any, Literal, NamedTuple
 
 from ..base.law import spring_stiffness
 from ..base.protocols import Law, need
-from ..base.quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
+from ..base.quantities import SMALLEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws.friction import NO_FRICTION
 from .laws.springs import Cubic
@@ -163,9 +163,9 @@ class Drive(NamedTuple):
     def check(self) -> None:
         """Refuse inertias and a ratio that are not positive (ValueError)."""
         for name in ("J_m", "J_l", "N"):
-            if not getattr(self, name) >= 1.0 / LARGEST:
+            if not getattr(self, name) >= SMALLEST:
                 value = getattr(self, name)
-                raise ValueError(f"Drive.{name} is {value:g}; it must be positive, {1 / LARGEST:g} at least")
+                raise ValueError(f"Drive.{name} is {value:g}; it must be positive, {SMALLEST:g} at least")
         need("Drive.law", self.law, "torque")
 
 

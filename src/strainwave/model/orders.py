@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from math import pi
+from numbers import Real
 from typing import Any, Literal, NamedTuple
 
 from ..base.arguments import typed
@@ -333,7 +334,7 @@ def without_teeth(ratio: float) -> Iterator[str]:
 
 def whole_ratio(N: float) -> int:
     """Ratio that the teeth of a gear can have, as a whole number; others are refused (ValueError)."""
-    if not (isinstance(N, int | float) and 2 <= N <= LARGEST_RATIO and N % 1 == 0):
+    if not (isinstance(N, Real) and 2 <= N <= LARGEST_RATIO and N % 1 == 0):
         raise ValueError(
             f"N is {shown(N)}; orders are counted for a whole ratio (motor turns per output turn), 2 to {LARGEST_RATIO}"
         )

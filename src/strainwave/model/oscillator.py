@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ..base.law import breakpoints_of, check_law, depends, kinks_of, losses_of, share, states_of, torque_of, z_rate_of
 from ..base.protocols import joint_orders, lacking, need, scaled
-from ..base.quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, Reals, States, shown
+from ..base.quantities import SMALLEST, Angle, AngularSpeed, Damping, Inertia, Ratio, Reals, States, shown
 from ..compile.maths import cos, exp, sin
 from .excitation import NoError, _refuse_high, scaled_torque
 from .laws.friction import Kelvin, PerKelvin, refuse_heat
@@ -77,8 +77,8 @@ class Oscillator(NamedTuple):
 
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts without the methods needed (TypeError)."""
-        if not self.J >= 1.0 / LARGEST:
-            raise ValueError(f"Oscillator.J is {self.J:g} kg*m**2; an inertia must be positive, {1 / LARGEST:g} up")
+        if not self.J >= SMALLEST:
+            raise ValueError(f"Oscillator.J is {self.J:g} kg*m**2; an inertia must be positive, {SMALLEST:g} up")
         need("Oscillator.law", self.law, "torque")
         need("Oscillator.excitation", self.excitation, "torque(angle)")
         need("Oscillator.error", self.error, "value(angle)", "slope(angle)")
@@ -322,7 +322,7 @@ class VaryingOscillator(NamedTuple):
 
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError), parts without their methods and laws with friction."""
-        if not self.J >= 1.0 / LARGEST:
+        if not self.J >= SMALLEST:
             raise ValueError(f"VaryingOscillator.J is {self.J:g} kg*m**2; an inertia must be positive")
         need("VaryingOscillator.law", self.law, "torque")
         need("VaryingOscillator.excitation", self.excitation, "torque(angle)")

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..base.law import is_spring, repeating
 from ..base.protocols import System, lacking, state_count, with_parts
-from ..base.quantities import LARGEST, interval, number, numbers, parameters, positive_count, replace, shown, whole
+from ..base.quantities import SMALLEST, interval, number, numbers, parameters, positive_count, replace, shown, whole
 from ..base.results import Branch, Floats, SolveError
 from ..drive.jumps import jumps
 from ..numerics.attractors.settle import SEEN, settled
@@ -106,13 +106,11 @@ def variability(
     if not (shares[0] > 0.0 and shares[-1] < 1.0):
         raise ValueError(f"quantiles are {shown(quantiles)}; they must be shares between 0 and 1")
     grid = numbers("speeds", system.omega if speeds is None else speeds)
-    if not np.all((grid >= 1.0 / LARGEST) & (grid <= LARGEST)):
-        raise ValueError(
-            f"speeds are {shown(speeds)}; they must be positive, from {1 / LARGEST:g} to {LARGEST:g} rad/s"
-        )
+    if not np.all(grid >= SMALLEST):
+        raise ValueError(f"speeds are {shown(speeds)}; they must be positive, {SMALLEST:g} rad/s at least")
     follow = positive_count("jump_count", jump_count)
-    positive_count("settle", settle)
-    if positive_count("longest", longest) < settle + SEEN:
+    settle, longest = positive_count("settle", settle), positive_count("longest", longest)
+    if longest < settle + SEEN:
         raise ValueError(f"longest is {longest} turns; it must be at least settle + {SEEN} = {settle + SEEN}")
     span = None if jump_span is None else interval("jump_span", jump_span, positive=True)
     bounds = None if speed_band is None else interval("speed_band", speed_band, positive=True)

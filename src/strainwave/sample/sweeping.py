@@ -180,7 +180,7 @@ def sweep(
         data: xr.Dataset = above("sweep_project")(system, grid, measure, **more)
         return data
     system, points = checked(system), points_of(grid)
-    positive_count("chunk", 1 if chunk is None else chunk, 2**62)
+    chunk = None if chunk is None else positive_count("chunk", chunk, 2**62)
     workers = positive_count("workers", _processors() if workers is None else workers, MOST_WORKERS)
     folder = None if store is None else _folder(store)
     seed = whole("seed", seed)

@@ -1,10 +1,12 @@
 """The command line: exit codes, sentences, JSON, what is written and what is not."""
 
+import errno
 import json
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from importlib import import_module
 from pathlib import Path
@@ -212,6 +214,15 @@ def test_staged_files_join_an_existing_folder(tmp_path):
         assert not (out / "report.html").exists()
     assert sorted(p.name for p in out.iterdir()) == ["notes.txt", "report.html"]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out"]
+
+
+def test_where_no_folder_can_be_made_the_file_that_was_asked_for_is_named(tmp_path, monkeypatch):
+    def full(*_, dir, **__):
+        raise OSError(errno.ENOSPC, "No space left on device", f"{dir}/.strainwave.x")
+
+    monkeypatch.setattr(tempfile, "mkdtemp", full)
+    with pytest.raises(OSError, match=r"No space left on device: '[^']*[/\\]x\.csv'"), staged(tmp_path, "x.csv"):
+        pass
 
 
 def test_staged_removes_the_parents_it_made_when_the_block_fails(tmp_path):

@@ -76,7 +76,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
 
 def _write(project: Project, found: DriveResponse, output: Path) -> None:
     """Write the curve as CSV, or as a figure; the file appears when it is complete."""
-    with staged(output.parent) as folder:
+    with staged(output.parent, output.name) as folder:
         part = folder / output.name
         if output.suffix in FIGURES:
             y = angle_unit(float(np.max(found.peak))).axis(f"oscillation of the {found.name}")

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base.quantities import LARGEST, checked, number, several, shown
+from ...base.quantities import LARGEST, SMALLEST, checked, number, several, shown
 from ...base.results import Floats
 from ...base.units import ARCSEC
 from ..excitation import KinematicError, Line
@@ -168,7 +168,7 @@ def accuracy_spectrum(
     TypeError
         If shares or phases are no mapping, or an order or a phase is no number.
     """
-    if not isinstance(accuracy, int | float) or not 1.0 / LARGEST <= accuracy <= LARGEST:
+    if not isinstance(accuracy, Real) or not SMALLEST <= accuracy <= LARGEST:
         raise ValueError(
             f"accuracy is {shown(accuracy)}; it must be a positive angle in rad, peak-to-peak; where the catalogue has "
             "none (None), take it from the datasheet"

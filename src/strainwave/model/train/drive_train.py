@@ -23,7 +23,7 @@ from ...base.law import (
     z_rate_of,
 )
 from ...base.protocols import Control, joint_orders, need
-from ...base.quantities import LARGEST, AngularSpeed, Damping, Ratio, Reals, States
+from ...base.quantities import SMALLEST, AngularSpeed, Damping, Ratio, Reals, States
 from ...compile.jit import chosen, kernel
 from ..excitation import NoError
 from ..laws.friction import NO_FRICTION
@@ -257,7 +257,7 @@ class DriveTrain(NamedTuple):
 
     def check(self) -> None:
         """Refuse no ratio, damping that drives (ValueError) and parts without the methods needed (TypeError)."""
-        if not self.N >= 1.0 / LARGEST:
+        if not self.N >= SMALLEST:
             raise ValueError(f"DriveTrain.N is {self.N:g}; a ratio must be positive")
         refuse_driving(self)
         check_load("DriveTrain.load", self.load)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from ...base.law import check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
 from ...base.protocols import lacking, need
-from ...base.quantities import LARGEST, Damping, Inertia, Reals, States, shown
+from ...base.quantities import SMALLEST, Damping, Inertia, Reals, States, shown
 from ..excitation import Harmonic
 from ..laws.springs import Linear
 from .controls import FREE, Free, Held
@@ -198,9 +198,9 @@ def refuse_driving(part: Any) -> None:
 
 
 def _positive_inertia(shaft: Any) -> None:
-    if not shaft.J >= 1.0 / LARGEST:
+    if not shaft.J >= SMALLEST:
         name = type(shaft).__name__
-        raise ValueError(f"{name}.J is {shaft.J:g} kg*m**2; an inertia must be positive, {1 / LARGEST:g} up")
+        raise ValueError(f"{name}.J is {shaft.J:g} kg*m**2; an inertia must be positive, {SMALLEST:g} up")
 
 
 def _check_shaft(shaft: Any) -> None:

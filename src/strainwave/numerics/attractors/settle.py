@@ -260,8 +260,8 @@ def lyapunov_exponent(system: System, y0: ArrayLike, *, turns: int = 2000, settl
     system = repeating("lyapunov_exponent", with_parts("lyapunov_exponent", system, "rhs"))
     whole_orders(system)
     y = numbers("y0", y0)
-    positive_count("settle", settle)
-    if positive_count("turns", turns) < BLOCKS:
+    settle, turns = positive_count("settle", settle), positive_count("turns", turns)
+    if turns < BLOCKS:
         raise ValueError(f"turns is {turns}; it must be at least {BLOCKS}, one for each block")
     per_block = -(-turns // BLOCKS)
     if len(y) == 2 and has_jacobian(system):

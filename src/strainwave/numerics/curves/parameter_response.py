@@ -104,7 +104,8 @@ def parameter_response(
         return (problem, curve, tail, origin), tail.worst
 
     problem, curve, tail, origin = grown(followed, h, most if harmonics is None else h, CURVE)
-    curve = with_changes(curve, message=_ending(curve, path, lo, hi, system.omega))
+    message, none = _ending(curve, path, lo, hi, system.omega), not len(curve.points)
+    curve = with_changes(curve, message=message, span=(lo, hi) if none else None)
     branch = describe(problem, path, curve, tail, origin)
     if throw and not branch.status.found:
         raise SolveError(branch.message)

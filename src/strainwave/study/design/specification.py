@@ -25,6 +25,8 @@ WORDS = {
     "momentary_torque": "momentary torque",
 }  # fmt: skip
 DRIVE = ("K1", "K2", "K3", "T1", "T2", "input_inertia")  # numbers that the motion of a drive goes by
+POSITIVE = ("limit", "damping_ratio", "accuracy", "life", "largest_size", "largest_mass", "average_speed")
+TORQUES = ("mean_torque", "peak_torque", "momentary_torque", "preload")
 SPEEDS, LOADS = ("max_rpm", "average_rpm"), ("average_torque", "repeated_peak_torque", "momentary_torque")
 PEAKS = ("repeated_peak_torque",)  # of the limits of a peak torque: the others hold for momentary ones
 
@@ -114,19 +116,14 @@ class Specification:
             values = getattr(self, name)
             if not several(name, values):
                 raise ValueError(f"{name} are {shown(values)}; give one inertia or more [kg*m^2] as a tuple")
-            for value in values:
-                number(f"one of {name} [kg*m^2]", value, positive=True)
-        interval("speeds [rad/s]", self.speeds, positive=True)
+            inertias = tuple(number(f"one of {name} [kg*m^2]", value, positive=True) for value in values)
+            object.__setattr__(self, name, inertias)
+        object.__setattr__(self, "speeds", interval("speeds [rad/s]", self.speeds, positive=True))
         refuse_fields(self, "ratios", "series", "kinematic_error")
-        for name in ("limit", "damping_ratio"):
-            number(name, getattr(self, name), positive=True)
-        for name in ("accuracy", "life", "largest_size", "largest_mass", "average_speed"):
-            if getattr(self, name) is not None:
-                number(name, getattr(self, name), positive=True)
-        for name in ("mean_torque", "peak_torque", "momentary_torque"):
-            if getattr(self, name) is not None:
-                number(f"{name} [N*m]", getattr(self, name))
-        number("preload [N*m]", self.preload)
+        for name in (*POSITIVE, *TORQUES):
+            if (value := getattr(self, name)) is not None or name in ("limit", "damping_ratio", "preload"):
+                unit = " [N*m]" if name in TORQUES else ""
+                object.__setattr__(self, name, number(f"{name}{unit}", value, positive=name in POSITIVE))
         for ratio in several("ratios", self.ratios):
             number("one of ratios", ratio, positive=True)
         self._check_duty()
@@ -145,11 +142,13 @@ class Specification:
                 )
 
     def _check_duty(self) -> None:
+        duty = []
         for i, part in enumerate(several("duty", self.duty)):
             if len(several(f"duty[{i}]", part)) != 3:
                 raise ValueError(f"duty[{i}] is {shown(part)}; it must be a DutySegment(torque, speed, duration)")
-            for name, value in zip(DutySegment._fields, part, strict=True):
-                number(f"duty[{i}].{name}", value, positive=name == "duration")
+            named = zip(DutySegment._fields, part, strict=True)
+            duty.append(DutySegment(*(number(f"duty[{i}].{n}", v, positive=n == "duration") for n, v in named)))
+        object.__setattr__(self, "duty", tuple(duty))
         if len(self.duty) and not any(part[1] for part in self.duty):
             raise ValueError("nothing turns in the duty cycle; give the speed of at least one segment [rad/s]")
         if len(self.duty) and (self.mean_torque is not None or self.peak_torque is not None):

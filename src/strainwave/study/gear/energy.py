@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ...base.law import depends, energy_of, parts_of, states_of, torque_of
 from ...base.protocols import Law, System, lacking, with_parts
-from ...base.quantities import LARGEST, number, numbers, shown
+from ...base.quantities import SMALLEST, number, numbers, shown
 from ...base.results import Floats, Orbit, SolveError
 from ...base.units import RPM
 from ...model.oscillator import Powers
@@ -261,6 +261,6 @@ def efficiency(train: Any, torque: ArrayLike, speed: ArrayLike) -> Efficiency:
 
 def _positive(name: str, values: ArrayLike) -> Floats:
     found = numbers(name, values)
-    if not np.all(found >= 1.0 / LARGEST):
-        raise ValueError(f"{name} is {shown(values)}; give one or more positive numbers, {1.0 / LARGEST:g} at least")
+    if not np.all(found >= SMALLEST):
+        raise ValueError(f"{name} is {shown(values)}; give one or more positive numbers, {SMALLEST:g} at least")
     return found

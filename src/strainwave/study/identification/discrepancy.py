@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 from scipy.special import gammaincc
 
 from ...base.arguments import typed
-from ...base.quantities import LARGEST, array_of, number
+from ...base.quantities import SMALLEST, array_of, number
 from ...base.results import Floats
 from ...base.sentences import listed
 from .intervals import backwards, fitting, long_run, orthogonal, slices, whitened, whitener
@@ -169,7 +169,7 @@ def _missing(
     sizes = np.linalg.norm(columns, axis=0)
     columns = columns / np.where(sizes > 0.0, sizes, 1.0)
     lengths = np.linalg.norm(jacobian, axis=0)
-    moving = lengths > 1.0 / LARGEST  # a parameter that moves nothing stands for no candidate
+    moving = lengths > SMALLEST  # a parameter that moves nothing stands for no candidate
     basis = np.linalg.qr(jacobian[:, moving] / lengths[moving])[0]
     own = orthogonal(basis, columns)
     lengths = np.linalg.norm(own, axis=0)

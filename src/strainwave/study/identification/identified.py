@@ -77,7 +77,8 @@ def row_of(label: str, name: str, values: Any) -> Floats:
             f"{label}: {name} has the shape {array.shape} and values such as {shown(values)[:40]}; give one row of "
             "real numbers"
         )
-    row = array.astype(float)
+    with np.errstate(over="ignore"):
+        row = array.astype(float)
     if np.any(np.abs(row[np.isfinite(row)]) > LARGEST):
         raise ValueError(f"{label}: {name} has values beyond {LARGEST:g}; give it in SI")
     return row

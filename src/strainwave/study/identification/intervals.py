@@ -27,7 +27,7 @@ from scipy.signal import lfilter
 from scipy.special import stdtrit
 
 from ...base.arguments import typed
-from ...base.quantities import LARGEST, array_of, number, positive_count, shown, whole
+from ...base.quantities import SMALLEST, array_of, number, positive_count, shown, whole
 from ...base.results import Floats
 
 RANK = 1e-10  # of the largest singular value of the jacobian with columns of length 1: a smaller one is none
@@ -239,7 +239,7 @@ def fitting(jacobian: Any, residual: Any) -> tuple[Floats, Floats]:
 def _basis(jacobian: Floats) -> tuple[Floats, Floats]:
     """Orthonormal columns (n, p) of the jacobian, and the matrix (p, p) that takes their coefficients to parameters."""
     sizes = np.linalg.norm(jacobian, axis=0)
-    gram = jacobian / np.where(sizes > 1.0 / LARGEST, sizes, 1.0)
+    gram = jacobian / np.where(sizes > SMALLEST, sizes, 1.0)
     basis, triangle = np.linalg.qr(gram)
     singular = np.linalg.svd(triangle, compute_uv=False)
     if not singular[-1] > RANK * max(1.0, singular[0]):

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ...base.arguments import refuse_fields, typed
-from ...base.quantities import LARGEST, joined, numbers, reals, shown
+from ...base.quantities import LARGEST, SMALLEST, joined, numbers, reals, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -186,7 +186,7 @@ class Log(Result):
         refuse_fields(self)
         object.__setattr__(self, "time", numbers("time [s] of a log", self.time))
         n, channels = self.time.size, {}
-        if n < 2 or np.min(np.diff(self.time)) <= 1.0 / LARGEST:
+        if n < 2 or np.min(np.diff(self.time)) <= SMALLEST:
             raise ValueError(f"a log has two times or more, finite and ascending; these are {n} that are not")
         for name, values in self.channels.items():
             channels[name] = array = reals(values)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.quantities import LARGEST, numbers
+from ...base.quantities import SMALLEST, numbers
 from ...base.results import Floats
 from .intervals import spread
 
@@ -68,7 +68,7 @@ def checked_record(time: Any, value: Any) -> tuple[Floats, Floats]:
     if len(late):
         at = int(late[0]) + 1
         raise ValueError(f"time does not rise at sample {at}: {t[at]:.9g} s after {t[at - 1]:.9g} s; sort the record")
-    if not np.ptp(y) > 1.0 / LARGEST:
+    if not np.ptp(y) > SMALLEST:
         raise ValueError(f"the value is {y[0]:g} in all {len(y)} samples: there is no motion; record a free decay")
     return t, y
 

@@ -26,7 +26,7 @@ from ...numerics.balance.harmonics import highest_order
 from ...numerics.loading import loaded_state
 
 Complexes = NDArray[np.complex128]
-LARGEST = 1e30  # of what the slow flow takes powers of
+LARGEST, SMALLEST = 1e30, 1e-30  # of what the slow flow takes powers of
 HIGHEST = 2000  # harmonic of the common period: the averages sample it 16 times and more
 NEAR = 1e-6  # of omega_0: a hard line that is nearer sits on it
 SMALLEST_LINE = 1e-13  # relative to the largest: what sampling and rounding leave behind
@@ -320,7 +320,7 @@ def _refuse_extremes(s: Setting, z0: tuple[float, ...]) -> None:
             pull = abs(float(torque_of(law, s.u0 + a, 0.0, z0)) - float(torque_of(law, s.u0, 0.0, z0)))
             sizes[f"the torque at {a:.3g} rad over its linear part"] = pull / (s.system.J * s.omega_0**2 * a)
     for name, size in sizes.items():
-        if size != 0.0 and not (size <= LARGEST and (size >= 1.0 / LARGEST or "torque" in name)):
+        if size != 0.0 and not (size <= LARGEST and (size >= SMALLEST or "torque" in name)):
             raise ValueError(
                 f"{name} is {size:.3g}, outside the supported range; check the units of J, law, torque and omega"
             )

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....base.quantities import LARGEST
+from ....base.quantities import SMALLEST
 from ....base.results import Floats
 from ..run import column
 from .loop_model import Path
@@ -60,7 +60,7 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
     if len(x) != len(t):
         raise ValueError(f"torsion has {len(x)} samples and torque {len(t)}; give one torque for every torsion")
     for name, unit, values in (("torsion", "rad", x), ("torque", "N*m", t)):
-        if float(np.ptp(values)) <= max(1e-12 * float(np.max(np.abs(values))), 1.0 / LARGEST):
+        if float(np.ptp(values)) <= max(1e-12 * float(np.max(np.abs(values))), SMALLEST):
             raise ValueError(
                 f"the {name} is constant at {values[0]:.4g} {unit}; a loop needs both axes to move, check the channel"
             )

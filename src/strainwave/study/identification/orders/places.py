@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ....base.arguments import typed
-from ....base.quantities import LARGEST, array_of, number, positive_count
+from ....base.quantities import SMALLEST, array_of, number, positive_count
 from ....base.units import ARCSEC
 from ....model.orders import TURNING_SPLINE, USUAL, Arrangement, whole_ratio
 from ..run import Run
@@ -174,7 +174,7 @@ def arrangement(motor_counts: ArrayLike, load_counts: ArrayLike, per_turn: int =
     motor = np.unwrap(array_of("motor_counts", motor_counts, None), period=steps) / steps
     load = np.unwrap(array_of("load_counts", load_counts, len(motor)), period=steps) / steps
     off, travel = load - np.mean(load), float(np.ptp(load)) * TURN
-    moves = travel > 1.0 / LARGEST
+    moves = travel > SMALLEST
     slope = float(off @ motor) / float(off @ off) if moves else np.inf
     error = abs(slope) * ERROR / travel if moves else np.inf
     if not error < UNCERTAIN:

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from ....base.arguments import typed
 from ....base.law import springs_only
 from ....base.protocols import with_parts
-from ....base.quantities import LARGEST, complex_numbers, number, numbers, positive_count
+from ....base.quantities import SMALLEST, complex_numbers, number, numbers, positive_count
 from ....base.records import Labelled
 from ....base.results import Branch, Floats, SolveError
 from ....base.sentences import on_screen
@@ -187,7 +187,7 @@ def _measured(omega: Any, amplitude: Any, phase: Any, system: Any, free: int) ->
         raise TypeError("a kinematic error takes phases: without them the torsion is not known; give phase [rad]")
     if not np.ptp(w) > 0.0:
         raise ValueError(f"all points are at {w[0]:g} rad/s; a response curve needs several frequencies")
-    if not np.max(np.abs(c)) >= 1.0 / LARGEST:
+    if not np.max(np.abs(c)) >= SMALLEST:
         raise ValueError(f"the largest amplitude is {np.max(np.abs(c)):g} rad: there is no motion; excite the system")
     least = max(FEWEST, -(-(free + 1) // (1 + phased)))
     if len(w) < least:
