@@ -427,7 +427,7 @@ def test_what_cannot_be_moved_is_refused_in_one_sentence(given, options, said):
 # what a move asks beyond its limits, and what is said of it
 BEYOND = [
     (TRAIN, {"limits": sw.MotorLimits(speed=3000.0 * RPM)},
-     r"speed of the motor reaches 3\d\d\d rpm, above its limit of 3000 rpm; .*stretch it from 0.6 s to 0.75 s or more"),
+     r"3\d\d\d rpm, above its limit of 3000 rpm; .*stretch it from 0.6 s to at least 0.75 s, which a rigid drive"),
     # gravity alone takes 60/100 N m
     (TRAIN, {"limits": sw.MotorLimits(torque=0.3)},
      r"above its limit of 0.3 N\*m \(loads and friction alone take 0.6 N\*m\); .*it still asks too much"),

@@ -116,13 +116,10 @@ def refuse_heavy(train: DriveTrain, path: Path) -> None:
 def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion) -> Iterator[Finding]:
     """What a move asks of the motor, its vibration included, against the limits; what helps goes by the profile."""
     demand = demand_of(train, path)
-    fastest = float(np.max(np.abs(demand.speed)))
+    over = float(np.max(np.abs(demand.speed))) / limits.fastest
     smoother = "take a longer time, a smoother profile or a stronger motor"
     of_torque = _stretched(train, path, limits) if _too_large(demand, limits) else smoother
-    of_speed = smoother
-    if fastest > limits.fastest:
-        need = _up(path.duration * fastest / limits.fastest)
-        of_speed = f"stretch it from {path.duration:.4g} s to {need} s or more, or take a smaller ratio"
+    of_speed = _stretch(path, over, "take a smaller ratio") if over > 1.0 else smoother
     computed = "the move is computed as if the motor had that; "
     holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
     peak = None if limits.peak_torque else motion.peak_torque
@@ -176,8 +173,13 @@ def _stretched(train: DriveTrain, path: Path, limits: MotorLimits) -> str:
     for _ in range(50):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if too_large(middle) else (low, middle)
-    need = f"stretch it from {path.duration:.4g} s to at least {_up(high * path.duration)} s"
-    return f"{need}, which a rigid drive takes, and look again at what its vibration adds, or take a stronger motor"
+    return _stretch(path, high, "take a stronger motor")
+
+
+def _stretch(path: Path, factor: float, other: str) -> str:
+    """The advice to take so many times as long; the vibration, which is another one then, is not in it."""
+    need = f"stretch it from {path.duration:.4g} s to at least {_up(factor * path.duration)} s"
+    return f"{need}, which a rigid drive takes, and look again at what its vibration adds, or {other}"
 
 
 def _up(value: float) -> str:
