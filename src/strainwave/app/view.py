@@ -3,6 +3,7 @@
 Units in which commands, reports and figures show angles and speeds.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import click
@@ -121,15 +122,21 @@ class View(NamedTuple):
 
     def write(self, quantity: Quantity) -> str:
         """Write the values of a sentence: angles in one unit, speeds of the motor in rpm."""
-        unit, factor, digits = self.speeds.unit, self.speeds.scale, 5
-        if isinstance(quantity, Angle):
-            unit, factor, digits = *self.angle, 4
-        elif self.speeds.by_motor:
-            unit += " at the motor"
-        digits, given = min(digits, quantity.digits), (self.project.limit, *self.speeds.given, *self.speeds.limits)
+        unit = f"{self.speeds.unit} at the motor" if self.speeds.by_motor else self.speeds.unit
+        return writer(self.project, self.angle, unit, self.speeds.scale)(quantity)
+
+
+def writer(project: Project, angle: AngleUnit, speed: str, scale: float) -> Callable[[Quantity], str]:
+    """Function that writes the values of a sentence on a project; `scale` turns rad/s into a unit of speed."""
+
+    def write(quantity: Quantity) -> str:
+        unit, factor, digits = (*angle, 4) if isinstance(quantity, Angle) else (speed, scale, 5)
+        digits, given = min(digits, quantity.digits), (project.limit, *project.speeds.given, *project.speeds.limits)
 
         def written(value: float, way: int) -> str:
-            shown = digits if value in given else self.project.digits(digits)
+            shown = digits if value in given else project.digits(digits)
             return number(rounded(value * factor, shown, way), shown)
 
         return quantity.written(written, unit)
+
+    return write

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..base.protocols import lines_of
 from ..base.records import Labelled, Result
 from ..base.results import Branch, Floats, Orbit, Status
-from ..base.sentences import on_screen
+from ..base.sentences import Sentence, on_screen
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits
 from .asked import MotorLimits, Need, motor_findings, sheet_findings
@@ -219,7 +219,7 @@ class DriveResponse(Result):
     @property
     def message(self) -> str:
         """One sentence on the curve."""
-        return "; ".join(filter(None, (self.curve.message, self.rounding)))
+        return Sentence("; ").join(filter(None, (self.curve.message, self.rounding)))
 
     @cached_property
     def swept(self) -> NDArray[np.int64]:

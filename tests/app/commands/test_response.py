@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +12,9 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.response import _sizes
+from strainwave.app.commands.response import _sizes, facts
+from strainwave.base.facts import data
+from strainwave.base.sentences import Sentence, Speed
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.analysis import not_exact
 
@@ -112,6 +115,15 @@ def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
     assert data["jump_down_speed"] == pytest.approx(max(at_load), rel=1e-7)
     assert data["jump_up_speed"] == pytest.approx(min(at_load), rel=1e-7)
     assert [fold["omega_rad_per_s"] for fold in data["folds"]] == pytest.approx(exact, rel=1e-7)
+
+
+def test_speeds_of_the_curve_s_message_are_those_of_the_project_s_own_shaft(project):
+    loaded = read_project(project)
+    text = Sentence("at omega = {} it was cut short", Speed(loaded.speeds.limits[1]))
+    curve = replace(loaded.response(coexisting=False), rounding=text)
+    (said,) = (fact.value for fact in facts(loaded, curve) if fact.words == "response, motor: {}")
+    assert said.endswith("at omega = 38 rpm at the load it was cut short")
+    assert data(facts(loaded, curve))["message"].endswith("at omega = 38 rpm at the load it was cut short")
 
 
 def test_csv_holds_the_whole_curve_with_its_unstable_part(project, tmp_path):

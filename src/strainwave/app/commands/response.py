@@ -9,6 +9,7 @@ import click
 import numpy as np
 
 from ...base.facts import Fact, data, lines
+from ...base.sentences import told
 from ...base.units import ARCSEC, Speeds
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
@@ -28,7 +29,7 @@ from ..report.curve_files import drive_columns
 from ..report.report import comparison_page
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
-from ..view import angle_unit, quantity
+from ..view import angle_unit, quantity, writer
 from .design import as_csv
 from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option, written_type
 
@@ -99,7 +100,8 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
     most = found.top
     resting = None if project.train is None else standing(project)
     top, size, fast = found.largest(), float(found.oscillation[most]), speeds.own(float(curve.omega[most]))
-    known, peak, least = curve_data(speeds, found), None, None
+    write, peak, least = writer(project, angle_unit(size), unit, speeds.own(1.0)), None, None
+    known = told(curve_data(speeds, found), write)
     if top is not None:
         peak = {"speed": speeds.own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) / ARCSEC}
     if motor is not None:
@@ -111,7 +113,7 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
         left_out = f"{len(curve.waves.pairs) - 1} waves of two turns; each one left out carries at most {share}"
     return (
         Fact("failures", tuple(judged.failures), "FAIL: {}"),
-        Fact("", f"{name}, {found.message}", "response, motor: {}"),
+        Fact("", f"{name}, {known['message']}", "response, motor: {}"),
         Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", found.name),
         Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", _ranged(project)),
         Fact("oscillation.speed", fast), Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
@@ -256,11 +258,11 @@ def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: 
     drive = read_project(project)
     allowed = None if limit is None else quantity("--limit", limit, "rad", "positive")
     with Progress(drive.title) as progress:
-        told = f"{count} drives"
-        progress.show(told, 0.0)
+        stage = f"{count} drives"
+        progress.show(stage, 0.0)
         how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed, "retune": retune}
         found, stop = finished(
-            lambda: exceeded(drive, **how, progress=lambda done, all_: progress.show(told, done / all_))
+            lambda: exceeded(drive, **how, progress=lambda done, all_: progress.show(stage, done / all_))
         )
     click.echo(reported(drive.title, found.facts(), as_json))
     if stop is not None:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.results import SolveError
+from ...base.sentences import told
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
@@ -26,6 +27,7 @@ from ...study.compensation.compensate import compensate
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
+from ..view import angle_unit, writer
 
 Progress = Callable[..., None]  # of a stage and a share, and of a part of the result where one is known
 POINTS = 40  # about, of the curve that follows a slider
@@ -163,7 +165,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             "largest_speed": speeds.scale * speeds.given[-1], "max_torque": motor_limits.most,
             "max_speed": motor_limits.fastest * speeds.scale,
         },
-        "message": found.message,
+        "message": told(found.message, writer(own, angle_unit(found.oscillation[top]), speeds.unit, scale)),
         "remarks": [
             *([HELD] if project.train is None and project.motor == "held" else []),
             *judged.remarks,
