@@ -2,8 +2,11 @@
 
 import json
 import math
+import re
 import sys
+from ast import literal_eval
 from collections.abc import Callable, Iterable, Sequence
+from shlex import quote
 from threading import Event, Thread
 from time import monotonic
 from types import TracebackType
@@ -150,7 +153,63 @@ def reported(title: str, facts: Sequence[Fact], as_json: bool, *more: str) -> st
         return to_json({"title": title} | data(facts))
     fails = len(facts[0].value) if facts[0].key == "failures" else 0
     rows = [*lines(facts), *more]
-    return "\n".join([*rows[:fails], title, *(f"  {line}" for line in rows[fails:])])
+    return in_options("\n".join([*rows[:fails], title, *(f"  {line}" for line in rows[fails:])]))
+
+
+# Calls that sentences of the library name, and the options of the commands in their place.
+CALLS = (
+    (re.compile(r"\bone_way\('(\w+)'\)"), r"--one-way \1"),
+    (re.compile(r"\bat_speed\(\.\.\.\)"), "--speed"),
+    (re.compile(r"\bkeep\(\.\.\.\) or drop\b"), "--drop"),
+    (re.compile(r"\bout with keep\(\.\.\.\)"), "out of the file"),
+    (
+        re.compile(r"\bstrongest\((\d+)\), or let the weakest be left out with drop\b"),
+        "--drop, which leaves out the weakest",
+    ),
+    (re.compile(r"\bcolumns=\['time', 'load_angle', \.\.\.\]"), "--columns time,load_angle,..."),
+    (re.compile(r"\bcolumns=\{'time': \.\.\.\}, or rate\b"), "--column time=..., or --rate"),
+    (re.compile(r"\bunits= says"), "--unit says"),
+    (re.compile(r"(?<![\w./-])trim=0(?![\w.])"), "--trim 0"),
+    (re.compile(r"\bchoose with one_way\b"), "choose with --one-way"),
+    (re.compile(r"\bneeds the option (\w+); give it"), r"needs --option \1=..."),
+    (re.compile(r"`load_angles` of sw\.compensate, --load-angle of the command"), "--load-angle"),
+    (re.compile(r", or give a sampled controller as `loop` of sw\.compensate"), ""),
+    (re.compile(r"\bgive loop=SampledPD\(K_p, K_d, period\)"), "write 'loop: {bandwidth: 30 Hz}' into the group motor"),
+    (
+        re.compile(r"\bgive limits=MotorLimits\(torque\) or max_torque"),
+        "write 'max_torque: 3 N*m' into the group motor",
+    ),
+    (
+        re.compile(r"\bgive one, such as Trapezoid\(angle, time\), or a `move` in the project file"),
+        "write 'trapezoid, angle: 90 deg, time: 0.6 s' after the project file, or a group move into it",
+    ),
+    (
+        re.compile(
+            r"\b(simulate from other states shows|isolas with resonance=PRIMARY looks for) them( from random starts)?"
+        ),
+        "strainwave speed-map looks for them from random starts",
+    ),
+)
+GIVEN = re.compile(r"(?<![\w./-])(unit|column)s=(\{[^{}]*\})")
+
+
+def in_options(sentence: str, command: Any = None) -> str:
+    """A sentence of the library with options in place of its calls, where the command has these."""
+    typed = sentence
+    for call, option in CALLS:
+        typed = call.sub(option, typed)
+    typed = GIVEN.sub(_pairs_as_typed, typed)
+    known = None if command is None else {option for one in command.params for option in one.opts}
+    named = set(re.findall(r"(?<!\S)--[a-z-]+", typed)) - set(re.findall(r"(?<!\S)--[a-z-]+", sentence))
+    return typed if known is None or named <= known else sentence
+
+
+def _pairs_as_typed(given: re.Match[str]) -> str:
+    try:
+        typed = [f"--{given[1]} {quote(f'{channel}={value}')}" for channel, value in literal_eval(given[2]).items()]
+    except (ValueError, SyntaxError, AttributeError):  # no dictionary: it is no call
+        return given[0]
+    return " ".join(typed)
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:

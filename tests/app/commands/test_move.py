@@ -118,6 +118,28 @@ WRONG = [
 ]
 
 
+@pytest.mark.parametrize(
+    ("left_out", "given", "said"),
+    [
+        (
+            PROJECT.splitlines()[-1],
+            (),
+            "no profile; write 'trapezoid, angle: 90 deg, time: 0.6 s' after the",
+        ),
+        (
+            ", max_torque: 60 N*m",
+            (PART, "--limited"),
+            "of the motor; write 'max_torque: 3 N*m' into",
+        ),
+    ],
+)
+def test_remedies_name_what_the_command_and_the_file_take(path, tmp_path, left_out, given, said):
+    path.write_text(PROJECT.replace(left_out, ""), encoding="utf-8")
+    run = invoke(path, *given, "-o", tmp_path / "out")
+    assert run.exit_code == 1
+    assert said in run.stderr
+
+
 @pytest.mark.parametrize(("given", "code", "said"), WRONG)
 def test_a_wrong_command_ends_with_one_sentence_and_writes_nothing(path, tmp_path, given, code, said):
     run = invoke(path, *given, "-o", tmp_path / "out")

@@ -10,7 +10,8 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.options import in_options
+from strainwave.app.console import in_options
+from strainwave.numerics.curves.response import BY_HAND, FROM_STARTS
 
 JOINT = Path(__file__).parents[2] / "measured/kinova_gen3/joint_5.csv"
 
@@ -91,6 +92,12 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
         ("load_angle in rad: units= says what", "load_angle in rad: --unit says what"),
         ("trim=0 keeps them", "--trim 0 keeps them"),
         ("the units are rad", "the units are rad"),
+        *(
+            (f"more: {text}", "more: strainwave speed-map looks for them from random starts")
+            for text in (BY_HAND, FROM_STARTS)
+        ),
+        ("holds one set; choose with one_way", "holds one set; choose with --one-way"),
+        ("moteus needs the option torque_constant; give it", "moteus needs --option torque_constant=..."),
     ],
 )
 def test_sentences_name_options_in_place_of_calls(sentence, typed):

@@ -9,7 +9,7 @@ import click
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.yaml_text import FileError
-from ..console import Progress, to_json
+from ..console import Progress, in_options, to_json
 from ..output import staged
 from ..report.report import Report, verdicts_page, write
 from .options import file_type, json_option, output_option
@@ -123,7 +123,8 @@ def analyse(project: Project, folder: Path | None, live: bool = False) -> Report
 
 def _printed(report: Report, folder: Path | None) -> str:
     """The summary of a report with its place."""
-    return report.summary if folder is None else f"{report.summary}\n  report: {folder / 'report.html'}"
+    said = in_options(report.summary)
+    return said if folder is None else f"{said}\n  report: {folder / 'report.html'}"
 
 
 def _all_printed(reports: dict[str, Report], folder: Path | None, as_json: bool, *more: str) -> str:

@@ -100,7 +100,7 @@ class Sentences(click.Group):
         except Exception as error:  # whatever it is, a user gets one sentence; --debug shows the rest
             if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":
                 raise
-            from .options import in_options
+            from ..console import in_options
 
             command = self.get_command(ctx, ctx.invoked_subcommand) if ctx.invoked_subcommand else None
             files = sys.modules.get("strainwave.files.yaml_text")

@@ -1,11 +1,8 @@
 """Arguments and options that several commands take."""
 
-import re
-from ast import literal_eval
 from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
-from shlex import quote
 from typing import Any
 
 import click
@@ -23,43 +20,6 @@ retune_option = click.option(
 limit_option = click.option(
     "--limit", help='Largest oscillation, for example "60 arcsec". Default: limit.oscillation of the file.'
 )
-
-
-# Calls that sentences of the library name, and the options of the commands in their place.
-CALLS = (
-    (re.compile(r"\bone_way\('(\w+)'\)"), r"--one-way \1"),
-    (re.compile(r"\bat_speed\(\.\.\.\)"), "--speed"),
-    (re.compile(r"\bkeep\(\.\.\.\) or drop\b"), "--drop"),
-    (re.compile(r"\bout with keep\(\.\.\.\)"), "out of the file"),
-    (
-        re.compile(r"\bstrongest\((\d+)\), or let the weakest be left out with drop\b"),
-        "--drop, which leaves out the weakest",
-    ),
-    (re.compile(r"\bcolumns=\['time', 'load_angle', \.\.\.\]"), "--columns time,load_angle,..."),
-    (re.compile(r"\bcolumns=\{'time': \.\.\.\}, or rate\b"), "--column time=..., or --rate"),
-    (re.compile(r"\bunits= says"), "--unit says"),
-    (re.compile(r"(?<![\w./-])trim=0(?![\w.])"), "--trim 0"),
-)
-GIVEN = re.compile(r"(?<![\w./-])(unit|column)s=(\{[^{}]*\})")
-
-
-def in_options(sentence: str, command: click.Command | None = None) -> str:
-    """A sentence of the library with options in place of its calls, where the command has these."""
-    typed = sentence
-    for call, option in CALLS:
-        typed = call.sub(option, typed)
-    typed = GIVEN.sub(_pairs_as_typed, typed)
-    known = None if command is None else {option for one in command.params for option in one.opts}
-    named = set(re.findall(r"(?<!\S)--[a-z-]+", typed)) - set(re.findall(r"(?<!\S)--[a-z-]+", sentence))
-    return typed if known is None or named <= known else sentence
-
-
-def _pairs_as_typed(given: re.Match[str]) -> str:
-    try:
-        typed = [f"--{given[1]} {quote(f'{channel}={value}')}" for channel, value in literal_eval(given[2]).items()]
-    except (ValueError, SyntaxError, AttributeError):  # no dictionary: it is no call
-        return given[0]
-    return " ".join(typed)
 
 
 def output_option(help: str, **attributes: Any) -> Callable[[Any], Any]:

@@ -316,15 +316,14 @@ def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float]
         progress(torque)
         cases[torque] = _case(project.under(torque, project.is_beating), torque)
 
-    spring = not project.has_memory
     for torque in spread(project):
         if abs(torque - mean_case.torque) > ROUNDING * (high - low):
             computed(torque)
-    worst = None if spring else worst_of(tuple(cases.values()))
+    worst = worst_of(tuple(cases.values())) if project.has_memory else None
     for a, b in pairwise(sorted(cases)):
         if worst is not None and worst.torque in (a, b):
             computed(0.5 * (a + b))
-    while spring and len(cases) < MOST:
+    while not project.has_memory and len(cases) < MOST:
         rows = sorted(cases)
         apart = [(a, b) for a, b in pairwise(rows) if _gap(cases[a].bands, cases[b].bands) > 0.0]
         if not apart:
@@ -336,8 +335,7 @@ def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float]
 
 def spread(project: Project) -> list[float]:
     """Torques [N*m] spread over those of the load."""
-    torques: list[float] = np.linspace(*project.other_loads, WITH_MEMORY if project.has_memory else LEAST).tolist()
-    return torques
+    return [*map(float, np.linspace(*project.other_loads, WITH_MEMORY if project.has_memory else LEAST))]
 
 
 def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:

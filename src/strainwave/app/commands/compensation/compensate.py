@@ -27,7 +27,7 @@ from ....study.compensation.moves import WINDOW
 from ....study.compensation.moves import compensate_move as compensated_move
 from ....study.compensation.result import CompensationBench, OnTheWay
 from ....study.compensation.runup import compensate_run_up as compensated_runup
-from ...console import Progress, reported, to_json
+from ...console import Progress, in_options, reported, to_json
 from ...output import write_all
 from ...view import quantity
 from ..design import as_csv
@@ -80,7 +80,7 @@ def compensate(
             run = run if stopped else run._replace(tables=_tables(run))
             _write(drive.title, run, output, figured=not stopped)
     if run is not None:
-        click.echo(to_json(tables.data(run)) if as_json else tables.summary(run))
+        click.echo(to_json(tables.data(run)) if as_json else in_options(tables.summary(run)))
         if output is not None and not as_json:
             click.echo(f"  written: {output}")
     if stopped:

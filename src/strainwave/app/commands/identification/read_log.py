@@ -11,9 +11,9 @@ from ....files.logs.read import read_log as log_of
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
-from ...console import number, print_table, to_json
+from ...console import in_options, number, print_table, to_json
 from ...output import staged
-from ..options import file_type, in_options, json_option, output_option, reading_options
+from ..options import file_type, json_option, output_option, reading_options
 
 CSV, SVG = "log.csv", "log.svg"
 
