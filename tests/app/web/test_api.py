@@ -54,6 +54,9 @@ def test_response_of_a_gear_is_that_of_the_library(client, written):
     np.testing.assert_allclose(np.array(shown["speed"]) * RPM, found.omega, rtol=1e-9)
     np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
     np.testing.assert_allclose(shown["torque"], found.torque, rtol=1e-6)
+    strongest = int(np.argmin(np.abs(np.array(shown["speed"]) - shown["largest"]["torque_speed"])))
+    assert shown["largest"]["torque"] == pytest.approx(found.torque[strongest], rel=1e-6)
+    assert shown["largest"]["torque"] == pytest.approx(max(found.torque[found.visited()]), rel=1e-6)
     assert shown["stable"] == found.stable.tolist()
     assert shown["passes"] == (max(found.oscillation[found.visited()]) <= 59.8 * ARCSEC)
 

@@ -148,6 +148,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             "speed": float(scale * found.omega[top]),
             "oscillation_arcsec": float(found.oscillation[top] / ARCSEC),
             "torque": torque,
+            "torque_speed": scale * found.usage.at_peak,
         },
         "beat": _beat(found),
         "torque_limits": _torque_limits(project),

@@ -33,7 +33,7 @@ const beside = (key, unit) => others().map(({ name, r }) => ({ x: r.speed, y: r[
 function pinControls(again) {
   const controls = document.getElementById("controls");
   const rows = pins.length ? [current, ...pins].map(({ name, r, values }, i) => [i ? name : "now", values, round(r.largest.oscillation_arcsec), round(r.largest.speed), round(r.largest.torque), round(r.required_motor?.torque)]) : [];
-  const head = ["curve", "changed values", "largest [arcsec]", `at [${current.r.speed_unit}]`, "gear torque [N·m]", "motor torque [N·m]"];
+  const head = ["curve", "changed values", "largest [arcsec]", `at [${current.r.speed_unit}]`, "largest gear torque [N·m]", "largest motor torque [N·m]"];
   document.getElementById("pins")?.remove();
   if (rows.length) document.getElementById("plots").append(element("div", { id: "pins", className: "wide" }, element("table", {}, cells("th", head), ...rows.map((row) => cells("td", row)))));
   if (controls.childElementCount) return;
