@@ -163,11 +163,24 @@ def test_wrong_usage_is_told_before_a_store_is_made(project, tmp_path):
 
 
 def test_a_sweep_of_impossible_points_is_one_sentence(project, tmp_path):
-    call = ["sweep", str(project), "--grid", "J=-1,-2", "--periods", "1", "--settle", "0", "-o", str(tmp_path / "s")]
+    call = [
+        "sweep",
+        str(project),
+        "--grid",
+        "J=-1000 kg*cm^2,-2 kg*m^2",
+        "--periods",
+        "1",
+        "--settle",
+        "0",
+        "-o",
+        str(tmp_path / "s"),
+    ]
     run = CliRunner().invoke(command.cli, call)
     assert run.exit_code == 1
     said = run.stderr.splitlines()[-1]
-    assert said.startswith("strainwave: none of 2 points could be computed: point 0 (J = -1): Oscillator.J is -1")
+    assert said.startswith(
+        "strainwave: none of 2 points could be computed: point 0 (J = −1000 kg·cm^2): Oscillator.J is -0.1"
+    )
 
 
 @pytest.mark.slow

@@ -86,7 +86,7 @@ def axis(text: str) -> tuple[str, list[str]]:
     if low_unit not in ("", unit):
         raise click.BadParameter(f"{text!r} begins in {low_unit} and ends in {high_unit}; write both ends in one unit")
     numbers = spaced(text, (low, high), parts[2], MOST_VALUES, logarithmic)
-    return name, [f"{value!r} {unit}".rstrip() for value in numbers.tolist()]
+    return name, [f"{repr(value).removesuffix('.0')} {unit}".rstrip() for value in numbers.tolist()]
 
 
 def is_range(text: str, name: str, parts: list[str]) -> bool:

@@ -87,7 +87,7 @@ def sweep(
     with logged(drive.title) as progress, client(cluster) as connected:
         how: dict[str, Any] = {"client": connected, "workers": workers, "chunk": chunk, "progress": progress.show}
         data = swept(measure, system, axes, store=output, **how)
-    report = found(data) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
+    report = found(data, units) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
     names = [path.strip() for text in grid for path in text.partition("=")[0].split("&")]
     report["tuning"] = tuning(drive, [name for name in names if project_sweep.of_file(drive, name)], False)
     speed = at_one_speed(drive, float(system.omega), list(axes))
@@ -259,11 +259,15 @@ def client(address: str | None) -> Iterator[Any]:
         yield connected
 
 
-def found(data: "xr.Dataset") -> dict[str, Any]:
-    """Range of every variable, with the place of the largest value; read a slice of the first dimension at a time."""
+def found(data: "xr.Dataset", units: dict[str, tuple[str, str]]) -> dict[str, Any]:
+    """Range of every variable, with the place of the largest value; read a slice of the first dimension at a time.
+
+    `units` of the axes are those in SI, and those in which the places of what is wrong are written.
+    """
     sizes = {str(dim): int(n) for dim, n in data["point_status"].sizes.items()}
     ranges: dict[str, Any] = {}
-    unsettled, diverged, errors = 0, 0, data.attrs["errors"].splitlines()
+    unsettled, diverged = 0, 0
+    errors = [_as_typed(error, units) for error in data.attrs["errors"].splitlines()]
     if "status" not in data:
         raise RuntimeError(f"none of {math.prod(sizes.values())} points could be computed: {errors[0]}")
     dim = next(iter(sizes))
@@ -310,6 +314,16 @@ def summary(report: dict[str, Any]) -> str:
 def _in_unit(value: float, own: str, given: str) -> str:
     """A value of an axis in the unit that it was given in."""
     return f"{number(convert(value, own, given), DIGITS)} {sign(given)}".rstrip()
+
+
+def _as_typed(error: str, units: dict[str, tuple[str, str]]) -> str:
+    """What is wrong at a point, its place in the units that were given."""
+    parts = re.match(r"(points? [^(]*\((?:from )?)([^)]*)(\): .*)", error)
+    values = [value.partition(" = ") for value in parts[2].split(", ")] if parts else []
+    if parts is None or any(path not in units for path, _, _ in values):
+        return error
+    typed = ", ".join(f"{path} = {_in_unit(float(value), *units[path])}" for path, _, value in values)
+    return parts[1] + typed + parts[3]
 
 
 def _span(known: dict[str, Any], unit: str) -> str:
