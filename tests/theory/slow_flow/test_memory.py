@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 import strainwave as sw
 from strainwave.base.law import states_of
 from strainwave.compile.jit import run
-from strainwave.theory.slow_flow.memory import Loops, closed, waves
+from strainwave.theory.slow_flow.memory import Loops, closed
 
 DRIVE = sw.Oscillator(1.0, 0.05, sw.Parallel(sw.Linear(1.0), sw.BoucWen(1.0, 0.0, 0.4)), sw.Harmonic(0.4), 1.117)
 
@@ -54,7 +54,7 @@ class Maxwell(NamedTuple):
 
 def on_turn(law, a, points=512, speed=1.0):
     """2 <T exp(-i chi)> along a cos chi: equivalent stiffness and, as imaginary part, speed times damping, times a."""
-    loops = Loops(law, waves(1, points))
+    loops = Loops(law, 1, points)
     return complex(loops.coefficients(loops.torque(np.array([[0.0, a]], complex), speed))[0, 1])
 
 
@@ -114,12 +114,13 @@ def test_loops_converge_and_both_forms_agree(name):
     c = np.array([[0.05, 0.3 - 0.2j, 0.1j, 0.04]])
     found = []
     for points in (256, 512, 1024, 8192):
-        loops = Loops(law, waves(3, points))
+        loops = Loops(law, 3, points)
         found.append(loops.coefficients(loops.torque(c, 1.3))[0])
     errors = [np.max(np.abs(f - found[-1])) for f in found[:-1]]
     assert errors[2] < 3e-4 * np.max(np.abs(found[-1]))
     assert errors[2] < errors[0] / 6.0  # of second order, where a reversal lies between two points
-    chi, n = np.angle(waves(1, 64)[1]), 64
+    n = 64
+    chi = 2.0 * np.pi * np.arange(n) / n
     u, v = (0.3 * np.cos(chi) + 0.1 * np.sin(2 * chi))[None], (-0.3 * np.sin(chi) + 0.2 * np.cos(2 * chi))[None]
     results = []
     for call in (run, lambda kernel, *args: kernel(*args)):

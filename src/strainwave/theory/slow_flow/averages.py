@@ -180,23 +180,29 @@ def grid_table(f: int, harmonics: tuple[int, ...], lines: Floats) -> Floats:
     return np.stack([cosine[-1], sine[-1], lines[:, 1] @ cosine[:-1] + lines[:, 2] @ sine[:-1]])
 
 
-Matrices = tuple[Floats, Floats]
 BLOCK = 1 << 15  # samples at once: a quarter of a megabyte
 SEVERAL = 1000  # blocks in NumPy, a second of them, before they are compiled
+Places = tuple[Any, ...]  # multiples of each angle in some waves; those of the last are not negative
 
 
-def along(waves: Complexes) -> Matrices:
-    """Real matrices (k, n) that amplitudes of waves (k, n) are multiplied with: half of a complex product is lost."""
-    return waves.real.copy(), -waves.imag
+def samples(c: Complexes, places: Places, points: tuple[int, ...]) -> Floats:
+    """Samples (motions, *points) of Re(sum of c times waves) over the turns of one or two angles, c (motions, waves).
+
+    No wave comes twice, and in each angle there are more than two samples a period.
+    """
+    spectrum = np.zeros((len(c), *points[:-1], points[-1] // 2 + 1), complex)
+    spectrum[:, *places] = np.where(places[-1] == 0, 1.0, 0.5) * c
+    return np.fft.irfftn(spectrum, points, tuple(range(1, spectrum.ndim)), "forward")
 
 
-def onto(waves: Complexes) -> Matrices:
-    """Real matrices (n, m) that give the means of samples times the conjugates of waves (m, n)."""
-    return waves.real.T.copy(), -waves.imag.T
+def means(values: Floats, places: Places) -> Complexes:
+    """Means (motions, waves) of samples (motions, *points) times the conjugates of waves."""
+    spectrum = np.fft.rfftn(values, axes=tuple(range(1, values.ndim)), norm="forward")
+    return np.asarray(spectrum[:, *places])
 
 
 def harmonics(
-    values: Callable[..., None], law: Any, c: Complexes, waves: Matrices, conjugates: Matrices,
+    values: Callable[..., None], law: Any, c: Complexes, along: Places, onto: Places, points: tuple[int, ...],
     origin: tuple[float, float] = (0.0, 0.0),
 ) -> Complexes:  # fmt: skip
     """Means of what a law gives along motions, times the conjugates of waves.
@@ -207,8 +213,10 @@ def harmonics(
         `torques` or `stiffnesses`.
     c : (motions, k) complex array
         Amplitudes [rad] of the motions u = Re(sum of c times waves).
-    waves, conjugates : pairs of (k, n) and of (n, m) arrays
-        Waves at the n sample points by `along`, and those of the means by `onto`.
+    along, onto : tuples of int arrays
+        Places of the k waves of the motions, and of the m waves of the means.
+    points : tuple of int
+        Samples over the turn of each angle.
     origin : (float, float)
         Torsion [rad] from which u counts, and value that is taken off.
 
@@ -217,15 +225,12 @@ def harmonics(
     (motions, m) complex array
         Means [N*m or N*m/rad].
     """
-    (cosine, sine), (real_part, imaginary_part) = waves, conjugates
-    means = np.empty((len(c), real_part.shape[1]), complex)
+    result = np.empty((len(c), len(onto[-1])), complex)
     torsion, value = origin
-    block = max(1, BLOCK // len(real_part))
+    block = max(1, BLOCK // math.prod(points))
     for rows in (slice(i, i + block) for i in range(0, len(c), block)):
-        u = torsion + (c.real[rows] @ cosine + c.imag[rows] @ sine)
-        outputs = np.empty_like(u)
+        u = torsion + samples(c[rows], along, points)
+        outputs = np.empty(u.shape)
         run(values, law_by_address(law), u.ravel(), outputs.ravel(), after=SEVERAL)
-        outputs -= value
-        means.real[rows], means.imag[rows] = outputs @ real_part, outputs @ imaginary_part
-    means /= len(real_part)
-    return means
+        result[rows] = means(outputs - value, onto)
+    return result

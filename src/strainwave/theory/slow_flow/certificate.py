@@ -17,16 +17,16 @@ import numpy as np
 from ...base.law import breakpoints_of
 from ...base.results import Floats
 from ...numerics.addressed import stiffnesses, torques
-from .averages import along, harmonics, onto
+from .averages import harmonics, samples
 from .fixed_points import Flow, is_stable
-from .memory import Loops, remembers, waves
+from .memory import Loops, remembers
 from .results import Certificate
 from .second_order import second_order
 from .setting import Complexes, Setting
 
 SMOOTH, KINKED = 8, 64  # sample points per harmonic
 MULTIPLES = 7  # harmonics up to this multiple of the fastest component of the first-order motion
-MOST_STEPS, NEAR = 30, 1e-9  # of Newton's method, and the relative change at which it has converged
+MOST_STEPS, FEW_STEPS, NEAR = 30, 8, 1e-9  # of Newton's method, and the relative change at which it has converged
 LEAST_STEP, MOST_CHANGE = 1e-6, 0.2  # of a motion followed to another speed: of the speed, and of its fast component
 ON_LOOPS, STEP = 1e-7, 1e-5  # the same change along closed loops, and the relative step of differences there
 
@@ -41,30 +41,25 @@ class Balance:
         omega_b/omega: the common period is 2 pi/(omega_b).
     fast : int
         Harmonic of the component near omega_0.
-    twice : (2H+1, points) complex array
-        exp(i n chi) for n = 0..2H at the sample points.
+    harmonics, points : int
+        H, and samples of the common period.
     """
 
     setting: Setting
     base: float
     fast: int
     harmonics: int
-    twice: Complexes
+    points: int
 
     def of(self, which: Any) -> "Balance":
         """The balance of some of many states, whose lines are (states, lines) arrays; the same where all share one."""
         return self if self.setting.torque_lines.ndim == 1 else replace(self, setting=self.setting.of(which))
 
-    @property
-    def waves(self) -> Complexes:
-        """exp(i n chi) for n = 0..H at the sample points: shape (H+1, points)."""
-        return self.twice[: self.harmonics + 1]
-
     @cached_property
     def loops(self) -> Loops | None:
         """The closed loops of a law with friction or memory; None of a spring."""
         law = self.setting.system.law
-        return Loops(law, self.waves) if remembers(law) else None
+        return Loops(law, self.harmonics, self.points) if remembers(law) else None
 
     def motion(self, flow: Flow, z: Any) -> Complexes:
         """Coefficients of u0 + Re(z E) + F and, at second order, of the small harmonics: (..., H+1) of many speeds."""
@@ -83,9 +78,14 @@ class Balance:
         """Harmonics [N*m] (states, H+1) of the law's torque along motions."""
         if self.loops is not None:
             return self.loops.coefficients(self.loops.torque(c, omega * self.base))
-        torque = 2.0 * harmonics(torques, self.setting.system.law, c, along(self.waves), onto(self.waves))
+        torque = 2.0 * self._means(torques, c, self.harmonics)
         torque[..., 0] *= 0.5
         return torque
+
+    def _means(self, values: Any, c: Complexes, top: int) -> Complexes:
+        """Harmonics (states, top+1) of a spring's values along motions, as means."""
+        places = (np.arange(self.harmonics + 1),), (np.arange(top + 1),)
+        return harmonics(values, self.setting.system.law, c, *places, (self.points,))
 
     def torque_slopes(self, c: Complexes, omega: Floats) -> tuple[Floats, Any]:
         """Derivatives of `torque`, as real and imaginary parts, to those of c and to omega.
@@ -134,7 +134,7 @@ class Balance:
         if self.loops is not None:
             return np.zeros(len(c), bool)
         s, i = self.setting, np.arange(2 * self.harmonics)
-        spectrum = harmonics(stiffnesses, s.system.law, c, along(self.waves), onto(self.twice))
+        spectrum = self._means(stiffnesses, c, 2 * self.harmonics)
         matrix = spectrum[:, np.abs(i[:, None] - i)]
         matrix = np.where(i[:, None] < i, matrix.conj(), matrix)
         speed = np.multiply.outer(omega, (i - self.harmonics + 0.5) * self.base)
@@ -151,7 +151,7 @@ class Balance:
         h = self.harmonics
         i = np.arange(h + 1)
         # T'(u) times cos m and -sin m, projected on both: its harmonics at the sums and differences
-        spectrum = harmonics(stiffnesses, self.setting.system.law, c, along(self.waves), onto(self.twice))
+        spectrum = self._means(stiffnesses, c, 2 * h)
         total, apart = spectrum[:, i[:, None] + i], spectrum[:, np.abs(i[:, None] - i)]
         sign = np.sign(i[:, None] - i)
         even, odd = apart.real + total.real, sign * apart.imag
@@ -216,13 +216,15 @@ class Corrected:
     converged: Any
 
 
-def corrected(balance: Balance, c: Complexes, omega: Floats, turn: Complexes | None) -> Corrected:
+def corrected(
+    balance: Balance, c: Complexes, omega: Floats, turn: Complexes | None, steps: int = MOST_STEPS
+) -> Corrected:
     """Newton's method to convergence from approximate motions, many at once."""
     first_c, first_omega, tolerance = c, omega, NEAR if balance.loops is None else ON_LOOPS
     end_c, end_omega = c.copy(), np.array(omega, float)
     converged, going = np.zeros(len(c), bool), np.arange(len(c))
     c, omega = c.copy(), np.array(omega, float)
-    for round_ in range(MOST_STEPS):
+    for round_ in range(steps):
         part = balance.of(going)
         try:
             new, speed = part.newton(c, omega, None if turn is None else turn[going])
@@ -248,7 +250,7 @@ def followed(balance: Balance, true: Corrected, omega: float) -> Corrected:
     """A true motion followed along its curve to a speed [rad/s]; not converged where the curve turns back before."""
     step = omega - true.omega
     while abs(step[0]) > LEAST_STEP * omega:
-        moved = corrected(balance, true.c, true.omega + step, None)
+        moved = corrected(balance, true.c, true.omega + step, None, FEW_STEPS)
         change = np.abs((moved.c - true.c)[:, balance.fast]) / np.abs(true.c[:, balance.fast])
         if moved.converged[0] and change[0] <= MOST_CHANGE:
             true, left = moved, omega - moved.omega
@@ -263,7 +265,7 @@ def balance_of(s: Setting) -> Balance:
     law, harmonics = s.system.law, MULTIPLES * s.top
     kinked = len(breakpoints_of(law)) > 0 or remembers(law)
     points = s.points((KINKED if kinked else SMOOTH) * (harmonics + 1))
-    return Balance(s, s.base / max(s.resonance.q, 1), s.fast_place, harmonics, waves(2 * harmonics, points))
+    return Balance(s, s.base / max(s.resonance.q, 1), s.fast_place, harmonics, points)
 
 
 ACCEPTED = 0.10
@@ -334,7 +336,7 @@ def _pumped(s: Setting) -> bool:
 
 def _nonlinearity(balance: Balance, c: Complexes) -> float:
     s = balance.setting
-    u = (c @ balance.waves).real - s.u0
+    u = samples(c[None], (np.arange(len(c)),), (balance.points,))[0] - s.u0
     linear = float(s.system.law.stiffness(s.u0)) * u
     if balance.loops is None:
         torque = s.system.law.torque(s.u0 + u)

@@ -24,6 +24,7 @@ from ...base.law import depends, spring_stiffness, states_of, torque_of, z_rate_
 from ...base.results import Floats
 from ...compile.jit import kernel, kernel_as, run
 from ...compile.tree import with_leaf
+from .averages import means, samples
 from .setting import Complexes, Setting
 
 ROUNDS, CLOSED = 16, 1e-9  # periods at most, and how near to the closed loop suffices
@@ -145,31 +146,31 @@ class Loops:
     ----------
     law : NamedTuple
         Any law.
-    waves : (H+1, n) complex array
-        exp(i k chi) for k = 0..H at the sample points; n is a multiple of 4.
+    harmonics, points : int
+        H, and the samples n of the common period, a multiple of 4.
     """
 
     law: Any
-    waves: Complexes
+    harmonics: int
+    points: int
 
     def torque(self, c: Complexes, speed: Any) -> Floats:
         """Torque [N*m] (motions, n) along motions of coefficients c [rad] (motions, H+1), chi' = speed [rad/s]."""
-        harmonics, n = self.waves.shape
+        numbers, n = np.arange(self.harmonics + 1), self.points
         speed = np.broadcast_to(np.asarray(speed, float), len(c))
         out = np.empty((len(c), n))
         for some in np.array_split(np.arange(len(c)), max(1, math.ceil(len(c) * n / CHUNK))):
-            turning = 1j * np.multiply.outer(speed[some], np.arange(harmonics)) * c[some]
-            u, v = (c[some] @ self.waves).real, (turning @ self.waves).real
+            turning = 1j * np.multiply.outer(speed[some], numbers) * c[some]
+            u, v = (samples(part, (numbers,), (n,)) for part in (c[some], turning))
             out[some] = on_loop(self.law, u, v, 2.0 * np.pi / n / speed[some])
         return out
 
     def coefficients(self, torque: Floats) -> Complexes:
         """Harmonics 0..H [N*m] of torques (motions, n), by Simpson's rule: reversals may be at every other point."""
-        n = self.waves.shape[1]
-        weights = np.where(np.arange(n) % 2, 8.0, 4.0) / (3.0 * n)
-        found = (torque * weights) @ self.waves.conj().T
+        weights = np.where(np.arange(self.points) % 2, 8.0, 4.0) / 3.0
+        found = means(torque * weights, (np.arange(self.harmonics + 1),))
         found[:, 0] *= 0.5
-        return np.asarray(found)
+        return found
 
     def carrying(self, mean: float, c: Complexes, speed: Any) -> tuple[Complexes, Complexes]:
         """Motions with the mean torsion at which their loops carry the mean torque [N*m], and the torque's harmonics.
@@ -226,8 +227,8 @@ class LoopAverages:
 
     def coarse(self) -> "LoopAverages":
         """The same on a quarter of the samples, for a search."""
-        n, (harmonics, _) = self.loops.waves.shape[1], self.loops.waves.shape
-        return replace(self, loops=Loops(self.loops.law, waves(harmonics - 1, max(n // 4, 4 * harmonics) // 4 * 4)))
+        points = max(self.loops.points // 4, 4 * (self.loops.harmonics + 1)) // 4 * 4
+        return replace(self, loops=replace(self.loops, points=points))
 
     def force(self, s: Setting, z: Complexes) -> Complexes:
         """<N conj(E)> [N*m] for a vector of z."""
@@ -267,7 +268,7 @@ class LoopAverages:
         """Motion u0 + Re(z E) + F about its mean torsion, the torque's harmonics, and what turns them back."""
         plain = not np.any(s.hard)
         turn = np.exp(1j * np.angle(z)) if plain else np.ones(len(z))
-        c = np.zeros((len(z), len(self.loops.waves)), complex)
+        c = np.zeros((len(z), self.loops.harmonics + 1), complex)
         c[:, 0] = s.u0
         c += self._hard(s, c)
         c[:, self.fast] += np.abs(z) if plain else z
@@ -286,12 +287,6 @@ class LoopAverages:
         return np.asarray(torque - s.system.J * s.omega_0**2 * c)
 
 
-def waves(harmonics: int, points: int) -> Complexes:
-    """exp(i k chi) for k = 0..harmonics at equal steps from chi = 0: (harmonics + 1, points)."""
-    chi = 2.0 * np.pi * np.arange(points) / points
-    return np.asarray(np.exp(1j * np.multiply.outer(np.arange(harmonics + 1), chi)))
-
-
 def loop_averages(s: Setting, order: int, probes: Complexes) -> tuple[LoopAverages, float]:
     """Averages on points that are doubled until those at the states `probes` [rad] stand still, and their error.
 
@@ -307,7 +302,7 @@ def loop_averages(s: Setting, order: int, probes: Complexes) -> tuple[LoopAverag
         )
 
     def with_points(points: int) -> LoopAverages:
-        loops = Loops(s.system.law, waves(REACH[order] * s.top, s.points(points * s.top)))
+        loops = Loops(s.system.law, REACH[order] * s.top, s.points(points * s.top))
         return LoopAverages(loops, max(s.fast_place, 1), s.places)
 
     ask: Callable[[LoopAverages], Any] = (

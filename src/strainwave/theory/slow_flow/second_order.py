@@ -14,7 +14,7 @@ w + w_1.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,14 +24,15 @@ from ...base.results import Floats
 from ...model.laws.springs import Polynomial
 from ...numerics.addressed import torques
 from ..small_signal import taylor
-from .averages import Matrices, along, harmonics, onto
+from .averages import Places, harmonics
 from .averaging import probes_of, turns_with_phase
 from .closed_forms import FORMS
 from .memory import LoopAverages, loop_averages, remembers
 from .setting import Complexes, Setting, real_matrix
 
 REACH = 7  # small harmonics up to this multiple of the fastest component
-SMOOTH, KINKED = 10, 128  # points per period of the highest small harmonic, and for a law with breakpoints
+SMOOTH = 80  # points per period of the fastest component: numbers without large prime factors
+KINKED = 128  # for a law with breakpoints, per period of the highest small harmonic
 FREE_REACH, FREE_POINTS = 4, 24  # without resonance, of each of the two angles
 MOST_SAMPLES = 5_000_000  # small harmonics times sample points
 STEP = 1e-5  # of the amplitude: central differences of R
@@ -81,59 +82,44 @@ class Samples:
     Attributes
     ----------
     numbers : (m, 2) int array
-        Small harmonics, as multiples of the base angle chi and of theta (0 where chi is the only angle).
-    waves : (m, n) complex array
-        Their rotations at the sample points.
-    turn, lines : (n,) and (lines, n) complex arrays
-        E and the forcing lines there.
+        Small harmonics, and E last, as multiples of the angle chi and of the common angle of the lines (0 where chi is
+        the only angle).
+    points : tuple of int
+        Samples over the turn of each angle, that of chi last.
     places : tuple of int
-        Which of `numbers` is the small harmonic at each hard line; -1 for the soft one.
-    fast : int
-        Multiple of chi on E.
+        Which of `numbers` each forcing line has; -1 for the soft one.
     """
 
     numbers: Any
-    waves: Complexes
-    turn: Complexes
-    lines: Complexes
+    points: tuple[int, ...]
     places: tuple[int, ...]
-    fast: int
+
+    @property
+    def waves(self) -> Places:
+        """Places of all harmonics."""
+        return tuple(self.numbers.T[::-1])[-len(self.points) :]
 
     def values(self, s: Setting, z: Any) -> tuple[Small, Any]:
         """Small harmonics, and 2 <n conj(E)> [rad/s^2]."""
-        shape, states, pull = np.shape(z), np.ravel(np.asarray(z, complex)), s.omega_0**2
-        omega, fast, hard = np.asarray(s.omega), np.asarray(s.fast), s.hard
-        if omega.ndim:  # the last axis of z is that of the speeds
-            omega = np.broadcast_to(omega, shape).ravel()
-            fast = np.broadcast_to(fast, shape).ravel()
-        hard = np.broadcast_to(hard, (*shape, hard.shape[-1])).reshape(len(states), hard.shape[-1])
-        first = np.concatenate([states[:, None], hard], axis=1)
-        forced, whole, to_small, to_fast = _matrices(self)
-        n = self._torque(s, first, forced, to_small)
-        n[:, np.all(self.numbers == 0, axis=1)] *= 0.5
-        speed = np.multiply.outer(fast / self.fast, self.numbers[:, 0]) + np.multiply.outer(omega, self.numbers[:, 1])
+        c, pull = np.zeros((*np.shape(z), len(self.numbers)), complex), s.omega_0**2
+        c[..., -1] = z
         for line, place in enumerate(self.places):
-            if place >= 0:
-                n[:, place] += (1j * s.mu * speed[..., place] - pull) * hard[..., line]
-        small = -n / (pull - speed**2 + 1j * s.mu * speed)
-        back = self._torque(s, np.concatenate([first, small], axis=1), whole, to_fast)[:, 0] - pull * states
-        speeds = (w.reshape(shape) if omega.ndim else w for w in speed.T)
-        amplitudes = (a.reshape(shape) for a in small.T)
-        return list(zip(speeds, amplitudes, strict=True)), back.reshape(shape)
+            c[..., place] += s.hard[..., line]  # the last axis of z is that of the speeds
+        n = self._torque(s, c, slice(-1))
+        n[..., np.all(self.numbers[:-1] == 0, axis=1)] *= 0.5
+        m, k = self.numbers[:-1].T
+        speed = np.multiply.outer(s.fast / self.numbers[-1, 0], m) + np.multiply.outer(s.base * s.omega, k)
+        small = ((pull - 1j * s.mu * speed) * c[..., :-1] - n) / (pull - speed**2 + 1j * s.mu * speed)
+        c[..., :-1] += small
+        back = self._torque(s, c, slice(-1, None))[..., 0] - pull * z
+        return [(speed[..., i], small[..., i]) for i in range(len(m))], back
 
-    @staticmethod
-    def _torque(s: Setting, c: Complexes, waves: Matrices, conjugates: Matrices) -> Complexes:
+    def _torque(self, s: Setting, c: Complexes, some: slice) -> Complexes:
         """Twice the means [rad/s^2] of the torque beyond the one at rest, over J, along motions about u0."""
-        rest = s.u0, float(s.system.law.torque(s.u0))
-        return np.asarray(2.0 / s.system.J * harmonics(torques, s.system.law, c, waves, conjugates, rest))
-
-
-@lru_cache(maxsize=4)
-def _matrices(samples: Samples) -> tuple[Matrices, Matrices, Matrices, Matrices]:
-    """Matrices of the forced motion and of it with the small harmonics, and those onto small harmonics and onto E."""
-    forced = np.concatenate([samples.turn[None], samples.lines])
-    whole = np.concatenate([forced, samples.waves])
-    return along(forced), along(whole), onto(samples.waves), onto(samples.turn[None])
+        law, onto = s.system.law, tuple(place[some] for place in self.waves)
+        rest = s.u0, float(law.torque(s.u0))
+        means = harmonics(torques, law, c.reshape(-1, c.shape[-1]), self.waves, onto, self.points, rest)
+        return np.asarray(2.0 / s.system.J * means.reshape(*c.shape[:-1], len(onto[0])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,17 +259,17 @@ def second_order(s: Setting) -> SecondOrderFlow:
     line = None if ratio is None or not s.orders else ratio / s.orders[0]
     if cubic is not None and len(s.orders) <= 1 and line in FORMS:
         return SecondOrderFlow(s, Forms(*cubic), Forms(*cubic))
-    rough = _samples(s, SMOOTH)
+    rough = _samples(s, False)
     if len(breakpoints_of(s.system.law)) == 0:
         return SecondOrderFlow(s, rough, rough)
-    samples = _samples(s, KINKED)
+    samples = _samples(s, True)
     return SecondOrderFlow(s, samples, rough, _error(s, samples))
 
 
 def _error(s: Setting, samples: Samples) -> float:
     """Relative change of the means of a law with breakpoints when every other sample is left out."""
-    turn, lines = samples.turn[::2], samples.lines[:, ::2]
-    half = replace(samples, waves=samples.waves[:, ::2], turn=turn, lines=lines)
+    first, *others = samples.points
+    half = replace(samples, points=(first // 2, *others))
     probes = probes_of(s)
     with np.errstate(all="ignore"):
         fine, coarse = samples.values(s, probes)[1], half.values(s, probes)[1]
@@ -298,37 +284,25 @@ def _square_and_cube(s: Setting) -> tuple[float, float] | None:
     return None if square is None or cube is None or higher else (square / s.system.J, cube / s.system.J)
 
 
-def _samples(s: Setting, points_each: int) -> Samples:
+def _samples(s: Setting, kinked: bool) -> Samples:
     ratio = s.resonance.ratio
     if ratio is None:
         base, top = s.base, max(s.orders, default=0)
         reach = FREE_REACH * top // base
-        pairs = [(m, n * base) for m in range(FREE_REACH + 1) for n in range(-reach, reach + 1)]
+        pairs = [(m, n) for m in range(FREE_REACH + 1) for n in range(-reach, reach + 1)]
         numbers = [pair for pair in pairs if pair >= (0, 0) and pair != (1, 0)]
-        count = FREE_POINTS * (1 if points_each == SMOOTH else 4)
-        eta, theta = np.meshgrid(
-            2.0 * np.pi * np.arange(count) / count,
-            2.0 * np.pi / base * np.arange(max(1, count * top // base)) / max(1, count * top // base),
-            indexing="ij",
+        count = FREE_POINTS * (4 if kinked else 1)
+        points: tuple[int, ...] = (count * top // base, count) if top else (count,)
+        places = tuple(numbers.index((0, k // base)) for k in s.orders)
+        return Samples(np.array([*numbers, (1, 0)]), points, places)
+    fast, top = s.fast_place, REACH * s.top
+    numbers = [(m, 0) for m in range(top + 1) if m != fast]
+    points = (s.points(KINKED * (top + 1) if kinked else SMOOTH * s.top),)
+    if points[0] * top > MOST_SAMPLES:
+        p, q = s.resonance
+        raise ValueError(
+            f"second order of the resonance {p}:{q} with lines of order {', '.join(map(str, s.orders))} needs "
+            f"{top // REACH} harmonics of their common period, which is too many; take order=1 or harmonic balance"
         )
-        angles, fast = (eta.ravel(), theta.ravel()), 1
-        places = tuple(numbers.index((0, k)) for k in s.orders)
-        orders: list[tuple[int, int]] = [(0, k) for k in s.orders]
-    else:
-        fast, top = s.fast_place, REACH * s.top
-        numbers = [(m, 0) for m in range(top + 1) if m != fast]
-        points = s.points(points_each * (top + 1))
-        if points * top > MOST_SAMPLES:
-            p, q = s.resonance
-            raise ValueError(
-                f"second order of the resonance {p}:{q} with lines of order {', '.join(map(str, s.orders))} needs "
-                f"{top // REACH} harmonics of their common period, which is too many; take order=1 or harmonic balance"
-            )
-        angles = (2.0 * np.pi * np.arange(points) / points, np.zeros(points))
-        places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in s.places)
-        orders = [(k, 0) for k in s.places]
-
-    def rotation(pairs: list[tuple[int, int]]) -> Complexes:
-        return np.exp(1j * (np.array(pairs, float).reshape(-1, 2) @ np.array(angles)))
-
-    return Samples(np.array(numbers), rotation(numbers), rotation([(fast, 0)])[0], rotation(orders), places, fast)
+    places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in s.places)
+    return Samples(np.array([*numbers, (fast, 0)]), points, places)
