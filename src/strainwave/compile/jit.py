@@ -267,12 +267,8 @@ class ForAllCallers(dict[Any, Any]):
 @cache
 def _numba() -> Any:
     """Import Numba and teach it the maths functions, the methods of models and the primitives of this module."""
+    _without_searches()
     numba, types, extending = map(import_module, ("numba", "numba.core.types", "numba.extending"))
-    # No kernel calls BLAS: Numba's search for it would import scipy.linalg. A user's compiled np.dot finds it later.
-    blas = sys.modules.setdefault("scipy.linalg.cython_blas", None)  # type: ignore[arg-type]
-    import_module("numba.np.arraymath")
-    if blas is None:
-        del sys.modules["scipy.linalg.cython_blas"]
     _prefer_wide_vectors(numba.config)
     # Names of compiled functions hold a number, which code of another process must not have too.
     import_module("numba.core.bytecode").FunctionIdentity._unique_ids = count(int.from_bytes(os.urandom(6)))
@@ -282,6 +278,18 @@ def _numba() -> Any:
         for function, body in made(types, extending).items():
             _expose(function, body)
     return numba
+
+
+def _without_searches() -> None:
+    """Load Numba without two modules that it would import as soon as it finds them, and that no kernel needs.
+
+    A compiled np.dot of a user finds BLAS later; coverage that measures is loaded before.
+    """
+    absent = [name for name in ("scipy.linalg.cython_blas", "coverage") if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type]
+    import_module("numba.np.arraymath")
+    for name in absent:
+        del sys.modules[name]
 
 
 def _prefer_wide_vectors(config: Any) -> None:

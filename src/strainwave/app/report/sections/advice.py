@@ -2,20 +2,19 @@
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....base.units import RPM
-from ....plot.compensation import error_panels, motion
 from ....plot.svg import figure
 from ....study.analysis.avoid import AMPLIFIED, Avoid, LoadCase
-from ....study.compensation.bench import steady_bench_of
-from ....study.compensation.compensate import compensate
-from ....study.compensation.result import Compensation as Found
 from ...console import number
 from ...view import View, sizes
 from ..remedies import remedies_data, remedies_figure
 from ..verdict import MOTOR, band_data
+
+if TYPE_CHECKING:
+    from ....study.compensation.result import Compensation as Found
 
 OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
 APART = "and wherever run-up and run-down are on different motions"
@@ -188,6 +187,8 @@ class Compensation:
         """Errors before and after, torque, and the same on other gears; None without a group `controller`."""
         if view.project.sampling is None:
             return {"compensation": None}
+        from ....study.compensation.compensate import compensate
+
         try:
             results = [compensate(view.project, name) for name in _names(view)]
         except ValueError as error:
@@ -202,6 +203,10 @@ class Compensation:
         """The error over two turns of the motor, before and after."""
         if view.project.sampling is None:
             return []
+        from ....plot.compensation import error_panels, motion
+        from ....study.compensation.bench import steady_bench_of
+        from ....study.compensation.compensate import compensate
+
         try:
             bench, speed = steady_bench_of(view.project), compensate(view.project, BLIND, robust=False).speed
         except ValueError:
@@ -229,7 +234,7 @@ def _names(view: View) -> tuple[str, ...]:
     return (BLIND, SEEING) if seeing else (BLIND,)
 
 
-def _controller_row(result: Found) -> dict[str, Any]:
+def _controller_row(result: "Found") -> dict[str, Any]:
     return {
         "name": result.name,
         "title": result.title,
