@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from measured_axis import ERROR, K1, K2, NOISE, PHASE, PROJECT, RECORD, B, N, measured
+from measured_axis import ERROR, K1, K2, NOISE, PHASE, PROJECT, RATE, RECORD, B, N, measured
+from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.files.reading import from_text
@@ -96,6 +97,34 @@ def test_numbers_of_a_law_stay_those_of_a_gear_where_the_model_does_not_fit(proj
     share = 100.0 * (1.0 - found.found.rms[0] / found.found.size[0])
     said = f"The model explains only {share:.0f} % of the motion. Do not use these numbers yet."
     assert str(found).splitlines()[1].strip() == found.quality()[0] == said
+
+
+@compiled
+@pytest.mark.slow
+def test_an_inertia_that_is_kept_is_said_to_scale_stiffness_and_damping(tmp_path):
+    """Nothing pulls at the load, and the file has a tenth more inertia: so have K and B, and no residual tells."""
+    J, K, t = 2.0, 3e4, np.arange(2000) / RATE
+
+    def motor(s):
+        return 100.0 * s - 7.5 * s * s, 100.0 - 15.0 * s
+
+    def equation(s, y):
+        angle, speed = motor(s)
+        u = angle / N - y[0] - ERROR * np.cos(2.0 * angle)
+        return y[1], (K * u + B * (speed / N - y[1] + 2.0 * ERROR * speed * np.sin(2.0 * angle))) / J
+
+    load = solve_ivp(equation, (0.0, t[-1]), (-ERROR, 1.0), "DOP853", t, rtol=1e-10, atol=1e-13, max_step=1e-3).y[0]
+    text = PROJECT.replace("gear: SHG-25-100", "gear: {ratio: 100, law: {type: linear, K: 29e3 N*m/rad}}")
+    text = text.replace("2.2 kg*m^2, drag: {type: angle_torque, amplitude: 8 N*m}", f"{1.1 * J} kg*m^2")
+    log = {"time": t, "motor_angle": motor(t)[0], "load_angle": load}
+    project = from_text(text, tmp_path / "axis.yaml")
+    found = sw.identify_drive(project, log)
+    assert found.value("gear.K") == pytest.approx(1.1 * K, rel=1e-3)
+    assert found.value("damping.B") == pytest.approx(1.1 * B, rel=1e-3)
+    assert any("in proportion to it" in remark for remark in found.remarks)
+    found = sw.identify_drive(project, log, ("load.inertia", "damping.B", *[*TRUTH][3:5]))
+    assert found.value("load.inertia") == pytest.approx(29e3 / K * J, rel=1e-3)
+    assert found.remarks == ()
 
 
 def of_law(project, gravity, offset, swing):

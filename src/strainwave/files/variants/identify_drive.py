@@ -287,9 +287,9 @@ def identify_drive(
         return identify(first, logs, paths, inputs=inputs, outputs={"x": "torsion"}, between=between, progress=progress)
 
     remarks: list[str] = []
+    names, fixed = usual(places, expected_range(train, logs)) if free is None else ([*free], [])
+    fit = fitted(train, names)
     if free is None:
-        names, fixed = usual(places, expected_range(train, logs))
-        fit = fitted(train, names)
         reach = found_range(fit, logs)
         more = [name for name in stiffnesses(places, fit.system, reach)[0] if name in fixed]
         if more:
@@ -300,9 +300,10 @@ def identify_drive(
             remarks.append(
                 f"{listed(fixed)} was kept: a torsion of {reach[0]:.3g} to {reach[1]:.3g} rad does not reach it."
             )
-    else:
-        names = list(free)
-        fit = fitted(train, names)
+    scaled = {"load.inertia", "load.excitation"}.isdisjoint((*names, *inputs))
+    if scaled and train.load == Load(train.load.J):
+        kept = f"load.inertia was kept at {train.load.J:.4g} kg*m^2: without a torque of the load"
+        remarks.append(f"{kept} a log does not tell it; stiffness and damping are in proportion to it.")
     remarks += _orders_left(fit, logs)
     scatter, correlation = _scatter(places, names, fit, remarks)
     known = filter(None, map(places.name, fit.names))
@@ -373,9 +374,8 @@ def _scatter(
         )
     if not keep:
         return (), None
-    table = fit.covariance[np.ix_(keep, keep)] / np.outer(deviation[keep], deviation[keep])
-    sense = np.where(phases[keep], 1.0, np.sign(fit.values[keep]))
-    table = np.round(table * np.outer(sense, sense), 9)
+    units = np.where(phases, deviation, np.copysign(deviation, fit.values))[keep]
+    table = np.round(fit.covariance[np.ix_(keep, keep)] / np.outer(units, units), 9)
     np.fill_diagonal(table, 1.0)
     scatter = tuple((places.name(fit.names[i]), Radians(size[i]) if phases[i] else float(size[i])) for i in keep)
     return scatter, tuple(map(tuple, table.tolist())) if len(keep) > 1 else None
