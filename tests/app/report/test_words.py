@@ -4,8 +4,10 @@ import math
 from types import SimpleNamespace
 
 import pytest
+from assumed_axis import axis
 
 import strainwave as sw
+from strainwave.app.report.report import _filters
 from strainwave.app.report.sections.advice import SpeedsToAvoid
 from strainwave.app.report.sections.derived import facts
 from strainwave.app.report.sections.opening import Opening, warnings
@@ -220,6 +222,17 @@ def test_remedies_that_change_nothing_are_named_apart_from_what_helps():
     assert advised(((135.0, 155.0),), 1e-3, 1e-4, (same,))["remedy_sentence"] == (
         "These changes do not help: 10 % less load inertia."
     )
+
+
+def test_tables_have_no_more_digits_than_what_they_rest_on():
+    sizes = {}
+    for project in (axis(), axis(band="30 Hz, damping: 0.7", more="")):
+        shown = _filters(View(project, None, ARCSECONDS))
+        sizes[project.digits()] = shown["angle"](123.456 * ARCSEC), shown["angle_unit"](12.3456 * ARCSEC)
+        assert shown["angle"](project.limit) == "60"
+        assert (shown["speed"](project.speeds.limits[1]), shown["speed"](None)) == ("3000", "–")
+        sizes[project.digits()] += (shown["speed"](98.7654321 * RPM),)
+    assert sizes == {3: ("123", "12.3 arcsec", "98.8"), 4: ("123.5", "12.35 arcsec", "98.765")}
 
 
 @pytest.mark.parametrize(("angle", "said"), [(0.0, ", at a load angle of 0"), (None, "")])

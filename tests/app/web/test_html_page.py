@@ -313,6 +313,9 @@ def test_speeds_without_a_stable_motion_are_not_within_the_limit(tmp_path):
     assert "speeds at which the oscillation exceeds the limit: 180 to 190.1 rpm" in words[1]
     assert "the oscillation stays within the limit" in words[2]
     assert "speeds at which no motion of the curve is stable: 100 to 200 rpm" in words[3]
+    assert data["digits"] == 4
+    ((_, three),) = of_page(data | {"digits": 3}, own, [doubled], asked=CURVES)  # some numbers of the drive are assumed
+    assert "speeds at which no motion of the curve is stable: 140 to 171 rpm" in three
 
 
 @pytest.mark.slow

@@ -50,7 +50,7 @@ function gearsAt(machine, data, values, [chosen, motor], inputs) {
     by("rows").replaceChildren(...[...table.rows].sort(byColumn(table.column, table.way)).map(({ gear, cells: [name, ...more] }) => {
       const alone = data.gears[gear].name, button = element("button", { type: "button", textContent: alone });
       button.addEventListener("click", () => { inputs[0].value = gear; inputs[0].dispatchEvent(new Event("input")); scrollTo(0, 0); });
-      const row = element("tr", {}, element("td", {}, button, name.slice(alone.length)), ...more.map((cell) => element("td", {}, cell === null ? "–" : typeof cell === "number" ? short(cell) : cell)));
+      const row = element("tr", {}, element("td", {}, button, name.slice(alone.length)), ...more.map((cell, i) => element("td", {}, cell === null ? "–" : typeof cell !== "number" ? cell : i < 4 ? short(cell) : sure(data, cell))));
       if (gear === inputs[0].selectedIndex) row.setAttribute("aria-current", "true");
       return row;
     }));

@@ -11,18 +11,20 @@ function valueAt(slider, step) {
   return step === home(slider) ? value : low > 0 ? low * (high / low) ** (step / STEPS) : low + ((high - low) * step) / STEPS;
 }
 
-const short = (value) => Number(value.toPrecision(4)).toString();
+const short = (value, digits = 4) => Number(value.toPrecision(digits)).toString();
+/** A number of an answer: of as many digits as what it rests on, and never coarser than to 1. */
+const sure = ({ digits }, value) => (Math.abs(value) >= 10 ** digits ? String(Math.round(value)) : short(value, digits));
 const OUTWARD = [Math.floor, Math.ceil], INWARD = [Math.ceil, Math.floor];
 
 /** An end of a band, rounded to one side by Math.floor or Math.ceil, and never coarser than to 1. */
-function toward(way, value) {
-  const step = 10 ** Math.min(0, Math.floor(Math.log10(value)) - 3), steps = value / step, near = Math.round(steps);
+function toward(way, value, digits) {
+  const step = 10 ** Math.min(0, Math.floor(Math.log10(value)) + 1 - digits), steps = value / step, near = Math.round(steps);
   return Number(((Math.abs(steps - near) < 1e-6 ? near : way(steps)) * step).toPrecision(12));
 }
 
 /** Bands of speeds in words, each end to the side of its way; a band between two numbers that are printed is none. */
-function ranges({ scale }, bands, [from, to]) {
-  const ends = bands.map(([a, b]) => [toward(from, scale * a), toward(to, scale * b)]);
+function ranges({ scale, digits }, bands, [from, to]) {
+  const ends = bands.map(([a, b]) => [toward(from, scale * a, digits), toward(to, scale * b, digits)]);
   return ends.filter(([a, b]) => a < b).map(([a, b]) => `${a} to ${b}`).join(", ");
 }
 
@@ -53,9 +55,9 @@ const allowed = (found) => outside(found, [...found.bands, ...unstableSpeeds(fou
 function told(data, found) {
   const { facts, scale, speedUnit, arcsec } = data, fill = (key, text) => facts[key].replace("{}", text);
   if (found.count <= 0) return [facts[{ "-1": "lost", "-2": "turned", "-3": "unknown", "-4": "range" }[found.count] ?? "lost"]];
-  const texts = [], top = found.rows[found.top], speed = (omega) => `${short(scale * omega)} ${speedUnit}`;
-  if (top) texts.push(`${fill("largest.oscillation_arcsec", `${short(top[1] / arcsec)} arcsec`)} ${fill("largest.speed", speed(top[0]))}`);
-  if (top) texts.push(fill("largest.torque_N_m", `${short(Math.max(...found.rows.filter(decays).map((row) => row[4])))} ${data.units._N_m}`));
+  const texts = [], top = found.rows[found.top], speed = (omega) => `${sure(data, scale * omega)} ${speedUnit}`;
+  if (top) texts.push(`${fill("largest.oscillation_arcsec", `${sure(data, top[1] / arcsec)} arcsec`)} ${fill("largest.speed", speed(top[0]))}`);
+  if (top) texts.push(fill("largest.torque_N_m", `${sure(data, Math.max(...found.rows.filter(decays).map((row) => row[4])))} ${data.units._N_m}`));
   const unstable = unstableSpeeds(found), say = (key, bands, ways) => { const text = ranges(data, bands, ways); if (text) texts.push(fill(key, `${text} ${speedUnit}`)); };
   if (data.limited && !found.bands.length && !unstable.length) texts.push(facts.none_above);
   else if (data.limited) { say("above", found.bands, OUTWARD); say("allowed", allowed(found), INWARD); }
@@ -93,7 +95,7 @@ function drawn(data, found, width, pins, { column, size, name, limit }) {
   if (limit <= most) parts.push(`<line class="limit" x1="${L}" x2="${W - R}" y1="${y(limit)}" y2="${y(limit)}"/>`);
   parts.push(`<text x="${(L + W - R) / 2}" y="${H - 6}" text-anchor="middle">${data.speedName} [${data.speedUnit}]</text>`);
   parts.push(`<text transform="translate(14 ${(T + H - D) / 2}) rotate(-90)" text-anchor="middle">${name}</text>`);
-  const told = `${name} over the ${data.speedName}, at most ${short(Math.max(...found.rows.map((row) => row[column] / size)))}`;
+  const told = `${name} over the ${data.speedName}, at most ${sure(data, Math.max(...found.rows.map((row) => row[column] / size)))}`;
   return `<svg viewBox="0 0 ${W} ${H}" role="img" aria-label="${told}" data-left="${L}" data-right="${W - R}">${parts.join("")}</svg>`;
 }
 
@@ -105,7 +107,7 @@ function pointed(data, found, svg, { clientX }) {
   const box = svg.getBoundingClientRect(), { left, right } = svg.dataset, share = ((clientX - box.left) * svg.viewBox.baseVal.width) / box.width;
   const omega = found.low + ((share - left) / (right - left)) * (found.high - found.low), away = ([at]) => Math.abs(at - omega);
   const [at, size, , , torque] = found.rows.reduce((best, row) => (away(row) < away(best) ? row : best));
-  return `${short(data.scale * at)} ${data.speedUnit}: ${short(size / data.arcsec)} arcsec, ${short(torque)} ${data.units._N_m}`;
+  return `${sure(data, data.scale * at)} ${data.speedUnit}: ${sure(data, size / data.arcsec)} arcsec, ${sure(data, torque)} ${data.units._N_m}`;
 }
 
 const element = (tag, fields, ...children) => { const made = Object.assign(document.createElement(tag), fields); made.append(...children); return made; };

@@ -163,7 +163,7 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
         "shapes": [array.shape for array in drive.arrays],
         "whole": [whole.follows, whole.loose, whole.controls, whole.every, whole.alone],
         "limited": project.limit is not None, "points": points, "begin": drive.begin,
-        "mostPoints": MOST_POINTS,
+        "mostPoints": MOST_POINTS, "digits": project.digits(),
         "sliders": [one.data() | {"keys": _keys(content, one.name)} for one in moved], "content": content,
         "gear": base.gear and base.gear.has_law and _explicit(base.gear),
         "facts": {fact.key: fact.words for fact in FACTS}, "units": {key: unit for key, (unit, _) in UNITS.items()},

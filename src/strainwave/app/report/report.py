@@ -13,6 +13,7 @@ from urllib.parse import quote
 from ... import __version__
 from ...base.arguments import silent
 from ...base.results import SolveError
+from ...base.sentences import Angle, Speed
 from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
@@ -184,17 +185,20 @@ def page(view: View, parts: Iterable[Part], appendix: bool = False, computing: s
 
 def _filters(view: View) -> dict[str, Callable[..., Any]]:
     """Filters of numbers on the page: they add units, and write speeds and angles in the units of the report."""
-    angle, speeds = view.angle, view.speeds
+    speeds = view.speeds
 
     def speed(omega: float | None) -> str:
-        return number(None if omega is None else omega * speeds.scale, 5)
+        return "–" if omega is None else view.write(Speed(omega, digits=5, bare=True))
+
+    def angle(rad: float | None) -> str:
+        return "–" if rad is None else view.write(Angle(rad, bare=True))
 
     return {
         "number": number,
         "speed": speed,
         "speed_unit": lambda omega: f"{speed(omega)} {speeds.unit}",
-        "angle": lambda rad: number(None if rad is None else rad * angle.factor),
-        "angle_unit": angle.text,
+        "angle": angle,
+        "angle_unit": lambda rad: f"{angle(rad)} {view.angle.name}",
         "percent": percent,
         "with_unit": lambda value, unit, digits=4: f"{number(value, digits)} {unit}",
         "sentence": lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else "",
