@@ -20,6 +20,7 @@ excitation:
   kinematic_error: [{order: 2, amplitude: 4 arcsec}, {order: 4, amplitude: 1 arcsec}]
   load_torque: {mean: MEAN}
 limit: {oscillation: 25 arcsec}
+sources: {damping: assumed}
 """
 
 
@@ -55,6 +56,8 @@ def test_every_remedy_has_its_numbers_its_row_and_its_bar(tmp_path):
     drawn = [row for row in rows if row["change"] != "cancelled by feed-forward" and row["helps"]]
     assert len([e for e in chart.iter() if e.tag.endswith("rect")]) == len(drawn)
     best = drawn[0]
+    assert f"{best['oscillation_arcsec']:.3g} arcsec" in page  # beside the figure of the first page, too
+    assert f"{best['oscillation_arcsec']:.4g} arcsec" not in page
     assert f"Most helpful: {best['what']}, {best['to']}." in summary or f"Most helpful: {best['change']}" in summary
 
 

@@ -46,7 +46,7 @@ def largest_of(view: View, avoid: Avoid) -> tuple[float, float]:
 
 def remedies_figure(view: View) -> str:
     """Change of the oscillation by every remedy that helps, the most helpful first; "" where none does."""
-    known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED and _helps(remedy)]
+    known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED and helps(remedy)]
     rows = [Bar(words(remedy), remedy.ratio - 1.0, _percent(remedy.ratio - 1.0)) for remedy in known]
     title = "change of the largest oscillation"
     return bars(rows, title, f"{title} by each remedy") if rows else ""
@@ -65,7 +65,7 @@ def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
         "at_rad_per_s": remedy.at,
         "at_rpm": view.speeds.rpm(remedy.at),
         "above_limit": remedy.exceeds,
-        "helps": _helps(remedy),
+        "helps": helps(remedy),
     }
 
 
@@ -80,20 +80,21 @@ def after_change(view: View, remedy: Remedy) -> dict[str, Any]:
     return sizes(None if avoid is None else remedy.ratio * largest_of(view, avoid)[0], "oscillation")
 
 
-def _helps(remedy: Remedy) -> bool:
+def helps(remedy: Remedy) -> bool:
+    """Whether a change leaves less oscillation."""
     return remedy.ratio < 1.0 - NOTHING
 
 
 def _no_help(remedies: tuple[Remedy, ...]) -> str:
     """Sentence on the changes that leave the oscillation as it is or make it larger; "" without one."""
-    useless = ", ".join(words(remedy) for remedy in remedies if not _helps(remedy))
+    useless = ", ".join(words(remedy) for remedy in remedies if not helps(remedy))
     return f"These changes do not help: {useless}." if useless else ""
 
 
 def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
     """Sentence on the remedies of the peak at a speed [rad/s], the most helpful first, and those that do not help."""
     remedies = tuple(remedy for remedy in remedies if remedy.share != CANCELLED)
-    helpful, useless = [remedy for remedy in remedies if _helps(remedy)], _no_help(remedies)
+    helpful, useless = [remedy for remedy in remedies if helps(remedy)], _no_help(remedies)
     if not helpful:
         return useless
     worst = worst_of(view.analysis.load_cases)

@@ -17,7 +17,7 @@ from ....study.analysis.analysis import Analysis, Largest
 from ....study.analysis.verdict import Answer
 from ...console import WHAT_X_IS, number, percent
 from ...view import View, place_said, sizes, under_load
-from ..remedies import after_change, can_be_ordered, words
+from ..remedies import after_change, can_be_ordered, helps, words
 from ..verdict import answers, how_sure, loop_margins, ranges, verdict_data
 from .speed_range import drive_figure, figure_said
 from .whole_train import modes, parts, train_warning
@@ -85,11 +85,10 @@ class Opening:
 
     def orders(self, view: View) -> list[tuple[str, str, bool | None]]:
         """What can be ordered or set, the oscillation that it leaves, and whether that is above the limit."""
-        remedies = [remedy for remedy in view.analysis.remedies if can_be_ordered(remedy) and remedy.ratio < 1.0]
-        rows = [
-            (words(remedy), view.angle.text(after_change(view, remedy)["oscillation_rad"]), remedy.exceeds)
-            for remedy in remedies[:MOST]
-        ]
+        remedies = [remedy for remedy in view.analysis.remedies if can_be_ordered(remedy) and helps(remedy)]
+        sizes_left = (after_change(view, remedy)["oscillation_rad"] for remedy in remedies)
+        left = [view.angle.text(size, view.project.digits()) for size in sizes_left]
+        rows = [(words(remedy), size, remedy.exceeds) for remedy, size in zip(remedies, left, strict=True)][:MOST]
         verdict = view.analysis.verdict
         if verdict.answer is Answer.BUT:
             rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed, -1)))), "", None))
