@@ -172,7 +172,7 @@ class LawAt(NamedTuple):
 
 def law_by_address(law: Law) -> ByAddress:
     """A law torque(x) for kernels."""
-    return ByAddress(law, lambda words: law_at(law, words(law)))
+    return ByAddress(law, lambda words: law_at(law, words(law)), "law")
 
 
 def law_at(law: Law, place: int) -> LawAt:

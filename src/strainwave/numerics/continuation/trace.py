@@ -184,7 +184,10 @@ def trace(
                 parts[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
     points, kinds = np.concatenate(parts), np.concatenate(labels)
     if most is None:
-        put_in_order(points, kinds, len(kinds))
+        special = np.flatnonzero((kinds == FOLD) | (kinds == TOP))
+        for group in np.split(special, np.flatnonzero(np.diff(special) > 4) + 1)[: len(special)]:
+            some = slice(max(group[0] - 2, 0), group[-1] + 3)  # all that the function looks at
+            put_in_order(points[some], kinds[some], len(kinds[some]))
         points, kinds = with_missed_folds(problem, points, kinds)
         if outcome == CLOSED:
             points[-1] = points[0]  # the last step went a little past the start
