@@ -12,8 +12,11 @@ from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
+from strainwave.study.speed_map import speed_map
 from strainwave.study.speed_map.motions import OMEGA, OSCILLATION, Loose
 from strainwave.study.speed_map.rules import Rules, bands_of, common, complement
+from strainwave.study.speed_map.search import Settling
+from strainwave.study.speed_map.under_load import untried
 
 pytestmark = pytest.mark.compiled
 
@@ -586,6 +589,44 @@ excitation:
   load_torque: {mean: -35.94 N*m}
 limit: {oscillation: 38.192 arcsec}
 """
+
+
+def test_a_motion_beside_every_curve_is_not_tried_again_where_a_neighbouring_load_has_one():
+    def at_load(*motions, curves=(0,)):
+        return SimpleNamespace(loose=[Loose(omega, size, 0.0, 1) for omega, size in motions], curves=curves)
+
+    here, seeds = at_load((100.0, 5.0), (120.0, 5.0)), [Settling(w, (0.0, 0.0), 1) for w in (100.0, 110.0, 120.0)]
+    others = [seed.omega for seed in untried(seeds, here, at_load((101.0, 4.8), (110.0, 9.0), (124.0, 5.0)))]
+    assert others == [110.0, 120.0]  # followed here; more than 2.5 % from the speeds there
+    assert [seed.omega for seed in untried(seeds, here, at_load((101.0, 4.0)))] == [100.0, 110.0, 120.0]
+    assert untried(seeds, here, at_load(curves=())) == ()
+
+
+STEEP = """
+gear: {ratio: 30, law: {type: cubic, K: 130275 N*m/rad, alpha: 3.24e7 1/rad^2}}
+motor: {inertia: 3 kg*cm^2, mode: held}
+load: {inertia: 0.30475 kg*m^2}
+damping: {ratio: 2 %}
+hysteresis: {type: bouc_wen, K: 15021 N*m/rad, ratio: 0, yield_twist: 0.031 mrad}
+speed: {from: 400 rad/s, to: 420 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 4, amplitude: 6.247 arcsec}]}
+limit: {oscillation: 19 arcsec}
+"""
+
+
+def test_motions_of_a_law_with_memory_do_not_add_up_from_load_to_load(tmp_path, monkeypatch):
+    """A steep law has its resonance at every speed of the range, and no curve has it."""
+    (tmp_path / "axis.yaml").write_text(STEEP, encoding="utf-8")
+    project, tried, before = sw.read_project(tmp_path / "axis.yaml"), [], speed_map.extended
+
+    def counted(loaded, case, span, speeds, seeds):
+        tried.append(len(seeds))
+        return before(loaded, case, span, speeds, seeds)
+
+    monkeypatch.setattr(speed_map, "extended", counted)
+    found = sw.speed_map(project, loads=[-4.0, 0.0, 4.0])
+    assert all(len(some) == 0 for some in found.allowed)
+    assert sum(tried) <= 4
 
 
 @pytest.mark.compiled

@@ -37,7 +37,7 @@ from .rules import (
     vendor_rule,
     with_ratings,
 )
-from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, under_load
+from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, under_load, untried
 
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
 QUANTILES = (0.05, 0.5, 0.95)
@@ -283,8 +283,8 @@ def _all_motions(
     computed = sorted(by_load)
     for way in (computed, computed[::-1]):
         for before, here in pairwise(way):
-            if seeds[before] and by_load[here].curves:
-                by_load[here], new = extended(by_load[here], cases[here], span, np.empty(0), seeds[before])
+            if tried := untried(seeds[before], by_load[before], by_load[here]):
+                by_load[here], new = extended(by_load[here], cases[here], span, np.empty(0), tried)
                 seeds[here] = (*seeds[here], *new)
     return computed, [by_load[i] for i in computed]
 

@@ -3,6 +3,7 @@
 Campbell diagram of a nonlinear drive: motor speeds at which each order meets each resonance, against amplitude.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from math import gcd, inf, pi, sqrt
 from typing import Any, NamedTuple
@@ -40,6 +41,7 @@ NO_RULES = Rules()
 LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift of a motor that nothing holds
 
 APART = 0.025  # relative distance of the speeds of the search
+AS_LARGE = 0.9  # of a motion under another load
 HIGHEST = 100  # harmonic of an order that may still meet a resonance
 BEATS = (
     "the error {}, {} s at {} and {} s at {}; the oscillation is that of the turn of "
@@ -170,6 +172,21 @@ def extended(
         remarks=loaded.remarks if found.settled else (*loaded.remarks, TOO_LIGHT),
     )  # fmt: skip
     return whole, found.seeds
+
+
+def untried(seeds: Iterable[Settling], loaded: UnderLoad, neighbour: UnderLoad) -> tuple[Settling, ...]:
+    """Seeds of a load, but for those near which its neighbour has a motion as large that no curve has.
+
+    A law with memory leaves such motions at every speed, whose seeds would add up from load to load.
+    """
+    sizes = {one.omega: one.oscillation for one in loaded.loose}
+    there = np.array([one[:2] for one in neighbour.loose]).reshape(-1, 2)
+
+    def known(seed: Settling) -> bool:
+        some = there[np.abs(there[:, 0] - seed.omega) < APART * seed.omega, 1]
+        return bool(np.any(some > AS_LARGE * sizes.get(seed.omega, inf)))
+
+    return tuple(seed for seed in seeds if neighbour.curves and not known(seed))
 
 
 def searched_at(own: UnderLoad, span: Span, apart: float, shift: float) -> Floats:
