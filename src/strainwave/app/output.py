@@ -72,8 +72,7 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
 def sentence(error: OSError) -> str:
     """Sentence on an error of the operating system: the place, the error and its remedy."""
     text = f"{error.filename or 'a file that was being written'}: {(error.strerror or type(error).__name__).lower()}"
-    remedy = REMEDIES.get(error.errno or 0)
-    return f"{text}; {remedy}" if remedy else text
+    return "; ".join(filter(None, (text, REMEDIES.get(error.errno or 0))))
 
 
 def _make(folder: Path) -> list[Path]:

@@ -45,7 +45,7 @@ Reals = NDArray[np.float64] | float
 States = tuple[Reals, ...] | NDArray[np.float64]
 """Numbers or arrays of them, one for each state: a tuple, or an array with the states along its first axis."""
 
-LARGEST, SMALLEST = 1e60, 1e-60  # of every parameter that is not 0: their powers in a formula still fit a float
+LARGEST, SMALLEST = 1e60, 1e-60  # of a parameter that is not 0: powers of these fit a float
 
 
 MOST = 10**9  # of anything that is counted
@@ -248,7 +248,7 @@ def _as_float(name: str, value: Any) -> float:
 
 
 def number(name: str, value: object, *, positive: bool = False) -> float:
-    """Return a number, 0 or from SMALLEST to `LARGEST` in size (positive: not 0), or say that `name` is none."""
+    """Return a number, 0 (not: positive) or from SMALLEST to LARGEST, or say that `name` is none."""
     good = isinstance(value, Real) and not isinstance(value, bool)
     result = _as_float(name, value) if good else 0.0
     if not (good and isfinite(result) and (result > 0.0 or not positive)):
@@ -260,7 +260,7 @@ def number(name: str, value: object, *, positive: bool = False) -> float:
 
 
 def reals(values: object) -> NDArray[np.float64]:
-    """Real numbers as a new array of any shape (0 where smaller than SMALLEST); none of texts, dates, masked ones."""
+    """Real numbers as a new array (0 where below SMALLEST); none of texts, dates, masked ones."""
     try:
         array = np.array(values)
         if array.dtype.kind not in "biufO" or np.ma.is_masked(values) or is_model(values):

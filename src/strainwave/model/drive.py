@@ -163,9 +163,8 @@ class Drive(NamedTuple):
     def check(self) -> None:
         """Refuse inertias and a ratio that are not positive (ValueError)."""
         for name in ("J_m", "J_l", "N"):
-            if not getattr(self, name) >= SMALLEST:
-                value = getattr(self, name)
-                raise ValueError(f"Drive.{name} is {value:g}; it must be positive, {SMALLEST:g} at least")
+            if not (value := getattr(self, name)) >= SMALLEST:
+                raise ValueError(f"Drive.{name} is {value:g}; it must be positive, {SMALLEST:g} up")
         need("Drive.law", self.law, "torque")
 
 

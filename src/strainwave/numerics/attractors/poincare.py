@@ -99,7 +99,8 @@ def poincare_section(
     """
     system = repeating("poincare_section", with_parts("poincare_section", system, "rhs"))
     start = numbers("y0", y0)
-    turns, settle = positive_count("turns", turns, MOST_TURNS), positive_count("settle", settle, MOST_TURNS)
+    turns = positive_count("turns", turns, MOST_TURNS)
+    settle = positive_count("settle", settle, MOST_TURNS)
     if phase is not None and torsion_level is not None:
         raise ValueError(f"phase is {shown(phase)} and torsion_level {shown(torsion_level)}; a section has one of them")
     omega = number("omega", omega_of(system), positive=True)
@@ -251,7 +252,8 @@ def orbit_diagram(
     if not (isinstance(path, str) and isinstance(values_of.get(path), float)):
         able = ", ".join(p for p, v in values_of.items() if isinstance(v, float))
         raise ValueError(f"{type(system).__name__} has no parameter {shown(path)} that can be swept; it has {able}")
-    points, settle = positive_count("points", points, MOST_TURNS), positive_count("settle", settle, MOST_TURNS)
+    points = positive_count("points", points, MOST_TURNS)
+    settle = positive_count("settle", settle, MOST_TURNS)
     positive_count("threads", threads)
     if not isinstance(y0, list | tuple | np.ndarray) or getattr(y0, "ndim", 1) == 0 or len(y0) == 0:
         raise ValueError(f"y0 is {shown(y0)}; it must have one entry per state, a number or one value per start")

@@ -161,7 +161,7 @@ class AdaptiveStep:
             raise TypeError(f"{name} needs an estimate of the error; give runge_kutta(..., embedded=...)")
         rtol, atol = number(f"{name}.rtol", self.rtol), number(f"{name}.atol", self.atol)
         if not (1e-14 <= rtol < 1.0 and atol > 0.0):
-            raise ValueError(f"{name} has rtol {rtol:g} and atol {atol:g}; it needs 1e-14 <= rtol < 1, atol > 0")
+            raise ValueError(f"{name} has rtol {rtol:g}, atol {atol:g}; it needs 1e-14 <= rtol < 1, atol > 0")
         positive_count(f"{name}.max_steps", self.max_steps)
         if self.largest_step is not None:
             number(f"{name}.largest_step [s]", self.largest_step, positive=True)

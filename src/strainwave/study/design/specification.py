@@ -25,8 +25,8 @@ WORDS = {
     "momentary_torque": "momentary torque",
 }  # fmt: skip
 DRIVE = ("K1", "K2", "K3", "T1", "T2", "input_inertia")  # numbers that the motion of a drive goes by
-POSITIVE = ("limit", "damping_ratio", "accuracy", "life", "largest_size", "largest_mass", "average_speed")
-TORQUES = ("mean_torque", "peak_torque", "momentary_torque", "preload")
+POSITIVE = "limit", "damping_ratio", "accuracy", "life", "largest_size", "largest_mass", "average_speed"
+TORQUES = "mean_torque", "peak_torque", "momentary_torque", "preload"
 SPEEDS, LOADS = ("max_rpm", "average_rpm"), ("average_torque", "repeated_peak_torque", "momentary_torque")
 PEAKS = ("repeated_peak_torque",)  # of the limits of a peak torque: the others hold for momentary ones
 
@@ -116,14 +116,14 @@ class Specification:
             values = getattr(self, name)
             if not several(name, values):
                 raise ValueError(f"{name} are {shown(values)}; give one inertia or more [kg*m^2] as a tuple")
-            inertias = tuple(number(f"one of {name} [kg*m^2]", value, positive=True) for value in values)
-            object.__setattr__(self, name, inertias)
+            label = f"one of {name} [kg*m^2]"
+            object.__setattr__(self, name, tuple(number(label, value, positive=True) for value in values))
         object.__setattr__(self, "speeds", interval("speeds [rad/s]", self.speeds, positive=True))
         refuse_fields(self, "ratios", "series", "kinematic_error")
         for name in (*POSITIVE, *TORQUES):
-            if (value := getattr(self, name)) is not None or name in ("limit", "damping_ratio", "preload"):
-                unit = " [N*m]" if name in TORQUES else ""
-                object.__setattr__(self, name, number(f"{name}{unit}", value, positive=name in POSITIVE))
+            value, label = getattr(self, name), f"{name} [N*m]" if name in TORQUES else name
+            if value is not None or name in ("limit", "damping_ratio", "preload"):
+                object.__setattr__(self, name, number(label, value, positive=name in POSITIVE))
         for ratio in several("ratios", self.ratios):
             number("one of ratios", ratio, positive=True)
         self._check_duty()

@@ -262,5 +262,5 @@ def efficiency(train: Any, torque: ArrayLike, speed: ArrayLike) -> Efficiency:
 def _positive(name: str, values: ArrayLike) -> Floats:
     found = numbers(name, values)
     if not np.all(found >= SMALLEST):
-        raise ValueError(f"{name} is {shown(values)}; give one or more positive numbers, {SMALLEST:g} at least")
+        raise ValueError(f"{name} is {shown(values)}; give positive numbers, {SMALLEST:g} at least")
     return found
