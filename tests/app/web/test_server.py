@@ -353,7 +353,7 @@ def test_without_a_browser_the_address_is_said(monkeypatch, capsys):
 
 
 def test_killed_server_leaves_no_process_and_no_file(tmp_path):
-    environment = {**os.environ, "TMPDIR": str(tmp_path), "STRAINWAVE_JIT": "1"}  # a process ends after its first answer
+    environment = {**os.environ, "TMPDIR": str(tmp_path), "STRAINWAVE_JIT": "1"}  # it ends after an answer
     with subprocess.Popen(
         [sys.executable, "-m", "strainwave", "app", "--no-browser", "--port", "8951"],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment,
