@@ -335,8 +335,7 @@ def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float]
 
 def spread(project: Project) -> list[float]:
     """Torques [N*m] spread over those of the load."""
-    count = WITH_MEMORY if project.has_memory else LEAST
-    return list(map(float, np.linspace(*project.other_loads, count)))
+    return list(map(float, np.linspace(*project.other_loads, WITH_MEMORY if project.has_memory else LEAST)))
 
 
 def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:

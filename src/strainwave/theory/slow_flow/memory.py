@@ -161,7 +161,7 @@ class Loops:
         out = np.empty((len(c), n))
         for some in np.array_split(np.arange(len(c)), max(1, math.ceil(len(c) * n / CHUNK))):
             turning = 1j * np.multiply.outer(speed[some], numbers) * c[some]
-            u, v = (samples(part, (numbers,), (n,)) for part in (c[some], turning))
+            u, v = samples(c[some], (numbers,), (n,)), samples(turning, (numbers,), (n,))
             out[some] = on_loop(self.law, u, v, 2.0 * np.pi / n / speed[some])
         return out
 
