@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import Any, NamedTuple
 
 from ...base.sentences import Sentence, Speed
-from ...plot.svg import FONT, GRID, INK, LETTER, WIDTH, text_at
+from ...plot.svg import FONT, INK, LETTER, WIDTH, text_at
 from ...study.analysis.avoid import Avoid, worst_of
 from ...study.analysis.remedies import Remedy
 from ..console import number
@@ -17,12 +17,7 @@ NOTHING = 0.005  # relative change that is called none
 FEW = 6  # remedies of the sentence; the table has all
 ROW, LINE, THICK, TOP = 12.0, 16.0, 13.0, 40.0  # space between rows, of a line of text, of a bar, above them [px]
 NAME, GAP = 42, 7.0  # letters of a line of a name, and distance of texts [px]
-LARGEST = 1.0  # relative change from which on a bar is cut; its value stands beside it
-FILL, HATCH = "#0072B2", "more"
-PATTERN = (
-    f'<defs><pattern id="{HATCH}" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
-    f'<path d="M0 0V6" stroke="{INK}" stroke-width="2"/></pattern></defs>'
-)
+FILL = "#0072B2"
 
 
 def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
@@ -47,7 +42,7 @@ def largest_of(view: View, avoid: Avoid) -> tuple[float, float]:
 def remedies_figure(view: View) -> str:
     """Change of the oscillation by every remedy that helps, the most helpful first; "" where none does."""
     known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED and helps(remedy)]
-    rows = [Bar(words(remedy), remedy.ratio - 1.0, _percent(remedy.ratio - 1.0)) for remedy in known]
+    rows = [Bar(words(one), one.ratio - 1.0, f"−{number(100.0 * (1.0 - one.ratio), 2)} %") for one in known]
     title = "change of the largest oscillation"
     return bars(rows, title, f"{title} by each remedy") if rows else ""
 
@@ -124,19 +119,11 @@ def words(remedy: Remedy) -> str:
     return f"{_change(remedy)} {'mean torque' if remedy.by else remedy.what}"
 
 
-def _percent(change: float) -> str:
-    if abs(change) <= NOTHING:
-        return "±0 %"
-    return f"{'−' if change < 0.0 else '+'}{number(abs(100.0 * change), 2)} %"
-
-
 def _effect(remedy: Remedy, speed: float) -> str:
-    change = 100.0 * (remedy.ratio - 1.0)
-    size = f"{number(abs(change), 2)} % {'less' if change < 0.0 else 'more'}"
     shifted = abs(remedy.at / speed - 1.0) > NOTHING and remedy.ratio > NOTHING
     place = ", at " + _speed(remedy.at) + " instead of " + _speed(speed) if shifted else ""
     within = ", within the limit" if remedy.exceeds is False else ""
-    return f"{words(remedy)}: {size} oscillation{within}" + place
+    return f"{words(remedy)}: {number(100.0 * (1.0 - remedy.ratio), 2)} % less oscillation{within}" + place
 
 
 def _speed(omega: float) -> Speed:
@@ -144,7 +131,7 @@ def _speed(omega: float) -> Speed:
 
 
 class Bar(NamedTuple):
-    """A relative change with the name of its cause and the text of its value."""
+    """A relative change, which is negative, with the name of its cause and the text of its value."""
 
     name: str
     change: float
@@ -169,29 +156,22 @@ def bars(rows: Sequence[Bar], title: str, label: str) -> str:
         One SVG element, 760 px wide.
     """
     names = [wrap(row.name, NAME) or [""] for row in rows]
-    changes = [min(max(row.change, -LARGEST), LARGEST) for row in rows]
     left = GAP + LETTER * max((len(line) for lines in names for line in lines), default=0) + GAP
     room = 2.0 * GAP + LETTER * max((len(row.value) for row in rows), default=0)
-    low, high = min([0.0, *changes]), max([0.0, *changes])
-    scale = (WIDTH - left - 2.0 * room) / ((high - low) or 1.0)
-    zero, y, parts = left + room - low * scale, TOP, []
-    for row, lines, change in zip(rows, names, changes, strict=True):
+    zero, y, parts = WIDTH - GAP, TOP, list[str]()
+    scale = (zero - left - room) / max(-row.change for row in rows)
+    for row, lines in zip(rows, names, strict=True):
         middle = y + 0.5 * LINE * len(lines)
         parts += [text_at(left - GAP, y + LINE * (i + 0.75), line, "end") for i, line in enumerate(lines)]
-        parts.append(_bar(zero, middle, change * scale))
-        x, anchor = (zero + change * scale - GAP, "end") if change < 0.0 else (zero + change * scale + GAP, "start")
-        parts.append(text_at(x, middle + 0.25 * LINE, row.value, anchor))
+        start = zero + row.change * scale
+        place = f'x="{start:.1f}" y="{middle - 0.5 * THICK:.1f}" width="{zero - start:.1f}"'
+        parts.append(f'<rect {place} height="{THICK:g}" fill="{FILL}" stroke="{INK}"/>')
+        parts.append(text_at(start - GAP, middle + 0.25 * LINE, row.value, "end"))
         y += LINE * len(lines) + ROW
     axis = f'<path d="M{zero:.1f} {TOP - 6.0:.1f}V{y - 0.5 * ROW:.1f}" stroke="{INK}"/>'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
         f'viewBox="0 0 {WIDTH:.0f} {y:.0f}" fill="{INK}" font-size="{FONT}" '
-        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{PATTERN}'
+        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">'
         f"{text_at(GAP, 18.0, title, 'start')}{''.join(parts)}{axis}</svg>"
     )
-
-
-def _bar(zero: float, middle: float, width: float) -> str:
-    look = f'fill="{FILL}"' if width < 0.0 else f'fill="url(#{HATCH})"'
-    place = f'x="{min(zero, zero + width):.1f}" y="{middle - 0.5 * THICK:.1f}" width="{abs(width):.1f}"'
-    return f'<rect {place} height="{THICK:g}" {look} stroke="{INK if width else GRID}"/>'
