@@ -17,7 +17,7 @@ from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict
 from ..console import number, percent
 from ..view import View, place_said, sizes, under_load
-from .remedies import words
+from .remedies import helps, words
 
 ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
@@ -194,7 +194,7 @@ def changes_said(
     avoid, said = view.analysis.avoid, []
     if verdict.change is not None:
         said.append(Sentence(text, words(verdict.change) + _ends(verdict.change), _left(view, verdict.change)))
-    elif over_limit(view) and avoid is not None and view.analysis.remedies:
+    elif over_limit(view) and avoid is not None and any(map(helps, view.analysis.remedies[:1])):
         best = view.analysis.remedies[0]
         under = " under every load torque" if best.exceeds is False else ""
         text = "No change of one thing was found that brings the oscillation within its limit{}; the best, {}, "
@@ -202,7 +202,7 @@ def changes_said(
         there = " at the torque of the largest oscillation" if under else ""
         said.append(Sentence(text, under, words(best), Angle(best.ratio * avoid.largest), there))
     elif over_limit(view):
-        said.append(Sentence("No change was tried that could bring the oscillation within its limit."))
+        said.append(Sentence("No change that was tried brings the oscillation within its limit."))
     of_motor = [finding.limit in MOTOR for finding in verdict.exceeded]
     if not all(of_motor):
         said.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
