@@ -263,6 +263,9 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("Specification", {"life": Fraction(10**5, 3)}),
         ("Specification", {"load_inertias": (Fraction(4, 3),), "speeds": (Fraction(4, 3), 3.0)}),
         ("Specification", {"peak_torque": Fraction(1, 3)}),
+        ("AdaptiveCancellation", {"gain": Fraction(-(10**9), 3)}),
+        ("Cascade", {"K_v": Fraction(-(10**9), 3)}),
+        ("Drive", {"N": np.uint8(200)}),
         ("lyapunov_exponent", {"turns": np.uint8(200)}),
         ("shoot", {"rtol": Fraction(0, 1)}),
         ("Identified.simulate", {"inputs": {"time": [0.0, 0.1], "input": np.full(2, np.longdouble("1e4000"))}}),
@@ -363,6 +366,7 @@ def test_a_run_without_a_hope_of_its_end_stops_at_its_start(y0, t, method):
     [
         [*valid_command("sweep"), "-o", "x" * 3000],
         [*valid_command("sweep"), "--cluster", "x" * 3000],
+        [*valid_command("exceedance"), "--seed", "9" * 400],
         ["order-table", "table.csv", "\udcff", "--format", "csv", "--ratio", "50"],
         ["order-table", "table.csv", "", "--format", "csv", "--ratio", "50"],
     ],

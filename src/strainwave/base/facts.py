@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .quantities import LARGEST, shown
 from .sentences import number
 from .units import ARCSEC, RPM, angle_unit
 
@@ -89,6 +90,7 @@ def _told(fact: Fact) -> Iterator[str]:
 def _shown(value: Any, unit: str, size: float) -> str:
     if unit == "rad" and value is not None:
         unit, size = angle_unit(abs(value))
+    value = shown(value) if isinstance(value, int) and abs(value) > LARGEST else value  # a seed
     return number(value) if value is None or isinstance(value, str) else f"{number(value / size)} {unit}".rstrip()
 
 

@@ -8,6 +8,7 @@ report read it. `parse` is the only way in for text with units; it refuses what 
 
 from collections.abc import Iterable, Mapping, Sized
 from decimal import Decimal
+from fractions import Fraction
 from functools import cache
 from math import inf, isfinite
 from numbers import Complex, Integral, Real
@@ -101,6 +102,7 @@ def _as_annotated(value: Any, hint: Any, field: str) -> Any:
         raise TypeError(f"{field} is {shown(value)}; a model holds numbers, other models and tuples of these")
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
         raise TypeError(f"{field} must be a {hint.__name__}, not {shown(value)}")
+    value = _as_float(field, value) if isinstance(value, Fraction) else value
     return _floated(value) if is_model(value) else value.item() if isinstance(value, np.integer) else value
 
 

@@ -255,14 +255,14 @@ class Payload(NamedTuple):
 
     def on(self, train: DriveTrain) -> DriveTrain:
         """The train with this payload on its load."""
-        checked(self)
+        mass, radius, inertia, phase, gravity = checked(self)
         end = train.load.end()
-        pull = self.mass * self.gravity * self.radius
+        pull = mass * gravity * radius
         drag = end.drag
         if pull:
-            law = AngleTorque(pull, 1, self.phase)
+            law = AngleTorque(pull, 1, phase)
             drag = law if drag == NO_DRAG and type(drag) is type(NO_DRAG) else Parallel(law, drag)
-        end = end._replace(J=end.J + self.mass * self.radius * self.radius + self.inertia, drag=drag)
+        end = end._replace(J=end.J + mass * radius * radius + inertia, drag=drag)
         loaded: DriveTrain = checked(train._replace(load=train.load.with_end(end)))
         return loaded
 

@@ -28,10 +28,14 @@ class Drive(NamedTuple):
     @property
     def J(self) -> float:
         """Inertia N^2 J_m J_l/(N^2 J_m + J_l) [kg m^2] of the error equation with the motor free."""
-        if not _symbolic(self):  # SymPy runs these formulas too
-            self.check()
-        reflected = self.N * self.N * self.J_m
-        return reflected * self.J_l / (reflected + self.J_l)
+        J_m, J_l, N = self._inertias()
+        reflected = N * N * J_m
+        return reflected * J_l / (reflected + J_l)
+
+    def _inertias(self) -> tuple[float, float, float]:
+        """Inertias and ratio, checked where they are numbers: SymPy runs the formulas too."""
+        J_m, J_l, N, *_ = self if _symbolic(self) else checked(self)
+        return J_m, J_l, N
 
     @property
     def mu(self) -> float:
@@ -49,7 +53,8 @@ class Drive(NamedTuple):
     @property
     def loop_inertia(self) -> float:
         """Inertia [kg*m^2, motor side] that a loop of the motor turns: the motor, and the rigid load over N^2."""
-        return self.J_m + self.J_l / (self.N * self.N)
+        J_m, J_l, N = self._inertias()
+        return J_m + J_l / (N * N)
 
     @property
     def omega_0_held(self) -> float:
@@ -57,8 +62,7 @@ class Drive(NamedTuple):
 
         As `omega_0` of the law's spring alone: of a gear of the catalogue K1, whatever hysteresis lies beside it.
         """
-        self.check()
-        return _natural_frequency(self.law, self.J_l)
+        return _natural_frequency(self.law, self._inertias()[1])
 
     def error_equation(
         self,
@@ -97,16 +101,14 @@ class Drive(NamedTuple):
         TypeError
             If a torque or the kinematic error is of another kind.
         """
-        if not _symbolic(self):
-            checked(self)
+        J_m, J_l, N = self._inertias()
         if not isinstance(motor, str) or motor not in ("free", "held"):
             raise ValueError(f"motor is {shown(motor)}; it must be 'free' (torque-driven) or 'held' (constant speed)")
         if motor == "held" and motor_torque is not None:
             raise ValueError("a held motor keeps its speed whatever its torque; drop motor_torque or use motor='free'")
-        reflected = self.N * self.N * self.J_m
-        free = motor == "free"
-        of_motor = self.N * self.J_l / (reflected + self.J_l)
-        of_load = -reflected / (reflected + self.J_l) if free else -1.0
+        reflected, free = N * N * J_m, motor == "free"
+        of_motor = N * J_l / (reflected + J_l)
+        of_load = -reflected / (reflected + J_l) if free else -1.0
         terms = _scaled("motor_torque", motor_torque, of_motor) + _scaled("load_torque", load_torque, of_load)
         excitation = Harmonics(terms) if len(terms) > 1 else (terms or (Harmonic(0.0),))[0]
         error = NoError() if kinematic_error is None else kinematic_error

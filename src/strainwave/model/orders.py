@@ -280,7 +280,7 @@ def on_output_turn(excitation: Any, N: float) -> Any:
     """
     ratio = whole_ratio(N)
     if isinstance(excitation, KinematicError | Harmonic | Harmonics):
-        checked(excitation)
+        excitation = checked(excitation)
     match excitation:
         case KinematicError(lines=lines):
             moved: Any = KinematicError(tuple(line._replace(order=_counted(ratio * line.order)) for line in lines))
