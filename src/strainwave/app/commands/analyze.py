@@ -123,8 +123,8 @@ def analyse(project: Project, folder: Path | None, live: bool = False) -> Report
 
 def _printed(report: Report, folder: Path | None) -> str:
     """The summary of a report with its place."""
-    said = in_options(report.summary)
-    return said if folder is None else f"{said}\n  report: {folder / 'report.html'}"
+    summary = in_options(report.summary)
+    return summary if folder is None else f"{summary}\n  report: {folder / 'report.html'}"
 
 
 def _all_printed(reports: dict[str, Report], folder: Path | None, as_json: bool, *more: str) -> str:

@@ -191,25 +191,25 @@ def changes_said(
     view: View, verdict: Verdict, text: str = "Smallest change that meets the limit: {}; it leaves {}."
 ) -> list[Sentence]:  # fmt: skip
     """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
-    avoid, said = view.analysis.avoid, []
+    avoid, sentences = view.analysis.avoid, []
     if verdict.change is not None:
-        said.append(Sentence(text, words(verdict.change) + _ends(verdict.change), _left(view, verdict.change)))
+        sentences.append(Sentence(text, words(verdict.change) + _ends(verdict.change), _left(view, verdict.change)))
     elif over_limit(view) and avoid is not None and any(map(helps, view.analysis.remedies[:1])):
         best = view.analysis.remedies[0]
         under = " under every load torque" if best.exceeds is False else ""
         text = "No change of one thing was found that brings the oscillation within its limit{}; the best, {}, "
         text += "leaves {}{}."
         there = " at the torque of the largest oscillation" if under else ""
-        said.append(Sentence(text, under, words(best), Angle(best.ratio * avoid.largest), there))
+        sentences.append(Sentence(text, under, words(best), Angle(best.ratio * avoid.largest), there))
     elif over_limit(view):
-        said.append(Sentence("No change that was tried brings the oscillation within its limit."))
+        sentences.append(Sentence("No change that was tried brings the oscillation within its limit."))
     of_motor = [finding.limit in MOTOR for finding in verdict.exceeded]
     if not all(of_motor):
-        said.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
+        sentences.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
     if any(of_motor):
         text = "Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor."
-        said.append(Sentence(text))
-    return said
+        sentences.append(Sentence(text))
+    return sentences
 
 
 def _ends(change: Remedy) -> str:
