@@ -107,7 +107,7 @@ def variability(
         raise ValueError(f"quantiles are {shown(quantiles)}; they must be shares between 0 and 1")
     grid = numbers("speeds", system.omega if speeds is None else speeds)
     if not np.all(grid >= SMALLEST):
-        raise ValueError(f"speeds are {shown(speeds)}; they must be {SMALLEST:g} rad/s at least")
+        raise ValueError(f"speeds are {shown(speeds)}; they must be positive, {SMALLEST:g} rad/s up")
     follow = positive_count("jump_count", jump_count)
     settle, longest = positive_count("settle", settle), positive_count("longest", longest)
     if longest < settle + SEEN:

@@ -100,7 +100,7 @@ def test_the_note_on_gravity_offers_an_angle_only_where_none_was_given(tmp_path)
     heavy = PROJECT.replace("0.8 kg*m^2", "0.8 kg*m^2, drag: {type: angle_torque, amplitude: 5 N*m}")
     given = "--controller", "inverse", "--speed", "600 rpm"
     said = " ".join(written(tmp_path, *given, project=heavy)[0].split())
-    assert "held at its torque at the load's angle 0 deg, 0 N*m. Others: `load_angles` of" in said
+    assert "held at its torque at the load's angle 0 deg, 0 N*m. Others: --load-angle" in said
     angles = "--load-angle", "0 deg", "--load-angle", "90 deg"
     said = " ".join(written(tmp_path, *given, *angles, project=heavy)[0].split())
     assert "Another angle" not in said

@@ -152,6 +152,7 @@ def test_the_load_that_the_range_is_for_is_named_where_the_file_has_a_range_of_l
         assert together.startswith(f"assumed damping and kinematic error together{load}: ")
 
 
+@pytest.mark.slow
 def test_the_range_is_for_the_load_of_the_verdict():
     mean = "mean: {from: 10 N*m, to: 30 N*m}"
     text = HELD.replace("inertia: ", "drag: {type: angle_torque, amplitude: 40 N*m}, inertia: ", 1)
