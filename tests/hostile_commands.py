@@ -42,7 +42,11 @@ FILES = {
     "other.yaml": LINEAR.replace("1.3", "2.6"),
     "spec.yaml": SPECIFICATION,
     "log.csv": table(
-        TIMES, 10.0 * TIMES, 0.2 * TIMES - 1.12e-4 * np.cos(20.0 * TIMES), np.cos(20.0 * TIMES), names=COLUMNS.split(",")
+        TIMES,
+        10.0 * TIMES,
+        0.2 * TIMES - 1.12e-4 * np.cos(20.0 * TIMES),
+        np.cos(20.0 * TIMES),
+        names=COLUMNS.split(","),
     ),
     "scan.csv": table(TURN, 1e-4 * np.cos(2.0 * TURN), names=("angle [rad]", "error [rad]")),
     "loop.csv": table(

@@ -223,7 +223,9 @@ def test_the_mean_of_a_torque_goes_with_its_lines(written):
 LINES = "kinematic_error: [{order: 2, amplitude: 23 arcsec}]"
 
 
-@pytest.mark.parametrize(("text", "accuracy"), [("catalogue", 2.9e-4), ("1.5 arcmin", 90.0 * ARCSEC)])
+@pytest.mark.parametrize(
+    ("text", "accuracy"), [("catalogue", 2.9e-4), ("1.5 arcmin", 90.0 * ARCSEC), ("60 arcmin", 3600.0 * ARCSEC)]
+)
 def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(written, text, accuracy):
     # CSG-40-50: 2.9e-4 rad, Harmonic Drive LLC, CSF/CSG catalogue p. 49
     project = read_project(written(GOOD.replace(LINES, f"accuracy: {text}")))
@@ -242,7 +244,11 @@ def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(wri
             "project.yaml:7:13: excitation.accuracy: '60' has no unit; write for example 23 arcsec",
         ),
         (LINES, "accuracy: -1 arcmin", "project.yaml:7:13: excitation.accuracy: '-1 arcmin' is not positive"),
-        (LINES, "accuracy: 60 deg", "project.yaml:7:13: excitation.accuracy: '60 deg' is above 1 deg, and gears have"),
+        (
+            LINES,
+            "accuracy: 60 deg",
+            "project.yaml:7:13: excitation.accuracy: '60 deg' is above 1 deg, and catalogues have",
+        ),
         (LINES, "accuracy: 60.1 arcmin", "project.yaml:7:13: excitation.accuracy: '60.1 arcmin' is above 1 deg"),
         (LINES, "accuracy: good", "project.yaml:7:13: excitation.accuracy: 'good' does not begin with a finite number"),
         (

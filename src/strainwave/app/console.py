@@ -153,7 +153,8 @@ def reported(title: str, facts: Sequence[Fact], as_json: bool, *more: str) -> st
         return to_json({"title": title} | data(facts))
     fails = len(facts[0].value) if facts[0].key == "failures" else 0
     rows = [*lines(facts), *more]
-    return in_options("\n".join([*rows[:fails], title, *(f"  {line}" for line in rows[fails:])]))
+    rows = [in_options(row) for row in rows]
+    return "\n".join([*rows[:fails], title, *(f"  {line}" for line in rows[fails:])])
 
 
 # Calls that sentences of the library name, and the options of the commands in their place.

@@ -64,7 +64,7 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
         shutil.rmtree(part, ignore_errors=True)
         _remove(new_folders)
         if isinstance(error, OSError) and (error.filename is None or part.name in str(error.filename)):
-            error.filename = str(folder)
+            error.filename = str(folder / name)
         raise
     shutil.rmtree(part, ignore_errors=True)
 

@@ -287,9 +287,11 @@ def _without_searches() -> None:
     """
     absent = [name for name in ("scipy.linalg.cython_blas", "coverage") if name not in sys.modules]
     sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type]
-    import_module("numba.np.arraymath")
-    for name in absent:
-        del sys.modules[name]
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        for name in absent:
+            del sys.modules[name]
 
 
 def _prefer_wide_vectors(config: Any) -> None:

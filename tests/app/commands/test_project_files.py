@@ -122,8 +122,8 @@ def test_what_is_missing_without_a_terminal_is_named(tmp_path):
         (("--damping", "nan"), "--damping: "),
         (("--speed-from", "4000 rpm"), "--speed-to must be given: '3000 rpm' is not above the lowest speed"),
         (("--loop", "30 rpm"), "--loop: '30 rpm' is a speed of a shaft, not a bandwidth"),
-        (("--accuracy", "60 deg"), "--accuracy: '60 deg' is above 1 deg, and gears have 0.5 to 3 arcmin"),
-        (("--accuracy", "50", "--kinematic-error", "9"), "--kinematic-error: '9 arcsec' stands beside --accuracy"),
+        (("--accuracy", "60 deg"), "--accuracy: '60 deg' is above 1 deg, and catalogues have 0.5 to 3 arcmin"),
+        (("--accuracy", "50", "--kinematic-error", "9"), "--kinematic-error: '9 arcsec' and --accuracy both give"),
         (("--title", "x" * 300), "--title: is longer than one line"),
     ],
 )

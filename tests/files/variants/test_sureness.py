@@ -119,6 +119,7 @@ def test_a_drive_that_cannot_be_computed_leaves_no_doubt(held):
     assert sure.sentences(held.limit) == ("One variant cannot be computed: no motion",)
 
 
+@pytest.mark.slow
 def test_an_assumed_hysteresis_is_varied_and_leaves_three_digits():
     element = "hysteresis: {type: bouc_wen, K: 1.4e4 N*m/rad, ratio: 0, yield_twist: 10 arcsec}\n"
     text = HELD.replace("damping:", f"{element}damping:", 1).replace("{excitation: assumed, damping", "{hysteresis")
@@ -147,7 +148,7 @@ def test_a_project_that_is_changed_in_python_has_the_doubts_of_its_own_drive(hel
 def test_the_load_that_the_range_is_for_is_named_where_the_file_has_a_range_of_loads():
     ranged = "excitation: {load_torque: {mean: {from: -20 N*m, to: 60 N*m}}, "
     assert "excitation: {" in HELD
-    for text, load in ((HELD, ""), (HELD.replace("excitation: {", ranged, 1), " with 60 N·m on the load")):
+    for text, load in ((HELD, ""), (HELD.replace("excitation: {", ranged, 1), " with −20, 20 and 60 N·m on the load")):
         together = from_text(text, Path("axis.yaml")).sureness.sentences(None)[2]
         assert together.startswith(f"assumed damping and kinematic error together{load}: ")
 
@@ -160,7 +161,33 @@ def test_the_range_is_for_the_load_of_the_verdict():
     worst = max(project.analyze(advice=False).load_cases, key=lambda case: case.avoid.largest)
     assert worst.torque == pytest.approx(70.0)
     sure = project.sureness
-    assert sure.load == " with 70 N·m on the load"
+    assert sure.load == " with −30, 20 and 70 N·m on the load"
     error = sure.doubts[1]
     assert error.ends[1] == "23 arcsec"  # that of the file
     assert error.sizes[1] == pytest.approx(worst.avoid.largest, rel=1e-6)
+
+
+STIFFER = """
+gear: CSG-40-50
+motor: {loop: {type: cascade, bandwidth: 30 Hz, damping: 0.7}}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 250 rpm, to: 3000 rpm, shaft: motor}
+limit: {oscillation: 60 arcsec}
+excitation: {load_torque: {mean: {from: 0 N*m, to: 150 N*m}}, kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+sources: {motor.loop: assumed, damping: assumed}
+"""
+
+
+@pytest.mark.slow
+def test_a_change_that_is_worst_under_another_load_than_the_drive_itself_counts():
+    project = from_text(STIFFER, Path("axis.yaml"))
+    stiff = sw.replaced(project, {"motor.loop.bandwidth": "45 Hz", "damping.ratio": "2 %"}, retune=True)
+    sizes = [
+        float(np.max(one.under(torque).response(coexisting=False, points=40).oscillation))
+        for one, torque in ((project, 0.0), (project, 150.0), (stiff, 0.0), (stiff, 150.0))
+    ]
+    assert sizes[0] < sizes[1] < project.limit < sizes[2]
+    sure = project.sureness
+    assert sure.largest[1] == pytest.approx(max(sizes), rel=1e-3)
+    assert "on both sides of the limit" in sure.sentences(project.limit)[-1]

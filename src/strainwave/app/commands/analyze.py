@@ -123,7 +123,8 @@ def analyse(project: Project, folder: Path | None, live: bool = False) -> Report
 
 def _printed(report: Report, folder: Path | None) -> str:
     """The summary of a report with its place."""
-    summary = in_options(report.summary)
+    title, _, lines = report.summary.partition("\n")
+    summary = f"{title}\n{in_options(lines)}"
     return summary if folder is None else f"{summary}\n  report: {folder / 'report.html'}"
 
 

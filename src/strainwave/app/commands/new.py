@@ -192,7 +192,7 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
             return text
     text = _with_unit(text, question.unit)
     if name == "kinematic_error" and answers["accuracy"]:
-        raise ValueError(f"{text!r} stands beside --accuracy, which it would be a guess of; give one of them")
+        raise ValueError(f"{text!r} and --accuracy both give the size of the error; give one of them")
     if name in KINDS:
         KINDS[name].read(text, Place((), []))
     else:
@@ -254,8 +254,10 @@ def _of_catalogue(name: str, answers: dict[str, str]) -> str:
     if name == "speed_to":
         return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
     if record.accuracy is None and not answers["accuracy"]:
-        other = "or none" if name == "budget" else "the amplitude of order 2"
-        raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {other} in arcsec, or give --accuracy")
+        other = (
+            "it in arcsec, or none" if name == "budget" else "the amplitude of order 2 in arcsec, or give --accuracy"
+        )
+        raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {other}")
     if name == "kinematic_error":
         return "catalogue"
     return answers["accuracy"] or f"{(record.accuracy or 0.0) / ARCSEC:.3g} arcsec"

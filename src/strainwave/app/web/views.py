@@ -199,7 +199,8 @@ def sureness(project: Project) -> dict[str, Any]:
     sentences = sure.sentences(project.limit)
     return {
         "how_sure": list(sentences), "together": sentences[len(sure.doubts)] if sure.doubts else "",
-        "load": sure.load, "met": not sure.doubts or (project.limit is not None and sure.largest[1] <= project.limit),
+        "load": sure.load, "met": not sure.doubts
+        or (project.limit is not None and sure.largest[1] <= project.limit and not (sure.load and project.has_memory)),
         "held": held, "speed": scale * sure.omega,
         "low_arcsec": sure.low / ARCSEC, "high_arcsec": sure.high / ARCSEC,
     }  # fmt: skip

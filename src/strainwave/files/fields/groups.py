@@ -161,8 +161,8 @@ class LoadTorqueSpec(TorqueSpec):
 
 
 def _accuracy(angle: float, text: str) -> None:
-    if angle > math.radians(WORST):
-        raise ValueError(f"{text!r} is above {WORST:g} deg, and gears have 0.5 to 3 arcmin; check the unit")
+    if angle > math.radians(WORST) * (1.0 + 1e-9):
+        raise ValueError(f"{text!r} is above {WORST:g} deg, and catalogues have 0.5 to 3 arcmin; check the unit")
 
 
 ACCURACY = Quantity("rad", "positive", CATALOGUE, _accuracy)

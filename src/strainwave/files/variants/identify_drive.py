@@ -301,7 +301,8 @@ def identify_drive(
                 f"{listed(fixed)} was kept: a torsion of {reach[0]:.3g} to {reach[1]:.3g} rad does not reach it."
             )
     scaled = {"load.inertia", "load.excitation"}.isdisjoint((*names, *inputs))
-    if scaled and train.load == Load(train.load.J):
+    stiff = any(name.startswith(("gear.", "hysteresis.")) for name in names)
+    if stiff and scaled and train.load == Load(train.load.J):
         kept = f"load.inertia was kept at {train.load.J:.4g} kg*m^2: without a torque of the load"
         remarks.append(f"{kept} a log does not tell it; stiffness and damping are in proportion to it.")
     remarks += _orders_left(fit, logs)

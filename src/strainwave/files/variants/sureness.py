@@ -34,7 +34,9 @@ WHAT = {
     "motor.loop.bandwidth": "bandwidth",
 }  # fmt: skip
 OF = ("damping.ratio", "damping.B", "damping.quality", "motor.loop.bandwidth", "excitation.accuracy")
-TORQUES = (".K", ".T_c", ".T_s", ".B", ".D")  # of a hysteresis: its torque is proportional to all of these together
+TORQUES = (  # of a hysteresis: its torque is proportional to all of these together
+    ".K", ".K1", ".K2", ".K3", ".T1", ".T2", ".T_c", ".T_s", ".B", ".D", ".sigma_0", ".sigma_1", ".sigma_2",
+)  # fmt: skip
 
 
 Case = tuple[int | None, ...]  # of each group of numbers: at which end of its range it is, or as it is
@@ -76,7 +78,8 @@ class Sureness(NamedTuple):
     lost : tuple of str
         Why others have no answer, an unstable loop for one.
     load : str
-        Torque on the load that all of this is for, where the file has a range of it: that of the largest oscillation.
+        Torques on the load that all of this is for, where the file has a range of it: its ends, its mean and that of
+        the drive's largest oscillation; of a law with memory the last alone.
     """
 
     doubts: tuple[Doubt, ...]
@@ -121,10 +124,9 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
 
     A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
     from half of its value to all of it, as a class is an upper bound; a bandwidth from two thirds to one and a half;
-    the torque of a hysteresis from half of it to one and a half. Damping and gains are computed anew for each drive. Of
-    a range of loads all of them have the torque under which the drive itself oscillates most, as the verdict goes by
-    that one. A project that is changed in Python is written as a file first; where no file holds it, nothing is
-    computed.
+    the torque of a hysteresis from half of it to one and a half. Damping and gains are computed anew for each drive.
+    Of a range of loads each is followed under the torques of `load`, and the largest oscillation counts. A project that
+    is changed in Python is written as a file first; where no file holds it, nothing is computed.
     """
     omega, lost = np.linspace(*project.speeds.limits, SPEEDS), dict[str, None]()
     if any(_assumed(project)):
@@ -137,7 +139,7 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     plain = (None,) * len(groups)
     alone = [(*plain[:i], end, *plain[i + 1 :]) for i in range(len(groups)) for end in (0, 1)]
     cases = dict.fromkeys([plain, *alone, *product((0, 1), repeat=len(groups))]) if groups else {}
-    torque = _worst_load(project, solve) if groups else None
+    torques = _torques(project, solve) if groups else ()
     low, high, sizes = np.full(SPEEDS, np.inf), np.full(SPEEDS, -np.inf), dict[Case, float]()
     computed = dict[frozenset[tuple[str, str]], float | None]()  # by the changes; a number may be an end of its range
     for case in cases:
@@ -147,13 +149,14 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
         if key not in computed:
             computed[key] = None
             try:
-                found, turns = solve(_under(replaced(project, changes, retune=True) if changes else project, torque))
+                variant = replaced(project, changes, retune=True) if changes else project
+                for found, turns in [solve(_under(variant, torque)) for torque in torques or (None,)]:
+                    computed[key] = max(computed[key] or 0.0, float(found.oscillation[found.top]))
+                    for speeds, values in _stretches(found, omega * turns):
+                        low[speeds], high[speeds] = np.minimum(low[speeds], values), np.maximum(high[speeds], values)
             except (ValueError, SolveError) as error:
                 lost[f"One variant cannot be computed: {error}"] = None
                 continue
-            computed[key] = float(found.oscillation[found.top])
-            for speeds, values in _stretches(found, omega * turns):
-                low[speeds], high[speeds] = np.minimum(low[speeds], values), np.maximum(high[speeds], values)
         if (size := computed[key]) is not None:
             sizes[case] = size
     doubts = tuple(
@@ -166,20 +169,21 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
     doubts = tuple(doubt for doubt in doubts if isfinite(doubt.sizes[0]))
     drives = sum(size is not None for size in computed.values())
-    load = "" if torque is None else f" with {number(torque)} N·m on the load"
+    load = sign(f" with {listed(map(number, torques))} N·m on the load") if torques else ""
     return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost), load)
 
 
-def _worst_load(project: Project, solve: Solve) -> float | None:
-    """Torque [N*m] on the load with the largest oscillation, where the file has a range of it."""
+def _torques(project: Project, solve: Solve) -> tuple[float, ...]:
+    """Torques [N*m] on the load that a range of them is tried at."""
     if not project.other_loads[0] < project.other_loads[1]:
-        return None
+        return ()
     sizes = dict[float, float]()
-    for torque in (project.mean_load_torque, *spread(project)):
+    for torque in dict.fromkeys((project.mean_load_torque, *spread(project))):
         with suppress(ValueError, SolveError):
             response, _ = solve(_under(project, torque))
             sizes[torque] = float(response.oscillation[response.top])
-    return max(sizes, key=lambda torque: sizes[torque], default=project.mean_load_torque)
+    worst = max(sizes, key=lambda torque: sizes[torque], default=project.mean_load_torque)
+    return (worst,) if project.has_memory else tuple(sorted({*project.other_loads, project.mean_load_torque, worst}))
 
 
 def _under(project: Project, torque: float | None) -> Project:

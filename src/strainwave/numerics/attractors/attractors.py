@@ -29,7 +29,7 @@ SEED = 20
 DECAY = 16.0  # transients die by exp(-16), 1e-7, in the longest time
 FIRST_TURNS, LEAST_TURNS, MOST_TURNS = 30, 300, 6000
 MOST_MOTIONS = 20  # at one frequency
-MOST_STEPS = 4e8  # of all starts together at a time: some seconds
+MOST_STEPS = 3.2e9  # of all starts together at a time: half a minute
 LEAST_DAMPING = 1e-4  # of critical, that bounds the vibrations which are looked for
 FASTEST = (
     2.0  # times the highest line of the forcing, or the free vibration about a rest: what vibrates faster is left out

@@ -93,7 +93,7 @@ def settled(
     """March every lane from its state (states, lanes) for `settle` turns, and those not settled on to `longest`.
 
     With `known`, which tells the lanes that are on known motions, those that are not go on, settled or not. What takes
-    more than `most` steps of all lanes is refused (SolveError) before it is marched.
+    more than `most` steps of all lanes, at first an eighth, is refused (SolveError) before it is marched.
     """
     lanes = y0.shape[1]
     lowest, highest = np.full((2, lanes), np.nan)
@@ -103,7 +103,7 @@ def settled(
         varied: dict[str, Any] = {path: np.broadcast_to(v, (lanes,))[places] for path, v in parameters.items()}
         run, _ = lanes_run(
             system, varied, tuple(start), periods=SEEN, settle=skipped, measures=(Extremes(), Final()), method=method,
-            threads=threads, most=most,
+            threads=threads, most=most if turns else most / 8.0,
         )  # fmt: skip
         turns += skipped + SEEN
         result.state[:, places] = run["final"].values

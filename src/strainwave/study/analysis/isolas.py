@@ -125,7 +125,7 @@ def isolas(
     ValueError
         If the range is not 0 < low < high, `resonance` is none, or nothing alternates in the excitation.
     SolveError
-        If the random starts take more than 4e8 steps at a time: a wide range, or low speeds.
+        If the random starts take more than 4e8 steps at first, or 3.2e9 later: a wide range, low speeds, light damping.
 
     References
     ----------

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import depends, states_of, torque_of
+from ...base.law import depends, is_spring, states_of, torque_of
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, number
 from ...base.units import RPM
@@ -41,7 +41,7 @@ NO_RULES = Rules()
 LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift of a motor that nothing holds
 
 APART = 0.025  # relative distance of the speeds of the search
-AS_LARGE = 0.9  # of a motion under another load
+AS_LARGE = 0.99  # of a motion under another load
 HIGHEST = 100  # harmonic of an order that may still meet a resonance
 BEATS = (
     "the error {}, {} s at {} and {} s at {}; the oscillation is that of the turn of "
@@ -174,19 +174,25 @@ def extended(
     return whole, found.seeds
 
 
-def untried(seeds: Iterable[Settling], loaded: UnderLoad, neighbour: UnderLoad) -> tuple[Settling, ...]:
-    """Seeds of a load, but for those near which its neighbour has a motion as large that no curve has.
+def untried(
+    case: Case, seeds: Iterable[Settling], loaded: UnderLoad, neighbour: UnderLoad
+) -> tuple[Settling, ...]:  # fmt: skip
+    """Seeds of a load for its neighbour's case.
 
-    A law with memory leaves such motions at every speed, whose seeds would add up from load to load.
+    A law with memory leaves motions that no curve has at every speed, whose seeds would add up from load to load: those
+    near which the neighbour has one as large are left out.
     """
-    sizes = {one.omega: one.oscillation for one in loaded.loose}
+    sizes = dict[float, float]()
+    for one in loaded.loose:
+        sizes[one.omega] = max(sizes.get(one.omega, 0.0), one.oscillation)
     there = np.array([one[:2] for one in neighbour.loose]).reshape(-1, 2)
 
     def known(seed: Settling) -> bool:
         some = there[np.abs(there[:, 0] - seed.omega) < APART * seed.omega, 1]
         return bool(np.any(some > AS_LARGE * sizes.get(seed.omega, inf)))
 
-    return tuple(seed for seed in seeds if neighbour.curves and not known(seed))
+    spring = is_spring(case.equation)
+    return tuple(seed for seed in seeds if neighbour.curves and (spring or not known(seed)))
 
 
 def searched_at(own: UnderLoad, span: Span, apart: float, shift: float) -> Floats:
