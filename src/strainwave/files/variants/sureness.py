@@ -78,8 +78,8 @@ class Sureness(NamedTuple):
     lost : tuple of str
         Why others have no answer, an unstable loop for one.
     load : str
-        Torques on the load that all of this is for, where the file has a range of it: its ends, its mean and that of
-        the drive's largest oscillation; of a law with memory the last alone.
+        Loads that all of this is for, where the file has a range of torques: its ends, its mean and that of the drive's
+        largest oscillation; of a law with memory the last alone, by its torque.
     """
 
     doubts: tuple[Doubt, ...]
@@ -169,7 +169,8 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
     doubts = tuple(doubt for doubt in doubts if isfinite(doubt.sizes[0]))
     drives = sum(size is not None for size in computed.values())
-    load = sign(f" with {listed(map(number, torques))} N·m on the load") if torques else ""
+    load = f" at the worst of {len(torques)} loads" if len(torques) > 1 else ""
+    load = sign(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
     return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost), load)
 
 
