@@ -148,7 +148,7 @@ def test_a_project_that_is_changed_in_python_has_the_doubts_of_its_own_drive(hel
 def test_the_load_that_the_range_is_for_is_named_where_the_file_has_a_range_of_loads():
     ranged = "excitation: {load_torque: {mean: {from: -20 N*m, to: 60 N*m}}, "
     assert "excitation: {" in HELD
-    for text, load in ((HELD, ""), (HELD.replace("excitation: {", ranged, 1), " at the worst of 3 loads")):
+    for text, load in ((HELD, ""), (HELD.replace("excitation: {", ranged, 1), " over 3 loads")):
         together = from_text(text, Path("axis.yaml")).sureness.sentences(None)[2]
         assert together.startswith(f"assumed damping and kinematic error together{load}: ")
 
@@ -161,7 +161,7 @@ def test_the_range_is_for_the_load_of_the_verdict():
     worst = max(project.analyze(advice=False).load_cases, key=lambda case: case.avoid.largest)
     assert worst.torque == pytest.approx(70.0)
     sure = project.sureness
-    assert sure.load == " at the worst of 3 loads"
+    assert sure.load == " over 3 loads"
     error = sure.doubts[1]
     assert error.ends[1] == "23 arcsec"  # that of the file
     assert error.sizes[1] == pytest.approx(worst.avoid.largest, rel=1e-6)

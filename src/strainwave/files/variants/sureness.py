@@ -169,7 +169,7 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
     doubts = tuple(doubt for doubt in doubts if isfinite(doubt.sizes[0]))
     drives = sum(size is not None for size in computed.values())
-    load = f" at the worst of {len(torques)} loads" if len(torques) > 1 else ""
+    load = f" over {len(torques)} loads" if len(torques) > 1 else ""
     load = sign(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
     return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost), load)
 
