@@ -96,10 +96,10 @@ async function response(again) {
   const later = structuredClone(picture), top = Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite)));
   await draw("response", picture);
   const [low, mean, high] = r.load_torques, under = low < high ? (mean ? ` at ${signed(round(mean))} N·m on the load` : " without the load's torque") : "";
-  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, "largest torque in the gear", "N·m")];
+  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, `largest torque in the gear${under}`, "N·m")];
   const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
   r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
-  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: `torque${under} [N·m]`, rangemode: "tozero" } }, table, label: `Largest torque in the gear${under} over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
+  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear${under} over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
   link(["response", "torque"]);
   pinControls(again);
   const sure = (value) => (Math.abs(value) >= 10 ** r.digits ? String(Math.round(value)) : round(value, r.digits));
