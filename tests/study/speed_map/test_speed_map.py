@@ -486,16 +486,18 @@ def test_no_motion_is_searched_where_a_light_load_only_follows_the_error(tmp_pat
     assert not found.forbidden[0].size
 
 
-def test_a_load_without_a_known_motion_is_forbidden_and_the_others_keep_their_bands(tmp_path):
+@pytest.mark.parametrize(("motor", "size"), [("mode: held", 20), ("loop: {type: speed, bandwidth: 48 Hz}", 1)])
+def test_a_load_without_a_known_motion_is_forbidden_and_the_others_keep_their_bands(tmp_path, motor, size):
+    """A free vibration within the gap has no stiffness: the Campbell diagram has no lines then."""
     path = tmp_path / "loose.yaml"
     path.write_text(
-        """
-gear: {ratio: 100, law: {type: backlash, K: 3e4 N*m/rad, half_gap: 1e-4 rad}}
-motor: {inertia: 3e-4 kg*m^2, mode: held}
-load: {inertia: 0.5 kg*m^2}
-damping: {B: 10 N*m*s/rad}
-speed: {from: 50 rad/s, to: 400 rad/s, shaft: motor}
-excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
+        f"""
+gear: {{ratio: 100, law: {{type: backlash, K: 3e4 N*m/rad, half_gap: 1e-4 rad}}}}
+motor: {{inertia: 3e-4 kg*m^2, {motor}}}
+load: {{inertia: 0.5 kg*m^2}}
+damping: {{B: 10 N*m*s/rad}}
+speed: {{from: 50 rad/s, to: 400 rad/s, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 2, amplitude: {size} arcsec}}]}}
 """,
         encoding="utf-8",
     )
