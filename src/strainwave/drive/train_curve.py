@@ -75,6 +75,11 @@ def has_curve(train: DriveTrain) -> bool:
     return not train.motor.free or (bool(left_out(train)) and at_load(train).linear_part() is not None)
 
 
+def unfollowed(train: DriveTrain | None, curve: DriveResponse | None) -> bool:
+    """Whether no motion of a whole train is stable: those of its error equation are not the drive's."""
+    return curve is None and train is not None and has_curve(train)
+
+
 def refuse_free(train: DriveTrain) -> None:
     """Refuse a free motor in a train that has neither a curve nor an error equation with all of it (ValueError)."""
     if (parts := left_out(train)) and not has_curve(train):

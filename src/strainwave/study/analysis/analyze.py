@@ -22,7 +22,7 @@ from ...drive.postures import titled
 from ...drive.project import Project
 from ...drive.response import exact_response
 from ...drive.standstill import standing
-from ...drive.train_curve import FEW, refuse_free
+from ...drive.train_curve import FEW, refuse_free, unfollowed
 from ...drive.two_turns import NONE_STABLE
 from ...model.gears.gear import Gear
 from ...model.gears.limits import RATCHETING
@@ -171,10 +171,11 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     study = None if train is None else _whole_train(project, train, system, point, exact, single, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
     drive = curve or exact
-    avoid = speeds_to_avoid(system, drive, point, limit, None if ramp is None else in_run(*ramp))
+    still = unfollowed(train, curve)
+    avoid = None if still else speeds_to_avoid(system, drive, point, limit, None if ramp is None else in_run(*ramp))
     by_load: tuple[LoadCase, ...] = ()
     if project.other_loads[0] < project.other_loads[1]:
-        alone = speeds_to_avoid(system, drive, point, limit)  # without the run-up
+        alone = None if still else speeds_to_avoid(system, drive, point, limit)  # without the run-up
         as_it_is = LoadCase(project.mean_load_torque, drive, alone, limits)
         by_load = load_cases(project, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)

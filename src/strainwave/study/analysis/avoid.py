@@ -3,9 +3,7 @@
 A steady curve is under constant mean torques. Where a torque follows the load's own angle, the run-up has it, and the
 speeds of its peaks are avoided as well.
 
-A drive under the torques of its load: a curve under each, and the speeds to avoid under all of them.
-
-A load torque that lies anywhere in a range, as that of gravity on an arm does, takes a curve at several torques.
+A load torque that lies anywhere in a range, as that of gravity on an arm does, takes a curve under several torques.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -24,6 +22,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
 from ...drive.project import Project
 from ...drive.run import DriveRun
+from ...drive.train_curve import unfollowed
 from ...drive.two_turns import is_beating
 from .resonances import OperatingPoint, operating_point
 
@@ -365,15 +364,14 @@ def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
 def _case(loaded: Project, torque: float) -> LoadCase:
     system = loaded.system(reduced=True)
     point, others = operating_point(system), searched(system.law)
-    drive = loaded.train_response(coexisting=others) or loaded.equation_response(coexisting=others)
-    return LoadCase(torque, drive, speeds_to_avoid(system, drive, point, loaded.limit), loaded.speeds.limits)
+    curve = loaded.train_response(coexisting=others)
+    drive = curve or loaded.equation_response(coexisting=others)
+    avoid = None if unfollowed(loaded.train, curve) else speeds_to_avoid(system, drive, point, loaded.limit)
+    return LoadCase(torque, drive, avoid, loaded.speeds.limits)
 
 
 def searched(law: Any) -> bool:
-    """Whether motions that do not join the curve of a torque are looked for at its ends.
-
-    With memory, and with a gap, the search would take most of the time.
-    """
+    """Whether motions apart from a torque's curve are looked for: with memory or a gap that takes most of the time."""
     return depends(law) == 1 and bool(law.stiffness(0.0) > 0.0)
 
 
