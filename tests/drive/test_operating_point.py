@@ -32,6 +32,33 @@ def test_a_law_with_memory_is_loaded_to_the_gravity_at_the_angle_of_the_load(con
     assert (state["x"], state["gear z1"]) == pytest.approx((x, z), rel=1e-6)
 
 
+@pytest.mark.parametrize("control", [sw.train.PositionLoop(18.0, 0.03), sw.train.Held()])
+@pytest.mark.parametrize("amplitude", [0.0, 2e-5])
+@pytest.mark.parametrize("place", [-30.0, -3.0, -1.2, -0.5, -1e-3, 0.0, 0.3, 1.1, 2.5, 100.0])
+@pytest.mark.parametrize("balance", [0.0, np.pi])
+def test_a_load_near_its_balance_rests_beside_a_gap_or_in_it(control, amplitude, place, balance):
+    """Angles from the balance of gravity on in half gaps; the hand-written equations of rest hold."""
+    gap, K, N, pull = 5e-5, 3e4, 100.0, 5.0
+    train = sw.DriveTrain(
+        sw.train.Motor(2e-5, control=control), N, 10.0, sw.Play(gap, sw.Linear(K)),
+        sw.train.Load(0.3, drag=sw.train.AngleTorque(pull)), 1.0, sw.KinematicError((sw.Line(2, amplitude, 0.4),)),
+        sw.train.AtRest(),
+    )  # fmt: skip
+    angle = N * (balance + place * gap)
+    state = dict(zip(train.state_names(), sw.study.operating_state(train, 0.0, angle=angle), strict=True))
+    turned = state.get("motor deviation", 0.0)
+    e, slope = (f(2.0 * (angle + turned) + 0.4) for f in (np.cos, np.sin))
+    u = state["x"] - amplitude * e
+    torque = K * np.sign(u) * max(abs(u) - gap, 0.0)
+    assert torque == pytest.approx(pull * np.sin((angle + turned) / N - state["x"]), abs=1e-9 * K * gap)
+    if turned:
+        assert 18.0 * turned == pytest.approx(-(1.0 / N + 2.0 * amplitude * slope) * torque, abs=1e-9 * K * gap)
+    if balance:
+        assert abs(u) > gap  # inside the gap it would fall
+    elif abs(u) < gap:
+        assert state["x"] == pytest.approx(place * gap, abs=1e-6 * gap)
+
+
 @pytest.mark.parametrize("control", [sw.train.SpeedLoop(0.072, 2.8), sw.train.Held()])
 def test_a_run_that_begins_there_stays_there(control):
     train = DRIVE.train(

@@ -5,12 +5,13 @@ from typing import Any
 import numpy as np
 
 from ..base.arguments import typed
-from ..base.law import states_of, torque_of
+from ..base.law import breakpoints_of, is_spring, spring_stiffness, states_of, torque_of
 from ..base.protocols import lacking, terms_of, with_parts
 from ..base.quantities import number, numbers
 from ..base.results import Floats, SolveError
 from ..base.sentences import Sentence, Speed
 from ..model.excitation import Harmonic, NoError
+from ..model.laws.springs import Polynomial
 from ..model.train.controls import Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
@@ -18,8 +19,9 @@ from ..numerics.balance.rates import jacobians_at, rates_at
 from ..numerics.loading import loaded_state
 
 STEP = 0.1  # units of the states for differences: twists of 0.6 microrad
-HELD = Held()
+HELD, BESIDE = Held(), 1e-9  # and a share of a torsion, beyond the kink at the end of a gap
 ROUNDS, CLOSE = 50, 1e-9  # of Newton's method, and rates of the solution relative to those of the train without twist
+EXACT = 1e-14  # of the rates of a train with a twist: what rounding leaves of them
 
 
 @typed
@@ -70,17 +72,29 @@ def operating_state(
         return np.concatenate([state[:2], np.zeros(2), state[2:]])
     names = held.state_names()
     state = np.zeros(len(names))
-    largest = max(float(np.max(np.abs(_rates(held, angle, state)))), 1e-300)
-    short, memory = "", [_memory(names, i) for i in range(1 + len(held.load.couplings()))]
+    tolerance = CLOSE * max(float(np.max(np.abs(_rates(held, angle, state)))), 1e-300)
+    short, memory, turned = "", [_memory(names, i) for i in range(1 + len(held.load.couplings()))], 0
+    kept = [j for places in memory for j in places]
+    slack = not near and is_spring(held.law) and float(spring_stiffness(held.law, 0.0)) == 0.0
+    if slack:  # where little torque is to be carried, that of a twist as wide as the gap has more rounding
+        wide = np.append(2.0 * max(breakpoints_of(held.law), default=0.0), state[1:])
+        tolerance = max(tolerance, EXACT * float(np.max(np.abs(_rates(held, angle, wide)))))
     for _ in range(ROUNDS):
         # Its torque depends on where the load is: the state of a law with memory is that of its own slow load.
         torque = _torque_at_load(held, names, state, angle)
-        short = short or _loaded(held, names, state, near, torque)
-        if not _settle(held, angle, state, [j for places in memory for j in places], CLOSE * largest):
+        short = short or _loaded(held, names, state, near, torque, angle)
+        beside = _beside_gap(held, held.torsion(angle, tuple(state)), torque) if slack and not short else held
+        if not _settle(beside, angle, state, kept, tolerance):
             break
-        change = abs(_torque_at_load(held, names, state, angle) - torque)
-        if near or not any(memory) or change <= CLOSE * max(abs(torque), 1e-300):
+        now = _torque_at_load(held, names, state, angle)
+        if near or not (slack or any(memory)) or abs(now - torque) <= CLOSE * max(abs(torque), 1e-300):
             return state
+        turned += now * torque < 0.0
+        if slack and turned > 1:  # each side of the gap leads to the other: the load rests between them
+            state[0] -= held.torsion(angle, tuple(state))
+            if _settle(held, angle, state, kept, tolerance):
+                return state
+            break
     said = short or "Newton's method finds none"
     raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), said))
 
@@ -121,8 +135,13 @@ def _torque_at_load(train: DriveTrain, names: tuple[str, ...], state: Floats, an
     return float(drag - end.excitation.torque(0.0))
 
 
-def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, guess: tuple[float, ...], torque: float) -> str:
-    """Set the twists to those that carry a torque [N*m] at the load; a sentence where a law cannot."""
+def _loaded(
+    train: DriveTrain, names: tuple[str, ...], state: Floats, guess: tuple[float, ...], torque: float, angle: float
+) -> str:
+    """Set the twists to those that carry a torque [N*m] at the load; a sentence where a law cannot.
+
+    The error of the gear has its part of the angle between motor and load: without it a gap may count as closed.
+    """
     for i, law in enumerate((train.law, *train.load.couplings())):
         if lacking(law, "stiffness"):
             continue
@@ -131,7 +150,14 @@ def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, guess: tup
             state[places] = guess if guess and i == 0 else loaded_state(law, torque)
         except (ValueError, SolveError) as error:
             return str(error)
+    state[0] += state[0] - train.torsion(angle, tuple(state))
     return ""
+
+
+def _beside_gap(train: DriveTrain, u: float, torque: float) -> DriveTrain:
+    """The train with a straight law through a torsion [rad] and its torque [N*m], as steep as its own beyond it."""
+    stiffness = float(spring_stiffness(train.law, u * (1.0 + BESIDE)))
+    return train._replace(law=Polynomial((torque - stiffness * u, stiffness))) if stiffness else train
 
 
 def _rates(train: DriveTrain, angle: float, state: Floats) -> Floats:
