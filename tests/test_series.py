@@ -11,6 +11,7 @@ from strainwave.base.series import (
     largest_size,
     oscillation,
     remembered,
+    sizes_of_samples,
     weights_at,
 )
 
@@ -68,6 +69,16 @@ def test_the_largest_of_sampled_rows_is_that_of_each_wherever_it_stands():
     # a parabola through samples of step h misses the top by at most 3 h^4/128 of the fourth derivative, 17.2 there
     np.testing.assert_allclose(np.delete(sizes, 5), 1.2, atol=17.2 * angles[1] ** 4 * 3 / 128)
     assert largest_of_samples(np.empty((0, 5))).shape == (0,)
+
+
+def test_the_sizes_of_samples_are_those_beside_them_but_at_crests():
+    angles = 2.0 * np.pi * (np.arange(96) + 0.4) / 48
+    waves = -np.cos(angles)
+    sizes, crests = sizes_of_samples(waves), [24, 48, 72]  # those at the ends have too few beside them
+    np.testing.assert_array_equal(np.delete(sizes, crests), np.delete(np.abs(waves), crests))
+    np.testing.assert_allclose(sizes[crests], 1.0, atol=3 * angles[1] ** 4 / 128)
+    waves[24] = 3.0  # a jump, which no parabola goes through
+    assert np.max(sizes_of_samples(waves)) == 3.0
 
 
 def test_tables_are_remembered_up_to_a_size_and_those_used_last_stay():

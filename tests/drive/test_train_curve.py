@@ -11,7 +11,13 @@ from scipy.optimize import minimize_scalar
 import strainwave as sw
 from strainwave.drive.operating_point import operating_state
 from strainwave.drive.response import exact_response
-from strainwave.drive.train_curve import has_curve, largest_crest, largest_oscillation, train_curve
+from strainwave.drive.train_curve import (
+    has_curve,
+    largest_crest,
+    largest_oscillation,
+    torques_of_angle,
+    train_curve,
+)
 from strainwave.model.train.train_forms import AtLoad, own_state
 from strainwave.numerics.curves.over_a_turn import traced_turn
 
@@ -293,3 +299,11 @@ def test_the_curve_of_a_loop_with_hysteresis_takes_few_points_and_is_that_of_an_
     pointing = last.y[0] - last.y[2] / 100
     here = np.interp(omega, found.omega, found.oscillation)
     assert here == pytest.approx(np.max(np.abs(pointing - pointing.mean())), rel=1e-3)
+
+
+def test_the_torques_of_an_angle_are_those_between_any_places_of_a_turn():
+    cogging = sw.train.AngleTorque(2.0, 360, 0.3)  # 720 places of a turn see two of its cycle
+    assert torques_of_angle(cogging) == pytest.approx((-2.0, 2.0), rel=1e-12)
+    both = sw.Parallel(sw.train.AngleTorque(3.0, 1), cogging)
+    assert torques_of_angle(both) == pytest.approx((-5.0, 5.0), rel=1e-5)
+    assert torques_of_angle(sw.Linear(0.0)) == (0.0, 0.0)

@@ -199,6 +199,17 @@ def largest_of_samples(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array([_vertex(*five) for five in around.tolist()])
 
 
+def sizes_of_samples(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sizes (n,) of equally spaced samples, those at crests as high as between them, as `largest_of_samples` has it."""
+    sizes = np.abs(values)
+    bend, rise, inner = -np.diff(sizes, 2), sizes[3:-1] - sizes[1:-3], sizes[2:-2]
+    around = np.stack([bend[:-2], bend[1:-1], bend[2:]])
+    low, high = np.min(around, axis=0), np.max(around, axis=0)
+    crest = (inner >= sizes[1:-3]) & (inner >= sizes[3:-1]) & (low > 0.0) & (high <= 2.0 * low)
+    sizes[2:-2] = np.where(crest, inner + rise**2 / (8.0 * np.where(crest, around[1], 1.0)), inner)
+    return sizes
+
+
 @kernel
 def largest_sample(sizes: Any) -> float:
     """Largest of samples (places,), as `largest_of_samples` has it."""

@@ -21,7 +21,7 @@ from ..model.train.shafts import NO_DRAG
 from ..model.train.train_forms import SteadyTrain
 from ..numerics.shooting import find_orbit
 
-SAMPLES = 512  # of an orbit, for its largest values
+SAMPLES = 512  # of a cycle, for its largest values
 APART = 0.5  # relative difference beyond which the two are taken for motions on different branches
 
 
@@ -146,7 +146,7 @@ def compare_with_train(
     whole = SteadyTrain(train, 1.0)
     table = np.full((len(speeds), 4), np.nan)
     before: list[Orbit | None] = [None, None]
-    phase = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    phase = _angles(train)
     for i, speed in enumerate(speeds):
         for j, equation in enumerate((free, held)):
             if equation is not None:
@@ -164,9 +164,13 @@ def compare_with_train(
 
 def error_slope(train: DriveTrain) -> float:
     """Largest N |e'| of a train, how far the ratio of its gear varies, relative to 1/N."""
-    highest = math.ceil(max((1, *orders_of(train.error))))
-    phase = 2.0 * np.pi * np.arange(SAMPLES * highest) / (SAMPLES * highest)
-    return float(train.N * np.max(np.abs(train.error.slope(phase))))
+    return float(train.N * np.max(np.abs(train.error.slope(_angles(train)))))
+
+
+def _angles(train: DriveTrain) -> Floats:
+    """Angles (n,) of a turn of the motor, `SAMPLES` of each cycle of the highest order."""
+    count = SAMPLES * math.ceil(max((1, *orders_of(train), *orders_of(train.error))))
+    return 2.0 * np.pi * np.arange(count) / count
 
 
 THE_LOOP = "the motor's loop"

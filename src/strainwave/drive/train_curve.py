@@ -12,6 +12,7 @@ from ..base.blas import one_thread
 from ..base.results import Floats
 from ..base.sentences import listed
 from ..base.series import largest_of_samples, oscillation
+from ..model.gears.error_spectrum import extremes
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.measured import RoundedPiecewiseLinear
@@ -200,12 +201,9 @@ def torque_in(system: Any, phase: Floats, y: tuple[Any, ...]) -> Floats:
 
 def torques_of_angle(law: Any) -> tuple[float, float]:
     """Least and largest torque [N*m] on a load from drags that follow its own angle, gravity for one."""
-    angles = 2.0 * np.pi * np.arange(720) / 720
-    total = np.zeros(len(angles))
-    for part in law if isinstance(law, Parallel) else (law,):
-        if isinstance(part, AngleTorque):
-            total = total - part.torque(angles)
-    return float(np.min(total)), float(np.max(total))
+    parts = [part for part in (law if isinstance(law, Parallel) else (law,)) if isinstance(part, AngleTorque)]
+    size, order, phase = np.array(parts, float).reshape(-1, 3).T
+    return extremes(order, -size * np.sin(phase), -size * np.cos(phase))
 
 
 def with_rounded_corners(train: DriveTrain) -> DriveTrain:

@@ -10,8 +10,9 @@ import strainwave as sw
 from strainwave.base.series import oscillation
 from strainwave.drive.drive_response import DriveResponse
 from strainwave.drive.jumps import HysteresisBand, Jump, jumps_of
-from strainwave.study.analysis.avoid import in_run, speeds_to_avoid
+from strainwave.study.analysis.avoid import in_run, quasi_static, speeds_to_avoid
 from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.analysis.train_study import Ramp
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)
@@ -134,6 +135,28 @@ def test_the_oscillation_of_a_run_up_is_that_about_its_slow_swing(swing):
     assert found.omega[0] == pytest.approx(110.0, rel=0.01)
     exact = A * transmissibility(found.omega)
     assert np.max(np.abs(found.sizes - exact)) < 0.01 * np.max(exact)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3, 0.5])
+def test_the_oscillation_of_a_run_up_is_that_between_its_samples(shift):
+    """Twenty samples of each cycle, as many as a run-up has at its highest speed: they miss up to 1.2 % of a crest."""
+    step = 2.0 * math.pi / 8 / 20
+    angle = step * (np.arange(20 * 8 * 12) + shift)
+    run = SimpleNamespace(
+        trajectory=SimpleNamespace(t=angle / 100.0),
+        motor_speed=np.full(len(angle), 100.0),
+        pointing=A * np.cos(8 * angle),
+    )
+    assert np.min(in_run(run, 0.0).sizes) == pytest.approx(A, rel=3e-4)  # the mean of a turn is right to a sample
+    assert Ramp(run, 0.0).largest(run.pointing)[0] == pytest.approx(A, rel=3e-4)
+
+
+def test_slow_rotation_is_as_large_as_between_the_places_where_it_is_looked_at():
+    # the crests of an order 300 lie between 2048 places, those of an order 8 beside a line of the output between 64
+    for lines in ([(300, A, 0.1)], [(8, A, math.pi / 8.0), (0.02, 0.1 * A, 0.4)]):
+        error = sw.KinematicError(tuple(sw.Line(*line) for line in lines))
+        top = sum(line.amplitude for line in error.lines)
+        assert quasi_static(SYSTEM._replace(error=error), POINT) == pytest.approx(top, rel=1e-4)
 
 
 def test_the_bands_of_a_run_up_join_those_of_the_steady_curve():

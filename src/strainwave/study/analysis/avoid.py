@@ -9,14 +9,16 @@ A load torque that lies anywhere in a range, as that of gravity on an arm does, 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import log, sqrt
+from math import ceil, log, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...base.law import depends
+from ...base.protocols import orders_of
 from ...base.results import Floats
+from ...base.series import largest_of_samples, sizes_of_samples
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
@@ -28,7 +30,8 @@ from .resonances import OperatingPoint, operating_point
 
 HALF_POWER = sqrt(0.5)
 NARROW = 1e-3  # relative width of speeds without a stable motion, below which they are a step of the curve
-PLACES, MANY = 64, 1000  # of a turn, and turns among which the lines of two turns are together in one
+PER_ORDER = 64  # places in a cycle of the highest order
+MANY = 1000  # turns among which the lines of two turns are together in one
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
 Speeds = tuple[float, float]
@@ -137,7 +140,7 @@ def in_run(run: DriveRun, begin: float) -> Motions | None:
     error, speed, counts = error[: ends[-1]], speed[: ends[-1]], ends - starts
     means, middles = np.add.reduceat(error, starts) / counts, 0.5 * (starts + ends - 1)
     slow = np.interp(np.arange(len(error)), _longer(middles), _longer(means))
-    sizes = np.maximum.reduceat(np.abs(error - slow), starts)
+    sizes = np.maximum.reduceat(sizes_of_samples(error - slow), starts)
     return Motions(np.add.reduceat(speed, starts) / counts, sizes, np.ones(len(starts), bool))
 
 
@@ -218,13 +221,13 @@ def _met(motions: Motions, least: float, limit: float | None) -> list[Speeds]:
 
 def quasi_static(system: Any, point: OperatingPoint) -> float:
     """Oscillation [rad] of a drive that follows its excitation without inertia."""
-    angles = 2.0 * np.pi * np.arange(2048) / 2048
-    if is_beating(system.error):  # its lines meet in some turn
-        angles = 2.0 * np.pi * np.arange(PLACES * MANY) / PLACES
+    count = PER_ORDER * ceil(max((1, *orders_of(system))))
+    turns = MANY if is_beating(system.error) else 1  # its lines meet in some turn
+    angles = 2.0 * np.pi * np.arange(turns * count) / count
     torque = np.broadcast_to(system.excitation.torque(angles), angles.shape) - point.mean_torque
     twist = torque / point.stiffness if point.stiffness > 0.0 else 0.0 * torque
     error = system.error.value(angles) + twist
-    return float(np.max(np.abs(error - np.mean(error))))
+    return float(largest_of_samples((error - np.mean(error))[None])[0])
 
 
 def out_of_reach(limit: float | None, slow: float) -> str:

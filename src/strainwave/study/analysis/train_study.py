@@ -14,7 +14,7 @@ from ...base.law import depends, spring_stiffness
 from ...base.protocols import terms_of
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
-from ...base.series import largest_of_samples
+from ...base.series import largest_of_samples, sizes_of_samples
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.loop_margin import Bode, bode
 from ...drive.operating_point import operating_state, with_mean_torques
@@ -95,8 +95,9 @@ class Ramp(NamedTuple):
 
     def largest(self, values: Floats) -> tuple[float, float]:
         """Largest size of what was sampled over the run, once it has begun, and the motor speed [rad/s] there."""
-        at = int(np.argmax(np.where(self.run.trajectory.t >= self.begin, np.abs(values), 0.0)))
-        return float(abs(values[at])), float(self.run.motor_speed[at])
+        sizes = np.where(self.run.trajectory.t >= self.begin, sizes_of_samples(values), 0.0)
+        at = int(np.argmax(sizes))
+        return float(sizes[at]), float(self.run.motor_speed[at])
 
     @property
     def duration(self) -> float:

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from ...base.results import Branch, Floats
+from ...base.series import largest_size
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
-from ...numerics.balance.fourier import synthesis, to_blocks
 
 SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
 FINER = 8  # places on a curve between two of its points
-PER_HARMONIC, FEWEST = 8, 64  # samples of a turn for the extremes of the error
 OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS, SMALLEST = range(8)  # columns of a run
 
 
@@ -135,10 +134,12 @@ class UnderLoad:
 
 
 def extremes(coefficients: Floats) -> tuple[Floats, Floats]:
-    """Least and largest value (n,) over a period of series (n, 2H+1), among samples."""
-    h = coefficients.shape[1] // 2
-    waves = to_blocks(coefficients.T).T @ synthesis(h, max(FEWEST, PER_HARMONIC * h))
-    return np.min(waves, axis=1), np.max(waves, axis=1)
+    """Least and largest value (n,) over a period of series (n, 2H+1)."""
+    rest, mean = coefficients.copy(), coefficients[:, 0]
+    rest[:, 0] = span = np.sum(np.abs(coefficients[:, 1:]), axis=1)  # moved so far that no value has the other sign
+    above = largest_size(rest) - span
+    rest[:, 0] = -span
+    return mean - (largest_size(rest) - span), mean + above
 
 
 def stable_runs(branch: Branch) -> list[NDArray[np.int64]]:

@@ -11,7 +11,8 @@ import numpy as np
 
 from ...base.law import breakpoints_of, is_spring, torsion
 from ...base.quantities import leaf_of
-from ...base.results import Floats
+from ...base.results import Floats, largest_between
+from ...base.series import largest_of_samples
 from ...drive.response import TurnResponse, of_equation
 from ...drive.train_curve import of_train, torque_in
 from ...model.oscillator import Oscillator
@@ -36,6 +37,7 @@ ESCAPED = 100.0  # times the largest start or motion, beyond which a trajectory 
 ROUGH = 1e-5  # tolerance of the integration: what it leads to is solved again
 POINTS = 60  # about so many of a curve
 NEAR, FEW = 0.015, 4  # relative distance, and harmonics beyond the highest order, of what goes on over many turns
+PER_ORDER, PER_HARMONIC = 32, 8  # samples of a cycle of the highest order, and of the highest harmonic of a curve
 ELSEWHERE = 0.1  # of the reach of a trajectory, beyond which harmonic balance has found another motion
 FOLLOWED, LONGEST = 12, 4  # curves at most under one load, and turns of a motion on one
 
@@ -245,18 +247,22 @@ def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Settled, lane: int
 def _loose(system: Any, seed: Settling, size: float, curves: tuple[Motions, ...]) -> list[Loose]:
     """A motion that is not followed, integrated on; none where that leads to a known one, slowly as beyond a fold.
 
-    One that repeats has the size of its last turns, another that [rad] of the search.
+    One that does not repeat is as large as the search saw it, `size` [rad], or larger.
     """
     at_speed = system._replace(omega=seed.omega)
-    angles = 2.0 * np.pi * np.append(0.0, LEAST_TURNS * STAGES + np.arange(8 * 64 + 1) / 64)
+    count = max(PER_ORDER * highest_order(system), PER_HARMONIC * curves[0].branch.coefficients.shape[1] // 2)
+    angles = 2.0 * np.pi * np.append(0.0, LEAST_TURNS * STAGES + np.arange(SEEN * count + 1) / count)
     run = simulate(at_speed, seed.state, angles / seed.omega)
     if not run.status:
         return [Loose(seed.omega, size, float("inf"), seed.turns)]
-    angles, y = angles[1:], run.y[:, 1:]
-    torque = torque_in(at_speed, angles, tuple(y))
-    lowest, highest = np.min(y[:1], axis=1), np.max(y[:1], axis=1)
-    ends = Settled(y[:, -1:], np.zeros(1, np.int64), np.zeros(1, bool), lowest, highest)
+    angles, y, v, step = angles[1:], run.y[:, 1:], run.rate[0, 1:], np.diff(angles[1:]) / seed.omega
+    torque = torque_in(at_speed, angles, tuple(y))[None, :-1]
+    mean, span = float(np.mean(y[0, :-1])), float(np.ptp(y[0]))
+    below, above = (
+        largest_between(step, x[:-1], v[:-1], x[1:], v[1:]) - span for x in (y[0] - mean - span, y[0] - mean + span)
+    )
+    ends = Settled(y[:, -1:], np.zeros(1, int), np.zeros(1, bool), np.array([mean - below]), np.array([mean + above]))
     if _matches(curves, np.array([seed.omega]), ends)[0]:
         return []
-    size = 0.5 * float(highest[0] - lowest[0]) if seed.turns else size
-    return [Loose(seed.omega, size, float(np.max(np.abs(torque))), seed.turns)]
+    reach = max(below, above, 0.0 if seed.turns else size)
+    return [Loose(seed.omega, reach, float(largest_of_samples(torque)[0]), seed.turns)]
