@@ -9,7 +9,7 @@ A load torque that lies anywhere in a range, as that of gravity on an arm does, 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import ceil, log, sqrt
+from math import ceil, inf, log, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,8 +30,7 @@ from .resonances import OperatingPoint, operating_point
 
 HALF_POWER = sqrt(0.5)
 NARROW = 1e-3  # relative width of speeds without a stable motion, below which they are a step of the curve
-PER_ORDER = 64  # places in a cycle of the highest order
-MANY = 1000  # turns among which the lines of two turns are together in one
+PER_ORDER, MANY = 64, 1000  # places in a cycle of an order, and turns in one of which lines of two turns meet
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
 Speeds = tuple[float, float]
@@ -224,9 +223,8 @@ def quasi_static(system: Any, point: OperatingPoint) -> float:
     count = PER_ORDER * ceil(max((1, *orders_of(system))))
     turns = MANY if is_beating(system.error) else 1  # its lines meet in some turn
     angles = 2.0 * np.pi * np.arange(turns * count) / count
-    torque = np.broadcast_to(system.excitation.torque(angles), angles.shape) - point.mean_torque
-    twist = torque / point.stiffness if point.stiffness > 0.0 else 0.0 * torque
-    error = system.error.value(angles) + twist
+    twist = (system.excitation.torque(angles) - point.mean_torque) / (point.stiffness if point.stiffness > 0.0 else inf)
+    error = system.error.value(angles) + twist + 0.0 * angles
     return float(largest_of_samples((error - np.mean(error))[None])[0])
 
 
