@@ -53,7 +53,7 @@ ARRAYS = (
     np.ma.array([1.0, 2.0], mask=[True, False]), [float("nan")] * 3, np.zeros(3, [("a", float)]), [[1.0, 2.0], [3.0]],
     np.array([1e300, -1e300]), np.arange(3, dtype=np.uint8), [1e-300, 2e-300],
 )  # fmt: skip
-
+WRONG = (None, "x", float("nan"), float("inf"), np.ones(2), [], object(), 10**400, b"x", 3, -1)
 
 OTHERS = (
     None, object(), ..., {}, {"B": [1.0]}, {"x": None}, {1: 2}, {"time": [0.0, 1.0]}, sw.Cubic, sw.Project, sw.Oscillator,

@@ -4,6 +4,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 from fractions import Fraction
+from inspect import signature
+from operator import attrgetter
 from typing import Any, Literal
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 from canonical import DISSIPATIVE, LAWS, TRAINS
 from hostile_calls import answer, hostile_call
 from hostile_commands import OWN, VALID, answer_of, hostile_command, valid_command
+from public_names import PUBLIC
 from valid_calls import CALLS, CLOSED, GEAR, LIGHT, STRONG, TIMES, TURN, train
 
 import strainwave as sw
@@ -30,6 +33,10 @@ SLOW = (
     "isolas",
 )
 
+RETURNED = (
+    "AdaptiveStep Branch Compensator Finding FixedStep GearOrder LawFit MeasuredError Measurement Orbit OrderMap "
+    "Project SlowFlow Source StabilityProof SteadyState Trajectory"
+)  # of the package's own making: `test_wrong_kinds` calls their methods
 LOUD = CLOSED.train.motor._replace(excitation=sw.Harmonic(0.0, mean=1e60))
 SPRING, TWISTS = sw.PiecewiseLinear(3e4, 5e4, 6e4, 14.0, 48.0), 2e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, 120))
 LOOSE = CLOSED._replace(train=CLOSED.train._replace(motor=CLOSED.train.motor._replace(J=1e-59)))
@@ -383,6 +390,17 @@ def test_every_verb_answers_hostile_arguments_with_a_result_or_a_sentence(name, 
     for seed in range(3):
         function, arguments, spoilt = hostile_call(name, f"test {seed}")
         assert answer(function, arguments, 0.5)[1] == "", spoilt
+
+
+def test_every_public_name_that_takes_arguments_has_a_call_that_is_spoilt():
+    called = {name.partition(",")[0] for name in CALLS}
+    things = {path: attrgetter(path)(sw) for path in PUBLIC if not path.startswith("results.")}
+    taking = {
+        path.rpartition(".")[2]
+        for path, thing in things.items()
+        if callable(thing) and thing not in (sw.SolveError, sw.Status) and signature(thing).parameters
+    }
+    assert taking - called == {*RETURNED.split()}
 
 
 def test_every_command_has_a_call_that_is_spoilt():

@@ -20,6 +20,7 @@ from strainwave.files.reading import from_text
 TIMES = 0.01 * np.arange(200)
 TURN = np.linspace(0.0, 4.0 * np.pi, 240, endpoint=False)
 SWEEP = np.tile(np.cos(0.05 * np.arange(50) ** 2), 4)
+KNOTS = sw.laws.Knot(-1.0, -2.0, 2.0), sw.laws.Knot(0.0, 0.0, 2.0)
 GEAR = sw.catalogue.gear("CSG-40-50")
 LOOP = sw.train.PositionLoop(50.0, 0.5)
 CASCADE = sw.train.CascadeLoop(20.0, 0.2, 0.05)
@@ -46,6 +47,16 @@ speed: {from: 100 rad/s, to: 180 rad/s, shaft: motor}
 limit: {oscillation: 100 arcsec}
 excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
 scatter: {load.inertia: 3 %}
+"""
+WANTED = """
+load: {inertia: 1.3 kg*m^2}
+speed: {from: 2 rpm, to: 40 rpm}
+limit: {oscillation: 90 arcsec}
+motor: {rotor_inertias: [0.5 kg*cm^2]}
+damping: {ratio: 3 %}
+"""
+GEARS = """name,ratio,K1 [N*m/rad],K2 [N*m/rad],K3 [N*m/rad],T1 [N*m],T2 [N*m]
+MY-40-50,50,1e5,1.4e5,1.8e5,54,196
 """
 TWO_TURNS = """
 gear: {ratio: 50, fixed: flexspline, law: {type: linear, K: 1e5 N*m/rad}}
@@ -113,6 +124,11 @@ def table(*columns, names):
 def moved(system):
     """A short motion of any system."""
     return sw.simulate(system, np.zeros(state_count(checked(system))), 0.02, method=COARSE)
+
+
+def looped(loop):
+    """A design of a joint with a loop of its motor."""
+    return sw.design(sw.Specification(**SPECIFICATION | {"loop": loop}), gears=[GEAR])
 
 
 def shortly(profile, **options):
@@ -201,6 +217,14 @@ def controller_calls():
         C.InverseDynamics(PD, CLOSED.train),
         C.GandhiGhorbel(line, N, 4e-4, 1.0, 10.0, 0.1, 1e-3),
         C.notch(PD, 100.0, 1e-3),
+        C.Repetitive(PD, N, 500.0, 0.3, 1e-3, 2.0, 1e-3),
+        C.SpeedTable(PD, (20.0, 45.0), (0.1, -0.2), (0.0, 0.1), order=2, lead=3e-4),
+        C.TorqueTable(PD, sw.Harmonics((sw.Harmonic(0.2, 2, 0.4), sw.Harmonic(0.1, 4))), 3e-4),
+    ]
+    blocks = [
+        C.Average(20.0, 1e-3),
+        C.Demodulator(C.Average(20.0, 1e-3), 20.0, 1e-3),
+        C.Tracker(50.0, 160.0, 5.0, 1e-3),
     ]
     calls = {
         type(c).__name__: lambda c=c: (
@@ -209,6 +233,7 @@ def controller_calls():
         )
         for c in made
     }
+    calls |= {type(b).__name__: call(lambda b=b, **k: checked(type(b)(**k)), **b._asdict()) for b in blocks}
     return calls | {
         "Sampling": lambda: (
             lambda **k: sw.numerics.run_loop(CLOSED._replace(sampling=C.Sampling(**k)), 5e-3),
@@ -239,6 +264,24 @@ BY_DUTY = SPECIFICATION | {"mean_torque": None, "peak_torque": None, "average_sp
 CALLS = {
     **model_calls(),
     **controller_calls(),
+    "Line": call(lambda **k: used("error", sw.KinematicError((sw.Line(**k),))), order=2, amplitude=0.1, phase=0.3),
+    "Knot": call(
+        lambda **k: used("law", sw.laws.Tabulated((*KNOTS, sw.laws.Knot(**k)))), x=1.0, T=2.0, K=2.0
+    ),
+    "Ripple": call(
+        lambda **k: used("variation", sw.gears.Variation((sw.gears.Ripple(**k),))), order=1, depth=0.1, phase=0.3
+    ),
+    "LoadedError": call(
+        lambda **k: sw.gears.LoadedError(**k).under(1.0), at_rest=ERRORS["KinematicError"], backward=None,
+        per_torque=(1e-6,) * len(ERRORS["KinematicError"].lines),
+    ),
+    "Tuning": call(lambda **k: looped(sw.train.Tuning(**k)), **sw.train.Tuning(100.0)._asdict()),
+    "MovingAverageFilter": call(
+        lambda **k: looped(sw.train.Tuning(100.0, filters=(sw.train.MovingAverageFilter(**k),))), time=2e-3
+    ),
+    "read_specification": lambda: (sw.read_specification, {"path": written("wanted.yaml", WANTED)}),
+    "read_gears": lambda: (sw.read_gears, {"path": written("gears.csv", GEARS)}),
+    "largest": call(sw.sample.largest, "project", project=axis),
     "tabulated": call(sw.tabulated, points=[(-1.0, -2.0), (0.0, 0.0), (1.0, 2.0), (2.0, 5.0)], odd=False),
     "Drive": call(lambda **k: moved(sw.Drive(**k).error_equation(omega=100.0)), **sw.HDC_40_050._asdict()),
     "Drive.train": call(

@@ -34,6 +34,7 @@ GIVEN = {
     "Project": "what read_project returns",
     "Branch": "what frequency_response returns",
     "Orbit": "what find_orbit returns",
+    "DriveResponse": "what Project.response returns",
 }
 
 

@@ -328,10 +328,13 @@ def several(name: str, values: object) -> tuple[Any, ...]:
 
 def complex_number(name: str, value: complex) -> complex:
     """Return a finite complex number of a size up to `LARGEST`, or say that `name` is none."""
-    good = isinstance(value, Complex) and not isinstance(value, bool)
-    if not (good and abs(complex(value)) <= LARGEST):
+    try:
+        number = complex(value if isinstance(value, Complex) and not isinstance(value, bool) else inf)
+    except OverflowError:
+        number = complex(inf)
+    if not abs(number) <= LARGEST:
         raise ValueError(f"{name} is {shown(value)}; it must be one finite number, real or complex")
-    return complex(value)
+    return number
 
 
 def complex_numbers(name: str, values: object) -> NDArray[np.complex128]:
@@ -357,6 +360,13 @@ def whole(name: str, value: object, least: int = 0) -> int:
     """Return a whole number from `least` on, such as a seed, or say in one sentence that `name` is none."""
     if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < least:
         raise ValueError(f"{name} is {shown(value)}; it must be a whole number of at least {least}")
+    return int(value)
+
+
+def index(name: str, value: object, count: int, things: str) -> int:
+    """Return a whole number that counts things from either end, or say that `name` is none."""
+    if not isinstance(value, Integral) or isinstance(value, bool) or int(value) not in range(-count, count):
+        raise ValueError(f"{name} is {shown(value)}; it must be from {-count} to {count - 1}, of {count} {things}")
     return int(value)
 
 

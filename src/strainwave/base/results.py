@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .archive import as_file, atomic
 from .arguments import typed
-from .quantities import array_of, shown, whole
+from .quantities import array_of, index, whole
 from .records import Labelled, Result, Waves
 from .sentences import on_screen
 from .series import oscillation
@@ -128,8 +128,7 @@ class Trajectory(Result):
         after : float
             Look at times from the first sample at t >= after [s] on.
         """
-        if component not in range(-(n := len(self.y)), n):
-            raise ValueError(f"component is {shown(component)}; it must be from {-n} to {n - 1}, of {n} states")
+        component = index("component", component, len(self.y), "states")
         use = self.t >= after
         t, x, v = self.t[use], self.y[component, use], self.rate[component, use]
         if len(t) == 0:

@@ -10,7 +10,7 @@ from ..base.above import above
 from ..base.arguments import typed
 from ..base.law import depends
 from ..base.protocols import lacking
-from ..base.quantities import checked, number, positive_count, shown
+from ..base.quantities import checked, number, shown, whole
 from ..base.results import SolveError
 from ..base.sentences import listed, on_screen
 from ..base.units import Speeds
@@ -25,7 +25,6 @@ from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
 from ..model.train.shafts import NO_TORQUE
-from ..numerics.balance.harmonics import LARGEST
 from .asked import MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
@@ -35,7 +34,6 @@ from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, tr
 from .train_curve import POINTS as OF_TRAIN
 from .two_turns import as_train, beating_response, is_beating
 
-MOST_POINTS = 10_000  # of a response curve
 OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode", "hysteresis")
 SURE = 3  # digits of what rests on an assumed one of these
 
@@ -166,7 +164,7 @@ class Project:
 
     def digits(self, most: int = 4) -> int:
         """Digits with which an answer is printed."""
-        return min(most, SURE) if self.assumed else most
+        return min(whole("most", most), SURE if self.assumed else most)
 
     @property
     def has_memory(self) -> bool:
@@ -277,6 +275,7 @@ class Project:
         train, whole = self.train and moved(self.train), self.whole and moved(self.whole)
         return replace(self, drive=self.drive._replace(J_l=before + J_l), train=train, whole=whole)
 
+    @typed
     def response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
     ) -> DriveResponse:  # fmt: skip
@@ -289,8 +288,7 @@ class Project:
         harmonics : int, optional
             Highest harmonic of the base angle. Default: grown until those left out are negligible, in a beat always.
         coexisting : bool
-            Whether motions that do not join the curve are looked for at the ends of the range, which takes most of the
-            time.
+            Whether motions that do not join the curve are looked for at the ends of the range: most of the time.
         points : int, optional
             About so many, 100 (of a whole train 60) by default, more at bends; crests and folds are always among them.
 
@@ -302,8 +300,6 @@ class Project:
         SolveError
             If no periodic motion is found.
         """
-        points = None if points is None else positive_count("points", points, MOST_POINTS)
-        harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
         if self.is_beating:
             if harmonics is not None:
                 raise ValueError(f"harmonics is {harmonics}, but waves of motions that beat are grown; leave it out")
@@ -311,11 +307,10 @@ class Project:
         if self.train is not None:
             refuse_free(self.train)
             if has_curve(self.train):
-                result = self.train_response(harmonics, coexisting=coexisting, points=points or OF_TRAIN)
-                if result is None:
+                if (result := self.train_response(harmonics, coexisting=coexisting, points=points)) is None:
                     raise SolveError(NO_MOTION)
                 return result
-        result = self.equation_response(harmonics, coexisting=coexisting, points=points or POINTS)
+        result = self.equation_response(harmonics, coexisting=coexisting, points=points)
         if len(result.curve):
             return result
         raise SolveError(result.message)
@@ -330,18 +325,21 @@ class Project:
         """The response of a drive whose motions beat; see `beating_response`."""
         return beating_response(self.whole, self.speeds.limits, self.limit)
 
+    @typed
     def train_response(
-        self, harmonics: int | None = None, *, coexisting: bool = True, points: int = OF_TRAIN
+        self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
     ) -> DriveResponse | None:
         """The same of the whole train; None where it has no curve, or none is found."""
         if self.train is not None and self.is_beating:
             return self.beating
         if self.train is None or not has_curve(self.train):
             return None
+        points = OF_TRAIN if points is None else points
         return train_curve(self.train, self.speeds.limits, harmonics, coexisting=coexisting, points=points)
 
+    @typed
     def equation_response(
-        self, harmonics: int | None = None, *, coexisting: bool = True, points: int = POINTS
+        self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
     ) -> DriveResponse:  # fmt: skip
         """The same of the error equation alone, whose curve may be empty."""
         if self.is_beating:
@@ -350,8 +348,8 @@ class Project:
             alone = as_train(self.system(reduced=True), self.drive.N)
             return replace(beating_response(alone, self.speeds.limits, self.limit), has_reference=self.motor == "held")
         return exact_response(
-            self.system(reduced=True), self.speeds.limits, points, harmonics, coexisting, self.motor == "held",
-            None if self.train else self.whole,
+            self.system(reduced=True), self.speeds.limits, POINTS if points is None else points, harmonics, coexisting,
+            self.motor == "held", None if self.train else self.whole,
         )  # fmt: skip
 
     @cached_property
@@ -359,14 +357,17 @@ class Project:
         """What the assumed numbers leave open in the response, a `Sureness`; as of `how_sure`."""
         return above("how_sure")(self)
 
+    @typed
     def judged(self, found: DriveResponse, turns: int = 1) -> Any:
         """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`; `turns` as of `judged`."""
         return above("judged")(self, found, turns)
 
+    @typed
     def analyze(self, progress: Callable[[str, float], None] | None = None, *, advice: bool = True) -> Any:
         """Analyse the drive through its speeds, an `Analysis`; arguments and errors as of `study.analysis.analyze`."""
         return above("analyze")(self, progress, advice=advice)
 
+    @typed
     def equation_of(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
         """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""
         damping = None if self.damping is None else self.damping._replace(B=drive.B)

@@ -12,11 +12,12 @@ import numpy as np
 from ..base.blas import one_thread
 from ..base.law import depends, is_spring, losses_of, torque_of
 from ..base.protocols import System, lacking
-from ..base.quantities import States
+from ..base.quantities import States, positive_count
 from ..base.results import Branch, Floats
 from ..base.series import largest_of_samples
 from ..model.gears.limits import cubic_means
 from ..model.train.drive_train import DriveTrain
+from ..numerics.balance.harmonics import LARGEST
 from ..numerics.continuation.trace import describe, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.curves.response import with_all_said, with_others
@@ -25,7 +26,7 @@ from ..numerics.stability.first_order import with_special_points, with_stability
 from .drive_response import DriveResponse
 from .jumps import Jumps, jumps
 
-POINTS = 100  # about so many, and more where the curve bends
+POINTS, MOST_POINTS = 100, 10_000  # about so many, and more where the curve bends
 PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one, for the largest torque
 ROUNDING = 1e-12  # share of the largest harmonic that is none
 
@@ -120,6 +121,8 @@ def turn_response(
 
     The speeds where stability changes are located between points of the curve.
     """
+    points = positive_count("points", points, MOST_POINTS)
+    harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
     problem, traced, tail, origin = traced_turn(system, speeds, points, harmonics, coexisting)
     placed, labels = with_crests(problem, traced.points, traced.labels)
     hill, floquet = problem.hill(), None

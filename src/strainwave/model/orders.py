@@ -164,6 +164,7 @@ class OrderMap:
     orders: tuple[GearOrder, ...]
     arrangement: Arrangement = USUAL
 
+    @typed
     def order(self, name: str) -> GearOrder:
         """Return the order of this name.
 

@@ -108,8 +108,7 @@ class StabilityProof:
         phase : float or array
             Base angle [rad], on which the stiffness factor kappa depends; kappa = 1 of an `Oscillator`.
         """
-        x, v = array_of("x [rad]", x)[()], array_of("v [rad/s]", v)[()]
-        phase = array_of("phase [rad]", phase)[()]
+        x, v, phase = _state(x, v, phase)
         x_e = 0.5 * (self.rest[0] + self.rest[1]) if self.rest else 0.0
         law = self.system.law
         kappa = self.system.variation.value(phase) if isinstance(self.system, VaryingOscillator) else 1.0
@@ -117,6 +116,7 @@ class StabilityProof:
 
     def dissipation(self, x: Reals, v: Reals, phase: Reals = 0.0) -> Any:
         """Rate V' [W] along the motion, -B v^2 or -(b + J kappa'/(2 kappa)) v^2/kappa; arguments as of V."""
+        x, v, phase = _state(x, v, phase)
         if not isinstance(self.system, VaryingOscillator):
             return -self.system.B * v * v + 0.0 * x
         kappa, rate = self.system.variation.value(phase), self.system.omega * self.system.variation.slope(phase)
@@ -154,6 +154,11 @@ class StabilityProof:
                 ]
             )
         )
+
+
+def _state(x: Reals, v: Reals, phase: Reals) -> tuple[Any, Any, Any]:
+    """A state and its base angle, of finite numbers."""
+    return array_of("x [rad]", x)[()], array_of("v [rad/s]", v)[()], array_of("phase [rad]", phase)[()]
 
 
 def place(ends: tuple[float, float] | None) -> str:

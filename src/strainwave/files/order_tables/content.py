@@ -11,7 +11,8 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-from ...base.quantities import number, positive_count, shown
+from ...base.arguments import typed
+from ...base.quantities import number, positive_count, reals, samples_of, shown
 from ...base.results import Floats
 from ...model.excitation import HIGHEST, Line
 from ...model.orders import Pair, order_pair
@@ -117,15 +118,15 @@ class OrderContent:
         ValueError
             If angle or speed is not finite.
         """
-        theta, v = np.asarray(angle, float), np.asarray(speed, float)
-        if not (np.all(np.isfinite(theta)) and np.all(np.isfinite(v))):
-            raise ValueError("an order table was asked for an angle or a speed that is not finite; hold the last value")
-        led = theta + self.delay * v
+        v = _finite("speed [rad/s]", speed)
+        led = _finite("angle [rad]", angle) + self.delay * v
         held = np.where(v < 0.0, self.one_direction(led, True), self.one_direction(led, False))
         return float(held) if held.ndim == 0 else held
 
+    @typed
     def one_direction(self, angle: Floats, backward: bool) -> Floats:
         """Value in one direction of motion at angles of the shaft [rad], without the delay."""
+        angle = _finite("angle [rad]", angle)
         if self.direction == ("forward" if backward else "backward"):
             return 0.0 * angle
         if backward and self.backward is not None:
@@ -171,10 +172,9 @@ class OrderContent:
             self, lines=shifted(self.lines, sign * ahead), backward=back, mean_backward=mean, delay=0.0
         )  # fmt: skip
 
+    @typed
     def one_way(self, way: Way) -> Self:
         """One set of lines for both directions: that of forward motion, of backward motion, or the mean of the two."""
-        if way not in ("forward", "backward", "mean"):
-            raise ValueError(f"one_way was asked for {shown(way)}; it must be 'forward', 'backward' or 'mean'")
         one_set: dict[str, Any] = {"direction": "both", "backward": None, "mean_backward": 0.0}
         if self.backward is None:
             if way != "mean" and self.direction not in ("both", way):
@@ -198,6 +198,7 @@ class OrderContent:
             return None
         return tuple(order_pair(order / self.ratio, self.ratio) for order in self.orders)
 
+    @typed
     def on_turn(self, turn: Turn) -> Self:
         """The same table with its orders on the turn of the other shaft.
 
@@ -206,8 +207,6 @@ class OrderContent:
         ValueError
             If the ratio is missing, or an order is no whole number there.
         """
-        if turn not in CHOICES["turn"]:
-            raise ValueError(f"turn is {shown(turn)}; it must be 'motor' or 'output'")
         if turn == self.turn:
             return self
         if self.ratio is None:
@@ -219,6 +218,7 @@ class OrderContent:
         backward = None if self.backward is None else counted(self.backward, factor, turn, self.ratio)
         return replace(self, turn=turn, lines=lines, backward=backward, zero=self.zero / factor)
 
+    @typed
     def keep(self, orders: Iterable[int]) -> Self:
         """The table with these orders alone."""
         kept = {positive_count("an order", order, HIGHEST) for order in orders}
@@ -252,6 +252,12 @@ def checked_lines(name: str, lines: object) -> tuple[Line, ...]:
         orders.add(order)
         result.append(Line(order, size, number(f"the phase of order {order}", line.phase)))
     return tuple(result)
+
+
+def _finite(name: str, values: Any) -> Floats:
+    if not np.all(np.isfinite(reals(values))):
+        raise ValueError("an order table was asked for an angle or a speed that is not finite; hold the last value")
+    return samples_of(name, values)
 
 
 def _checked_speeds(speeds: object) -> tuple[float, float]:

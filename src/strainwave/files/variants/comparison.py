@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.arguments import typed
 from ...base.facts import Fact
-from ...base.quantities import shown
+from ...base.quantities import index, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted
 from ...base.sentences import number
@@ -79,6 +79,7 @@ class ProjectComparison(Result):
 
     def keep_out_of(self, i: int) -> str:
         """Speeds that a drive must keep out of, in words: to avoid, or beyond a limit of the gear; empty if none."""
+        i = index("i", i, len(self.titles), "drives")
         scale, unit = self.scales[i]
         bands = (f"{low * scale:.5g} to {high * scale:.5g} {unit}" for low, high in self.verdicts[i].speeds)
         return ", ".join(bands)
@@ -98,6 +99,7 @@ class ProjectComparison(Result):
 
     def beat(self, i: int) -> float | None:
         """Period [s] of the beat of a drive at its largest oscillation; None where its motions do not beat."""
+        i = index("i", i, len(self.titles), "drives")
         turns = self.responses[i].curve.beat
         return None if turns is None else 2.0 * np.pi * turns / float(self.speed[i])
 
@@ -106,6 +108,7 @@ class ProjectComparison(Result):
 
     def row(self, i: int) -> tuple[Fact, ...]:
         """What is compared of a drive."""
+        i = index("i", i, len(self.titles), "drives")
         numbers = {name: None if np.isnan(own[i]) else float(own[i]) for name, (_, own, _) in self.variables().items()}
         return (
             Fact("file", self.files[i] if self.files else None),

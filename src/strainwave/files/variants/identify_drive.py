@@ -174,6 +174,7 @@ class IdentifiedDrive:
     names: tuple[str, ...]
     remarks: tuple[str, ...]
 
+    @typed
     def _path(self, name: str) -> str:
         if name not in self.names:
             raise ValueError(f"{shown(name)} was not free; found are {', '.join(self.names)}")

@@ -50,6 +50,7 @@ class Variants:
         return self.measure(replaced(project, values, retune=self.retune))
 
 
+@typed
 def largest(project: Project) -> dict[str, float]:
     """Largest error, oscillation and torque of a drive over its speeds: a measure of a project for `sweep`.
 

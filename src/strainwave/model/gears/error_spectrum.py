@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...base.arguments import refuse
 from ...base.quantities import LARGEST, SMALLEST, checked, number, several, shown
 from ...base.results import Floats
 from ...base.units import ARCSEC
@@ -46,7 +47,9 @@ class LoadedError(NamedTuple):
         become negative is a line half a turn of phase on. Numbers that are none, or not one for each line, are refused
         (ValueError).
         """
-        error = checked(self.backward if backward and self.backward is not None else self.at_rest)
+        error = self.backward if backward and self.backward is not None else self.at_rest
+        refuse("backward" if error is self.backward else "at_rest", error, KinematicError)
+        error = checked(error)
         growth, T = several("per_torque [rad/(N*m)]", self.per_torque), number("torque [N*m]", torque)
         if len(growth) != len(error.lines):
             raise ValueError(

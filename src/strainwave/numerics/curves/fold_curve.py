@@ -11,7 +11,7 @@ import numpy as np
 from ...base.arguments import typed
 from ...base.law import repeating, springs_only
 from ...base.protocols import with_parts
-from ...base.quantities import checked, interval, replace, shown
+from ...base.quantities import checked, interval, replace, shown, whole
 from ...base.results import Floats, Orbit, SolveError, Status
 from ...compile.tree import leaf_of
 from ..balance.first_order import linearised, newton
@@ -202,7 +202,7 @@ class FoldCurve:
 
     def amplitude(self, k: int) -> Floats:
         """Amplitude (n,) of harmonic k of x at the fold, 0-to-peak; k = 0 gives the mean."""
-        x = self.coefficients
+        x, k = self.coefficients, whole("k", k)
         if 2 * k >= x.shape[1]:
             return np.zeros(len(x))
         return np.asarray(np.hypot(x[:, 2 * k - 1], x[:, 2 * k])) if k else x[:, 0].copy()

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.arguments import refuse_fields
-from ...base.quantities import checked, interval, number, several, shown
+from ...base.quantities import array_of, checked, interval, number, several, shown
 from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
@@ -131,7 +131,8 @@ class Specification:
             raise ValueError("the specification has an accuracy and the lines of a kinematic error; give one of them")
         if self.loop is not None and not hasattr(self.loop, "bandwidth") and not hasattr(self.loop, "torque"):
             raise TypeError(f"loop is {shown(self.loop)}; give {LOOP_EXAMPLE}")
-        if getattr(self.loop, "encoder", "motor") != "motor" or hasattr(self.loop, "at_load"):
+        encoder = getattr(self.loop, "encoder", "motor")
+        if not (isinstance(encoder, str) and encoder == "motor") or hasattr(self.loop, "at_load"):
             raise ValueError("loop has an encoder of the load, and a design has that of the motor; leave encoder out")
         if self.kinematic_error is not None:
             error = checked(self.kinematic_error)
@@ -191,7 +192,8 @@ class Specification:
 
     def damping(self, K1: float, load_inertia: Any) -> Any:
         """Damping [N*m*s/rad] across the spring for loads [kg*m^2]."""
-        return 2.0 * self.damping_ratio * math.sqrt(K1) * np.sqrt(load_inertia)
+        K1, inertia = number("K1 [N*m/rad]", K1, positive=True), array_of("load_inertia [kg*m^2]", load_inertia)
+        return 2.0 * self.damping_ratio * math.sqrt(K1) * np.sqrt(inertia)[()]
 
 
 class Check(NamedTuple):

@@ -60,7 +60,7 @@ class HysteresisLoop:
 
     def middle(self, torque: float) -> float:
         """Torsion [rad] midway between unloading and loading at a torque [N*m] inside the loop."""
-        n = len(self.torque) // 3
+        torque, n = number("torque [N*m]", torque), len(self.torque) // 3
         down, up = slice(n, 2 * n), slice(2 * n, None)
         on_the_way_down = np.interp(-torque, -self.torque[down], self.torsion[down])
         return float(0.5 * (on_the_way_down + np.interp(torque, self.torque[up], self.torsion[up])))

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.arguments import number_of
+from ...base.arguments import number_of, typed
 from ...base.quantities import joined, numbers, several, shown
 from ...base.records import Labelled
 from ...base.results import Floats, SolveError
@@ -153,6 +153,7 @@ class Identified(Fitted):
     step: float
     experiment: Experiment
 
+    @typed
     def interval_of(self, function: Callable[[Any], float], level: float = 0.95) -> Interval:
         """Interval of what follows from the system, such as the speed of a jump.
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base.arguments import refuse_fields
-from ...base.quantities import LARGEST, reals, samples_of
+from ...base.quantities import LARGEST, number, reals, samples_of
 from ...base.results import Floats
 
 CANONICAL = {
@@ -83,7 +83,7 @@ class Run:
 
     def angle_before(self, delay: float) -> Floats:
         """Angle (n,) [rad] a time [s] before each sample; beyond the ends at the mean speed there."""
-        return angle_before(self.time, self.angle, delay)
+        return angle_before(self.time, self.angle, number("delay [s]", delay))
 
 
 def column(name: str, values: Any, item: str = "sample") -> Floats:

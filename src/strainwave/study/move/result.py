@@ -10,6 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ...base.arguments import typed
 from ...base.facts import Fact, lines
 from ...base.protocols import lines_of
 from ...base.records import Labelled, Result
@@ -67,6 +68,7 @@ class Pass:
             Fact("quasi_steady_rad", self.quasi_steady), Fact("amplification", self.amplification),
         )  # fmt: skip
 
+    @typed
     def sentence(self, times: int) -> str:
         """It in words, where it is the worst of so many."""
         (often,) = lines([Fact("largest_rad", self.largest, "at most {} of error")])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ...base.arguments import typed
 from ...base.facts import Fact
+from ...base.quantities import index
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import number, sign
@@ -209,6 +210,7 @@ class SpeedMap(Result):
 
     def load_text(self, i: int) -> str:
         """A load with its unit."""
+        i = index("i", i, len(self.loads), "loads")
         title = self.postures[i].name if self.postures else ""
         return load_text(float(self.loads[i]), self.load_name, title)
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import depends, is_spring, states_of, torque_of
+from ...base.quantities import number as real
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, number
 from ...base.units import RPM
@@ -238,7 +239,7 @@ class CampbellLine(NamedTuple):
 
     def at(self, amplitude: float) -> float:
         """Motor speed [rad/s] at an amplitude [rad]; beyond the last one that of the last."""
-        return float(np.interp(amplitude, self.amplitude, self.speed))
+        return float(np.interp(real("amplitude [rad]", amplitude), self.amplitude, self.speed))
 
 
 def campbell(case: Case, largest: float, orders: tuple[float, ...]) -> list[CampbellLine]:

@@ -80,6 +80,7 @@ class OrderLine:
         """The pair of turns that it belongs to; None where the runs cannot tell, or the ratio is not known."""
         return self.pairs[0] if len(self.pairs) == 1 else None
 
+    @typed
     def interval(self, name: str = "amplitude", level: float = 0.95) -> Interval:
         """Interval of "amplitude", from 0 on, "phase" or "order"."""
         if name == "order":
