@@ -1,7 +1,7 @@
 """What `variability` returns, and which input makes its output scatter: first-order indices from one random sample.
 
 The first-order index of an input is Var(E(output | input)) / Var(output): the share of the variance that would go if
-the input were known. Here the conditional mean is a regression on the input, its square and cosines of its rank. The
+the input were known. Here the conditional mean is a regression on the input, its square and cosines of its share. The
 variance of the regression is that of its fit less what chance alone gives, told from each output and its distance from
 the regression of all others: without bias where the noise of the outputs depends on the input, too.
 
@@ -17,15 +17,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.special import betaincinv
+from scipy.special import betaincinv, ndtr
 
 from ..base.results import Floats
 from ..base.sentences import on_screen
 
 CONFIDENCE = 0.95
 RESAMPLED = 200
-COSINES = 1.3  # times the cube root of the number of drives: functions of an input's rank in its regression
+COSINES = 1.3  # times the cube root of the number of drives: functions of an input's share in its regression
 SINGLE = 0.99  # leverage from which a drive alone decides its own fit
+LIKELY = 1.36  # over sqrt(n): distance from the ranks that a known distribution exceeds in 5 % of samples
 DEPENDENT = 1e-8  # of the largest singular value: functions that others hold already
 PIECES = 8  # sizes of the sample at which a running quantile is computed
 
@@ -70,11 +71,8 @@ def ranking(inputs: dict[str, Floats], output: Floats, rng: np.random.Generator)
     """Rank the inputs (n,) by what they contribute to the variance of the output (n,)."""
     table = np.array(list(inputs.values()))
     coefficients, linear = _regression(table, output)
-    repeated = []
-    for _ in range(RESAMPLED):
-        some = rng.integers(len(output), size=len(output))
-        repeated.append(_regression(table[:, some], output[some])[0])
-    errors = np.std(np.array(repeated), axis=0, ddof=1)
+    again = (rng.integers(len(output), size=len(output)) for _ in range(RESAMPLED))
+    errors = np.std([_regression(table[:, some], output[some])[0] for some in again], axis=0, ddof=1)
     rows = [
         Influence(path, float(coefficients[i]), float(errors[i]), *_first_order(table[i], output))
         for i, path in enumerate(inputs)
@@ -113,12 +111,15 @@ def _first_order(values: Floats, output: Floats) -> tuple[float, float]:
 
 
 def _basis(values: Floats) -> Floats:
-    """Orthonormal functions (n, functions) of an input: a constant, itself, its square, cosines of its rank."""
-    n = len(values)
+    """Orthonormal functions (n, functions) of an input: a constant, itself, its square, cosines of its share."""
+    n, x = len(values), (values - np.mean(values)) / (np.std(values) or 1.0)
     _, places, counts = np.unique(values, return_inverse=True, return_counts=True)
-    rank = (np.cumsum(counts) - 0.5 * (counts + 1.0))[places]  # the mean of equal ones
-    cosines = np.cos(np.pi * (rank[:, None] + 0.5) / n * np.arange(round(COSINES * n ** (1.0 / 3.0)) + 1))
-    x = (values - np.mean(values)) / (np.std(values) or 1.0)
+    share = (np.cumsum(counts) - 0.5 * counts)[places] / n  # by rank: the mean of equal ones
+    even = 0.5 / n + (1.0 - 1.0 / n) * (values - np.min(values)) / (np.ptp(values) or 1.0)
+    smooth = min(even, ndtr(x), key=lambda one: float(np.max(np.abs(one - share))))
+    likely = np.max(np.abs(smooth - share)) < LIKELY / np.sqrt(n)
+    share = smooth if likely else share  # ranks scatter, which blurs the higher cosines
+    cosines = np.cos(np.pi * share[:, None] * np.arange(round(COSINES * n ** (1.0 / 3.0)) + 1))
     directions, sizes, _ = np.linalg.svd(np.column_stack([cosines, x, x * x]), full_matrices=False)
     return np.asarray(directions[:, sizes > DEPENDENT * sizes[0]])
 
