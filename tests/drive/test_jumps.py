@@ -55,7 +55,7 @@ def test_a_linear_drive_does_not_jump():
     assert math.isnan(told.jump_up)
     assert told.width == 0.0
     assert "without a jump" in told.sentence
-    assert "No hysteresis" in told.sentence
+    assert "No bistable range" in told.sentence
 
 
 @pytest.mark.parametrize("twice", [0, 3, 6])

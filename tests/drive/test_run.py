@@ -18,6 +18,11 @@ DRIVE = sw.Drive(J_m=4.5e-4, J_l=J_L, N=50.0, B=2 * 0.03 * (LAW.K * J_L) ** 0.5,
 ERROR = sw.KinematicError((sw.Line(2, 1.115e-4),))
 
 
+def test_a_run_beyond_what_floats_resolve_is_refused_at_once():
+    with pytest.raises(ValueError, match="where floats no longer resolve it; stay within"):
+        sw.drive_run(PLAIN_TRAIN, t=1e300)
+
+
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", TRAINS)
 def test_energy_balance_closes_to_1e_8(name):

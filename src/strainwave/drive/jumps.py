@@ -121,7 +121,7 @@ def _largest(some: list[Jump]) -> float:
 def told_bands(parameter: str, bands: tuple[HysteresisBand, ...]) -> str:
     """Width and ends of every band in words."""
     if not bands:
-        return "No hysteresis."
+        return "No bistable range."
     sentences = []
     for band in bands:
         ends = f"{parameter} = {band.low:.9g} to {band.high:.9g}"

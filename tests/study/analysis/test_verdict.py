@@ -165,3 +165,11 @@ def test_an_input_speed_beyond_its_limit_ends_the_allowed_speeds():
 
 def test_limits_that_are_kept_change_nothing():
     assert judged(Finding("repeated_peak_torque", 100.0, 101.0, "N*m", "")).answer is Answer.ALL_RIGHT
+
+
+def test_a_drive_without_damping_is_not_all_right_however_wide_its_limit(tmp_path):
+    drive = project(tmp_path, 1e4, ERROR.format(2), damping=0.0)
+    judged = drive.judged(drive.response(coexisting=False, points=20))
+    assert (judged.passes, judged.verdict.answer) == (False, Answer.NOT)
+    damped = project(tmp_path, 1e4, ERROR.format(2))
+    assert damped.judged(damped.response(coexisting=False, points=20)).passes

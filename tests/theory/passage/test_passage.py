@@ -208,6 +208,13 @@ def test_first_order_is_refused_where_its_certificate_refuses_and_says_what_to_d
     assert "take second order" in one.message
 
 
+def test_second_order_is_refused_where_its_certificate_refuses():
+    system = sw.Oscillator(1.0, 0.111675, sw.Cubic(1.0, 0.43933), sw.Harmonic(0.10574, 1, 0.3, 0.241635), 1.0)
+    one = sw.passage(system, sw.PRIMARY, (0.56981, 1.96843), 4.28252e-4, order=2)  # off by 6.5 % in an integration
+    assert not one.valid
+    assert one.message.endswith("(limit 3 %); integrate")
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
