@@ -61,8 +61,8 @@ def _from_rest(case: TimeCase, angle: AngleUnit) -> Panel:
 
 
 def _even(count: int, pieces: int) -> NDArray[np.int64]:
-    """First numbers of equal pieces of a row, at most `BINS`."""
-    return np.linspace(0, count, min(BINS, pieces), endpoint=False).astype(np.int64)
+    """First numbers of equal pieces of a row, at most `BINS`, none of them empty."""
+    return np.linspace(0, count, min(BINS, pieces, count), endpoint=False).astype(np.int64)
 
 
 def _steady(case: TimeCase, cycle: Cycle, times: int, angle: AngleUnit) -> Panel:

@@ -77,6 +77,7 @@ def test_dropped_orders_are_said(tmp_path):
     run = invoke(*given)
     assert run.exit_code == 1
     assert "has 11 orders and Beckhoff 0x32CB holds 9" in run.stderr
+    assert "--drop" in run.stderr
     assert not (tmp_path / "t.txt").exists()
     assert "orders left out (10, 11)" in invoke(*given, "--drop").stdout
 

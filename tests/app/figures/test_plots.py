@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from strainwave.app.resonance_figures import envelope
+from strainwave.app.resonance_figures import _even, envelope
 from strainwave.study.analysis.avoid import turns
 
 
@@ -19,3 +19,11 @@ def test_the_band_of_a_run_up_holds_a_whole_turn_at_every_speed():
         np.testing.assert_allclose(low[:-1], -3.0, rtol=between)
         assert np.all(np.diff(at) > 0.0)
         assert (at[0], at[-1]) == (speed[0], speed[-1])
+
+
+def test_the_band_of_a_run_of_few_samples_has_each_of_them_once():
+    t, x = np.arange(5.0), np.array([1.0, -2.0, 3.0, 0.0, 1.0])
+    low, high, at = envelope(t, x, _even(5, 12))
+    assert np.array_equal(low, x)
+    assert np.array_equal(high, x)
+    assert np.array_equal(at, t)
