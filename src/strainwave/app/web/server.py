@@ -5,6 +5,7 @@ A connection of the server: what is no HTTP, or does not come to its end, gets a
 
 import asyncio
 import json
+import lzma
 import os
 import socket
 from collections.abc import AsyncIterator, Callable
@@ -102,9 +103,11 @@ class Connection(H11Protocol):
 
 
 def assets() -> dict[str, bytes]:
-    """Files of the page by their names: nothing else is ever sent."""
-    folder = files(__package__) / "static"
-    return {file.name: file.read_bytes() for file in folder.iterdir() if "." + file.name.rpartition(".")[2] in KINDS}
+    """Files of the page by their names, those in `.xz` unpacked: nothing else is ever sent."""
+    contents = {file.name: file.read_bytes() for file in (files(__package__) / "static").iterdir()}
+    packed = {name for name in contents if name.endswith(".xz")}
+    unpacked = {name.removesuffix(".xz"): lzma.decompress(contents[name]) for name in packed}
+    return {name: code for name, code in (contents | unpacked).items() if "." + name.rpartition(".")[2] in KINDS}
 
 
 def application(warm: bool = True) -> Starlette:
