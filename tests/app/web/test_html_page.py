@@ -53,6 +53,14 @@ print(traps.map((trap) => {
   return [lost, told(data, lost), answer(positions[0])];
 }));
 """
+HELDS = "print(positions.map(([values]) => answered(machine, { ...data, ...data.held }, values, data.held.points)));"
+MAPS = """
+const loads = [-2, 0, 2];
+print(positions.map(([found, ...answers]) => {
+  const of = { found, answers, loads, held: answers.find((one) => one.count > 0) };
+  return [toldLater(data, of), mapped(data, of, 600, 1)];
+}));
+"""
 FILES = "print(positions.map((position) => [answer(position), fileOf(data, position[0])]));"
 CURVES = """
 print(positions.map((found) => [allowed(found), told(data, { ...found, top: 0, harmonics: 9, tail: 0, count: 9 })]));
@@ -133,11 +141,12 @@ def at(base, moved, values):
     return replaced(base, {one.name: _quantity(value, one.unit) for one, value in zip(moved, values, strict=True)})
 
 
-def same(found, project):
-    """The answer of a page is the response of a project, row for row."""
-    response, rows = project.response(coexisting=False), np.array(found["rows"])
-    branch, (_, g) = response.curve, folded(project)
-    assert branch.coefficients.shape[1] // 2 // g == int(found["harmonics"]) // g
+def same(found, project, response=None):
+    """The answer of a page is the response of a project, or another one of it, row for row."""
+    if response is None:
+        response, (_, g) = project.response(coexisting=False), folded(project)
+        assert response.curve.coefficients.shape[1] // 2 // g == int(found["harmonics"]) // g
+    rows, branch = np.array(found["rows"]), response.curve
     located = [one.omega for one in (*branch.doublings, *branch.branch_points, *branch.tori)]
     keep = ~np.isin(response.omega, located)  # the page does not seek them
     expected = np.column_stack([response.omega, response.oscillation, response.peak, response.torque])[keep]
@@ -178,9 +187,15 @@ def test_a_page_of_a_train_has_the_numbers_of_python(motor, tmp_path):
     names = {"load.inertia", "damping.B"} | ({"motor.loop.K_v", "motor.loop.T_n"} if motor == "cascade" else set())
     assert names <= {one.name for one in moved}
     positions = [[one.value * float(rng.uniform(0.85, 1.15)) for one in moved] for _ in range(3)]
-    for values, (found, _) in zip(positions, in_node(project, positions), strict=True):
+    data, code = html.data_of(project)
+    driven = motor not in ("held", "gravity")
+    assert (data["held"] is not None) == driven
+    helds = of_page(data, code, [[values] for values in positions], asked=HELDS) if driven else [None] * 3
+    for values, (found, _), held in zip(positions, in_node(project, positions), helds, strict=True):
         own = at(base, moved, values)
         same(found, own)
+        if driven and motor != "gap":
+            same(held, own, own.equation_response(coexisting=False))
         growth = np.max(np.abs(own.response(coexisting=False).curve.multipliers), axis=1)
         assert max(row[3] for row in found["rows"]) == pytest.approx(max(growth), rel=1e-8)
 
@@ -271,6 +286,51 @@ def test_a_kernel_that_ends_in_its_middle_gives_a_sentence_and_the_next_answer_i
         assert found == whole
 
 
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_torque_of_the_load_has_a_slider_where_the_file_has_none(tmp_path):
+    text = HELD.replace("LAW", LAWS["hardening"]).replace("  load_torque: {mean: -4 N*m}\n", "")
+    data, own = html.data_of(from_text(text, tmp_path / "project.yaml"))
+    values = [2.5 if one["name"] == data["torque"] else one["value"] for one in data["sliders"]]
+    ((found, given),) = of_page(data, own, [[values]], asked=FILES)
+    (tmp_path / "given.yaml").write_text(given, encoding="utf-8")
+    project = read_project(tmp_path / "given.yaml")
+    assert project.mean_load_torque == 2.5
+    same(found, project)
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_map_of_a_page_forbids_what_each_load_forbids(tmp_path):
+    data, own = html.data_of(project_of(tmp_path, "hardening"))
+    data |= {"scale": 1.0, "arcsec": 1e-5}
+    calm = curve([100, 150, 200], [0.5] * 3, [1] * 3, []) | {"count": 3, "top": 1}
+    above = calm | {"bands": [[120, 140]]}
+    never = curve([100, 160, 170, 180, 200], [0.5, 0.5, 1.2, 0.5, 0.5], [1] * 5, []) | {"count": 5, "top": 0}
+    lost = calm | {"count": -1, "rows": []}
+    (told, picture), (lost_told, _) = of_page(
+        data, own, [[calm, calm, above, never], [calm, calm, lost, calm]], asked=MAPS
+    )
+    assert told[-1].endswith("from -2 to 2 N·m: 100 to 120, 140 to 160, 180 to 200 rpm")
+    assert told[0].endswith("largest oscillation 10 arcsec at 150 rpm")
+    assert lost_told[-1].endswith("none")
+    boxes = [
+        [float(text) for text in found]
+        for found in re.findall(r'"forbidden" x="(.*?)" y="(.*?)" width="(.*?)" height="(.*?)"', picture)
+    ]
+    left, right, top, bottom = (
+        float(re.search(f'data-{name}="(.*?)"', picture)[1]) for name in ("left", "right", "top", "bottom")
+    )
+    place = lambda speed: left + (speed - 100) / 100 * (right - left)  # noqa: E731
+    third = (bottom - top) / 3
+    expected = [
+        [place(120), top + third, place(140) - place(120), third], [place(160), top, place(180) - place(160), third],
+    ]  # fmt: skip
+    np.testing.assert_allclose(boxes, expected, atol=0.11)
+
+
 def curve(speeds, growths, labels, bands):
     rows = [
         [speed, 1e-4, 1e-4, growth, 1.0, label] for speed, growth, label in zip(speeds, growths, labels, strict=True)
@@ -351,6 +411,12 @@ def test_a_page_opens_from_a_file_with_no_request_and_answers_to_the_keyboard(br
     page.goto(path.as_uri() + "#%")
     page.reload()
     assert page.inner_text("#said") == first, "an address that holds no numbers"
+    page.locator("#later", has_text="nine load torques from -24 to 16").wait_for()
+    page.hover("#map")
+    assert re.match(r"-9 N·m: \d+ rpm: .* arcsec, ", page.inner_text("#how"))
+    stale = "() => { document.getElementById('input4').stepUp(); document.getElementById('input4').dispatchEvent("
+    assert page.evaluate(stale + "new Event('input')); return document.getElementById('map').matches('.stale'); }")
+    page.wait_for_selector("#map:not(.stale)")
     page.emulate_media(media="print")
     assert page.locator("svg").first.is_visible()
     assert not page.locator("#again").is_visible()

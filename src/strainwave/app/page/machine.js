@@ -67,10 +67,10 @@ function numbersAt(data, values, chosen) {
 
 /** The answer of the kernel: points, bands, and what is known of them; none where the kernel ends in its middle. */
 function answered(machine, data, values, points, chosen = []) {
-  const numbers = numbersAt(data, values, chosen), [low, high, limit] = numbers.slice(-3), { laws } = data;
+  const numbers = numbersAt(data, values, chosen), [low, high, limit] = numbers.slice(-3), { laws, start } = data;
   const none = { count: -4, rows: [], bands: [], harmonics: 0 };
   if (!(low > 0 && low < high)) return none;
-  let next = 0;
+  let next = start;
   const array = (...shape) => ({ shape, data: new Float64Array(shape.reduce((a, b) => a * b, 1)) }), at = (name) => addressOf(machine, name);
   const parts = data.shapes.map((shape) => { const part = array(...shape); part.data.forEach((_, i) => (part.data[i] = numbers[next++])); return part; });
   const places = laws.map(({ words }, j) => {
@@ -83,7 +83,7 @@ function answered(machine, data, values, points, chosen = []) {
     BigInt(places[j]), at(`torques_of_law${kind}`), at(`stiffnesses_of_law${kind}`), kinks ? at(`breakpoints_of_law${kind}`) : 0n, BigInt(kinks),
     ...["torques", "stiffness", "slack"].map((name) => at(name + e)), 0n, BigInt(e),
   ]);
-  const [matrices, disturbed, damping] = parts, drive = [matrices, disturbed, ...parts.slice(3 + laws.length, -1), damping.data[0], { shape: [laws.length, 10], data: BigInt64Array.from(rows) }, ...data.whole];
+  const [matrices, disturbed, damping] = parts, drive = [matrices, disturbed, ...parts.slice(3 + laws.length), damping.data[0], { shape: [laws.length, 10], data: BigInt64Array.from(rows) }, ...data.whole];
   const curve = array(data.mostPoints, COLUMNS), bands = array(data.mostPoints, 2), about = array(5), allowed = data.limited ? limit : Infinity;
   let count = -1;
   try {

@@ -69,34 +69,84 @@ function told(data, found) {
   return texts;
 }
 
-/** The picture of an answer: a quantity {column, size, name, limit} over the speed, with pinned curves and bands. */
-function drawn(data, found, width, pins, { column, size, name, limit }) {
-  const W = Math.max(320, width), H = Math.min(Math.max(0.53 * W, 240), 480), L = 64, R = 16, T = 14, D = 44, { scale } = data;
-  const sizes = [found, ...pins].flatMap((one) => one.rows.map((row) => row[column] / size)), curve = Math.max(...sizes);
-  const most = 1.08 * Math.max(curve, limit < 4 * curve ? limit : 0);
-  const x = (omega) => (L + ((omega - found.low) / (found.high - found.low)) * (W - L - R)).toFixed(1), y = (v) => (H - D - (v / most) * (H - T - D)).toFixed(1);
+/** Sentences of what is computed after a pause: the curve of a held motor, and the map. */
+function toldLater(data, { found, held, answers, loads }) {
+  const { facts, scale, speedUnit, arcsec } = data, texts = [], top = held?.rows[held.top], free = outside(found, answers.flatMap((one) => forbidden(found, one)));
+  if (top) texts.push(facts.held.replace("{}", `${sure(data, top[1] / arcsec)} arcsec at ${sure(data, scale * top[0])} ${speedUnit}`));
+  if (answers.length) texts.push(facts.map);
+  const span = answers.length ? `${short(loads[0])} to ${short(loads.at(-1))} ${data.units._N_m}` : "", speeds = ranges(data, free, INWARD);
+  if (span && data.limited) texts.push(facts.loads.replace("{}", span).replace("{}", speeds ? `${speeds} ${speedUnit}` : "none"));
+  return texts;
+}
+
+/** Axes over the speed of a quantity from `least` to `most`: places of both, the parts so far, and the whole of a picture. */
+function axes({ scale, speedName, speedUnit }, { low, high }, width, [least, most], name) {
+  const W = Math.max(320, width), H = Math.min(Math.max(0.53 * W, 240), 480), L = 64, R = 16, T = 14, D = 44, parts = [];
+  const x = (omega) => (L + ((omega - low) / (high - low)) * (W - L - R)).toFixed(1), y = (v) => (H - D - ((v - least) / (most - least)) * (H - T - D)).toFixed(1);
   const steps = (top, count = 6) => { const raw = top / count, ten = 10 ** Math.floor(Math.log10(raw)); return [1, 2, 2.5, 5, 10].map((one) => one * ten).find((one) => one >= raw); };
-  const parts = [];
-  for (const [a, b] of found.bands) parts.push(`<rect class="band" x="${x(a)}" y="${T}" width="${Math.max(1, x(b) - x(a))}" height="${H - T - D}"/>`);
-  const across = steps(scale * (found.high - found.low), W < 500 ? 4 : 6), up = steps(most);
-  for (let v = Math.ceil((scale * found.low) / across) * across; v <= scale * found.high; v += across)
+  const across = steps(scale * (high - low), W < 500 ? 4 : 6), up = steps(most - least);
+  for (let v = Math.ceil((scale * low) / across) * across; v <= scale * high; v += across)
     parts.push(`<line class="axis" x1="${x(v / scale)}" x2="${x(v / scale)}" y1="${T}" y2="${H - D}"/><text x="${x(v / scale)}" y="${H - D + 16}" text-anchor="middle">${short(v)}</text>`);
-  for (let v = 0; v <= most; v += up)
-    parts.push(`<line class="axis" x1="${L}" x2="${W - R}" y1="${y(v)}" y2="${y(v)}"/><text x="${L - 6}" y="${Number(y(v)) + 4}" text-anchor="end">${short(v)}</text>`);
-  const lines = (rows, kindOf) => {
+  for (let i = Math.ceil(least / up); i * up <= most; i++)
+    parts.push(`<line class="axis" x1="${L}" x2="${W - R}" y1="${y(i * up)}" y2="${y(i * up)}"/><text x="${L - 6}" y="${Number(y(i * up)) + 4}" text-anchor="end">${short(i * up)}</text>`);
+  parts.push(`<text x="${(L + W - R) / 2}" y="${H - 6}" text-anchor="middle">${speedName} [${speedUnit}]</text>`);
+  parts.push(`<text transform="translate(14 ${(T + H - D) / 2}) rotate(-90)" text-anchor="middle">${name}</text>`);
+  const box = (kind, [a, b], from, to, more = "") => parts.push(`<rect class="${kind}" x="${x(a)}" y="${y(to)}" width="${Math.max(1, x(b) - x(a))}" height="${y(from) - y(to)}"${more}/>`);
+  const line = (kind, v) => parts.push(`<line class="${kind}" x1="${L}" x2="${W - R}" y1="${y(v)}" y2="${y(v)}"/>`);
+  const picture = (told, more = "") => `<svg viewBox="0 0 ${W} ${H}" role="img" aria-label="${told}" data-left="${L}" data-right="${W - R}" data-top="${T}" data-bottom="${H - D}"${more}>${parts.join("")}</svg>`;
+  return { x, y, parts, box, line, picture };
+}
+
+/** The picture of an answer: a quantity {column, size, name, limit} over the speed, with pinned curves, bands, and the curve of a held motor. */
+function drawn(data, found, width, pins, { column, size, name, limit, held }) {
+  const top = (one) => Math.max(...one.rows.map((row) => row[column] / size)), curve = Math.max(...[found, ...pins].map(top));
+  const most = 1.08 * Math.max(curve, ...[limit, held ? top(held) : 0].filter((one) => one < 4 * curve));
+  const { x, y, parts, box, line, picture } = axes(data, found, width, [0, most], name);
+  for (const band of found.bands) box("band", band, 0, most);
+  const lines = (rows, kindOf, more = "") => {
     for (let at = 0; at < rows.length - 1; ) {
       const first = at, kind = kindOf(rows[at], rows[at + 1]);
       while (at < rows.length - 1 && kindOf(rows[at], rows[at + 1]) === kind) at++;
-      parts.push(`<polyline class="${kind}" points="${rows.slice(first, at + 1).map((row) => `${x(row[0])},${y(row[column] / size)}`).join(" ")}"/>`);
+      parts.push(`<polyline class="${kind}" points="${rows.slice(first, at + 1).map((row) => `${x(row[0])},${y(row[column] / size)}`).join(" ")}"${more}/>`);
     }
   };
   for (const one of pins) lines(one.rows.filter(([omega]) => omega >= found.low && omega <= found.high), () => "pin");
+  if (held) {
+    parts.push('<clipPath id="inside">');
+    box("", [found.low, found.high], 0, most);
+    parts.push("</clipPath>");
+    lines(held.rows, () => "held", ' clip-path="url(#inside)"');
+  }
   lines(found.rows, (...two) => (decay(...two) ? "stable" : "unstable"));
-  if (limit <= most) parts.push(`<line class="limit" x1="${L}" x2="${W - R}" y1="${y(limit)}" y2="${y(limit)}"/>`);
-  parts.push(`<text x="${(L + W - R) / 2}" y="${H - 6}" text-anchor="middle">${data.speedName} [${data.speedUnit}]</text>`);
-  parts.push(`<text transform="translate(14 ${(T + H - D) / 2}) rotate(-90)" text-anchor="middle">${name}</text>`);
-  const told = `${name} over the ${data.speedName}, at most ${sure(data, Math.max(...found.rows.map((row) => row[column] / size)))}`;
-  return `<svg viewBox="0 0 ${W} ${H}" role="img" aria-label="${told}" data-left="${L}" data-right="${W - R}">${parts.join("")}</svg>`;
+  if (limit <= most) line("limit", limit);
+  return picture(`${name} over the ${data.speedName}, at most ${sure(data, top(found))}`);
+}
+
+const LOADS = 9, CELLS = 60;
+
+/** Speeds of a range at which an answer allows none: above the limit, without a stable motion, or without an answer. */
+const forbidden = (found, one) => (one.count > 0 ? outside(found, allowed(one)) : [[found.low, found.high]]);
+
+/** The map of load torques over the speed: the largest stable oscillation by its shade, and the speeds that are forbidden. */
+function mapped(data, { found, answers, loads }, width, load) {
+  const half = (loads[1] - loads[0]) / 2, span = [loads[0] - half, loads.at(-1) + half], step = (found.high - found.low) / CELLS;
+  const { box, line, picture } = axes(data, found, width, span, `load torque [${data.units._N_m}]`);
+  const cells = answers.map(({ rows }) => {
+    const sizes = Array(CELLS).fill(0), cell = (omega) => Math.min(CELLS - 1, Math.max(0, Math.floor((omega - found.low) / step)));
+    rows.slice(1).forEach((row, i) => {
+      if (!decay(rows[i], row)) return;
+      const [first, last] = [cell(rows[i][0]), cell(row[0])].sort((a, b) => a - b);
+      for (let j = first; j <= last; j++) sizes[j] = Math.max(sizes[j], rows[i][1], row[1]);
+    });
+    return sizes;
+  });
+  const most = Math.max(...cells.flat());
+  answers.forEach((one, i) => {
+    cells[i].forEach((size, j) => box("cell", [found.low + j * step, found.low + (j + 1) * step], loads[i] - half, loads[i] + half, ` opacity="${(size / most || 0).toFixed(2)}"`));
+    for (const band of forbidden(found, one)) box("forbidden", band, loads[i] - half, loads[i] + half);
+  });
+  line("limit", load);
+  return picture(`largest oscillation over the ${data.speedName} and the load torque`, ' id="map"');
 }
 
 /** Whether this browser has the vectors that the kernels take. */
@@ -106,8 +156,15 @@ const hasVectors = () => typeof DecompressionStream === "function" && typeof Web
 function pointed(data, found, svg, { clientX }) {
   const box = svg.getBoundingClientRect(), { left, right } = svg.dataset, share = ((clientX - box.left) * svg.viewBox.baseVal.width) / box.width;
   const omega = found.low + ((share - left) / (right - left)) * (found.high - found.low), away = ([at]) => Math.abs(at - omega);
+  if (found.count <= 0) return told(data, found)[0];
   const [at, size, , , torque] = found.rows.reduce((best, row) => (away(row) < away(best) ? row : best));
   return `${sure(data, data.scale * at)} ${data.speedUnit}: ${sure(data, size / data.arcsec)} arcsec, ${sure(data, torque)} ${data.units._N_m}`;
+}
+
+/** The row of a map under a pointer, of some rows from below. */
+function rowAt(svg, { clientY }, rows) {
+  const box = svg.getBoundingClientRect(), { top, bottom } = svg.dataset, height = ((clientY - box.top) * svg.viewBox.baseVal.height) / box.height;
+  return Math.min(rows - 1, Math.max(0, Math.floor((rows * (bottom - height)) / (bottom - top))));
 }
 
 const element = (tag, fields, ...children) => { const made = Object.assign(document.createElement(tag), fields); made.append(...children); return made; };
@@ -147,16 +204,34 @@ async function show() {
     if (input.selectedIndex === -1) input.value = homes[i];
     by("values").append(element("label", { htmlFor: input.id }, ...(i < number ? [label] : [`${label}: `, outputs[i - number]]), input));
   });
-  let found, pins = [];
+  let found, pins = [], values, later = { timer: 0, answers: [] };
+  const torque = data.sliders.findIndex(({ name }) => name === data.torque);
   const quantities = [{ column: 1, size: data.arcsec, name: "oscillation [arcsec]" }, { column: 4, size: 1, name: `torque in the gear [${data.units._N_m}]` }];
   const draw = () => {
-    const whole = by("pictures").clientWidth, width = whole > 60 * parseFloat(getComputedStyle(document.documentElement).fontSize) ? whole / 2 : whole, limits = [found.limit / data.arcsec, NaN];
-    by("pictures").innerHTML = found.count > 0 ? quantities.map((one, i) => drawn(data, found, width, pins, { ...one, limit: limits[i] })).join("") : "";
+    const whole = by("pictures").clientWidth, columns = whole > 60 * parseFloat(getComputedStyle(document.documentElement).fontSize) ? 2 : 1, width = whole / columns, limits = [found.limit / data.arcsec, NaN];
+    const { held, answers } = later, fresh = later.found === found;
+    by("pictures").style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
+    by("pictures").innerHTML = (found.count > 0 ? quantities.map((one, i) => drawn(data, found, width, pins, { ...one, limit: limits[i], held: fresh && i === 0 ? held : null })).join("") : "") + (answers.length ? mapped(data, later, width, values[torque]) : "");
+    by("map")?.classList.toggle("stale", !fresh);
+    by("later").textContent = fresh ? toldLater(data, later).join("; ").replace(/.$/, "$&.") : "";
     if (!alone) frameElement.style.height = `${document.documentElement.offsetHeight + 8}px`;
+  };
+  const after = () => {
+    const answers = [], { low, high } = data.sliders[torque] ?? {}, loads = Array.from({ length: low < high ? LOADS : 0 }, (_, i) => low + ((high - low) * i) / (LOADS - 1));
+    let held;
+    return function slice() {
+      const end = performance.now() + 30;
+      if (data.held) held ??= answered(machine, { ...data, ...data.held }, values, data.held.points);
+      while (answers.length < loads.length && performance.now() < end) answers.push(answered(machine, data, values.map((value, i) => (i === torque ? loads[answers.length] : value)), data.points));
+      if (answers.length < loads.length) return void (later.timer = setTimeout(slice));
+      later = { timer: 0, found, held: held?.count > 0 ? held : null, answers: found.low < found.high ? answers : [], loads };
+      draw();
+    };
   };
   const update = () => {
     const chosen = inputs.slice(0, number).map((input) => input.selectedIndex);
-    const values = data.sliders.map((slider, i) => valueAt(slider, Number(inputs[number + i].value))), begun = performance.now();
+    values = data.sliders.map((slider, i) => valueAt(slider, Number(inputs[number + i].value)));
+    const begun = performance.now();
     outputs.forEach((output, i) => inputs[number + i].setAttribute("aria-valuetext", (output.textContent = `${short(values[i])} ${data.sliders[i].shown}`)));
     found = answered(machine, data, values, data.points, chosen);
     const taken = performance.now() - begun;
@@ -164,14 +239,22 @@ async function show() {
     by("how").textContent = `${Math.max(0, found.count)} steady motions by harmonic balance with ${found.harmonics} harmonics, in ${taken.toFixed(0)} ms.`;
     draw();
     if (alone) history.replaceState(null, "", `#${inputs.map((input) => input.value).join("&")}`);
-    if (data.gears) gearsAt(machine, data, values, chosen, inputs);
-    else give(by("file"), fileOf(data, values));
+    clearTimeout(later.timer);
+    if (data.gears) return gearsAt(machine, data, values, chosen, inputs);
+    give(by("file"), fileOf(data, values));
+    later.timer = setTimeout(after(), 300);
   };
   inputs.forEach((input) => input.addEventListener("input", update));
   by("again").addEventListener("click", () => { inputs.forEach((input, i) => (input.value = homes[i])); update(); });
   by("pin").addEventListener("click", () => { pins = [...pins.slice(-3), found]; draw(); });
   by("unpin").addEventListener("click", () => { pins = []; draw(); });
-  by("pictures").addEventListener("pointermove", (event) => event.target.closest("svg") && (by("how").textContent = pointed(data, found, event.target.closest("svg"), event)));
+  by("pictures").addEventListener("pointermove", (event) => {
+    const svg = event.target.closest("svg");
+    if (!svg) return;
+    if (svg.id !== "map") return void (by("how").textContent = pointed(data, found, svg, event));
+    const { loads, answers } = later, i = rowAt(svg, event, loads.length);
+    by("how").textContent = `${sure(data, loads[i])} ${data.units._N_m}: ${pointed(data, answers[i], svg, event)}`;
+  });
   addEventListener("resize", draw);
   update();
 }

@@ -39,7 +39,7 @@ from ...numerics.addressed import _breakpoints, _stiffnesses, _torques
 from ...numerics.balance.piecewise import is_piecewise_linear
 from ...numerics.curves.answer import MOST_POINTS
 from ...numerics.curves.inner_balance import MOST_KINKS
-from .sliders import OnPage, sliders
+from .sliders import TORQUE, OnPage, sliders
 
 HERE = Path(__file__).parent
 
@@ -54,6 +54,9 @@ FACTS = (
     Fact("unstable", None, "dashed motions are unstable: the drive leaves them"),
     Fact("others", None, "there is another motion at an end of the range: `strainwave analyze` follows it"),
     Fact("gravity", None, "without the torque that follows the load's own angle, as gravity does"),
+    Fact("held", None, "dotted is the drive with its motor ideally held and its load rigid: largest oscillation {}"),
+    Fact("map", None, "in the map a larger oscillation is stronger; red exceeds the limit or has no stable motion"),
+    Fact("loads", None, "speeds within the limit under each of nine load torques from {}: {}"),
     Fact("lost", None, "no steady motion was found with these numbers"),
     Fact("turned", None, "the curve does not reach the other end of the range: `strainwave analyze` says why"),
     Fact("unknown", None, "the speeds are too low, or the damping too high, for the stability of the page's method"),
@@ -140,29 +143,20 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
             f"a page holds drives that are linear around springs; this drive has {listed(parts)}: take "
             f"`strainwave app` or `strainwave analyze`, or leave {them} out of the project"
         )
-    drive = OnPage(project)
-    if any(depends(law) != 1 or len(breakpoints_of(law)) > MOST_KINKS for law in drive.laws):
+    laws = [law for kernel in OnPage(project).kernels for law in kernel.laws]
+    if any(depends(law) != 1 or len(breakpoints_of(law)) > MOST_KINKS for law in laws):
         raise ValueError(f"a page holds laws of the torsion alone with at most {MOST_KINKS} breakpoints; take the app")
     base, moved, terms = sliders(project)
-    numbers, kinds = OnPage(base).numbers, list(dict.fromkeys(map(kind_of, drive.laws)))
-    laws = [
-        {
-            "kind": kinds.index(kind_of(law)), "words": _words(law), "kinks": len(breakpoints_of(law)),
-            "exact": int(is_piecewise_linear(law)),
-        }
-        for law in drive.laws
-    ]  # fmt: skip
+    drive, kinds = OnPage(base), list(dict.fromkeys(map(kind_of, laws)))
+    main, *beside_it = _kernels(drive, kinds)
     content: Any = read(base.text).content
     records = {name: f"{value!r} {unit}" for name, (value, unit) in of_record(content, base.gear).items()}
     content = read(replaced(base, records).text).content  # whose gear may be written out
-    speeds, whole, train = project.speeds, drive.drive, project.train
-    points = OF_TRAIN if train is not None and has_curve(train) else POINTS  # those of the command
-    data = {
+    speeds, train = project.speeds, project.train
+    data = main | {
+        "held": beside_it[0] if beside_it else None, "torque": TORQUE,
         "title": project.title, "speedName": speeds.name, "speedUnit": speeds.unit, "scale": speeds.scale,
-        "arcsec": ARCSEC, "numbers": numbers.tolist(), "terms": terms, "laws": laws,
-        "shapes": [array.shape for array in drive.arrays],
-        "whole": [whole.follows, whole.loose, whole.controls, whole.every, whole.alone],
-        "limited": project.limit is not None, "points": points, "begin": drive.begin,
+        "arcsec": ARCSEC, "numbers": drive.numbers.tolist(), "terms": terms, "limited": project.limit is not None,
         "mostPoints": MOST_POINTS, "digits": project.digits(),
         "sliders": [one.data() | {"keys": _keys(content, one.name)} for one in moved], "content": content,
         "gear": base.gear and base.gear.has_law and _explicit(base.gear),
@@ -170,7 +164,27 @@ def data_of(project: Project) -> tuple[dict[str, Any], bytes]:
         "kinds": json.loads(_text("kernels.json"))["arguments"], "project": project.text,
         "gravity": train is not None and follows_its_angle(train),
     }  # fmt: skip
-    return data, beside(_functions(drive.laws, kinds))
+    return data, beside(_functions(laws, kinds))
+
+
+def _kernels(drive: OnPage, kinds: list[Any]) -> list[dict[str, Any]]:
+    """What the page knows of each kernel: where its numbers begin, and all that is no number."""
+    kernels, start = [], 0
+    for kernel in drive.kernels:
+        laws = [
+            {
+                "kind": kinds.index(kind_of(law)), "words": _words(law), "kinks": len(breakpoints_of(law)),
+                "exact": int(is_piecewise_linear(law)),
+            }
+            for law in kernel.laws
+        ]  # fmt: skip
+        points = POINTS if kernel.drive.alone else OF_TRAIN  # those of the command
+        kernels.append({
+            "start": start, "shapes": [array.shape for array in kernel.arrays], "laws": laws, "points": points,
+            "whole": kernel.whole, "begin": kernel.begin,
+        })  # fmt: skip
+        start += sum(array.size for array in kernel.arrays)
+    return kernels
 
 
 def _keys(content: dict[str, Any], name: str) -> Keys:
@@ -186,7 +200,7 @@ def _explicit(gear: Gear) -> dict[str, Any]:
     return {"ratio": f"{gear.ratio!r}", "law": {"type": "piecewise_linear", **law}}
 
 
-def _functions(laws: tuple[Any, ...], kinds: list[Any]) -> bytes:
+def _functions(laws: list[Any], kinds: list[Any]) -> bytes:
     """Code of the functions of laws, of each kind once."""
     exports, two = [], (VECTOR, VECTOR)
     for i, kind in enumerate(kinds):

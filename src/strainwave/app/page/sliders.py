@@ -30,6 +30,7 @@ POWERS = (1,), (-1,), (1, 2), (-1, -2), (1, -1), (1, -1, 2, -2)
 MOST = 130  # places at which sliders that move a number together are asked
 LEFT_OUT = ".order", ".T1", ".T2"  # whole numbers, and torques whose order the law asks for
 LOAD = "load.inertia"  # that every file gives
+TORQUE = "excitation.load_torque.mean"  # that every page has
 
 
 class Slider(NamedTuple):
@@ -62,51 +63,73 @@ class Slider(NamedTuple):
         return self.value + (ratio - 1.0) * self.unity
 
 
-class OnPage:
-    """A drive as the kernel of a page gets it."""
+class Kernel:
+    """A system as the kernel of a page gets it."""
 
-    def __init__(self, project: Project) -> None:
-        train = project.train
-        system: Any = (
-            at_load(train) if train is not None and has_curve(train) else project.system(reduced=train is not None)
-        )
-        self.problem = problem_for(system, project.speeds.limits)
-        self.laws: tuple[Any, ...] = self.problem.part.laws
-        self.drive, self.begin = drive_numbers(self.problem), beginning(self.problem)
-        self.ends = [*project.speeds.limits, project.limit if project.limit is not None else 0.0]
-        self.scale = project.speeds.scale
+    def __init__(self, system: Any, speeds: tuple[float, float]) -> None:
+        problem = problem_for(system, speeds)
+        self.laws: tuple[Any, ...] = problem.part.laws
+        self.drive, self.begin = drive_numbers(problem), beginning(problem)
 
     @cached_property
     def arrays(self) -> list[Floats]:
-        """Arrays of the page in their order: matrices, numbers of the laws, what drives, speeds and limit."""
+        """Arrays in their order: matrices, numbers of the laws, what drives."""
         drive = self.drive
         system = [drive.matrices, drive.disturbed, np.array(drive.damping)]
         laws = [np.array(leaves(law), float) for law in self.laws]
-        excitation = [drive.forces, drive.per_speed, drive.zero_mean, drive.pointing, drive.lines]
-        return [*system, *laws, *excitation, np.array(self.ends)]
+        return [*system, *laws, drive.forces, drive.per_speed, drive.zero_mean, drive.pointing, drive.lines]
 
-    @cached_property
-    def numbers(self) -> Floats:
-        """All numbers of the page."""
-        return np.concatenate([array.ravel() for array in self.arrays])
-
-    @cached_property
-    def sizes(self) -> Floats:
+    @property
+    def sizes(self) -> list[Floats]:
         """Sizes beside which a change of each number is rounding: those of the largest of its kind."""
         rows = [np.abs(array) for array in self.arrays]
-        for i, array in enumerate(rows):
-            if i < 2:
-                rows[i] = np.broadcast_to(np.max(array, axis=(1, 2), keepdims=True), array.shape)
-        rows[-2] = np.column_stack([rows[-2][:, :1], np.broadcast_to(np.max(rows[-2][:, 1:]), rows[-2][:, 1:].shape)])
-        rows[-6] = np.broadcast_to(np.max(rows[-6]), rows[-6].shape)
-        return np.concatenate([array.ravel() for array in rows])
+        for i, array in enumerate(rows[:2]):
+            rows[i] = np.broadcast_to(np.max(array, axis=(1, 2), keepdims=True), array.shape)
+        rows[-1] = np.column_stack([rows[-1][:, :1], np.broadcast_to(np.max(rows[-1][:, 1:]), rows[-1][:, 1:].shape)])
+        rows[-5] = np.broadcast_to(np.max(rows[-5]), rows[-5].shape)
+        return rows
+
+    @property
+    def whole(self) -> tuple[int, ...]:
+        """Its whole numbers, in the order of the kernel."""
+        drive = self.drive
+        return drive.follows, drive.loose, drive.controls, drive.every, drive.alone
 
     @property
     def kind(self) -> Any:
         """What no slider may change."""
-        drive, shapes = self.drive, [array.shape for array in self.arrays]
-        whole = drive.follows, drive.loose, drive.controls, drive.every, self.begin, self.scale
-        return shapes, whole, [(type(law), len(breakpoints_of(law))) for law in self.laws]
+        laws = [(type(law), len(breakpoints_of(law))) for law in self.laws]
+        return [array.shape for array in self.arrays], self.whole[:-1], self.begin, laws
+
+
+class OnPage:
+    """A drive as the kernel of a page gets it, and behind a train with a driven motor that of an ideally held one."""
+
+    def __init__(self, project: Project) -> None:
+        train, limits = project.train, project.speeds.limits
+        systems: list[Any] = [at_load(train)] if train is not None and has_curve(train) else []
+        if train is None or not systems or (project.motor == "held" and not train.motor.held):
+            systems.append(project.system(reduced=train is not None))
+        self.kernels = [Kernel(system, limits) for system in systems]
+        self.ends = np.array([*limits, project.limit if project.limit is not None else 0.0])
+        self.scale = project.speeds.scale
+
+    @cached_property
+    def numbers(self) -> Floats:
+        """All numbers of the page: those of the kernels, speeds and limit."""
+        arrays = [array.ravel() for kernel in self.kernels for array in kernel.arrays]
+        return np.concatenate([*arrays, self.ends])
+
+    @cached_property
+    def sizes(self) -> Floats:
+        """Sizes beside which a change of each number is rounding."""
+        rows = [row.ravel() for kernel in self.kernels for row in kernel.sizes]
+        return np.concatenate([*rows, np.abs(self.ends)])
+
+    @property
+    def kind(self) -> Any:
+        """What no slider may change."""
+        return [kernel.kind for kernel in self.kernels], self.scale
 
 
 def sliders(project: Project) -> tuple[Project, list[Slider], list[Any]]:
@@ -120,6 +143,8 @@ def sliders(project: Project) -> tuple[Project, list[Slider], list[Any]]:
     names = [name for name in numbers_of(content) if name.startswith("gear.")] + records
     value, unit = nominal_of(content, project.gear, LOAD)
     base = project
+    if TORQUE not in numbers_of(content):
+        base = replaced(base, {TORQUE: "0 N*m"})
     for factor in (1.5, 1.0):  # what is no other number stays as it is, and is a number then
         base = replaced(base, {LOAD: _quantity(factor * value, unit)})
     content = read(base.text).content
