@@ -191,6 +191,10 @@ def test_exported_project_reads_back_as_the_same_drive(client, written):
     text = client.post("/api/export/project", json={"state": state}).text
     found, meant = written(text), project_of(State(**state))
     assert (found.drive, found.speeds) == (meant.drive, meant.speeds)
+    named = client.post("/api/export/project", json={"state": {**GEAR, "values": {"title": "2nd axis"}}}).text
+    assert (written(named).title, "title: yours" in named) == ("2nd axis", False)
+    wrong = posted(client, "/api/project", state={**GEAR, "values": {"title": "a\x07"}})
+    assert (wrong["title"], "cannot be printed" in wrong["unknown"]["title"]) == ("CSG-40-50", True)
 
 
 AXES = [
@@ -205,6 +209,7 @@ def printed(client, tmp_path, monkeypatch, capsys, view, state=GEAR, **more):
     script = client.post("/api/export/script", json={"state": state, "view": view, **more}).text
     monkeypatch.chdir(tmp_path)
     (tmp_path / "project.yaml").write_text("of the user", encoding="utf-8")
+    monkeypatch.setattr("sys.argv", ["script.py"])
     exec(compile(script, "script.py", "exec"), {"__name__": "__main__"})
     assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"project.yaml": "of the user"}
     return [float(number) for number in NUMBER.findall(capsys.readouterr().out)]
@@ -214,6 +219,10 @@ def test_exported_script_prints_what_the_page_says(client, tmp_path, monkeypatch
     shown = posted(client, "/api/response", state=GEAR)["largest"]
     said = printed(client, tmp_path, monkeypatch, capsys, "response")
     assert said == pytest.approx([shown["oscillation_arcsec"], shown["speed"]], rel=1e-4)
+    script = client.post("/api/export/script", json={"state": GEAR, "view": "response"}).text
+    monkeypatch.setattr("sys.argv", ["script.py", "picture.svg"])
+    exec(compile(script, "script.py", "exec"), {"__name__": "__main__"})
+    assert "oscillation" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
@@ -271,6 +280,10 @@ def test_compensation_of_a_joint_is_that_of_the_library(client, written):
     assert shown["before"]["rms_arcsec"] * ARCSEC == pytest.approx(found.before.rms, rel=1e-9)
     assert shown["after"]["rms_arcsec"] * ARCSEC == pytest.approx(found.after.rms, rel=1e-9)
     assert shown["torque"] == pytest.approx(found.torque.peak, rel=1e-9)
+    for when, own in (("before", found.before), ("after", found.after)):
+        run = np.array(shown[f"{when}_arcsec"]) * ARCSEC
+        assert np.mean(run) == pytest.approx(own.mean, rel=1e-3)
+        assert np.max(np.abs(run)) == pytest.approx(own.peak, rel=0.01)
     assert {*found.remarks} <= {*shown["assumed"]}
     assert any("Samples are assumed every 250 us" in text for text in shown["assumed"])
     assert [one["stiffness"] for one in shown["other_gears"]] == [-0.2, 0.2]
@@ -345,6 +358,18 @@ def test_log_is_read(client):
     assert [c["name"] for c in shown["channels"]] == ["motor_angle", "motor_torque"]
     assert shown["orders"]["lines"][0]["order"] == pytest.approx(2.0, abs=0.01)
     assert shown["orders"]["lines"][0]["amplitude"] == pytest.approx(0.2, rel=0.01)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_log_of_both_angles_has_the_pointing_error(client, way):
+    t = np.linspace(0.0, 4.0, 4001)
+    motor = 2 * np.pi * 5.0 * t
+    load = way * motor / 50 + 20 * ARCSEC * np.cos(2 * motor)
+    rows = "\n".join(f"{a:.9g},{b:.12g},{c:.12g}" for a, b, c in zip(t, motor, load, strict=True))
+    shown = client.post("/api/log?name=run.csv", content=f"time,motor_angle [rad],load_angle [rad]\n{rows}".encode())
+    pointing = shown.json()["pointing"]
+    assert pointing["unit"] == "arcsec"
+    np.testing.assert_allclose(pointing["values"], 20 * np.cos(2 * motor)[::2], atol=0.01)
 
 
 @pytest.mark.slow
@@ -446,6 +471,17 @@ def test_one_curve_of_a_load_that_varies_does_not_pass():
     held = of_state(views.response, State(gear="CSG-40-50", values=heaviest))
     assert held["passes"] is False
     assert held["torque_exceeded"]["reached"] == 1000.0 > held["torque_exceeded"]["torque"]
+
+
+@pytest.mark.compiled
+def test_the_verdict_under_all_loads_is_that_of_the_speed_map():
+    light = LOOP | GRAVITY | {"load.drag.amplitude": "44 N*m"}
+    for values in (light, light | {"limit.oscillation": "50 arcsec"}):
+        project = project_of(State(gear="CSG-40-50", values=values))
+        under, found = views.sureness(project)["loads"], sw.speed_map(project, search=False)
+        np.testing.assert_allclose(under["allowed"], found.windows / RPM, rtol=1e-9)
+        assert under["passes"] is under["whole"] is ("limit.oscillation" not in values)
+    assert views.sureness(project_of(State(gear="CSG-40-50", values=LOOP)))["loads"] is None
 
 
 def test_both_ends_of_every_slider_of_a_loop_are_accepted():

@@ -30,9 +30,12 @@ def test_the_answer_stays_in_sight_at_every_slider(page, width, height):
 def test_a_phone_shows_the_whole_answer_with_gravity_and_what_is_assumed(page):
     page.set_viewport_size({"width": 375, "height": 812})
     page.locator("#part-gravity").click()
-    said(page, "gives the verdict")
-    said(page, "How sure")
+    said(page, "Under 9 loads from −44 to 44 N·m, every speed is usable. How sure")
     assert page.evaluate("() => answer.scrollHeight <= answer.clientHeight")
+    assert page.locator("#answer").get_attribute("class") == ""  # the assumed numbers may lead beyond the limit
+    page.locator('[id="value-limit.oscillation"]').fill("200")
+    said(page, "within the limit of 200 arcsec. Under 9 loads")
+    page.wait_for_selector("#answer.good")
 
 
 def test_a_mark_on_a_slider_is_the_value_that_meets_the_limit(held_page):
@@ -112,6 +115,8 @@ def test_a_move_is_edited_and_its_motor_torque_is_shown(page):
     page.get_by_role("tab", name="Move").click()
     page.wait_for_selector("#plot-move-motor[data-drawn]")
     said(page, "During the move of 0.6 s")
+    said(page, "above the limit of 59.8 arcsec. Ratings of gear and motor are kept")
+    assert page.locator("#answer").get_attribute("class") == ""
     page.locator("#edit-move").click()
     page.wait_for_selector('[id="value-move.profile.0.time"]')
     page.locator('[id="value-move.profile.0.time"]').fill("900 ms")

@@ -115,6 +115,27 @@ def test_undo_and_redo_take_a_change_back_and_forth(page):
     assert field(page, "load.inertia").input_value() == "2"
 
 
+def test_a_drive_is_renamed_and_keeps_its_title_with_another_gear(page):
+    page.once("dialog", lambda dialog: dialog.accept("2nd axis"))
+    page.locator("#rename").click()
+    page.wait_for_function("() => document.title === '2nd axis · strainwave'")
+    assert "v.title=2nd+axis" in page.url
+    page.select_option("#gear", "CSG-25-100")
+    page.wait_for_function("() => location.hash.includes('CSG-25-100')")
+    assert page.locator("#title").inner_text() == "2nd axis"
+
+
+def test_without_damping_the_resonance_is_said_and_the_picture_stays_near_the_limit(blank):
+    blank.goto(address_of(blank.base, HELD))
+    shown(blank)
+    typed(blank, "damping.ratio", "0", "The response grows without bound at")
+    assert blank.locator("#answer").get_attribute("class") == "bad"
+    assert "within the limit" not in blank.locator("#answer").inner_text()
+    top = "(name) => document.getElementById('plot-' + name).layout.yaxis.range[1]"
+    assert blank.evaluate(top, "response") < 6 * 120
+    assert blank.evaluate(top, "torque") < 5000
+
+
 def test_back_goes_to_the_drive_before_the_last_pause(page):
     first = largest(page)
     typed(page, ACCURACY, "10")

@@ -41,7 +41,7 @@ OF_STATE, RESPONSE = Work("state", "of_state"), Work("views", "response")
 JOBS = {
     "map": Work("views", "two_parameters"),
     "speed-map": Work("views", "mapped"),
-    "compensation": Work("views", "compensated"),
+    "compensation": Work("goals", "compensated"),
     "tuning": Work("goals", "tuned"),
     "report": Work("exports", "report_of"),
 }

@@ -10,8 +10,9 @@ from ..page.page import page_of as page_of
 from ..report.report import write
 from .state import Refused, ScriptRequest, project_of, two_axes, yaml_of
 
-FRAME = '''"""{title}: {what}, as `strainwave app` shows it."""
+FRAME = '''"""{title}: {what}, as `strainwave app` shows it.{picture}"""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,40 +23,48 @@ PROJECT = """\\
 {text}"""
 
 
-def main() -> None:
+def main():
     project = from_text(PROJECT, Path("project.yaml"))  # in memory: no file is written
 {body}
 
 if __name__ == "__main__":
-    main()
+    shown = main()
+    if shown is not None and len(sys.argv) > 1:
+        shown.plot().figure.savefig(sys.argv[1])
 '''
+PICTURE = " With the name of a file, as picture.svg, it draws."
 RESPONSE = """\
     found = project.response(coexisting=False)
     top = found.top
     print(f"largest oscillation {np.degrees(found.oscillation[top]) * 3600:.6g} arcsec")
     print(f"at {found.omega[top] * project.speeds.scale:.6g} {project.speeds.unit}")
+    return found
 """
 MOTION = """\
     found = sw.drive_motion(project, SPEED / project.speeds.scale)
     x = np.degrees(found.error) * 3600
     print(f"the {found.name} lies between {x.min():.6g} and {x.max():.6g} arcsec")
     print(f"and oscillates by {np.degrees(found.oscillation) * 3600:.6g} arcsec about its mean")
+    return found.begun
 """
 MOVE = """\
     profile = None if project.move is not None else sw.SCurve(np.pi / 2, 0.6)
     found = sw.move(project, profile)
     print(f"largest pointing error {np.degrees(found.peak_error) * 3600:.6g} arcsec in {found.duration:.6g} s")
+    return found
 """
 SPEED_MAP = """\
     found = sw.speed_map(project, loads=LOADS, search=SEARCH)
     for low, high in found.windows * 30 / np.pi:
         print(f"allowed: {low:.6g} to {high:.6g} rpm")
+    return found
 """
 COMPENSATION = """\
     found = sw.compensate(project)
     for name, rest in (("before", found.before), ("after", found.after)):
         print(f"{name}: {np.degrees(rest.rms) * 3600:.6g} arcsec rms")
     print(*found.warnings, *found.remarks, sep="\\n")
+    return found
 """
 MAP = """\
     for up in ALONG:
@@ -97,7 +106,8 @@ def script_of(request: ScriptRequest) -> str:
         first, second = two_axes(request.axes)
         values = {"ACROSS": first.values, "ALONG": second.values, "FIRST": first.name, "SECOND": second.name}
     body = PLACEHOLDER.sub(lambda name: repr(values[name[0]]), body)  # one pass: values are never looked at again
-    return FRAME.format(title=title, what=subject, text=text if text.endswith("\n") else text + "\n", body=body)
+    text, picture = text.rstrip("\n") + "\n", "" if request.view == "map" else PICTURE
+    return FRAME.format(title=title, what=subject, picture=picture, text=text, body=body)
 
 
 def report_of(project: Project, progress: Callable[[str, float], None]) -> str:

@@ -1,4 +1,4 @@
-"""What meets the limit: a number of the drive for each slider, and the gains of the motor's loop."""
+"""What helps: numbers that meet the limit, gains of the motor's loop, a controller."""
 
 import math
 from collections.abc import Callable
@@ -9,16 +9,24 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...base.results import SolveError
-from ...base.units import ARCSEC
+from ...base.units import ARCSEC, RPM
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.variants.replaced import replaced
+from ...study.compensation.compensate import benches_of, compensate
+from ...study.compensation.designs import own_rate
+from ...study.compensation.gains import times_of
 from ...study.tuning.trial import GOALS
 from ...study.tuning.tune import tune
 from .parameters import parameters
 from .state import Refused, yaml_of
 from .views import Progress, solved
 
+AT_RESONANCE = (
+    "The speed is that at which the largest order meets the resonance of the load on the gear, the motor held, under "
+    "the mean torque of the load and within the speeds of the project."
+)
+SHOWN_TURNS = 4  # of the motor, under a controller
 STEPS = 5  # to each end of a slider
 SHARP = 1e-3  # relative distance of a value from the one that meets the limit
 
@@ -101,6 +109,44 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
         "project": yaml_of(result.applied(project)),
         "remarks": [*map(str, result.sensitivities), *result.remarks],
     }  # fmt: skip
+
+
+def compensated(project: Project, progress: Progress) -> dict[str, Any]:
+    """The error before and after compensation, what is assumed, and the error on other gears."""
+    result = compensate(project, progress=progress)
+    (bench,) = benches_of(project).values()
+    bench, turn = bench.at(result.speed), 2.0 * np.pi / abs(result.speed)
+    settle, _ = times_of(bench, result.speed, own_rate(bench, result.speed, result.controller))
+    controllers, duration = (bench.loop, result.controller), settle + SHOWN_TURNS * turn
+    runs = [bench.run(controller, result.speed, duration) for controller in controllers]
+    last = runs[0].time >= settle
+    return {
+        "time": runs[0].time[last] - settle,
+        "before_arcsec": runs[0].error[last] / ARCSEC,
+        "after_arcsec": runs[1].error[last] / ARCSEC,
+        "title": result.title,
+        "speed": result.speed / RPM,
+        "before": _residual(result.before),
+        "after": _residual(result.after),
+        "torque": result.torque.peak,
+        "gear_torque": result.gear_torque,
+        "stable": result.stable,
+        "excluded": result.excluded,
+        "other_gears": [
+            {
+                "stiffness": one.stiffness,
+                "before_rms_arcsec": one.before / ARCSEC,
+                "after_rms_arcsec": one.after / ARCSEC,
+            }
+            for one in result.robustness
+        ],
+        "assumed": [AT_RESONANCE, *result.remarks],
+        "remarks": [*result.warnings, result.condition],
+    }
+
+
+def _residual(residual: Any) -> dict[str, float]:
+    return {f"{name}_arcsec": value / ARCSEC for name, value in residual._asdict().items()}
 
 
 def _curve(found: DriveResponse | None, scale: float) -> dict[str, Any] | None:

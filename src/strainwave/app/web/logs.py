@@ -29,6 +29,7 @@ SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
 MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12
 MOST_UNPACKED = 256 << 20  # bytes of a packed log
 CALLS = r"(columns|units)=(\{.*?\}|\[.*?\]|names)"  # arguments of the library in its sentences
+NEARLY = 1e-3  # relative distance from a whole number of a ratio that is this number
 HIGHEST = 60.0  # order that a log is searched for
 
 
@@ -141,9 +142,21 @@ def _told(log: Log) -> dict[str, Any]:
         "segments": [
             {"kind": part.kind, "start": part.start, "stop": part.stop, "rpm": part.speed / RPM} for part in segments
         ],
+        "pointing": _pointing(log, step),
         "orders": _orders(log),
         "notes": [*log.notes, *log.doubts],
     }
+
+
+def _pointing(log: Log, step: int) -> dict[str, Any] | None:
+    """How far the load is from where the motor puts it, about the mean; None without both angles."""
+    motor, load, ratio = log.channels.get("motor_angle"), log.channels.get("load_angle"), log.ratio
+    if motor is None or load is None or not ratio:
+        return None
+    whole = round(ratio) if abs(ratio - round(ratio)) < NEARLY * ratio else ratio
+    sense = np.sign(np.dot(motor - np.mean(motor), load - np.mean(load)))
+    error = (load - sense * motor / whole) / ARCSEC
+    return {"name": "pointing_error", "unit": "arcsec", "values": (error - np.mean(error))[::step]}
 
 
 def _orders(log: Log) -> dict[str, Any]:

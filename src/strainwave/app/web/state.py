@@ -182,7 +182,7 @@ def project_of(state: State) -> Project:
     if file is not None:
         raise Refused(f"{file!r} names a file; the app reads none: write its numbers into the project")
     text = text_of(state)
-    values = {name: value for name, value in state.values.items() if name != "title"}
+    values = dict(state.values)
     try:
         base = _read(text)
         values |= first_sources(base, values) if values else {}

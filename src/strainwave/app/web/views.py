@@ -23,7 +23,6 @@ from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.avoid import without_stable
 from ...study.analysis.in_time import drive_motion
-from ...study.compensation.compensate import compensate
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
@@ -35,10 +34,6 @@ MOST_SHOWN = 4000  # samples of a run
 HELD = (
     "This is an ideal motor, held at its speed. A real loop can change the answer tenfold; gravity and hysteresis "
     "change it too. The page adds a loop and gravity, a project file hysteresis."
-)
-AT_RESONANCE = (
-    "The speed is that at which the largest order meets the resonance of the load on the gear, the motor held, under "
-    "the mean torque of the load and within the speeds of the project."
 )
 FIXED_LOAD = (
     "The torque on the load is constant here: one that follows the load's angle, gravity for one, changes N times more "
@@ -191,7 +186,10 @@ def _beat(found: DriveResponse) -> dict[str, Any] | None:
 
 
 def sureness(project: Project) -> dict[str, Any]:
-    """What stands beside the response after a pause: the band of assumed numbers, and the curve of the held motor."""
+    """What stands beside the response after a pause.
+
+    The band of assumed numbers, the verdict under all loads, the curve of the held motor.
+    """
     sure, scale, held = how_sure(project, _turning), project.speeds.scale, None
     if project.train is not None and project.motor == "held" and not project.is_beating:
         curve = project.equation_response(coexisting=False, points=POINTS)
@@ -201,8 +199,24 @@ def sureness(project: Project) -> dict[str, Any]:
         "how_sure": list(sentences), "together": sentences[len(sure.doubts)] if sure.doubts else "",
         "load": sure.load, "met": not sure.doubts
         or (project.limit is not None and sure.largest[1] <= project.limit and not (sure.load and project.has_memory)),
-        "held": held, "speed": scale * sure.omega,
+        "loads": _under_loads(project), "held": held, "speed": scale * sure.omega,
         "low_arcsec": sure.low / ARCSEC, "high_arcsec": sure.high / ARCSEC,
+    }  # fmt: skip
+
+
+def _under_loads(project: Project) -> dict[str, Any] | None:
+    """Speeds of the motor [rpm] that all torques of the load allow, by the speed map; None for one."""
+    if not project.other_loads[0] < project.other_loads[1]:
+        return None
+    try:
+        chart = speed_map(project, search=False, threads=1)
+    except (ValueError, SolveError) as error:
+        return {"why": str(error), "passes": None}
+    ends = chart.speeds[[0, -1]]
+    whole = len(chart.windows) == 1 and bool(np.allclose(chart.windows[0], ends, rtol=1e-9))
+    return {
+        "count": len(chart.loads), "allowed": chart.windows / RPM, "whole": whole,
+        "failures": chart.failures, "passes": None if project.limit is None and whole else whole and not chart.failures,
     }  # fmt: skip
 
 
@@ -315,35 +329,6 @@ def mapped(project: Project, search: bool, loads: list[float], progress: Progres
         "failures": list(found.failures),
         "remarks": list(found.remarks),
     }  # fmt: skip
-
-
-def compensated(project: Project, progress: Progress) -> dict[str, Any]:
-    """The error before and after compensation, with what is assumed and what it is on other gears."""
-    found = compensate(project, progress=progress)
-    return {
-        "title": found.title,
-        "speed": found.speed / RPM,
-        "before": _residual(found.before),
-        "after": _residual(found.after),
-        "torque": found.torque.peak,
-        "gear_torque": found.gear_torque,
-        "stable": found.stable,
-        "excluded": found.excluded,
-        "other_gears": [
-            {
-                "stiffness": one.stiffness,
-                "before_rms_arcsec": one.before / ARCSEC,
-                "after_rms_arcsec": one.after / ARCSEC,
-            }
-            for one in found.robustness
-        ],
-        "assumed": [AT_RESONANCE, *found.remarks],
-        "remarks": [*found.warnings, found.condition],
-    }
-
-
-def _residual(residual: Any) -> dict[str, float]:
-    return {f"{name}_arcsec": value / ARCSEC for name, value in residual._asdict().items()}
 
 
 def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress: Progress) -> dict[str, Any]:

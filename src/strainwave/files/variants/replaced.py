@@ -128,7 +128,7 @@ def _with(content: dict[str, Any], placed: Placed) -> dict[str, Any]:
             changed.setdefault("sources", {})[".".join(keys[1:])] = text
             continue
         _set(changed, path, keys, text)
-        if changed.get("sources") and not _same(reduce(inside, keys, content), text):
+        if changed.get("sources") and keys != ("title",) and not _same(reduce(inside, keys, content), text):
             changed["sources"][".".join(keys)] = YOURS
     return changed
 

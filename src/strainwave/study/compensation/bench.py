@@ -25,6 +25,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import Filtered, PositionIntegral, apart
 from ...model.train.motion import AngleTorque, Steady
 from ...numerics.ensemble.linear_loops import LoopResponse, loop_response, multipliers
+from ...numerics.ensemble.loops import LoopRun, run_loop
 from ..analysis.knobs import stiffer
 
 COMMANDED = Commanded()
@@ -120,6 +121,10 @@ class Bench:
         """Poles or multipliers over samples without those of a law's memory, which stays where it is left."""
         still = np.argsort(np.abs(found - 1.0))[: self.memory]
         return np.delete(found, still[np.abs(found[still] - 1.0) < STAYS * samples])
+
+    def run(self, controller: Any, speed: float, duration: float) -> LoopRun:
+        """The drive at a motor speed [rad/s] under a controller, over a time [s]."""
+        return run_loop(self.closed(controller, speed), duration, y0=self.start(speed))
 
     def start(self, speed: float, *, model: bool = False) -> Floats:
         """State (states,) in which the mean torques hold the drive; zeros where none is found."""

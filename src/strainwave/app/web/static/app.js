@@ -148,7 +148,7 @@ async function changeGear(gear) {
     const stays = about.parameters.filter((p) => p.group !== "gear" && !/^excitation[.](accuracy|kinematic_error)/.test(p.name) && (p.name !== "motor.inertia" || p.name in state.values));
     const values = stays.map((p) => [p.name, state.values[p.name] ?? `${p.value} ${p.unit}`.trim()]);
     const assumed = stays.filter((p) => !(p.name in state.values) && about.sources[p.name] === "assumed").map((p) => [`sources.${p.name}`, "assumed"]);
-    const words = Object.entries(state.values).filter(([, text]) => !/^[-+−.\d]/.test(text));
+    const words = Object.entries(state.values).filter(([name, text]) => name === "title" || !/^[-+−.\d]/.test(text));
     Object.assign(state, { gear, values: Object.fromEntries([...words, ...values, ...assumed]) });
   }
   if (await load()) await show();
@@ -216,6 +216,10 @@ async function begin() {
   byId("gear").append(element("option", { value: "", textContent: "own project", disabled: true }));
   byId("gear").append(...gears.map((gear) => element("option", { value: gear.name, textContent: gear.name })));
   byId("gear").addEventListener("change", () => changeGear(byId("gear").value));
+  byId("rename").addEventListener("click", () => {
+    const title = prompt("Title of the drive, of its files and of its report", about.title)?.trim();
+    if (title) ask("values", { title });
+  });
   byId("undo").addEventListener("click", () => turned(BACK));
   byId("redo").addEventListener("click", () => turned(FORTH));
   addEventListener("keydown", (event) => {

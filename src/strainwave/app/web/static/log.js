@@ -72,7 +72,7 @@ async function paintLog(r) {
   const head = cells("th", ["order", `amplitude of ${(r.orders.of ?? "").replaceAll("_", " ")}`, "kind"]);
   const names = r.channels.map((c) => c.name), both = names.includes("motor_angle") && names.includes("load_angle");
   plots.append(element("div", { className: "wide" }, rows.length ? element("table", { id: "orders" }, head, ...rows) : element("p", { textContent: both ? "" : r.orders.why })));
-  for (const [i, c] of r.channels.slice(0, 6).entries()) {
+  for (const [i, c] of [...(r.pointing ? [r.pointing] : []), ...r.channels].slice(0, 6).entries()) {
     await draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] }, hovertemplate: `%{x:.6g} s<br>%{y:.5g} ${signed(c.unit)}<extra></extra>` }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${signed(c.unit)}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name.replaceAll("_", " ")} over time, ${between(c.values, c.unit)}`, size: "second" });
   }
   const without = "Stiffness, damping and kinematic error need both angles, motor_angle and load_angle; this log has not both: its orders are shown.";

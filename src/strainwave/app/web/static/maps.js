@@ -124,11 +124,13 @@ export async function compensation() {
 
 async function paintCompensation(r) {
   const draw = pictures();
-  const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak with mean"]];
+  const kinds = [["rms_arcsec", "rms"], ["peak_arcsec", "peak with mean"]];
   const bar = (x, y, name, colour, pattern) => ({ type: "bar", name, x, y, text: y.map((value) => round(value, 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const pair = (x, before, after) => [bar(x, before, "before", RED, "/"), bar(x, after, "after", BLUE, "")];
   const texts = kinds.map(([, text]) => text), [before, after] = [r.before, r.after].map((one) => kinds.map(([key]) => one[key]));
   await draw("compensation", { data: pair(texts, before, after), layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": texts, "before [arcsec]": before, "after [arcsec]": after }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` });
+  const run = (y, name, color, dash) => ({ x: r.time.map((t) => 1e3 * t), y, mode: "lines", name, line: { color, dash }, hovertemplate: `%{x:.4g} ms<br>%{y:.4g} arcsec<extra>${name}</extra>` });
+  await draw("compensation-time", { data: [run(r.before_arcsec, "before", RED, "dash"), run(r.after_arcsec, "after", BLUE, "solid")], layout: { xaxis: { title: "time [ms]" }, yaxis: { title: "pointing error [arcsec]" } }, table: { "time [s]": r.time, "before [arcsec]": r.before_arcsec, "after [arcsec]": r.after_arcsec }, label: `Pointing error over the last turns, before ${between(r.before_arcsec, "arcsec")}, after ${between(r.after_arcsec, "arcsec")}`, size: "second" });
   const gears = r.other_gears.map((g) => `${Math.abs(100 * g.stiffness)} % ${g.stiffness < 0 ? "softer" : "stiffer"}`);
   const rest = (g) => (g.after_rms_arcsec === null ? "growing" : `${round(g.after_rms_arcsec, 3)} arcsec`);
   if (gears.length) {

@@ -48,7 +48,7 @@ function pinControls(again) {
 function small(r) {
   const most = Math.max(...r.oscillation_arcsec, r.limit_arcsec ?? 0) || 1, [low, high] = [Math.min(...r.speed), Math.max(...r.speed)];
   const at = (x, y) => `${((300 * (x - low)) / (high - low || 1)).toFixed(1)},${(58 - (56 * y) / most).toFixed(1)}`;
-  document.getElementById("small-curve").setAttribute("points", r.speed.map((x, i) => at(x, r.oscillation_arcsec[i])).join(" "));
+  document.getElementById("small-curve").setAttribute("points", r.speed.map((x, i) => at(x, r.oscillation_arcsec[i] ?? most)).join(" "));
   document.getElementById("small-limit").setAttribute("points", r.limit_arcsec === null ? "" : [low, high].map((x) => at(x, r.limit_arcsec)).join(" "));
 }
 
@@ -59,7 +59,7 @@ async function afterwards(picture, top, drive, mine, tell) {
   if (gone()) return;
   const s = await call("/api/sureness", { body: { state: asked() }, kind: "beside" }).catch(() => null);
   if (gone()) return;
-  if (!s) return tell("The range for assumed numbers cannot be computed.", null);
+  if (!s) return tell("The range for assumed numbers and loads cannot be computed.", null);
   const line = { mode: "lines", hoverinfo: "skip" }, known = s.how_sure.length > 0;
   const band = known ? [
     { ...line, x: s.speed, y: s.low_arcsec, line: { width: 0 }, showlegend: false },
@@ -70,7 +70,7 @@ async function afterwards(picture, top, drive, mine, tell) {
   picture.layout.yaxis = { ...picture.layout.yaxis, range: [0, Math.max(top, ...(known ? s.high_arcsec.filter(Number.isFinite) : [])) * 1.08] };
   await draw("response", picture);
   if (gone()) return;
-  tell(known ? `How sure: ${s.together}.` : "", s.met);
+  tell(known ? `How sure: ${s.together}.` : "", s.met, s.loads);
   const list = document.querySelector("#remarks ul") ?? document.getElementById("remarks").appendChild(element("ul"));
   list.append(...s.how_sure.map((textContent) => element("li", { textContent })));
 }
@@ -80,6 +80,11 @@ async function response(again) {
   clearTimeout(pause);
   const r = await call("/api/response", { body: { state: asked(), whole: false }, kind: "view" });
   if (current?.drive === rested) ghost = { ...current, name: "before" };
+  const unbounded = /grows without bound/.test(r.message); // then the picture has what is near the limit
+  if (unbounded) {
+    const most = 5 * (r.limit_arcsec ?? r.oscillation_arcsec[0]), far = r.oscillation_arcsec.map((value) => value > most);
+    for (const key of ["oscillation_arcsec", "peak_arcsec", "torque", "mean_torque"]) r[key] = r[key].map((value, i) => (far[i] ? null : value));
+  }
   current = { r, drive, values: Object.entries(state.values).map((pair) => pair.join(" ")).join(", ") };
   small(r);
   const x = { title: `${r.speed_name} [${r.speed_unit}]`, ...crosshair };
@@ -92,7 +97,7 @@ async function response(again) {
   if (r.limit_arcsec !== null) data.push(level(r, r.limit_arcsec, "limit", GREEN, "dot", "arcsec"));
   if (r.avoid.length) data.push({ x: [null], y: [null], name: "speeds to avoid", mode: "markers", marker: { symbol: "square", size: 12, color: RED, opacity: 0.25 } });
   const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak with mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
-  const picture = { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` };
+  const picture = { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: unbounded ? r.message : `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` };
   const later = structuredClone(picture), top = Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite)));
   await draw("response", picture);
   const [low, mean, high] = r.load_torques, under = low < high ? (mean ? ` at ${signed(round(mean))} N·m on the load` : " without the load's torque") : "";
@@ -109,15 +114,26 @@ async function response(again) {
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
   const failures = r.failures.map((text) => signed(text) + " ").join("");
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${toward(Math.floor, a, r.digits)} to ${toward(Math.ceil, b, r.digits)}`).join(", ")} ${r.speed_unit}.` : "";
-  const loads = low < high ? ` This is for ${signed(round(mean))} N·m on the load; the report follows it from ${signed(round(low))} to ${signed(round(high))} N·m and gives the verdict.` : "";
+  const range = `from ${signed(round(low))} to ${signed(round(high))} N·m`;
+  const loads = (of) => {
+    if (!(low < high)) return "";
+    if (!of) return ` This is for ${signed(round(mean))} N·m on the load; its torques ${range} follow.`;
+    if (of.why) return ` This is for ${signed(round(mean))} N·m on the load; under torques ${range} it has no answer: ${signed(of.why)}.`;
+    const usable = of.allowed.map(([a, b]) => `${toward(Math.ceil, a, r.digits)} to ${toward(Math.floor, b, r.digits)}`).join(", ");
+    return ` Under ${of.count} loads ${range}, ${of.whole ? "every speed is usable" : usable ? `usable are ${usable} rpm of the motor` : "no speed is usable"}.`;
+  };
   // A drive that is within its limit with assumed numbers passes where their whole range is within it.
-  const tell = (sure, met) => answer(`${failures}${said}${against}${leaves}${keep}${loads} ${sure}`.trim(), r.passes && !met ? null : r.passes);
+  const tell = (sure, met, of) => {
+    const passes = r.passes ?? of?.passes, more = (of?.failures ?? []).filter((text) => !r.failures.includes(text)).map((text) => signed(text) + " ").join("");
+    if (unbounded) return answer(`${r.message[0].toUpperCase()}${r.message.slice(1)}.`, false);
+    return answer(`${failures}${more}${said}${against}${leaves}${keep}${loads(of)} ${sure}`.trim(), passes && !met ? null : passes);
+  };
   tell(...(r.assumed ? ["The range for assumed numbers is being computed.", null] : ["", true]));
   clearTimeout(pause);
   pause = setTimeout(afterwards, 500, later, top, drive, mine, tell);
   const need = r.required_motor, steady = need && (need.holding_torque < need.torque ? `, ${sure(need.holding_torque)} N·m of it` : "");
   const motor = need ? `The motor must give ${low < high ? "at least" : "up to"} ${sure(need.torque)} N·m${steady} at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
-  return [r.message === "reached both ends" ? "" : r.message, motor, ...r.remarks];
+  return [...(unbounded ? [] : [r.message === "reached both ends" ? "" : r.message, motor]), ...r.remarks];
 }
 
 function speedControl(again) {
@@ -140,7 +156,7 @@ async function motion(again) {
   const r = await call("/api/motion", { body: { state: asked(), speed }, kind: "view" });
   const [low, high] = r.load_torques;
   const under = low < high ? `, under ${round(r.load_torque)} N·m on the load` : "";
-  answer(`At ${round(speed)} ${about.speed.unit}${under}, the ${r.error_name} oscillates by ${round(r.oscillation_arcsec)} arcsec about its mean; it lies between ${round(Math.min(...r.error_arcsec))} and ${round(Math.max(...r.error_arcsec))} arcsec. The torque in the gear reaches ${round(r.torque)} N·m.`);
+  answer(`At ${round(speed)} ${about.speed.unit}${under}, the ${r.error_name} oscillates by ${round(r.oscillation_arcsec)} arcsec about its mean; it lies between ${signed(round(Math.min(...r.error_arcsec)))} and ${signed(round(Math.max(...r.error_arcsec)))} arcsec. The torque in the gear reaches ${round(r.torque)} N·m.`);
   await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: r.error_name, line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: `${r.error_name} [arcsec]` } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `The ${r.error_name} over time, ${between(r.error_arcsec, "arcsec")}`, size: "second" });
   const [left, right] = [Math.min(...r.error_arcsec), Math.max(...r.error_arcsec)], margin = 0.05 * (right - left) || 1;
   await draw("phase", { data: [
@@ -174,8 +190,8 @@ async function move() {
   moveControls();
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
   const settled = r.settling_time === null ? "Not settled within the run" : `Settled ${r.settling_time === 0 ? "at once" : `in ${round(1e3 * r.settling_time)} ms`} (±${round(r.window_arcsec)} arcsec)`;
-  const failures = r.failures.map((text) => signed(text) + " ").join("");
-  answer(`${failures}${settled}. During the move of ${round(r.duration)} s the load is off by up to ${round(r.peak_arcsec)} arcsec.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes : null);
+  const failures = r.failures.map((text) => signed(text) + " ").join(""), above = r.limit_arcsec !== null && r.peak_arcsec > r.limit_arcsec;
+  answer(`${failures}${settled}. During the move of ${round(r.duration)} s the load is off by up to ${round(r.peak_arcsec)} arcsec${above ? `, above the limit of ${round(r.limit_arcsec)} arcsec` : ""}.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes && (above ? null : true) : null);
   const line = (y, name, unit, colour, more) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2, ...more }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` });
   const over = (y, name, unit, colour, bound, bounds) => [line(y, name, unit, colour), ...(bound ? [1, -1].map((sign) => ({ ...line(r.time.map(() => sign * bound), bounds, unit, ORANGE, { width: 1.5, dash: "dash" }), showlegend: sign > 0 })) : [])];
   const end = { type: "line", xref: "x", yref: "paper", x0: r.duration, x1: r.duration, y0: 0, y1: 1, line: { color: PINK, width: 1.5, dash: "dot" } };
