@@ -83,6 +83,7 @@ def test_errors_of_cells_are_those_of_single_certificates(name):
     assert compared >= 18
 
 
+@pytest.mark.compiled
 def test_map_of_a_superharmonic_of_three_slopes_is_that_of_single_certificates():
     # three slopes have exact means of first order, which with hard lines belong to one speed
     system = GEAR._replace(excitation=sw.Harmonic(60.0, mean=20.0), error=sw.NoError())

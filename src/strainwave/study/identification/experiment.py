@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,11 +117,16 @@ class Experiment:
         name, _, what = path.rpartition(".")
         return (list(self.outputs).index(name), what) if name in self.outputs and what in OF_OUTPUT else None
 
+    @cached_property
+    def _leaves(self) -> list[int | None]:
+        """Places of the free numbers among those of the driven system, None for those of outputs."""
+        return [leaf_of(self.driven, path) if self._of_output(path) is None else None for path in self.free]
+
     def _with(self, values: Floats) -> Any:
         model = self.driven
-        for path, value in zip(self.free, values, strict=True):
-            if self._of_output(path) is None:
-                model = with_leaf(model, leaf_of(model, path), float(value))
+        for leaf, value in zip(self._leaves, values, strict=True):
+            if leaf is not None:
+                model = with_leaf(model, leaf, float(value))
         return model
 
     def model(self, values: Floats, step: float, parts: int, delays: Floats | None = None) -> Any:
