@@ -290,6 +290,17 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     assert low < most < high
 
 
+def test_slow_rotation_oscillates_as_the_largest_turn_of_a_slow_motion(tmp_path):
+    more = "    - {order: {output: 1}, amplitude: 40 arcsec}\n  load_torque: {mean: -4 N*m}\n"
+    text = PROJECT.replace("  load_torque: {mean: -4 N*m}\n", more).replace("MOTOR", "mode: held").replace("120", "60")
+    text = text.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec").replace("1200", "330")
+    project = from_text(text, tmp_path / "joint.yaml")
+    mapped = sw.speed_map(project, search=False)
+    assert mapped.quasi_static[0] == pytest.approx(two_turn_motion(project.whole, 1.0).largest[0], rel=1e-3)
+    assert any(remark.endswith("no resonance in this range: 1/50, 2, 2 + 2/50") for remark in mapped.remarks)
+    assert not any("quasi-static" in remark for remark in mapped.remarks)  # 66 arcsec, but not in any turn
+
+
 def test_a_sweep_has_the_smallest_turn_beside_the_largest(tmp_path):
     size = "excitation.kinematic_error.1.amplitude"
     swept, project = sweep_project(joint(tmp_path), {size: ["0 arcsec", "6 arcsec"]}), joint(tmp_path)

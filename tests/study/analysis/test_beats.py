@@ -115,6 +115,14 @@ def test_remedies_are_those_of_the_changed_drive(analysed):
     assert cancelled.ratio == pytest.approx(size / analysis.largest_oscillation().peak, rel=1e-3)
 
 
+def test_remedies_name_the_line_that_moves_a_turn_of_the_motor(tmp_path):
+    slow = "    - {order: {output: 1}, amplitude: 60 arcsec}\n  load_torque"
+    text = TEXT.replace("MOTOR", MOTORS["held"]).replace("PULL", f"{PULL}").replace("  load_torque", slow)
+    project = from_text(text.replace("amplitude: 6 ", "amplitude: 25 "), tmp_path / "joint.yaml")
+    names = {remedy.what for remedy in project.analyze().remedies}
+    assert {name for name in names if "kinematic" in name} == {"kinematic error of order 2 + 2/50"}
+
+
 def largest_of(train, speeds):
     """Speed and size of the largest turn among motions at speeds that lie ever closer."""
     low, high = speeds

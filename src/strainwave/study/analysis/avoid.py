@@ -30,7 +30,7 @@ from .resonances import OperatingPoint, operating_point
 
 HALF_POWER = sqrt(0.5)
 NARROW = 1e-3  # relative width of speeds without a stable motion, below which they are a step of the curve
-PER_ORDER, MANY = 64, 1000  # places in a cycle of an order, and turns in one of which lines of two turns meet
+PER_ORDER, MANY = 64, 500  # places in a cycle of an order, and turns in one of which lines of two turns meet
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
 Speeds = tuple[float, float]
@@ -219,13 +219,14 @@ def _met(motions: Motions, least: float, limit: float | None) -> list[Speeds]:
 
 
 def quasi_static(system: Any, point: OperatingPoint) -> float:
-    """Oscillation [rad] of a drive that follows its excitation without inertia."""
-    count = PER_ORDER * ceil(max((1, *orders_of(system))))
-    turns = MANY if is_beating(system.error) else 1  # its lines meet in some turn
-    angles = 2.0 * np.pi * np.arange(turns * count) / count
+    """Oscillation [rad] of a drive that follows its excitation without inertia; of a beat in its largest turn."""
+    count, beats = PER_ORDER * ceil(max((1, *orders_of(system)))), is_beating(system.error)
+    angles = 2.0 * np.pi * np.arange(MANY * count if beats else count) / count
     twist = (system.excitation.torque(angles) - point.mean_torque) / (point.stiffness if point.stiffness > 0.0 else inf)
     error = system.error.value(angles) + twist + 0.0 * angles
-    return float(largest_of_samples((error - np.mean(error))[None])[0])
+    turns = np.lib.stride_tricks.sliding_window_view(error, count + 1 if beats else count)[:: count // 8]
+    means = 0.5 * (turns[:, :count] + turns[:, -count:]).mean(axis=1, keepdims=True)
+    return float(np.max(largest_of_samples(turns - means)))
 
 
 def out_of_reach(limit: float | None, slow: float) -> str:

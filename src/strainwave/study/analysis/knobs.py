@@ -18,6 +18,7 @@ from ...drive.project import Project
 from ...drive.train_curve import largest_oscillation
 from ...drive.two_turns import is_beating, largest_beat
 from ...model.drive import Drive
+from ...model.orders import order_pair
 from ...model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import apart
@@ -190,9 +191,18 @@ def _of_error(subject: Subject, amplitude: Callable[[float], float]) -> Iterator
     def turned(share: float) -> Subject:
         return subject.having(replace(whole, {f"error.lines.{i}.amplitude": (1.0 + share) * line.amplitude}))
 
-    name, size = f"kinematic error of order {line.order:.6g}", line.amplitude / ARCSEC
+    name, size = f"kinematic error of order {in_turns(line.order, subject.train)}", line.amplitude / ARCSEC
     yield Knob(name, size, "arcsec", turned, (-1.0,), (1.0,))
     yield Knob(name, size, "arcsec", turned, (-1.0,))
+
+
+def in_turns(order: float, train: DriveTrain | None) -> str:
+    """An order as that of the turns to which it belongs: 2, 2 - 2/101 or 1/101."""
+    if train is None or not order % 1:
+        return f"{order:.6g}"
+    j, k = order_pair(order, train.N)
+    slow = f"{abs(k)}/{train.N:g}" if k else ""
+    return f"{j} {'-' if k < 0 else '+'} {slow}" if j and k else slow or f"{j}"
 
 
 def line_that_matters(error: Any, amplitude: Callable[[float], float]) -> int | None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
-from math import sqrt
+from math import pi, sin, sqrt
 from typing import Any
 
 from ...base.arguments import silent
@@ -271,7 +271,11 @@ def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iter
     """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
     at = response.largest_oscillation()
     waves: Any = response.curve if response.curve.waves is None else response.curve.waves
-    return chain(other_gears(subject), knobs(subject, lambda order: float(waves.amplitude(order)[at]), torque))
+
+    def in_a_turn(order: float) -> float:  # of the motor: a wave of the output's turn drifts a little
+        return float(waves.amplitude(order)[at]) * sin(pi * min(order, 0.5))
+
+    return chain(other_gears(subject), knobs(subject, in_a_turn, torque))
 
 
 @dataclass

@@ -19,7 +19,7 @@ from ...drive.postures import Posture
 from ...drive.project import Project
 from ...drive.two_turns import is_beating
 from ..analysis.avoid import out_of_reach
-from ..analysis.knobs import units_of
+from ..analysis.knobs import in_turns, units_of
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import (
@@ -388,7 +388,7 @@ def _remarks(
         remarks.append("separate branches (subharmonics) were not searched")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}
     if idle := sorted({line.order for line in lines} - met):
-        listing = ", ".join(f"{order:g}" for order in idle)
+        listing = ", ".join(in_turns(order, cases[0].whole) for order in idle)
         remarks.append(f"orders that meet no resonance in this range: {listing}")
     slow = max(loaded.quasi_static for loaded in by_load)
     if below := out_of_reach(rules.limit, slow):

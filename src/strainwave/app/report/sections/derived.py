@@ -12,6 +12,7 @@ from ....base.sentences import Angle
 from ....plot.colours import BLACK, BLUE
 from ....plot.panels import Axis, Panel
 from ....plot.svg import figure
+from ....study.analysis.knobs import in_turns
 from ....study.analysis.resonances import equation_orders
 from ....study.gear.parametric import ParametricResonance
 from ...console import number, percent
@@ -161,7 +162,7 @@ def _static(view: View) -> list[Fact]:
             static, k = abs(term.amplitude) / point.stiffness * factor, term.order
             rows.append(Fact(f"Quasi-static error of the torque of order {k}", f"A{k}/T'", static, unit, size))
     for line in () if project.kinematic_error is None else project.kinematic_error.lines:
-        order = number(line.order, 5)
+        order = in_turns(line.order, project.whole)
         name = f"Kinematic error of order {order}"
         rows.append(Fact(name, f"e{order}", abs(line.amplitude) * factor, unit, size))
     if gear is not None:
