@@ -193,10 +193,7 @@ def _swept(response: DriveResponse) -> Motions:
 
 
 def band_above(response: DriveResponse, limit: float) -> Speeds | None:
-    """Speeds [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; None without one.
-
-    The ends are those of `Avoid.bands`.
-    """
+    """Speeds [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; else None."""
     motions = _swept(response)
     at = float(motions.omega[np.argmax(motions.sizes)])
     jumping = [] if response.sweep is None else [(band.low, band.high) for band in response.sweep.jumping]
@@ -224,9 +221,10 @@ def quasi_static(system: Any, point: OperatingPoint) -> float:
     angles = 2.0 * np.pi * np.arange(MANY * count if beats else count) / count
     twist = (system.excitation.torque(angles) - point.mean_torque) / (point.stiffness if point.stiffness > 0.0 else inf)
     error = system.error.value(angles) + twist + 0.0 * angles
-    turns = np.lib.stride_tricks.sliding_window_view(error, count + 1 if beats else count)[:: count // 8]
-    means = 0.5 * (turns[:, :count] + turns[:, -count:]).mean(axis=1, keepdims=True)
-    return float(np.max(largest_of_samples(turns - means)))
+    turns = np.lib.stride_tricks.sliding_window_view(error, count + 1 if beats else count)
+    means = 0.5 * (turns[:, :count] + turns[:, -count:]).mean(axis=1)
+    worst = int(np.argmax(np.maximum(turns.max(axis=1) - means, means - turns.min(axis=1))))
+    return float(largest_of_samples(turns[[worst]] - means[worst])[0])
 
 
 def out_of_reach(limit: float | None, slow: float) -> str:
