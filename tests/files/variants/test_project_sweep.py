@@ -57,6 +57,20 @@ def test_a_store_says_what_its_axes_are(project, tmp_path):
     )
 
 
+def light(project):
+    """The load's inertia [kg*m^2], of light loads alone."""
+    if project.drive.J_l > 1.2:
+        raise ValueError("too heavy")
+    return project.drive.J_l
+
+
+def test_what_is_wrong_at_a_point_names_its_numbers_as_they_were_written(project):
+    grid = {"load.inertia": ["1000 g*m^2", "1500 g*m^2"], "damping.B": ["40 N*m*s/rad"]}
+    (said,) = sw.sweep(light, project, grid).attrs["errors"].splitlines()
+    assert said.startswith("point 1 (load.inertia = 1500 g*m^2, damping.B = 40 N*m*s/rad): ")
+    assert said.endswith("too heavy")
+
+
 @pytest.mark.slow
 def test_names_are_an_axis_and_a_store_goes_on(tmp_path):
     catalogue = from_text(PROJECTS["catalogue gear, motor not named"], tmp_path / "drive.yaml")

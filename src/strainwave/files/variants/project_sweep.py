@@ -1,8 +1,10 @@
 """A sweep of a whole drive over a grid of the numbers of its project file: its response, or any measure of it."""
 
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +27,7 @@ UNITS = {"peak": "rad", "peak_at": "rad/s", "oscillation": "rad", "oscillation_a
          "torque_at": "rad/s", "jumps": "1", "truncated": "1"}  # fmt: skip
 OF_BEAT = {"smallest": "rad", "smallest_at": "rad/s"}
 MOST_POINTS, MOST_CHUNKS = 100_000, 512
+NUMBERED = r"\bnumbers\.(\d+) = ([\d.e+]+)"  # a place, as a sweep of a `Choice` says it
 
 
 class Choice(NamedTuple):
@@ -113,7 +116,14 @@ def sweep_project(
             name_axis(Path(store), axis, name, axes[name], values if unit else None, unit.get("units", ""))
     data = data.drop_vars([name for name in places if name in data.coords]).rename_dims(named)
     data.attrs["tuning"] = tuning(project, axes, retune)
+    data.attrs["errors"] = re.sub(NUMBERED, partial(_as_written, list(axes.items())), data.attrs["errors"])
     return data.assign_coords({name: coordinate(name, texts) for name, texts in axes.items()})
+
+
+def _as_written(axes: list[tuple[str, list[str]]], place: re.Match[str]) -> str:
+    """A place along an axis as its name and its value were given."""
+    name, texts = axes[int(place[1])]
+    return f"{name} = {texts[round(float(place[2]))]}"
 
 
 def check(project: Project, axes: Mapping[str, list[str]]) -> None:
