@@ -28,7 +28,7 @@ TERMS = 34  # of the series in it
 WAVES = 4.5  # of the highest harmonic of an orbit in a panel [rad]
 QUIET = 1e-11  # share of an orbit's harmonics that no panel has to resolve
 MOST = 2048  # panels a period
-TOGETHER = 64  # orbits at a time
+TOGETHER, MANY = 64, 1600  # orbits, and harmonics of them, at a time: their waves stay in the cache
 C = 0.5 + 0.5 * np.polynomial.legendre.leggauss(PLACES)[0]
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -262,9 +262,9 @@ def resolved(disturbances: Any) -> bool:
 
 def maps_through_panels(all_orbits: Any) -> Floats:
     """Period maps (orbits, states, states) of `Disturbances` of orbits; panels end at the kinks of an orbit."""
-    maps = []
-    for i in range(0, len(all_orbits.twists), TOGETHER):
-        chunk = slice(i, i + TOGETHER)
+    maps, count = [], min(TOGETHER, max(1, MANY // (all_orbits.twists.shape[2] // 2)))
+    for i in range(0, len(all_orbits.twists), count):
+        chunk = slice(i, i + count)
         deviation = None if all_orbits.deviation is None else all_orbits.deviation[chunk]
         part = all_orbits._replace(twists=all_orbits.twists[chunk], deviation=deviation, speed=all_orbits.speed[chunk])
         maps.append(_maps(part))
