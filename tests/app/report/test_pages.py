@@ -112,7 +112,25 @@ def test_margins_are_those_of_the_loop(folder, results):
     assert results["loop_margins"]["delay_margin_s"] == pytest.approx(found.delay_margin, rel=1e-3)
 
 
-def test_the_report_has_at_most_four_pages_of_paper(folder, browser):
+ARM = """\
+gear: {ratio: 100, law: {type: piecewise_linear, T1: 14 N*m, T2: 48 N*m, K1: 3.1e4 N*m/rad, K2: 5.0e4 N*m/rad,
+  K3: 5.7e4 N*m/rad}}
+motor: {inertia: 3 kg*cm^2, loop: {type: cascade, bandwidth: 30 Hz, damping: 0.7}}
+load: {inertia: 1.2 kg*m^2, drag: {type: angle_torque, amplitude: 40 N*m}}
+damping: {ratio: 3 %}
+speed: {from: 300 rpm, to: 2000 rpm, shaft: motor}
+limit: {oscillation: 60 arcsec}
+sources: {motor.loop: assumed, damping: assumed}
+excitation: {accuracy: 60 arcsec}
+"""
+
+
+@pytest.mark.parametrize("text", [AXIS, ARM], ids=["axis", "arm"])
+def test_the_report_has_at_most_four_pages_of_paper(tmp_path, folder, browser, text):
+    if text is ARM:
+        folder = tmp_path
+        (folder / "axis.yaml").write_text(ARM)
+        sw.report.write(folder / "axis.yaml", folder)
     sheet = browser.new_page()
     sheet.goto((folder / "report.html").as_uri())
     assert 2 <= len(re.findall(rb"/Type\s*/Page\b", sheet.pdf(prefer_css_page_size=True))) <= 4

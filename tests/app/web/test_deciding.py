@@ -36,6 +36,9 @@ def test_a_phone_shows_the_whole_answer_with_gravity_and_what_is_assumed(page):
     page.locator('[id="value-limit.oscillation"]').fill("200")
     said(page, "within the limit of 200 arcsec. Under 9 loads")
     page.wait_for_selector("#answer.good")
+    page.route("**/api/sureness", lambda route: route.fulfill(status=422, json={"error": "it takes too long"}))
+    page.locator('[id="value-limit.oscillation"]').fill("210")
+    said(page, "under torques from −44 to 44 N·m it has no answer: it takes too long.")
 
 
 def test_a_mark_on_a_slider_is_the_value_that_meets_the_limit(held_page):

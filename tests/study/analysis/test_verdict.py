@@ -152,6 +152,13 @@ def test_a_torque_beyond_its_rating_at_some_speeds_leaves_the_others():
     np.testing.assert_allclose(mean.speeds, verdict.speeds, rtol=1e-12)
 
 
+def test_what_rounding_leaves_beside_a_band_is_no_speed_to_keep_to():
+    band = replace(QUIET, bands=((100.01, 150.0),))
+    verdict = verdict_of((100.0, 200.0), (CURVE,), band, Usage(10.0, 150.0, 5.0, 150.0), ())
+    assert verdict.allowed == ((150.0, 200.0),)
+    assert verdict.answer is Answer.BUT
+
+
 def test_a_torque_that_no_curve_shows_is_not_cured_by_keeping_out_of_speeds():
     run = Usage(120.0, 110.0, 50.0, 150.0)
     assert judged(Finding("momentary_torque", 120.0, 110.0, "N*m", ""), used=run).answer is Answer.NOT

@@ -128,14 +128,14 @@ def _with(content: dict[str, Any], placed: Placed) -> dict[str, Any]:
             changed.setdefault("sources", {})[".".join(keys[1:])] = text
             continue
         _set(changed, path, keys, text)
-        if changed.get("sources") and keys != ("title",) and not _same(reduce(inside, keys, content), text):
+        if changed.get("sources") and keys != ("title",) and not _same(content, keys, text):
             changed["sources"][".".join(keys)] = YOURS
     return changed
 
 
-def _same(before: Any, text: str) -> bool:
+def _same(content: dict[str, Any], keys: Keys, text: str) -> bool:
     """Whether a field of the file has this text, or the same number in the same unit."""
-    if not isinstance(before, str):
+    if not isinstance(before := reduce(inside, keys, content), str):
         return False
     return before.split() == text.split() or (None, "") != quantity(before) == quantity(text)
 

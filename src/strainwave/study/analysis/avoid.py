@@ -29,7 +29,7 @@ from ...drive.two_turns import is_beating
 from .resonances import OperatingPoint, operating_point
 
 HALF_POWER = sqrt(0.5)
-NARROW = 1e-3  # relative width of speeds without a stable motion, below which they are a step of the curve
+NARROW = 1e-3  # relative width of a band of speeds below which it is none: a step of the curve, or what rounding leaves
 PER_ORDER, MANY = 64, 500  # places in a cycle of an order, and turns in one of which lines of two turns meet
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
@@ -242,6 +242,11 @@ def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = 
     ends = [within[0], *(end for band in bands for end in band), within[1]]
     rest = list(pairwise(ends))[::2]
     return tuple((float(low), float(high)) for low, high in rest if high > low * (1.0 + narrow))
+
+
+def usable(bands: Iterable[tuple[float, ...]], within: Speeds) -> tuple[Speeds, ...]:
+    """Speeds of a range that no band covers; a rest that rounding leaves is none."""
+    return between(bands, within, NARROW)
 
 
 def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:

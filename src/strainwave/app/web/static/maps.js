@@ -1,7 +1,7 @@
 // The views that a job fills: maps over two numbers and over speed and load, and the compensation.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, ask, between, BLUE, button, cells, COLOURS, element, GREEN, pictures, placed, RED, round, signed, toward } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, cells, COLOURS, element, GREEN, inward, pictures, placed, RED, round, signed } from "/static/plots.js";
 import { numberNow } from "/static/sliders.js";
 import { about, asked, state } from "/static/state.js";
 
@@ -100,7 +100,7 @@ async function paintSpeedMap(r, { asks }) {
   const own = asks.loads.length ? "" : " of the project";
   const [first, end] = [r.load[0], r.load[r.load.length - 1]].map((load) => round(load)), unit = signed(r.load_unit);
   const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
-  const allowed = r.allowed.map(([a, b]) => `${toward(Math.ceil, a)} to ${toward(Math.floor, b)}`).join(", ");
+  const allowed = inward(r.allowed);
   const failures = r.failures.map((text) => signed(text) + " ").join("");
   answer(`${failures}Usable under ${loads}: ${allowed ? allowed + " rpm" : "no speed"} (framed: ${signed(r.rule).replace(/^forbidden: /, "")}).`, failures ? false : null);
   const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;

@@ -42,6 +42,8 @@ export function toward(way, value, digits = 4) {
   const step = 10 ** Math.min(0, Math.floor(Math.log10(value || 1)) + 1 - digits), steps = value / step, near = Math.round(steps);
   return round((Math.abs(steps - near) < 1e-6 ? near : way(steps)) * step, 12);
 }
+// Bands of speeds with their ends rounded inward; one without a speed between them is none.
+export const inward = (bands, digits) => bands.map(([a, b]) => [toward(Math.ceil, a, digits), toward(Math.floor, b, digits)]).filter(([a, b]) => Number(a) < Number(b)).map((ends) => ends.join(" to ")).join(", ");
 export const signed = (text) => (text ?? "").replaceAll("*", "·").replace(/(?<!\w)-(?=\d)/g, "−"); // units and numbers as they are printed
 export const between = (values, unit) => {
   const shown = values.filter((value) => Number.isFinite(value));

@@ -3,7 +3,7 @@ import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
-import { answer, ask, between, BLUE, button, cells, COLOURS, crosshair, draw, element, epoch, GREEN, link, ORANGE, parts, pictures, PINK, RED, round, signed, toward } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, cells, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, ORANGE, parts, pictures, PINK, RED, round, signed, toward } from "/static/plots.js";
 import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
@@ -57,9 +57,10 @@ let pause = 0;
 async function afterwards(picture, top, drive, mine, tell) {
   const gone = () => epoch !== mine || drive !== JSON.stringify(asked());
   if (gone()) return;
-  const s = await call("/api/sureness", { body: { state: asked() }, kind: "beside" }).catch(() => null);
+  let why = "";
+  const s = await call("/api/sureness", { body: { state: asked() }, kind: "beside" }).catch((error) => { why = error.message; });
   if (gone()) return;
-  if (!s) return tell("The range for assumed numbers and loads cannot be computed.", null);
+  if (!s) return tell("The range for assumed numbers cannot be computed.", null, { why });
   const line = { mode: "lines", hoverinfo: "skip" }, known = s.how_sure.length > 0;
   const band = known ? [
     { ...line, x: s.speed, y: s.low_arcsec, line: { width: 0 }, showlegend: false },
@@ -119,7 +120,7 @@ async function response(again) {
     if (!(low < high)) return "";
     if (!of) return ` This is for ${signed(round(mean))} N·m on the load; its torques ${range} follow.`;
     if (of.why) return ` This is for ${signed(round(mean))} N·m on the load; under torques ${range} it has no answer: ${signed(of.why)}.`;
-    const usable = of.allowed.map(([a, b]) => `${toward(Math.ceil, a, r.digits)} to ${toward(Math.floor, b, r.digits)}`).join(", ");
+    const usable = inward(of.allowed, r.digits);
     return ` Under ${of.count} loads ${range}, ${of.whole ? "every speed is usable" : usable ? `usable are ${usable} rpm of the motor` : "no speed is usable"}.`;
   };
   // A drive that is within its limit with assumed numbers passes where their whole range is within it.
