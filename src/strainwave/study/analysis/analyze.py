@@ -32,7 +32,7 @@ from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
-from .avoid import HALF_POWER, LoadCase, in_run, load_cases, merged, over_all, searched, speeds_to_avoid, usable
+from .avoid import HALF_POWER, LoadCase, between, in_run, load_cases, merged, over_all, searched, speeds_to_avoid
 from .in_time import RunUp, beat_of, run_up
 from .knobs import Subject
 from .remedies import what_helps, with_other_damping
@@ -238,7 +238,7 @@ def over_postures(
         return verdict, None
     worst = max(rows, key=lambda row: (ranks.index(row.answer), row.peak if row.peak > 0.0 else math.inf))
     whole = merged(bands)
-    allowed = usable(whole, project.speeds.limits)
+    allowed = between(whole, project.speeds.limits)
     answer = max(verdict.answer, worst.answer, key=ranks.index) if allowed else Answer.NOT
     return replace(verdict, answer=answer, speeds=whole, allowed=allowed), worst
 

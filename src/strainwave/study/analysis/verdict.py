@@ -23,7 +23,7 @@ from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findin
 from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
-from .avoid import Avoid, LoadCase, Motions, Speeds, merged, out_of_reach, speeds_to_avoid, usable
+from .avoid import Avoid, LoadCase, Motions, Speeds, between, merged, out_of_reach, speeds_to_avoid
 from .knobs import Knob, Subject
 from .remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
 from .resonances import operating_point
@@ -105,7 +105,7 @@ def verdict_of(
     wider = [(low * (1.0 - 1e-9), high * (1.0 + 1e-9)) for low, high in outside]
     covered = all(p is not None and any(low <= p <= high for low, high in wider) for p in places)
     bands = merged([*((speeds,) if avoid is None else avoid.bands), *outside])
-    allowed = usable(bands, speeds)
+    allowed = between(bands, speeds)
     if not bands and not exceeded and avoid is not None:
         answer = Answer.ALL_RIGHT
     else:

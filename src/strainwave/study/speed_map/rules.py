@@ -169,7 +169,7 @@ def clipped(spans: list[Span], within: Span) -> Floats:
 
 def complement(intervals: Floats, within: Span) -> Floats:
     """Intervals of a range that are not among these."""
-    return as_intervals(between(intervals, within))
+    return as_intervals(between(intervals, within, 0.0))
 
 
 def common(first: Floats, second: Floats) -> Floats:
