@@ -200,18 +200,25 @@ def _explicit(gear: Gear) -> dict[str, Any]:
     return {"ratio": f"{gear.ratio!r}", "law": {"type": "piecewise_linear", **law}}
 
 
+_codes: dict[Any, bytes] = {}
+
+
 def _functions(laws: list[Any], kinds: list[Any]) -> bytes:
-    """Code of the functions of laws, of each kind once."""
-    exports, two = [], (VECTOR, VECTOR)
-    for i, kind in enumerate(kinds):
-        law = next(law for law in laws if kind_of(law) == kind)
-        exports += [
-            Wanted(f"torques_of_law{i}", _torques, (law,), two),
-            Wanted(f"stiffnesses_of_law{i}", _stiffnesses, (law,), two),
-        ]
-        if corners := len(breakpoints_of(law)):
-            exports.append(Wanted(f"breakpoints_of_law{i}", _breakpoints, (law,), (corners,)))
-    return compiled(*exports).code
+    """Code of the functions of laws, of each kind once, which this process keeps: only their words have numbers."""
+    first = [next(law for law in laws if kind_of(law) == kind) for kind in kinds]
+    corners, two = [len(breakpoints_of(law)) for law in first], (VECTOR, VECTOR)
+    key = tuple(zip(kinds, corners, strict=True))
+    if key not in _codes:
+        exports = []
+        for i, law in enumerate(first):
+            exports += [
+                Wanted(f"torques_of_law{i}", _torques, (law,), two),
+                Wanted(f"stiffnesses_of_law{i}", _stiffnesses, (law,), two),
+            ]
+            if corners[i]:
+                exports.append(Wanted(f"breakpoints_of_law{i}", _breakpoints, (law,), (corners[i],)))
+        _codes[key] = compiled(*exports).code
+    return _codes[key]
 
 
 def _words(thing: Any) -> list[float | str]:
