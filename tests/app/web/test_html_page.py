@@ -240,6 +240,71 @@ def test_a_band_ends_where_the_oscillation_is_the_limit(tmp_path):
         )
 
 
+LINEAR = HELD.replace("LAW", "{type: linear, K: 2e4 N*m/rad}").partition("excitation:")[0]
+
+
+def forced(text, lines, folder, **more):
+    """What the page of a drive answers to torques at its load, and the drive."""
+    listed = ", ".join(f"{{order: {k}, amplitude: {size!r} N*m, phase: {phase!r} rad}}" for k, size, phase in lines)
+    project = from_text(f"{text}excitation: {{load_torque: {{lines: [{listed}]}}}}\n", folder / "project.yaml")
+    return of_its_page(project, **more), project.system(reduced=True)
+
+
+def of_its_page(project, **more):
+    """What the page of a project shows first."""
+    data, own = html.data_of(project)
+    ((found, _),) = of_page(data | more, own, [[[one["value"] for one in data["sliders"]]]])
+    return found
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_speeds_above_a_limit_are_those_of_a_linear_spring(tmp_path):
+    text = f"{LINEAR}limit: {{oscillation: {3.0 / 2e4!r} rad}}\n"
+    found, system = forced(text, [(1, 1.0, 0.0)], tmp_path)
+    own = (2e4 / system.J) ** 0.5
+    zeta = 0.5 * system.B / (system.J * own)
+    middle = 1.0 - 2.0 * zeta**2  # (1 - w^2)^2 + (2 zeta w)^2 = 1/limit^2
+    half = np.sqrt(middle**2 - 1.0 + 1.0 / 3.0**2)
+    np.testing.assert_allclose(found["bands"], [own * np.sqrt([middle - half, middle + half])], rtol=1e-9)
+    top = found["rows"][int(found["top"])]
+    assert top[1] * 2e4 == pytest.approx(0.5 / (zeta * np.sqrt(1.0 - zeta**2)), rel=1e-9)
+    assert top[0] == pytest.approx(own * np.sqrt(middle), rel=1e-5)
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_all_crests_are_points_however_many(tmp_path):
+    orders = np.arange(1, 37)
+    text = LINEAR.replace("B: 15", "B: 3.4").replace("300 rpm", "37 rpm")
+    found, system = forced(text, [(int(k), 1e-3, 2.0 * float(k * k)) for k in orders], tmp_path, points=10)
+    speeds, sizes = np.array(found["rows"])[:, :2].T
+    omega, angles = np.geomspace(found["low"], found["high"], 12_001), 2.0 * np.pi * np.arange(512) / 512
+    w = omega[:, None] * orders
+    waves = 1e-3 / (2e4 - system.J * w * w + 1j * system.B * w) * np.exp(2j * orders * orders)
+    samples = (part @ np.exp(1j * np.outer(orders, angles)) for part in np.array_split(waves, 10))
+    true = np.concatenate([np.max(np.abs(part.real), axis=1) for part in samples])
+    inner = true[1:-1]
+    crests = np.flatnonzero((inner > true[:-2]) & (inner > true[2:]) & (inner > 0.1 * np.max(true))) + 1
+    assert len(crests) > 32
+    for i in crests:
+        assert np.max(sizes[np.abs(speeds / omega[i] - 1.0) < 2e-3]) >= true[i]
+
+
+@NODE
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_a_range_that_ends_between_folds_says_that_there_is_another_motion(tmp_path):
+    text = HELD.replace("LAW", LAWS["hardening"])
+    whole = from_text(text, tmp_path / "project.yaml")
+    folds = [fold.omega for fold in whole.response(coexisting=False).folds]
+    between = text.replace("to: 2000 rpm", f"to: {sum(folds) / 2.0 / RPM!r} rpm")
+    for project, others in ((whole, False), (from_text(between, tmp_path / "project.yaml"), True)):
+        assert of_its_page(project)["others"] is others
+
+
 @NODE
 @pytest.mark.slow
 @pytest.mark.interpreted
