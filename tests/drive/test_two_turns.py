@@ -352,8 +352,8 @@ def test_a_map_of_a_free_motor_has_the_motions_of_its_train(tmp_path):
 PULLED = "load: {inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: PULL N*m, order: 1}}"
 
 
-def under_gravity(path, pull, motor="mode: held"):
-    text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
+def under_gravity(path, pull, motor="mode: held", to="1200 rpm"):
+    text = PROJECT.replace("1200 rpm", to).replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
     text = text.replace("load: {inertia: 1 kg*m^2}", PULLED.replace("PULL", f"{pull}")).replace("MOTOR", motor)
     return from_text(text, path / "joint.yaml")
 
@@ -448,7 +448,7 @@ def test_a_drive_that_nothing_damps_ends_in_a_sentence(motor, damping, said, tmp
 
 
 def test_gravity_beats_with_the_lines_of_a_response_and_of_a_map(tmp_path):
-    project = under_gravity(tmp_path, 30)
+    project = under_gravity(tmp_path, 30, to="500 rpm")
     found = project.response()
     assert found.curve.beat == 50.0
     assert not found.without_angle
