@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.compile.jit import run
@@ -129,3 +130,37 @@ def test_machine_code_goes_through_panels_as_numpy_does():
     run(_panels, tuple(table), which, feedback, first, one)
     _panels(tuple(table), which, feedback, first, other)
     assert one == pytest.approx(other, rel=1e-11, abs=1e-11)
+
+
+J, GAP, SPRING = 1.1, 4e-5, sw.Cubic(2.2e4, 4.3e5)
+
+
+def twist(angle, c):
+    """Torsion at angles of a series mean, cos 1, sin 1, ..."""
+    turns = np.multiply.outer(angle, np.arange(1, len(c) // 2 + 1))
+    return c[0] + np.cos(turns) @ c[1::2] + np.sin(turns) @ c[2::2]
+
+
+def along(angle, y, c, w, free):
+    """Derivatives of a disturbance by the angle, in the gap or outside."""
+    stiff = 0.0 if free else SPRING.stiffness(abs(twist(angle, c)) - GAP)
+    return [y[1] / w, (-stiff * y[0] - B * y[1]) / J / w]
+
+
+@pytest.mark.parametrize("mean", [3.0, 0.0])
+def test_the_multipliers_of_an_oscillator_with_a_gap_are_those_of_steps_that_end_at_its_edges(mean):
+    system = sw.Oscillator(J, B, sw.Play(GAP, SPRING), sw.Harmonic(2.5, mean=mean), 140.0)
+    curve = sw.frequency_response(system, (60.0, 180.0), harmonics=25)
+    grid = np.linspace(0.0, 2.0 * np.pi, 4001)
+    for i in range(0, len(curve.omega), len(curve.omega) // 8):
+        c, cuts, flow = curve.coefficients[i], [0.0, 2.0 * np.pi], np.eye(2)
+        for edge in (-GAP, GAP):
+            u = twist(grid, c) - edge
+            places = np.flatnonzero(u[:-1] * u[1:] < 0.0)
+            cuts += [brentq(lambda a, c, e: twist(a, c) - e, *grid[j : j + 2], (c, edge)) for j in places]
+        for span in pairwise(sorted(cuts)):
+            more = c, curve.omega[i], abs(twist(np.mean(span), c)) < GAP
+            step = [solve_ivp(along, span, y, "DOP853", args=more, rtol=1e-11, atol=1e-13).y[:, -1] for y in np.eye(2)]
+            flow = np.transpose(step) @ flow
+        expected = np.sort(np.abs(np.linalg.eigvals(flow)))
+        np.testing.assert_allclose(np.sort(np.abs(curve.multipliers[i])), expected, rtol=1e-7)

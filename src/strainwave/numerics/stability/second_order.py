@@ -12,11 +12,13 @@ Period doublings and branch points of a curve of periodic orbits, located betwee
 
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.law import breakpoints_of
 from ...base.protocols import Balance
 from ...base.results import Floats, SolveError
 from ...base.series import largest_size
@@ -24,15 +26,16 @@ from ...compile.address import ByAddress
 from ...compile.jit import borrowed, kernel_as, run
 from ...compile.tree import with_leaf
 from ..addressed import varied
+from ..balance.condensed.motions import Disturbances
 from ..balance.first_order import linearised, newton
-from ..balance.fourier import from_blocks, synthesis
+from ..balance.fourier import all_orders, from_blocks, synthesis
 from ..balance.linear_algebra import row_times
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
 from ..balance.springs import of_law
 from ..labels import BRANCH_POINT, DOUBLING, FOLD
 from ..operating_point import bracketed_root
-from .panel_map import FEW
+from .panel_map import FEW, maps_through_panels, resolved
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
 FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
@@ -130,6 +133,10 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
 
     The trace is NaN where it does not fit a float, or no grid resolves the free vibration: see `frozen`.
     """
+    if (known := _between_kinks(problem, points)) is not None:
+        with np.errstate(all="ignore"):
+            total = np.trace(maps_through_panels(known), axis1=1, axis2=2)
+            return np.asarray(total / orbit_scales(problem, points[:, -1])[1])
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces = np.empty(len(points))
     with np.errstate(all="ignore"):
@@ -138,6 +145,24 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
     coarse = problem.springs.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces
+
+
+def _between_kinks(problem: Any, points: Floats) -> Disturbances | None:
+    """Disturbances along orbits of a sampled law with breakpoints, for panels that end there; None of other laws.
+
+    Numerov's steps pass the breakpoints, which leaves errors of a tenth in a multiplier.
+    """
+    J, B, law = problem.system.J, problem.system.B, problem.system.law
+    if problem.leaf != problem.omega_leaf or not (problem.springs.is_sampled() and breakpoints_of(law) and len(points)):
+        return None
+    stiff = law.stiffness(points[:, :-1] @ problem.synthesis)
+    mean, half = float(np.mean(stiff)), 0.5 * B / J
+    rates = [abs(half + np.sqrt(half * half - k / J + 0j)) for k in (mean, np.min(stiff), np.max(stiff))]
+    a, b, c = np.array([[0.0, 1.0], [-mean / J, -2.0 * half]]), np.array([[0.0], [1.0 / J]]), np.array([[1.0, 0.0]])
+    alone, twists = SimpleNamespace(part=SimpleNamespace(laws=(law,))), all_orders(points[:, :-1], problem.stride)
+    speed = points[:, -1] / problem.turns
+    found = Disturbances(alone, a, b, c, np.array([mean]), max(rates), twists[:, None], None, speed)
+    return found if resolved(found) else None
 
 
 def unresolved(problem: Any, points: Floats, table: Floats) -> NDArray[np.bool_]:
