@@ -258,11 +258,10 @@ def _loose(system: Any, seed: Settling, size: float, curves: tuple[Motions, ...]
     angles, y, v, step = angles[1:], run.y[:, 1:], run.rate[0, 1:], np.diff(angles[1:]) / seed.omega
     torque = torque_in(at_speed, angles, tuple(y))[None, :-1]
     mean, span = float(np.mean(y[0, :-1])), float(np.ptp(y[0]))
-    below, above = (
-        largest_between(step, x[:-1], v[:-1], x[1:], v[1:]) - span for x in (y[0] - mean - span, y[0] - mean + span)
-    )
-    ends = Settled(y[:, -1:], np.zeros(1, int), np.zeros(1, bool), np.array([mean - below]), np.array([mean + above]))
+    shifted = y[0] - mean - span, y[0] - mean + span
+    sizes = np.array([largest_between(step, x[:-1], v[:-1], x[1:], v[1:]) - span for x in shifted])
+    ends = Settled(y[:, -1:], np.zeros(1, int), np.zeros(1, bool), mean - sizes[:1], mean + sizes[1:])
     if _matches(curves, np.array([seed.omega]), ends)[0]:
         return []
-    reach = max(below, above, 0.0 if seed.turns else size)
+    reach = max(*sizes.tolist(), 0.0 if seed.turns else size)
     return [Loose(seed.omega, reach, float(largest_of_samples(torque)[0]), seed.turns)]
