@@ -64,6 +64,13 @@ def test_phases_are_those_of_a_whole_order_where_noise_moved_it(order, noise, wi
     assert abs(last.order - order) < max(1.5 * last.order_error, 1e-9)
 
 
+def test_wind_up_of_any_size_moves_no_line():
+    still, wound = (over_angle(sw.order_scan([record(BOTH, 75.0, 3, wind_up=size)])) for size in (0.0, 6000.0))
+    for one, other in zip(still, wound, strict=True):
+        assert other.amplitude == pytest.approx(one.amplitude, abs=0.05 * one.amplitude_error)
+        assert other.amplitude_error == pytest.approx(one.amplitude_error, rel=0.05)
+
+
 @pytest.mark.parametrize("ratio", [None, RATIO])
 def test_one_of_two_that_passed_for_a_frequency_leaves_no_third_line(ratio):
     """The search takes order 2 for a frequency, and a third line for what that leaves."""

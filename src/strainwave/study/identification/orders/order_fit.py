@@ -195,11 +195,15 @@ class RunFit:
 
 
 def slow_columns(run: Run, lowest: float) -> Floats:
-    """Columns (n, m): mean, drift and slow waves along the travel, all slower than half of the lowest order."""
+    """Columns (n, m): mean, drift and slow waves along the travel, all slower than half of the lowest order.
+
+    Beside a parabola and a cubic, few cosines hold a smooth drift: these have its slopes at both ends.
+    """
     s = (run.angle - run.angle[0]) / run.travel
     many = int(np.clip(0.5 * lowest * run.turns, 0, SLOW))
     waves = [np.cos(np.pi * m * s) for m in range(2, many + 1)]
-    return np.column_stack([np.ones_like(s), s - 0.5, *waves])
+    smooth = [(s - 0.5) ** m for m in (2, 3) if m <= len(waves)]
+    return np.column_stack([np.ones_like(s), s - 0.5, *smooth, *waves])
 
 
 def fit_run(
