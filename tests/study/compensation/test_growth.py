@@ -40,7 +40,7 @@ def test_a_loop_without_memory_of_the_turn_grows_by_the_poles_of_its_samples():
     assert bench.growth(stiff, 50.0) > 0.0
 
 
-def own_growth(controller, turns=(120, 240)):
+def own_growth(controller, turns=(60, 120)):
     """Rate [1/s] of the error of a linear loop of its own about the mean torque, exact from sample to sample."""
     twist = np.roots([K * ALPHA, 0.0, K, MEAN])
     twist = float(twist[np.abs(twist.imag) < 1e-12].real[0])
