@@ -23,7 +23,7 @@ from strainwave.app.page import page
 from strainwave.app.page.sliders import sliders
 from strainwave.base.results import SolveError
 from strainwave.files.reading import from_text, read_project
-from strainwave.numerics.labels import DECAYS
+from strainwave.numerics.labels import DECAYS, FOLD
 
 FIRST = Path(page.__file__).parents[1] / "projects" / "CSG-40-50.yaml"
 NODE = """
@@ -62,13 +62,14 @@ def in_node(pages: list[Any]) -> list[Any]:
 
 
 def difference(project: Any, answer: Any) -> float:
-    """Largest difference of a motion from that of the page, of the largest; infinite where one is missing."""
+    """Largest difference of a motion from that of the page, of the largest; infinite without it or its stability."""
     response = project.response(coexisting=False)
     branch, rows = response.curve, np.array(answer["rows"])
     located = [one.omega for one in (*branch.doublings, *branch.branch_points, *branch.tori)]
     keep = ~np.isin(response.omega, located)
     wanted = np.column_stack([response.omega, response.oscillation, response.peak, response.torque])[keep]
-    if len(rows) != len(wanted):
+    fold = rows[:, 5] == FOLD  # a multiplier is 1
+    if len(rows) != len(wanted) or np.any((rows[:, 3] < DECAYS)[~fold] != response.stable[keep][~fold]):
         return np.inf
     return float(np.max(np.abs(rows[:, [0, 1, 2, 4]] - wanted) / np.max(wanted, axis=0)))
 
@@ -126,9 +127,11 @@ def positions(number: int, seed: int) -> None:
     print(f"{number} positions: {dict(counts)}, all finite {finite}")
     errors = [one["error"] for one in answers if one.get("error")]
     print(f"memory {memory[number // 2]} at half, {memory[-1]} at the end; errors {errors[:3]}")
-    for points in (40, 400):
-        times = [one["ms"] for one in in_node([(data, own, [[home, points]] * 30)])]
-        print(f"{points} points: first {times[0]:.1f} ms, least {min(times):.1f}, median {np.median(times):.1f} ms")
+    for points in (40, 220, 400):
+        found = in_node([(data, own, [[home, points]] * 30)])
+        times, on_curve = [one["ms"] for one in found], found[0]["count"]
+        print(f"{points} points asked, {on_curve} on the curve: first {times[0]:.1f} ms, ", end="")
+        print(f"least {min(times):.1f}, median {np.median(times):.1f} ms")
 
 
 if __name__ == "__main__":
