@@ -353,11 +353,9 @@ PULLED = "load: {inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: PULL N
 
 
 def under_gravity(path, pull, motor="mode: held", to="1200 rpm"):
-    text = (
-        PROJECT.replace("1200 rpm", to).replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
-    )
-    text = text.replace("load: {inertia: 1 kg*m^2}", PULLED.replace("PULL", f"{pull}")).replace("MOTOR", motor)
-    return from_text(text, path / "joint.yaml")
+    text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
+    text = text.replace("load: {inertia: 1 kg*m^2}", PULLED.replace("PULL", f"{pull}"))
+    return from_text(text.replace("MOTOR", motor).replace("1200 rpm", to), path / "joint.yaml")
 
 
 @pytest.mark.slow

@@ -204,17 +204,15 @@ _codes: dict[Any, bytes] = {}
 
 
 def _functions(laws: list[Any], kinds: list[Any]) -> bytes:
-    """Code of the functions of laws, of each kind once, which this process keeps: only their words have numbers."""
+    """Code of the functions of laws, of each kind once; this process keeps it, as no number is in it."""
     first = [next(law for law in laws if kind_of(law) == kind) for kind in kinds]
     corners, two = [len(breakpoints_of(law)) for law in first], (VECTOR, VECTOR)
     key = tuple(zip(kinds, corners, strict=True))
     if key not in _codes:
         exports = []
         for i, law in enumerate(first):
-            exports += [
-                Wanted(f"torques_of_law{i}", _torques, (law,), two),
-                Wanted(f"stiffnesses_of_law{i}", _stiffnesses, (law,), two),
-            ]
+            exports.append(Wanted(f"torques_of_law{i}", _torques, (law,), two))
+            exports.append(Wanted(f"stiffnesses_of_law{i}", _stiffnesses, (law,), two))
             if corners[i]:
                 exports.append(Wanted(f"breakpoints_of_law{i}", _breakpoints, (law,), (corners[i],)))
         _codes[key] = compiled(*exports).code

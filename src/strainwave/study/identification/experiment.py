@@ -118,15 +118,15 @@ class Experiment:
         return (list(self.outputs).index(name), what) if name in self.outputs and what in OF_OUTPUT else None
 
     @cached_property
-    def _leaves(self) -> list[int | None]:
-        """Places of the free numbers among those of the driven system, None for those of outputs."""
-        return [leaf_of(self.driven, path) if self._of_output(path) is None else None for path in self.free]
+    def _leaves(self) -> list[tuple[int, int]]:
+        """Numbers of the free ones that are no output's, and their places in the driven system."""
+        inner = [i for i, of in enumerate(self.of_free()) if of is None]
+        return [(i, leaf_of(self.driven, self.free[i])) for i in inner]
 
     def _with(self, values: Floats) -> Any:
         model = self.driven
-        for leaf, value in zip(self._leaves, values, strict=True):
-            if leaf is not None:
-                model = with_leaf(model, leaf, float(value))
+        for i, leaf in self._leaves:
+            model = with_leaf(model, leaf, float(values[i]))
         return model
 
     def model(self, values: Floats, step: float, parts: int, delays: Floats | None = None) -> Any:
