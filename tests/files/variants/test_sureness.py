@@ -125,12 +125,14 @@ def test_an_assumed_hysteresis_is_varied_and_leaves_three_digits():
     text = HELD.replace("damping:", f"{element}damping:", 1).replace("{excitation: assumed, damping", "{hysteresis")
     project = from_text(text, Path("axis.yaml"))
     assert project.digits() == 3
-    (doubt,) = project.sureness.doubts
-    assert doubt.names == ("hysteresis.K",)
-    changed = [text.replace("1.4e4", torque) for torque in ("7e3", "1.4e4", "2.1e4")]
-    ends = [largest(from_text(one, Path("axis.yaml"))) for one in changed]
-    assert doubt.sizes == pytest.approx((min(ends), max(ends)), rel=1e-3)
-    assert max(ends) > 1.02 * min(ends)
+    torque, twist = project.sureness.doubts
+    assert (torque.names, twist.names) == (("hysteresis.K",), ("hysteresis.yield_twist",))
+    assert twist.sentence.startswith("Yield twist of the hysteresis 10 arcsec is assumed. From 5 arcsec to 15 arcsec")
+    rows = (torque, "1.4e4", ("7e3", "1.4e4", "2.1e4")), (twist, "10 arcsec", ("5 arcsec", "10 arcsec", "15 arcsec"))
+    for doubt, own, texts in rows:
+        ends = [largest(from_text(text.replace(own, value), Path("axis.yaml"))) for value in texts]
+        assert doubt.sizes == pytest.approx((min(ends), max(ends)), rel=1e-3)
+        assert max(ends) > 1.02 * min(ends)
 
 
 def test_a_project_that_is_changed_in_python_has_the_doubts_of_its_own_drive(held):

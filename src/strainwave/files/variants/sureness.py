@@ -26,17 +26,20 @@ POINTS, SPEEDS = 40, 200  # of each curve, about, and of the band
 # 2 to 5 % of damping for 3 %, as in the report; an accuracy class is what an error has at most.
 # A hysteresis loss of a catalogue is an upper bound; that of another gear may be too small.
 RANGES = {
-    "damping.": (2.0 / 3.0, 5.0 / 3.0), "hysteresis.": (0.5, 1.5), "excitation.": (0.5, 1.0),
+    "damping.": (2.0 / 3.0, 5.0 / 3.0), "hysteresis.": (0.5, 1.5), "hysteresis": (0.5, 1.5), "excitation.": (0.5, 1.0),
     "motor.loop.bandwidth": (2.0 / 3.0, 1.5),
 }  # fmt: skip
 WHAT = {
-    "damping.": "damping", "hysteresis.": "hysteresis", "excitation.": "kinematic error",
-    "motor.loop.bandwidth": "bandwidth",
+    "damping.": "damping", "hysteresis.": "hysteresis", "hysteresis": "yield twist of the hysteresis",
+    "excitation.": "kinematic error", "motor.loop.bandwidth": "bandwidth",
 }  # fmt: skip
 OF = ("damping.ratio", "damping.B", "damping.quality", "motor.loop.bandwidth", "excitation.accuracy")
-TORQUES = (  # of a hysteresis: its torque is proportional to all of these together
-    ".K", ".K1", ".K2", ".K3", ".T1", ".T2", ".T_c", ".T_s", ".B", ".D", ".sigma_0", ".sigma_1", ".sigma_2",
-)  # fmt: skip
+ENDINGS = {  # of a hysteresis: its torque is proportional to all of the first together
+    "hysteresis.": (
+        ".K", ".K1", ".K2", ".K3", ".T1", ".T2", ".T_c", ".T_s", ".B", ".D", ".sigma_0", ".sigma_1", ".sigma_2",
+    ),
+    "hysteresis": (".yield_twist",),
+}  # fmt: skip
 
 
 Case = tuple[int | None, ...]  # of each group of numbers: at which end of its range it is, or as it is
@@ -124,9 +127,10 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
 
     A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
     from half of its value to all of it, as a class is an upper bound; a bandwidth from two thirds to one and a half;
-    the torque of a hysteresis from half of it to one and a half. Damping and gains are computed anew for each drive.
-    Of a range of loads each is followed under the torques of `load`, and the largest oscillation counts. A project that
-    is changed in Python is written as a file first; where no file holds it, nothing is computed.
+    the torque of a hysteresis, and the torsion at which it yields, from half of it to one and a half. Damping and gains
+    are computed anew for each drive. Of a range of loads each is followed under the torques of `load`, and the largest
+    oscillation counts. A project that is changed in Python is written as a file first; where no file holds it, nothing
+    is computed.
     """
     omega, lost = np.linspace(*project.speeds.limits, SPEEDS), dict[str, None]()
     if any(_assumed(project)):
@@ -209,16 +213,15 @@ def _assumed(project: Project) -> Iterator[tuple[str, str, dict[str, tuple[str, 
     """Numbers that are assumed together: what they are, the text of the first, and of each its text and its ends."""
     texts = {one.name: one.value for one in project.sources if one.word == ASSUMED}
     for group, factors in RANGES.items():
-        names = [name for name in texts if name.startswith(group) and _counts(name) and quantity(texts[name])[0]]
+        names = [name for name in texts if name.startswith(group) and _counts(group, name) and quantity(texts[name])[0]]
         if names:
             low, high = factors
             ends = {n: (_times(texts[n], 1.0), _times(texts[n], low), _times(texts[n], high)) for n in names}
             yield WHAT[group], sign(texts[names[0]].replace("^", "**")), ends
 
 
-def _counts(name: str) -> bool:
-    ending = TORQUES if name.startswith("hysteresis.") else ".amplitude" if ".kinematic_error." in name else ()
-    return name in OF or name.endswith(ending)
+def _counts(group: str, name: str) -> bool:
+    return name in OF or name.endswith(ENDINGS.get(group, ".amplitude" if ".kinematic_error." in name else ()))
 
 
 def _times(text: str, factor: float) -> str:
