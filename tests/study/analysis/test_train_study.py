@@ -9,10 +9,13 @@ import pytest
 from strainwave import BoucWen, SolveError
 from strainwave.app.report.sections.whole_train import RunUpOfTrain, motor_in_words, parts, reduction
 from strainwave.app.view import AngleUnit, View
+from strainwave.base.results import Status
 from strainwave.drive.loop_margin import motor_name
 from strainwave.drive.response import exact_response
+from strainwave.drive.run import drive_run
 from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import from_text
+from strainwave.study.analysis import train_study as of_trains
 from strainwave.study.analysis.avoid import LoadCase, load_cases
 from strainwave.study.analysis.resonances import operating_point
 from strainwave.study.analysis.train_study import train_study
@@ -50,6 +53,23 @@ def test_a_free_motor_with_a_coupling_is_compared_by_its_curve_and_named_in_the_
     Found.exact = exact
     said = View(of, Found, AngleUnit("rad", 1.0)).told(reduction(View(of, Found, AngleUnit("rad", 1.0))))["sentence"]
     assert said.startswith("With a free motor and a rigid load, as in the error equation, the oscillation would reach ")
+
+
+def test_a_run_up_that_ends_before_it_begins_is_left_out_and_the_remark_says_so(monkeypatch):
+    of = project("loop: {bandwidth: 20 Hz, damping: 0.7}")
+    system, limits = of.system(reduced=True), of.speeds.limits
+    exact = exact_response(system, limits)
+    monkeypatch.setattr(of_trains, "drive_run", lambda *args, **options: begun(drive_run(*args, **options)))
+    study = train_study(of.train, system, limits, None, exact, operating_point(system))
+    assert study.ramp is None
+    assert f"The run-up ends while motion settles at the lowest speed: {Status.DIVERGED.value}." in study.remarks
+    assert "No steady motion of the train that repeats with every turn was found." in study.remarks
+
+
+def begun(run):
+    """The first samples of a run, as an integration leaves them that diverges."""
+    path = run.trajectory
+    return replace(run, trajectory=replace(path, t=path.t[:3], message=Status.DIVERGED.value))
 
 
 def test_parts_of_a_train_are_named_as_the_file_has_them():

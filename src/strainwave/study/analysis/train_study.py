@@ -239,14 +239,18 @@ def train_study(
     else:
         progress("run-up")
         ramp = _run_up(train, system, speeds, top, gear)
-        if any(h.amplitude for torque in _torques(train) for h in terms_of(torque)):
+        if (path := ramp.run.trajectory).t[-1] < ramp.begin:
+            remarks.append(Sentence("The run-up ends while motion settles at the lowest speed: {}.", path.message))
+            ramp = None
+        elif any(h.amplitude for torque in _torques(train) for h in terms_of(torque)):
             remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
+        has = "" if ramp is None else "; the run-up has "
         if curve is None:
-            remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
+            remarks.append(f"No steady motion of the train that repeats with every turn was found{has and has + 'it'}.")
         elif curve.without_angle:
             remarks.append(
                 "Gravity and other torques that follow the load's angle repeat once in an output turn only. The steady "
-                "curve leaves them out; the run-up has them."
+                f"curve leaves them out{has and has + 'them'}."
             )
     if curve is not None:
         probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
