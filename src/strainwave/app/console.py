@@ -157,7 +157,31 @@ def reported(title: str, facts: Sequence[Fact], as_json: bool, *more: str) -> st
     return "\n".join([*rows[:fails], title, *(f"  {line}" for line in rows[fails:])])
 
 
-# Calls that sentences of the library name, and the options of the commands in their place.
+# Calls that sentences of the library name, and what a project file or a command has in their place.
+NO_PYTHON = (
+    (
+        re.compile(
+            r", drive_run a motion in time, and system\(reduced=True\) the error equation without its other parts|"
+            r"; drive_run has its motion in time|"
+            r", or (take find_orbit\(SteadyTrain\(train, omega\)\)|integrate with simulate)"
+        ),
+        "",
+    ),
+    (re.compile(r"\bintegrate it with simulate\b"), "leave out the lines of the output's turn"),
+    (re.compile(r", or give a sampled controller as `loop` of sw\.compensate"), ""),
+    (re.compile(r"\bgive loop=SampledPD\(K_p, K_d, period\)"), "write 'loop: {bandwidth: 30 Hz}' into the group motor"),
+    (
+        re.compile(r"\bgive limits=MotorLimits\(torque\) or max_torque"),
+        "write 'max_torque: 3 N*m' into the group motor",
+    ),
+    (
+        re.compile(
+            r"\b(simulate from other states shows|isolas with resonance=PRIMARY looks for) them( from random starts)?"
+        ),
+        "strainwave speed-map looks for them from random starts",
+    ),
+)
+# The same, and the options of the commands.
 CALLS = (
     (re.compile(r"\bone_way\('(\w+)'\)"), r"--one-way \1"),
     (re.compile(r"\bat_speed\(\.\.\.\)"), "--speed"),
@@ -174,29 +198,24 @@ CALLS = (
     (re.compile(r"\bchoose with one_way\b"), "choose with --one-way"),
     (re.compile(r"\bneeds the option (\w+); give it"), r"needs --option \1=..."),
     (re.compile(r"`load_angles` of sw\.compensate, --load-angle of the command"), "--load-angle"),
-    (re.compile(r", or give a sampled controller as `loop` of sw\.compensate"), ""),
-    (re.compile(r"\bgive loop=SampledPD\(K_p, K_d, period\)"), "write 'loop: {bandwidth: 30 Hz}' into the group motor"),
-    (
-        re.compile(r"\bgive limits=MotorLimits\(torque\) or max_torque"),
-        "write 'max_torque: 3 N*m' into the group motor",
-    ),
     (
         re.compile(r"\bgive one, such as Trapezoid\(angle, time\), or a `move` in the project file"),
         "write 'trapezoid, angle: 90 deg, time: 0.6 s' after the project file, or a group move into it",
-    ),
-    (
-        re.compile(
-            r"\b(simulate from other states shows|isolas with resonance=PRIMARY looks for) them( from random starts)?"
-        ),
-        "strainwave speed-map looks for them from random starts",
     ),
 )
 GIVEN = re.compile(r"(?<![\w./-])(unit|column)s=(\{[^{}]*\})")
 
 
+def without_calls(sentence: str) -> str:
+    """A sentence of the library for somebody without Python: calls that it names give way to what they have."""
+    for call, words in NO_PYTHON:
+        sentence = call.sub(words, sentence)
+    return sentence
+
+
 def in_options(sentence: str, command: Any = None) -> str:
     """A sentence of the library with options in place of its calls, where the command has these."""
-    typed = sentence
+    typed = sentence = without_calls(sentence)
     for call, option in CALLS:
         typed = call.sub(option, typed)
     typed = GIVEN.sub(_pairs_as_typed, typed)

@@ -11,6 +11,8 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.console import in_options
+from strainwave.drive.train_curve import NO_MOTION
+from strainwave.drive.two_turns import NONE_STABLE, REMEDY, VARIES
 from strainwave.numerics.curves.response import BY_HAND, FROM_STARTS
 
 JOINT = Path(__file__).parents[2] / "measured/kinova_gen3/joint_5.csv"
@@ -96,6 +98,11 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
             (f"more: {text}", "more: strainwave speed-map looks for them from random starts")
             for text in (BY_HAND, FROM_STARTS)
         ),
+        (NO_MOTION, NO_MOTION.split(", drive_run")[0]),
+        (NONE_STABLE, "no steady motion of this drive is stable in this range"),
+        (f"{VARIES}.", VARIES.replace(", or integrate with simulate", ".")),
+        (f"memory is in this drive: {REMEDY}", "memory is in this drive: leave out the lines of the output's turn"),
+        ("give the motor a loop, or take find_orbit(SteadyTrain(train, omega))", "give the motor a loop"),
         ("holds one set; choose with one_way", "holds one set; choose with --one-way"),
         ("moteus needs the option torque_constant; give it", "moteus needs --option torque_constant=..."),
     ],

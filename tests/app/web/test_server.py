@@ -23,9 +23,19 @@ from strainwave.app.web.state import Refused, State, of_state
 from strainwave.app.web.views import response
 from strainwave.app.web.worker import Died, Unexpected, Worker, done
 from strainwave.app.web.workers import Abandoned, Workers
+from strainwave.base.results import SolveError
+from strainwave.drive.train_curve import NO_MOTION
 
 PATIENCE = 120.0  # s
 GEAR = State(gear="CSG-40-50")
+CUBIC = """\
+gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
+motor: {inertia: 5 kg*cm^2, mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {ratio: 5 %}
+speed: {from: 1200 rpm, to: 1900 rpm, shaft: motor}
+excitation: {kinematic_error: [LINES]}
+"""
 
 
 def gone(process):
@@ -123,6 +133,22 @@ def test_work_that_takes_too_long_is_killed_and_the_next_is_done():
         await workers.close()
 
     run(work())
+
+
+@pytest.mark.slow
+def test_a_response_to_many_high_orders_ends_in_a_sentence():
+    lines = ", ".join(f"{{order: {order}, amplitude: 0.5 arcsec}}" for order in range(837, 901))
+    drive = State(project=CUBIC.replace("[LINES]", f"[{lines}]"))
+    with pytest.raises(Refused, match=r"longer than 1.5 s of computing.* take fewer or lower orders"):
+        run(told(of_state, response, drive, longest=1.5))
+
+
+def test_a_refusal_names_no_call_that_a_page_has_not():
+    assert done(refused, (), {}) == ("refused", NO_MOTION.split(", drive_run")[0])
+
+
+def refused():
+    raise SolveError(NO_MOTION)
 
 
 def test_work_that_nobody_waits_for_is_not_done():

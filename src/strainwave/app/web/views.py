@@ -26,6 +26,7 @@ from ...study.analysis.in_time import drive_motion
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
+from ..console import without_calls
 from ..view import angle_unit, writer
 
 Progress = Callable[..., None]  # of a stage and a share, and of a part of the result where one is known
@@ -154,14 +155,14 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "covered": judged.covered,
         "failures": list(judged.failures),
         "limits": [one.data() for one in judged.findings],
-        "required_motor": None
-        if motor is None
-        else {
+        "required_motor": None if motor is None else {
             "torque": motor.torque, "holding_torque": motor.holding, "speed": scale * motor.at,
             "largest_speed": speeds.scale * speeds.given[-1], "max_torque": motor_limits.most,
             "max_speed": motor_limits.fastest * speeds.scale,
         },
-        "message": told(found.message, writer(own, angle_unit(found.oscillation[top]), speeds.unit, scale)),
+        "message": without_calls(
+            told(found.message, writer(own, angle_unit(found.oscillation[top]), speeds.unit, scale))
+        ),
         "remarks": [
             *([HELD] if project.train is None and project.motor == "held" else []),
             *judged.remarks,

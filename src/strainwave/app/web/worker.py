@@ -27,7 +27,7 @@ from typing import Any, BinaryIO
 from ...base.results import SolveError
 from ...compile.cache import compiling
 from ...compile.jit import load
-from ..console import plain
+from ..console import plain, without_calls
 from .state import Refused
 
 LENGTH = 8  # bytes of the length of a message
@@ -139,7 +139,7 @@ def done(work: Callable[..., Any], args: tuple[Any, ...], told: dict[str, Any]) 
     except OSError as error:
         return "refused", f"a temporary file cannot be written ({error.strerror}); make room in {tempfile.gettempdir()}"
     except (ValueError, TypeError, SolveError, RuntimeError, ModuleNotFoundError) as error:
-        return "refused", " ".join(str(error).split())
+        return "refused", without_calls(" ".join(str(error).split()))
     except MemoryError:
         return "refused", "this takes more memory than there is; take fewer points"
     except Exception as error:  # whatever it is, a visitor gets one sentence
