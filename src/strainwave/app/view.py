@@ -13,6 +13,7 @@ from ..base.sentences import Angle, Quantity, Sentence, Speed, number, rounded, 
 from ..base.sentences import sign as sign
 from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
+from ..drive.train_curve import unfollowed
 from ..files.fields.kinds import number as number_in
 from ..plot.panels import Axis
 from ..study.analysis.analysis import Analysis, Largest
@@ -140,3 +141,12 @@ def writer(project: Project, angle: AngleUnit, speed: str, scale: float) -> Call
         return quantity.written(written, unit)
 
     return write
+
+
+def equation_alone(view: View) -> str:
+    """Whose steady motions are told where the whole drive has no stable one; "" where they are its own."""
+    study = view.analysis.train
+    if study is None or not unfollowed(study.train, view.analysis.train_curve):
+        return ""
+    motor = "driven by torque" if view.project.motor == "free" else "ideally held"
+    return f" in the error equation alone, with the motor {motor} and the load rigid"

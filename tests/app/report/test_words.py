@@ -14,10 +14,12 @@ from strainwave.app.report.sections.opening import Opening, warnings
 from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
 from strainwave.app.report.sections.trust import Stability
 from strainwave.app.report.sections.whole_train import WholeTrain
+from strainwave.app.report.verdict import _worst
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC, RPM, Speeds
 from strainwave.drive.asked import MotorLimits
 from strainwave.drive.drive_response import MotorUse, Usage, limit_findings
+from strainwave.study.analysis.analysis import Largest
 from strainwave.study.analysis.analyze import _proof
 from strainwave.study.analysis.avoid import Avoid, merged
 from strainwave.study.analysis.remedies import Remedy
@@ -80,6 +82,33 @@ def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
     assert value == f"{torque:g} N·m"
     assert text == "largest torque through the gear in a steady motion, at 100 rpm at the motor" + end
     assert beyond == bool(end)
+
+
+@pytest.mark.parametrize(
+    ("train", "alone"),
+    [
+        (None, ""),
+        (axis().train, " in the error equation alone, with the motor ideally held and the load rigid"),
+    ],
+)
+def test_numbers_of_the_error_equation_say_so_where_the_whole_drive_has_no_stable_motion(train, alone):
+    largest = Largest(9e-4, 100.0 * RPM, "error equation", "harmonic balance", None)
+    at = {"omega_rad_per_s": largest.omega, "load_torque_Nm": None, "of": largest.of}
+    data = {
+        "natural_frequencies": [], "error": "pointing error", "largest_oscillation": {"oscillation_rad": 9e-4} | at,
+        "largest_error": {"peak_rad": 1e-3} | at,
+        "largest_torque": {"torque_Nm": 1.0, "repeated_peak_torque_Nm": None, "momentary_torque_Nm": None}
+        | {"ratcheting_torque_Nm": None} | at,
+    }  # fmt: skip
+    analysis = SimpleNamespace(
+        train=None if train is None else SimpleNamespace(train=train, ramp=None), train_curve=None, motor=None,
+        limits=(), largest_oscillation=lambda: largest,
+    )  # fmt: skip
+    shown = view(analysis, has_memory=False, motor="loop")
+    (_, oscillation, _), (_, error, _), *_ = Opening().key_numbers(shown, data)
+    assert oscillation == f"largest oscillation of the pointing error{alone}, at 100 rpm at the motor"
+    assert error == f"largest pointing error{alone}, mean included, at 100 rpm at the motor"
+    assert shown.told(_worst(shown)).endswith(f" arcsec at 100 rpm at the motor{alone}.")
 
 
 def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_the_ratio_of_the_spring():

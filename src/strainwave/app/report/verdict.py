@@ -16,7 +16,7 @@ from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict
 from ..console import number, percent
-from ..view import View, place_said, sizes, under_load
+from ..view import View, equation_alone, place_said, sizes, under_load
 from .remedies import helps, words
 
 ADD_LIMIT = (
@@ -361,7 +361,7 @@ def loop_said(sizes: dict[str, Any] | None) -> str:
 def _worst(view: View) -> Sentence:
     """The largest oscillation with its speed and load torque."""
     largest = view.analysis.largest_oscillation()
-    return Sentence("{} at {}.", Angle(largest.peak), place_said(largest))
+    return Sentence("{} at {}{}.", Angle(largest.peak), place_said(largest), equation_alone(view))
 
 
 def _margin(view: View) -> Sentence:

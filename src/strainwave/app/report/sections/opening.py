@@ -16,7 +16,7 @@ from ....plot.svg import stacked
 from ....study.analysis.analysis import Analysis, Largest
 from ....study.analysis.verdict import Answer
 from ...console import WHAT_X_IS, number, percent
-from ...view import View, place_said, sizes, under_load
+from ...view import View, equation_alone, place_said, sizes, under_load
 from ..remedies import after_change, can_be_ordered, helps, words
 from ..verdict import answers, how_sure, loop_margins, ranges, verdict_data
 from .speed_range import drive_figure, figure_said
@@ -120,7 +120,7 @@ class Opening:
             ("largest_error", "peak", ", mean included"),
         ):
             size = data[key]
-            run = " in a run-up" if size["of"].startswith("run-up") else ""
+            run = " in a run-up" if size["of"].startswith("run-up") else equation_alone(view)
             error = data["error"] if mean else f"oscillation of the {data['error']}"
             speed = Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
             where = place_said(view.analysis.largest_oscillation()) if "beat_s" in size else speed
