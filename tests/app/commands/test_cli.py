@@ -267,6 +267,26 @@ def test_doctor_reports_cache_cores_and_extras(tmp_path, monkeypatch):
     assert "cache" in run("doctor").stdout
 
 
+def test_doctor_tells_of_a_home_that_is_not_readable_why_code_is_not_kept(tmp_path, monkeypatch):
+    true_stat = os.stat
+
+    def stat(path, *args, **options):
+        if not isinstance(path, int) and tmp_path in Path(os.fsdecode(path)).parents:
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return true_stat(path, *args, **options)
+
+    def file(dir):
+        raise PermissionError(errno.EACCES, "Permission denied", str(dir))
+
+    doctor = import_module("strainwave.app.commands.doctor")
+    monkeypatch.setattr(doctor.cache, "cache_folder", lambda: tmp_path / ".cache" / "strainwave")
+    monkeypatch.setattr(doctor.tempfile, "TemporaryFile", file)
+    monkeypatch.setattr(os, "stat", stat)
+    found = doctor.report()["cache"]
+    assert (found["writable"], found["bytes"]) == (False, 0)
+    assert found["why"] == f"{tmp_path}: permission denied; set STRAINWAVE_CACHE_DIR to a folder that can be written"
+
+
 @pytest.mark.slow
 def test_derive_prints_latex():
     assert "\\ddot" in invoke("derive", "--latex").stdout

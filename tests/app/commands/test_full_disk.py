@@ -97,13 +97,17 @@ def test_long_paths_and_files_in_a_folders_place(drive, tmp_path):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="the system has no device that is always full")
-def test_a_full_standard_output_is_named_and_the_files_are_there(drive, tmp_path):
-    call = [sys.executable, "-m", "strainwave", "response", str(drive), "-o", str(tmp_path / "curve.csv")]
+@pytest.mark.parametrize(
+    ("verb", "output", "file"),
+    [("response", "c.csv", "c.csv"), pytest.param("analyze", "out", "out/report.html", marks=pytest.mark.slow)],
+)
+def test_a_full_standard_output_is_named_and_the_files_are_there(drive, tmp_path, verb, output, file):
+    call = [sys.executable, "-m", "strainwave", verb, str(drive), "-o", str(tmp_path / output)]
     with open("/dev/full", "w", encoding="utf-8") as full:
         run = subprocess.run(call, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert run.returncode == 1
     assert run.stderr.splitlines()[-1].startswith("strainwave: standard output: no space left on device; files")
-    assert (tmp_path / "curve.csv").is_file()
+    assert (tmp_path / file).is_file()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="its shell closes no streams")

@@ -224,6 +224,21 @@ def test_bash_completes(tmp_path, words, found):
     assert run.stdout.split() == found, run.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="names of files are text there")
+@pytest.mark.parametrize("name", [b"ax\xff", "größe".encode()])
+def test_a_report_of_a_file_with_any_name_is_whole_where_the_locale_has_no_letters_for_it(tmp_path, name):
+    (tmp_path / os.fsdecode(name + b".yaml")).write_text(LINEAR, encoding="utf-8")
+    call = [sys.executable, "-m", "strainwave", "analyze", name + b".yaml", "-o", "out"]
+    environment = os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONPATH": SOURCE, "STRAINWAVE_JIT": "0"}
+    run = subprocess.run(call, cwd=tmp_path, env=environment, capture_output=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert {"report.html", "results.json"} < {path.name for path in (tmp_path / "out").iterdir()}
+    results = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    assert results["title"] == name.decode("ascii", "surrogateescape").encode(errors="backslashreplace").decode()
+    assert "</html>" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="names of files are text there")
 def test_a_file_name_that_is_no_text_is_escaped(tmp_path):
     path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/ax\xff.yaml"))

@@ -10,9 +10,11 @@ import strainwave as sw
 from strainwave.base.series import oscillation
 from strainwave.drive.drive_response import DriveResponse
 from strainwave.drive.jumps import HysteresisBand, Jump, jumps_of
+from strainwave.study.analysis.analyze import with_tops
 from strainwave.study.analysis.avoid import in_run, quasi_static, speeds_to_avoid
-from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.analysis.resonances import Regime, operating_point
 from strainwave.study.analysis.train_study import Ramp
+from strainwave.theory.slow_flow.setting import Resonance
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)
@@ -110,6 +112,24 @@ def test_a_bump_on_the_flank_of_a_peak_is_none_of_its_own():
     assert np.sum((curve[1:-1] > curve[:-2]) & (curve[1:-1] > curve[2:])) == 2
     found = speeds_to_avoid(SYSTEM, followed(OMEGA, curve), POINT)
     assert len(found.peaks) == len(found.bands) == 1
+
+
+@pytest.mark.parametrize(("height", "placed"), [(0.3, None), (1.1, 118.0)])
+def test_a_maximum_of_the_third_harmonic_on_the_flank_of_order_2_is_no_superharmonic(height, placed):
+    omega = np.linspace(70.0, 200.0, 2601)
+    heights = (2, 1.0, 126.0, 20.0), (3, height, 118.0, 10.0)
+    sizes = {p: h * A * np.exp(-(((omega - at) / width) ** 2)) for p, h, at, width in heights}
+    seen = SimpleNamespace(
+        omega=omega, swept=np.arange(len(omega)), curve=SimpleNamespace(peak=sum(sizes.values())),
+        torsion_amplitude=lambda _, p: sizes[p],
+    )  # fmt: skip
+    met = tuple(
+        Regime(name, order, Resonance(p, 1), 300.0 / p, True)
+        for name, order, p in (("superharmonic 3:1", 1, 3), ("primary", 2, 2))
+    )
+    third, second = (regime.top for regime in with_tops(met, SYSTEM, seen, {}))
+    assert second == (pytest.approx(126.0), pytest.approx(A))
+    assert third == (None if placed is None else (pytest.approx(placed), pytest.approx(height * A)))
 
 
 def test_a_limit_takes_the_place_of_the_peaks():
