@@ -328,11 +328,8 @@ def test_means_are_those_of_all_turns_after_which_motions_repeat(tmp_path):
 
 def test_harmonics_are_refused_where_motions_beat(tmp_path):
     project = joint(tmp_path)
-    for count, sentence in (
-        (-3, "it must be a whole number of at least 1"),
-        (9, "waves of motions that beat are grown"),
-    ):
-        with pytest.raises(ValueError, match=f"harmonics is {count}[;,] .*{sentence}"):
+    for count in (-3, 9):
+        with pytest.raises(ValueError, match=f"harmonics is {count}, but waves of motions that beat are grown; leave"):
             project.response(count)
 
 
