@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..base.arguments import typed
-from ..base.law import breakpoints_of, is_spring, spring_stiffness, states_of, torque_of
+from ..base.law import breakpoints_of, spring_stiffness, states_of, torque_of
 from ..base.protocols import lacking, terms_of, with_parts
 from ..base.quantities import number, numbers
 from ..base.results import Floats, SolveError
@@ -75,7 +75,7 @@ def operating_state(
     tolerance = CLOSE * max(float(np.max(np.abs(_rates(held, angle, state)))), 1e-300)
     short, memory, turned = "", [_memory(names, i) for i in range(1 + len(held.load.couplings()))], 0
     kept = [j for places in memory for j in places]
-    slack = not near and is_spring(held.law) and float(spring_stiffness(held.law, 0.0)) == 0.0
+    slack = not (near or lacking(held.law, "stiffness")) and not spring_stiffness(held.law, 0.0)
     if slack:  # where little torque is to be carried, that of a twist as wide as the gap has more rounding
         wide = np.append(2.0 * max(breakpoints_of(held.law), default=0.0), state[1:])
         tolerance = max(tolerance, EXACT * float(np.max(np.abs(_rates(held, angle, wide)))))

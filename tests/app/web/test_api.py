@@ -361,12 +361,13 @@ def test_log_is_read(client):
 
 
 @pytest.mark.parametrize("way", [1, -1])
-def test_a_log_of_both_angles_has_the_pointing_error(client, way):
+def test_a_log_of_both_angles_has_the_error_between_them(client, way):
     t = np.linspace(0.0, 4.0, 4001)
     motor = 2 * np.pi * 5.0 * t
-    load = way * motor / 50 + 20 * ARCSEC * np.cos(2 * motor)
-    rows = "\n".join(f"{a:.9g},{b:.12g},{c:.12g}" for a, b, c in zip(t, motor, load, strict=True))
-    shown = client.post("/api/log?name=run.csv", content=f"time,motor_angle [rad],load_angle [rad]\n{rows}".encode())
+    load = way * (motor / 50 - 20 * ARCSEC * np.cos(2 * motor))
+    rows = [f"{a:.9g},{b:.12g},{c:.12g}" for a, b, c in zip(t, motor, load, strict=True)]
+    text = "\n".join(["time,motor_angle [rad],load_angle [rad]", *rows])
+    shown = client.post("/api/log?name=run.csv", content=text.encode())
     pointing = shown.json()["pointing"]
     assert pointing["unit"] == "arcsec"
     np.testing.assert_allclose(pointing["values"], 20 * np.cos(2 * motor)[::2], atol=0.01)

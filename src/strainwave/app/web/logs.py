@@ -29,7 +29,6 @@ SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
 MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12
 MOST_UNPACKED = 256 << 20  # bytes of a packed log
 CALLS = r"(columns|units)=(\{.*?\}|\[.*?\]|names)"  # arguments of the library in its sentences
-NEARLY = 1e-3  # relative distance from a whole number of a ratio that is this number
 HIGHEST = 60.0  # order that a log is searched for
 
 
@@ -149,14 +148,14 @@ def _told(log: Log) -> dict[str, Any]:
 
 
 def _pointing(log: Log, step: int) -> dict[str, Any] | None:
-    """How far the load is from where the motor puts it, about the mean; None without both angles."""
-    motor, load, ratio = log.channels.get("motor_angle"), log.channels.get("load_angle"), log.ratio
-    if motor is None or load is None or not ratio:
+    """The error x between motor and load about its mean; None without both angles of a gear."""
+    if not log.ratio:
         return None
-    whole = round(ratio) if abs(ratio - round(ratio)) < NEARLY * ratio else ratio
-    sense = np.sign(np.dot(motor - np.mean(motor), load - np.mean(load)))
-    error = (load - sense * motor / whole) / ARCSEC
-    return {"name": "pointing_error", "unit": "arcsec", "values": (error - np.mean(error))[::step]}
+    try:
+        error = with_torsion(log.channels, log.ratio)["torsion"] / ARCSEC
+    except ValueError:
+        return None
+    return {"name": "dynamic_error", "unit": "arcsec", "values": (error - np.nanmean(error))[::step]}
 
 
 def _orders(log: Log) -> dict[str, Any]:

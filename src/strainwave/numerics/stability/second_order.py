@@ -135,7 +135,8 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
     """
     if (known := _between_kinks(problem, points)) is not None:
         with np.errstate(all="ignore"):
-            total = np.trace(maps_through_panels(known), axis1=1, axis2=2)
+            maps = [maps_through_panels(one) for one in (known if isinstance(known, list) else [known])]
+            total = np.trace(np.concatenate(maps), axis1=1, axis2=2)
             return np.asarray(total / orbit_scales(problem, points[:, -1])[1])
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces = np.empty(len(points))
@@ -152,15 +153,19 @@ def _between_kinks(problem: Any, points: Floats) -> Disturbances | None:
 
     Numerov's steps pass the breakpoints, which leaves errors of a tenth in a multiplier.
     """
-    J, B, law = problem.system.J, problem.system.B, problem.system.law
-    if problem.leaf != problem.omega_leaf or not (problem.springs.is_sampled() and breakpoints_of(law) and len(points)):
+    if not (problem.springs.is_sampled() and breakpoints_of(problem.system.law) and len(points)):
         return None
+    if problem.leaf != problem.omega_leaf and len(points) > 1:  # each of a drive of its own
+        each = [_between_kinks(problem, point[None]) for point in points]
+        return None if None in each else each
+    system = with_leaf(problem.system, problem.leaf, float(points[0, -1]))
+    J, B, law = system.J, system.B, system.law
     stiff = law.stiffness(points[:, :-1] @ problem.synthesis)
     mean, half = float(np.mean(stiff)), 0.5 * B / J
     rates = [abs(half + np.sqrt(half * half - k / J + 0j)) for k in (mean, np.min(stiff), np.max(stiff))]
     a, b, c = np.array([[0.0, 1.0], [-mean / J, -2.0 * half]]), np.array([[0.0], [1.0 / J]]), np.array([[1.0, 0.0]])
     alone, twists = SimpleNamespace(part=SimpleNamespace(laws=(law,))), all_orders(points[:, :-1], problem.stride)
-    speed = points[:, -1] / problem.turns
+    speed = orbit_scales(problem, points[:, -1])[0] / problem.turns
     found = Disturbances(alone, a, b, c, np.array([mean]), max(rates), twists[:, None], None, speed)
     return found if resolved(found) else None
 

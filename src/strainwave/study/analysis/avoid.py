@@ -1,9 +1,7 @@
 """Which speeds to avoid: around the peaks of the computed curve or above a limit, and in bands between jumps.
 
-A steady curve is under constant mean torques. Where a torque follows the load's own angle, the run-up has it, and the
-speeds of its peaks are avoided as well.
-
-A load torque that lies anywhere in a range, as that of gravity on an arm does, takes a curve under several torques.
+A steady curve is under constant mean torques: under several where that of the load lies anywhere in a range, as gravity
+on an arm does. Where a torque follows the load's own angle, the run-up has it, and the speeds of its peaks are avoided.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -30,7 +28,7 @@ from .resonances import OperatingPoint, operating_point
 
 HALF_POWER = sqrt(0.5)
 NARROW = 1e-3  # relative width of a band of speeds below which it is none: a step of the curve, or what rounding leaves
-PER_ORDER, MANY = 64, 500  # places in a cycle of an order, and turns in one of which lines of two turns meet
+PER_ORDER, MANY, STARTS = 64, 500, 192  # places in a cycle of an order; turns in one of which lines meet, starts in one
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
 Speeds = tuple[float, float]
@@ -221,10 +219,13 @@ def quasi_static(system: Any, point: OperatingPoint) -> float:
     angles = 2.0 * np.pi * np.arange(MANY * count if beats else count) / count
     twist = (system.excitation.torque(angles) - point.mean_torque) / (point.stiffness if point.stiffness > 0.0 else inf)
     error = system.error.value(angles) + twist + 0.0 * angles
-    turns = np.lib.stride_tricks.sliding_window_view(error, count + 1 if beats else count)
-    means = 0.5 * (turns[:, :count] + turns[:, -count:]).mean(axis=1)
-    worst = int(np.argmax(np.maximum(turns.max(axis=1) - means, means - turns.min(axis=1))))
-    return float(largest_of_samples(turns[[worst]] - means[worst])[0])
+    if not beats:
+        return float(largest_of_samples((error - np.mean(error))[None])[0])
+    sums, step = np.append(0.0, np.cumsum(error)), max(1, count // STARTS)
+    means = (sums[count:-1] - sums[: -count - 1] + 0.5 * (error[count:] - error[:-count])) / count
+    turns, mean = np.lib.stride_tricks.sliding_window_view(error, count + 1), means[::step]
+    worst = step * int(np.argmax(np.maximum(turns[::step].max(axis=1) - mean, mean - turns[::step].min(axis=1))))
+    return float(largest_of_samples((turns[worst] - means[worst])[None])[0])
 
 
 def out_of_reach(limit: float | None, slow: float) -> str:
@@ -241,7 +242,7 @@ def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = 
     """What of a range no band covers; bands are ascending and apart, and relatively `narrow` rests are none."""
     ends = [within[0], *(end for band in bands for end in band), within[1]]
     rest = list(pairwise(ends))[::2]
-    return tuple((float(low), float(high)) for low, high in rest if high > low * (1.0 + narrow))
+    return tuple((float(low), float(high)) for low, high in rest if high > low * (1.0 + narrow) or len(rest) == 1)
 
 
 def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:

@@ -233,10 +233,12 @@ class Log(Result):
             motor, load = self.channels.get(f"motor_{kind}"), self.channels.get(f"load_{kind}")
             if motor is None or load is None:
                 continue
-            shift = np.mean(load) if kind == "angle" else 0.0
-            far = load - shift
-            if np.any(far != 0.0):
-                return float(abs(np.dot(far, motor - (np.mean(motor) if kind == "angle" else 0.0)) / np.dot(far, far)))
+            known = np.isfinite(motor) & np.isfinite(load)
+            motor, load = motor[known], load[known]
+            if kind == "angle":
+                motor, load = motor - np.mean(motor), load - np.mean(load)
+            if np.any(load != 0.0):
+                return float(abs(np.dot(load, motor) / np.dot(load, load)))
         return None
 
     @property

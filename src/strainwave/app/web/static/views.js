@@ -83,7 +83,7 @@ async function response(again) {
   if (current?.drive === rested) ghost = { ...current, name: "before" };
   const unbounded = /grows without bound/.test(r.message); // then the picture has what is near the limit
   if (unbounded) {
-    const most = 5 * (r.limit_arcsec ?? r.oscillation_arcsec[0]), far = r.oscillation_arcsec.map((value) => value > most);
+    const most = 5 * Math.max(r.limit_arcsec ?? 0, r.oscillation_arcsec[0]), far = r.oscillation_arcsec.map((value) => value > most);
     for (const key of ["oscillation_arcsec", "peak_arcsec", "torque", "mean_torque"]) r[key] = r[key].map((value, i) => (far[i] ? null : value));
   }
   current = { r, drive, values: Object.entries(state.values).map((pair) => pair.join(" ")).join(", ") };
