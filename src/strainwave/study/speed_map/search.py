@@ -40,6 +40,7 @@ NEAR, FEW = 0.015, 4  # relative distance, and harmonics beyond the highest orde
 PER_ORDER, PER_HARMONIC = 32, 8  # samples of a cycle of the highest order, and of the highest harmonic of a curve
 ELSEWHERE = 0.1  # of the reach of a trajectory, beyond which harmonic balance has found another motion
 FOLLOWED, LONGEST = 12, 4  # curves at most under one load, and turns of a motion on one
+USUAL = 48  # harmonics of a curve that counts as one; its time grows with their square
 
 
 class Found(NamedTuple):
@@ -93,18 +94,20 @@ def _searched(
         omega = np.append(omega, [seed.omega for seed in seeds])
         start = np.concatenate([start.reshape(len(given), -1), given], axis=1)
     ends, whole = _settle(case, omega, start, known_curves)
-    curves, loose, new, before = known_curves, list[Loose](), list[Settling](), len(known_curves) - earlier
+    curves, loose, new = known_curves, list[Loose](), list[Settling]()
+    effort = sum(map(_effort, known_curves[len(known_curves) - earlier :]))
     while len(rest := _unknown(curves, omega, ends)):
         lane = int(max(rest, key=lambda i: ends.highest[i] - ends.lowest[i]))
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
         seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
-        followed = spring and 0 < seed.turns <= LONGEST and len(curves) - before < FOLLOWED
+        followed = spring and 0 < seed.turns <= LONGEST and effort < FOLLOWED
         whole_range = len(speeds) > 0 or seed.turns < LONGEST
         most = curves[0].branch.coefficients.shape[1] // 2 if whole_range else highest_order(system) + FEW
         orbit = solved(system, seed, most) if followed else None
         if orbit is not None and not _on(curves, orbit):
             reach = _reach(seed, span, whole_range)
             curves, new = (*curves, follow(system, orbit, reach, known_curves[0].every, case.train)), [*new, seed]
+            effort += _effort(curves[-1])
         elif orbit is None and whole:
             apart = _loose(system, seed, 0.5 * (high - low), curves)
             loose += apart
@@ -114,6 +117,11 @@ def _searched(
             same |= (ends.period == 0) | (not spring)
         ends.diverged[same & (omega == seed.omega)] = True  # looked at once
     return Found(curves[len(known_curves) :], tuple(loose), whole, tuple(new))
+
+
+def _effort(curve: Motions) -> float:
+    """How many curves of usual length one with its harmonics counts as."""
+    return max(1.0, (curve.branch.coefficients.shape[1] // 2 / USUAL) ** 2)
 
 
 def _reach(seed: Settling, span: tuple[float, float], whole: bool) -> tuple[float, float]:
