@@ -133,10 +133,9 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
 
     The trace is NaN where it does not fit a float, or no grid resolves the free vibration: see `frozen`.
     """
-    if (known := _between_kinks(problem, points)) is not None:
+    if known := _between_kinks(problem, points):
         with np.errstate(all="ignore"):
-            maps = [maps_through_panels(one) for one in (known if isinstance(known, list) else [known])]
-            total = np.trace(np.concatenate(maps), axis1=1, axis2=2)
+            total = np.trace(np.concatenate([maps_through_panels(some) for some in known]), axis1=1, axis2=2)
             return np.asarray(total / orbit_scales(problem, points[:, -1])[1])
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces = np.empty(len(points))
@@ -148,16 +147,16 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
     return traces
 
 
-def _between_kinks(problem: Any, points: Floats) -> Disturbances | None:
-    """Disturbances along orbits of a sampled law with breakpoints, for panels that end there; None of other laws.
+def _between_kinks(problem: Any, points: Floats) -> list[Disturbances]:
+    """Disturbances along orbits of a sampled law with breakpoints, for panels that end there; empty for other laws.
 
     Numerov's steps pass the breakpoints, which leaves errors of a tenth in a multiplier.
     """
     if not (problem.springs.is_sampled() and breakpoints_of(problem.system.law) and len(points)):
-        return None
+        return []
     if problem.leaf != problem.omega_leaf and len(points) > 1:  # each of a drive of its own
-        each = [_between_kinks(problem, point[None]) for point in points]
-        return None if None in each else each
+        each = [some for point in points for some in _between_kinks(problem, point[None])]
+        return each if len(each) == len(points) else []
     system = with_leaf(problem.system, problem.leaf, float(points[0, -1]))
     J, B, law = system.J, system.B, system.law
     stiff = law.stiffness(points[:, :-1] @ problem.synthesis)
@@ -167,7 +166,7 @@ def _between_kinks(problem: Any, points: Floats) -> Disturbances | None:
     alone, twists = SimpleNamespace(part=SimpleNamespace(laws=(law,))), all_orders(points[:, :-1], problem.stride)
     speed = orbit_scales(problem, points[:, -1])[0] / problem.turns
     found = Disturbances(alone, a, b, c, np.array([mean]), max(rates), twists[:, None], None, speed)
-    return found if resolved(found) else None
+    return [found] if resolved(found) else []
 
 
 def unresolved(problem: Any, points: Floats, table: Floats) -> NDArray[np.bool_]:

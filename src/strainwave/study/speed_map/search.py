@@ -121,7 +121,7 @@ def _searched(
 
 def _effort(curve: Motions) -> float:
     """How many curves of usual length one with its harmonics counts as."""
-    return max(1.0, (curve.branch.coefficients.shape[1] // 2 / USUAL) ** 2)
+    return max(1.0, float(curve.branch.coefficients.shape[1] // 2 / USUAL) ** 2)
 
 
 def _reach(seed: Settling, span: tuple[float, float], whole: bool) -> tuple[float, float]:
