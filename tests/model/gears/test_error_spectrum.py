@@ -74,6 +74,7 @@ def test_default_shares_give_less_than_the_sum_of_amplitudes():
     error = accuracy_spectrum(1.0)
     assert [line.order for line in error.lines] == [1, 2, 4]
     assert 2.0 * sum(line.amplitude for line in error.lines) > 1.2
+    assert accuracy_spectrum(np.float32(1.0)) == error
 
 
 def test_every_catalogue_gear_with_a_class_gets_a_spectrum():

@@ -171,6 +171,7 @@ def accuracy_spectrum(
     TypeError
         If shares or phases are no mapping, or an order or a phase is no number.
     """
+    accuracy = accuracy.item() if isinstance(accuracy, np.number) else accuracy  # of 32 bits, it has not the bounds
     if not isinstance(accuracy, Real) or not SMALLEST <= accuracy <= LARGEST:
         raise ValueError(
             f"accuracy is {shown(accuracy)}; it must be a positive angle in rad, peak-to-peak; where the catalogue has "
