@@ -40,6 +40,7 @@ REACH = 3.0  # a loop may leave the range by this factor and is still followed u
 ENOUGH = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
 FINER = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
 LEAST = 1e-4  # of the largest part that sets turns apart: below this an orbit is that of one turn to rounding
+WIDEST = 1e6  # times the first speed
 PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
 
 
@@ -123,7 +124,7 @@ def isolas(
     Raises
     ------
     ValueError
-        If the range is not 0 < low < high, `resonance` is none, or nothing alternates in the excitation.
+        If the range is not 0 < low < high <= 1e6 low, `resonance` is none, or nothing alternates in the excitation.
     SolveError
         If the random starts take more than 4e8 steps at first, or 3.2e9 later: a wide range, low speeds, light damping.
 
@@ -134,6 +135,8 @@ def isolas(
     system = repeating("isolas", with_parts("isolas", system, *SAME))
     springs_only("isolas", system)
     lo, hi = interval("the frequency range [rad/s]", span, positive=True)
+    if hi > WIDEST * lo:
+        raise ValueError(f"the frequency range ends at {hi / lo:.3g} times its start; take at most {WIDEST:g} times")
     if not (isinstance(resonance, tuple) and len(resonance) == 2 and Resonance(*resonance).checked().q):
         raise ValueError(f"resonance is {shown(resonance)}; isolas need a Resonance(p, q) such as SUBHARMONIC")
     resonance = Resonance(*resonance).checked()
