@@ -166,6 +166,9 @@ def test_modules_are_found_by_their_former_names_with_a_warning_that_says_the_ne
         "import strainwave.base.series, strainwave.compile.tree\n"
         "assert strainwave.series is strainwave.base.series and leaves is strainwave.compile.tree.leaves\n"
         "assert strainwave.base.series.__spec__.name == strainwave.base.series.__name__\n"
+        "from strainwave.model.controllers.measurement import Measurement\n"
+        "import strainwave.study.sweep.sampling, strainwave.sample.sampling as now\n"
+        "assert strainwave.study.sweep.sampling is now\n"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "the module strainwave.quantities is strainwave.base.quantities now; import it from there\n"

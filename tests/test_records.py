@@ -437,7 +437,7 @@ def test_a_missing_folder_is_said_by_save(tmp_path, ending):
 
 def test_a_result_saved_when_its_class_was_in_a_former_module_is_read():
     assert archive._class_of("strainwave.study.move.payload:Payload", Path("move.nc")) is sw.Payload
-    assert all(map(find_spec, archive.MOVED.values()))
+    assert all(map(find_spec, archive.FORMER.values()))
 
 
 def test_a_response_saved_when_its_curve_was_a_result_of_its_own_is_read():

@@ -34,11 +34,9 @@ RENAMED = {  # public names of version 0.2 that are others now
     "derivation": "theory.derive", "measures": "numerics",
     "replace": "replaced", "sampling": "sample",
 }  # fmt: skip
-IN_BASE = ("choices", "law", "protocols", "quantities", "records", "sentences", "series", "units")
-FORMER = {f"{ROOT}.{name}": f"{ROOT}.base.{name}" for name in IN_BASE} | {
-    f"{ROOT}.tree": f"{ROOT}.compile.tree", f"{ROOT}.app.figures": f"{ROOT}.app",
-    f"{ROOT}.app.figures.svg": f"{ROOT}.plot",
-}  # fmt: skip
+FORMER = dict(
+    line.split() for line in Path(__file__).with_name("moved.txt").read_text("utf-8").splitlines() if line[:1] != "#"
+)  # modules by the names that they had, which saved results name too, and where these are now
 
 DRAWN = (
     "basins bode branch decay design drive identified log orbit orbit_diagram order_scan response "
@@ -124,9 +122,10 @@ class Former(MetaPathFinder, Loader):
     """Finder of the modules of FORMER by their former names: importing one warns and says where it is now."""
 
     def find_spec(self, name: str, _path: Any = None, _target: Any = None) -> ModuleSpec | None:
-        """Return the place of a module that has moved."""
+        """Return the place of a module that has moved, or an empty package around such modules."""
         if name not in FORMER:
-            return None
+            around = any(one.startswith(f"{name}.") for one in FORMER)
+            return ModuleSpec(name, None, is_package=True) if around else None
         warnings.warn(f"the module {name} is {FORMER[name]} now; import it from there", FutureWarning, stacklevel=2)
         return spec_from_loader(name, self)
 

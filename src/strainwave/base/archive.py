@@ -19,12 +19,10 @@ from uuid import uuid4
 import numpy as np
 
 from ..compile.tree import is_model, shown
+from .above import FORMER
 from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, NoReader, plain, stored_name
 
 FORMAT = 1
-MOVED = dict(
-    line.split() for line in Path(__file__).with_name("moved.txt").read_text("utf-8").splitlines() if line[:1] != "#"
-)  # modules whose classes saved results name, and where these are now
 
 
 def version() -> str:
@@ -277,7 +275,7 @@ def _class_of(name: str, path: Path) -> Any:
     cls = None
     if module.partition(".")[0] == MARK:
         try:
-            cls = getattr(import_module(MOVED.get(module, module)), own, None)
+            cls = getattr(import_module(FORMER.get(module, module)), own, None)
         except ImportError:
             cls = None
     if not isinstance(cls, type) or not (is_dataclass(cls) or hasattr(cls, "_fields") or issubclass(cls, Enum)):
