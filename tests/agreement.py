@@ -19,6 +19,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
+from strainwave.app.console import without_calls
 from strainwave.app.web import exports, views
 from strainwave.app.web.state import ScriptRequest, State, project_of
 from strainwave.base.units import ARCSEC, RPM
@@ -274,4 +275,4 @@ def refused(path: Path) -> str | None:
     try:
         return NEUTRAL if sw.read_project(path).response().sweep is None else None
     except sw.SolveError as error:
-        return str(error)
+        return without_calls(str(error))
