@@ -13,10 +13,10 @@ from strainwave.drive.train_curve import FEW, at_load
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.fourier import from_blocks
 from strainwave.numerics.continuation import trace
-from strainwave.numerics.continuation.trace import solve, with_crests
+from strainwave.numerics.continuation.trace import put_in_order, solve, with_crests
 from strainwave.numerics.curves import response
 from strainwave.numerics.curves.over_a_turn import traced_turn
-from strainwave.numerics.labels import RUNNING, STEP, TOP
+from strainwave.numerics.labels import FOLD, RUNNING, STEP, TOP
 
 
 def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():
@@ -29,6 +29,29 @@ def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():
     found, labels = with_crests(problem, points, np.full(len(points), STEP))
     assert len(found) == len(points) + 1
     assert found[labels == TOP, -1] == pytest.approx([math.sqrt(1.0 - 2.0 * ratio**2)], abs=1e-6)
+
+
+@pytest.mark.parametrize("close", [[], [0.99505]])
+def test_a_crest_beside_a_short_step_or_far_from_the_polynomial_is_found(close):
+    # the phase turns by most of pi between the points, so that a polynomial through five is far from the motions
+    ratio = 0.05
+    linear = sw.Oscillator(1.0, 2.0 * ratio, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
+    leaf = leaf_of(linear, "omega")
+    problem = balance_of(linear, leaf, leaf, 3)
+    speeds = sorted([0.86, 0.93, 0.995, 1.06, 1.13, *close])
+    points = np.array([solve(problem, problem.linear_response(w)) for w in speeds])
+    found, labels = with_crests(problem, points, np.full(len(points), STEP))
+    sizes = largest_size(from_blocks(problem.displacements(found[labels == TOP]).T).T)
+    assert sizes == pytest.approx([0.1 / (2.0 * ratio * math.sqrt(1.0 - ratio**2))], rel=1e-10)
+
+
+def test_a_fold_listed_after_the_step_that_passed_it_comes_before_it_whatever_the_units():
+    arc = np.array([-1.2, 0.3, 0.0, 1.0])  # of a small motion at a high speed, with the fold at 0
+    points = np.column_stack([5e-4 * (1.0 + 0.05 * arc), 2e-5 * arc, 101.0 * (1.0 - 1.7e-3 * arc**2)])
+    labels, wanted = np.array([STEP, STEP, FOLD, STEP]), points[[0, 2, 1, 3]]
+    put_in_order(points, labels, len(points))
+    assert labels.tolist() == [STEP, FOLD, STEP, STEP]
+    assert points == pytest.approx(wanted, rel=1e-12)
 
 
 def test_a_crest_is_not_refined_beyond_the_digits_of_its_size(monkeypatch):

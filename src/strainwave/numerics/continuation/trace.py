@@ -14,7 +14,7 @@ from ...base.series import highest_between, largest_size, oscillation, weights_a
 from ...compile.jit import routine
 from ..balance.first_order import linearised
 from ..balance.fourier import from_blocks
-from ..balance.linear_algebra import add
+from ..balance.linear_algebra import add, dot
 from ..balance.rates import base_speed
 from ..balance.truncation import Tail, tail_along
 from ..labels import (
@@ -57,7 +57,8 @@ NAMES = {
 LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
 MOST_CRESTS = 200  # the highest of a curve: more are rounding
 REACH = 2  # points to both sides of a crest
-ROUNDS, SETTLED = 6, 1e-12  # solutions of a crest, and the relative rise above one that is none
+ROUNDS, SETTLED = 10, 1e-12  # solutions of a crest, and the relative rise above one that is none
+OFF = 0.03  # of the step between two points: what is solved farther from the polynomial may be on another branch
 SAME = 1e-6  # of the arc of these: what is nearer is one point
 ONE = 1e-6  # relative distance below which two points are one
 MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one
@@ -200,16 +201,18 @@ def put_in_order(points: Floats, labels: Any, count: int) -> None:
 
     They are listed before the end of the step in which they were found, the fold first, but may lie just outside it.
     """
-    before, step = labels[:count].copy(), np.empty(points.shape[1])
+    before, step, n = labels[:count].copy(), np.empty(points.shape[1]), points.shape[1] - 1
     for i in range(count):
         for a in (i, i - 1):  # with its right neighbour, then with its left one
             if (before[i] != FOLD and before[i] != TOP) or not 0 < a < count - 2:
                 continue
+            unit = dot(points[a, :n], points[a, :n]) / max(points[a, n] ** 2, points[a + 1, n] ** 2, 1e-300)
             back, nearer = 0.0, 0.0
-            for j in range(len(step)):
+            for j in range(n + 1):
+                weight = unit if j == n else 1.0  # both the motion and the parameter count by their sizes
                 step[j] = points[a + 1, j] - points[a, j]
-                back += step[j] * (points[a + 2, j] - points[a - 1, j])
-                nearer += step[j] * (points[a + 1, j] + points[a, j] - 2.0 * points[a - 1, j])
+                back += weight * step[j] * (points[a + 2, j] - points[a - 1, j])
+                nearer += weight * step[j] * (points[a + 1, j] + points[a, j] - 2.0 * points[a - 1, j])
             if back < 0.0 and nearer < 0.0:
                 add(1.0, step, points[a])
                 add(-1.0, step, points[a + 1])
@@ -254,7 +257,8 @@ def _crest(
 ) -> tuple[float, Floats] | None:
     """Crest next to a point, after which it lies where the first number is positive; None where the point is it.
 
-    It is the highest place of the polynomial through five points, solved for at the parameter there.
+    It is the highest place of the polynomial through five points, solved for at the parameter there, or nearer to
+    a known point where that is far from the polynomial.
     """
     scale = np.full(points.shape[1], 1.0 / max(float(np.linalg.norm(points[i, :-1])), 1e-300))
     scale[-1] = 1.0 / max(abs(float(points[i, -1])), 1e-300)
@@ -265,22 +269,30 @@ def _crest(
     distinct = np.append(True, np.diff(arc) > least)
     if not (distinct[centre] and distinct[centre + 1]):
         return None
-    reach, size, crest = 0.1 * min(mid - first, last - mid), float(sizes[i]), None
+    steps, best, size, crest, share = (mid - first, last - mid), mid, float(sizes[i]), None, 1.0
     window, arc = window[distinct], arc[distinct]
     series = series[max(i - REACH, 0) : i + REACH + 1][distinct]
     for _ in range(ROUNDS):
         s, top = highest_between(arc, series, first, last, measure is oscillation)
-        if top - size <= SETTLED * top or not first < s < last or np.min(np.abs(arc - s)) <= least:
+        near = arc[np.argmin(np.abs(arc - s))]
+        s = near + share * (s - near)
+        if abs(top - size) <= SETTLED * top or not first < s < last or abs(s - near) <= least:
             break
         guess = weights_at(arc, s) @ window / scale
         point = solve(problem, guess)
-        if point is None or float(np.linalg.norm((point - guess) * scale)) > reach:
-            break
+        if point is None or float(np.linalg.norm((point - guess) * scale)) > OFF * steps[int(s > mid)]:
+            share *= 0.5
+            continue
+        share = 1.0
         solved = _series(problem, point[None])
         value = float(measure(solved)[0])
         rise = value - size
+        if (s > best) == (rise >= 0.0):
+            first = min(s, best)
+        else:
+            last = max(s, best)
         if rise >= 0.0:
-            size, crest = value, (s - mid, point)
+            best, size, crest = s, value, (s - mid, point)
         if abs(rise) <= SETTLED * size:  # the polynomial's own rise is rounding from here on
             break
         arc, window, series = np.append(arc, s), np.vstack([window, point * scale]), np.vstack([series, solved])

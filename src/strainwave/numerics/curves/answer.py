@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Floats
-from ...base.series import highest_in, interpolate, largest_in, largest_sample
+from ...base.series import PER_HARMONIC, highest_in, interpolate, largest_in, largest_sample
 from ...compile.jit import kernel, routine
 from ..addressed import torques
 from ..balance.condensed.gear import sample_error
 from ..balance.linear_algebra import copy, dot, fill, row_times
 from ..balance.truncation import MATTERS
 from ..continuation.arc_length import ROWS, SCALE, Z1, follow
-from ..continuation.trace import AIM, LEAST, MEAN, ONE, REACH, ROUNDS, SAME, SETTLED, apart, put_in_order
+from ..continuation.trace import AIM, LEAST, MEAN, OFF, ONE, REACH, ROUNDS, SAME, SETTLED, apart, put_in_order
 from ..labels import DECAYS, END, START, TOP
-from .inner_balance import displaced, law_of, linear_guess, problem_of, synthesis_of, tail_of
+from .inner_balance import displaced, law_of, linear_guess, problem_of, synthesis_of, tail_of, waves_of
 from .inner_stability import growths
 
-PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one
+FEWEST = 8  # harmonics of which a torque has the samples, at least
 MOST_FOLLOWED, MOST_POINTS, MOST_TRIES = 1500, 3000, 20  # a crest of both measures lies beside every other point
 OMEGA, OSCILLATION, PEAK, GROWTH, TORQUE, LABEL = range(6)  # columns of a curve
 HARMONICS, TAIL, BANDS, TOP_ROW, OTHERS = range(5)  # entries of `about`
@@ -88,17 +88,6 @@ def across(
 
 
 @routine
-def waves_of(h: int) -> Floats:
-    """Table (2H, samples) of cos 1, sin 1, cos 2, ... as `base.series` has it."""
-    table = synthesis_of(h, PER_HARMONIC * h)
-    waves = np.empty((2 * h, PER_HARMONIC * h))
-    for k in range(h):
-        copy(table[1 + k], waves[2 * k])
-        copy(table[1 + h + k], waves[2 * k + 1])
-    return waves
-
-
-@routine
 def sizes_of(errors: Floats, from_mean: bool, waves: Floats, sizes: Floats) -> None:
     """Write the largest |x|, or |x - mean|, of series (n, 2H+1) over the period."""
     series = errors.copy()
@@ -114,8 +103,7 @@ def crest_at(
 ) -> float:  # fmt: skip
     """Write the crest next to point i, as `continuation.trace` finds it; returns on which side it is, 0 without one."""
     n, m, side, peak = points.shape[1], 0, 0.0, np.empty(2)
-    scale, first = np.empty(n), max(i - REACH, 0)
-    fill(1.0 / max(dot(points[i, : n - 1], points[i, : n - 1]) ** 0.5, 1e-300), scale)
+    scale, first = np.full(n, 1.0 / max(dot(points[i, : n - 1], points[i, : n - 1]) ** 0.5, 1e-300)), max(i - REACH, 0)
     scale[n - 1] = 1.0 / max(abs(points[i, n - 1]), 1e-300)
     most = 2 * REACH + 1 + ROUNDS
     window, series, arc = np.empty((most, n)), np.empty((most, errors.shape[1])), np.zeros(most)
@@ -126,9 +114,9 @@ def crest_at(
             arc[m] = arc[m - 1] + np.sum(((window[m] - window[m - 1]) * scale) ** 2) ** 0.5
         m += 1
     mid = i - first
-    low, centre, high = arc[mid - 1], arc[mid], arc[mid + 1]
-    reach, least, last, first, m = min(centre - low, high - centre), SAME * arc[m - 1], arc[0], m, 1
-    if reach <= least:
+    low, centre, high, least, share = arc[mid - 1], arc[mid], arc[mid + 1], SAME * arc[m - 1], 1.0
+    before, after, best, last, first, m = centre - low, high - centre, centre, arc[0], m, 1
+    if min(before, after) <= least:
         return 0.0
     for j in range(1, first):  # what is nearer to the one before is left out
         if arc[j] - last > least:
@@ -139,17 +127,24 @@ def crest_at(
     row, value, point, guess = np.empty((1, errors.shape[1])), np.empty(1), np.empty(n), np.empty(n)
     for _ in range(ROUNDS):
         highest_in(arc[:m], series[:m], waves, low, high, from_mean, peak)
-        s, top = peak[0], peak[1]
-        if top - size <= SETTLED * top or not low < s < high or np.min(np.abs(arc[:m] - s)) <= least:
+        near, top = arc[np.argmin(np.abs(arc[:m] - peak[0]))], peak[1]
+        s = near + share * (peak[0] - near)
+        if abs(top - size) <= SETTLED * top or not low < s < high or abs(s - near) <= least:
             break
         interpolate(arc[:m], s, window[:m], guess)
-        if not solved_at(equations, guess, point) or np.sum(((point - guess) * scale) ** 2) ** 0.5 > 0.1 * reach:
-            break
+        reach = OFF * (after if s > centre else before)
+        if not solved_at(equations, guess, point) or np.sum(((point - guess) * scale) ** 2) ** 0.5 > reach:
+            share *= 0.5
+            continue
         displaced(problem, drive, point, row[0])
         sizes_of(row, from_mean, waves, value)
-        rise = value[0] - size
+        rise, share = value[0] - size, 1.0
+        if (s > best) == (rise >= 0.0):
+            low = min(s, best)
+        else:
+            high = max(s, best)
         if rise >= 0.0:
-            size, side = value[0], s - centre
+            best, size, side = s, value[0], s - centre
             copy(point, crest)
         if abs(rise) <= SETTLED * size:  # the polynomial's own rise is rounding from here on
             break
@@ -259,10 +254,9 @@ def described(
     """Write the rows of a curve with the `sizes` of `measure_points`; whether the stability of all points is known."""
     size, growth = problem.blocks.shape[1], np.empty(count)
     table = synthesis_of(size // 2, PER_HARMONIC * max(FEWEST, size // 2))
-    work, angles, half = np.zeros((7, table.shape[1])), np.empty(table.shape[1]), table.shape[1] // 2 + 1
+    work, half = np.zeros((7, table.shape[1])), table.shape[1] // 2 + 1
+    angles = 2.0 * math.pi / (drive.every * table.shape[1]) * np.arange(table.shape[1])
     cosines, sines = table[: size // 2 + 1, :half].copy(), table[size // 2 + 1 :, :half].copy()
-    for j in range(len(angles)):
-        angles[j] = 2.0 * math.pi * j / (drive.every * len(angles))
     for i in range(count):
         problem.gear.positions((problem.synthesis, problem.analysis, problem.angles), 1.0, points[i], problem.blocks[0])
         curve[i, TORQUE] = largest_torque(problem, drive, cosines, sines, angles, points[i], work)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.results import Floats
+from ...base.series import PER_HARMONIC
 from ...compile.address import write_words
 from ...compile.jit import inside, routine
 from ..addressed import EquationsAt, LawAt, kinks, stiffnesses, torques
@@ -80,6 +81,17 @@ def synthesis_of(h: int, samples: int) -> Floats:
         for j in range(samples):
             table[k, j], table[h + k, j] = cosine[k * j % samples], sine[k * j % samples]
     return table
+
+
+@routine
+def waves_of(h: int) -> Floats:
+    """Table (2H, samples) of cos 1, sin 1, cos 2, ... as `base.series` has it."""
+    table = synthesis_of(h, PER_HARMONIC * h)
+    waves = np.empty((2 * h, PER_HARMONIC * h))
+    for k in range(h):
+        copy(table[1 + k], waves[2 * k])
+        copy(table[1 + h + k], waves[2 * k + 1])
+    return waves
 
 
 @routine
