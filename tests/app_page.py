@@ -5,6 +5,7 @@ import re
 import zlib
 
 PATIENCE = 300_000  # ms; the first picture may have to be compiled
+DONE = "() => document.getElementById('stage').textContent === 'done'"  # a map is shown while it is computed
 DROP = """([name, text]) => {
     const data = new DataTransfer();
     data.items.add(new File([text], name));
@@ -23,6 +24,11 @@ def shown(page):
     """Wait for the first picture of the response, and for the pause after it."""
     page.wait_for_selector("#plot-torque[data-drawn]")
     paused(page, 0)
+
+
+def said(page, text):
+    """Wait for what the answer says."""
+    page.wait_for_function("text => document.getElementById('answer').textContent.includes(text)", arg=text)
 
 
 def pauses(page):

@@ -163,7 +163,7 @@ def test_the_torque_of_one_curve_says_that_the_load_is_left_out(page):
     page.locator("#part-gravity").click()
     until_drawn_again(page, before)
     names = page.evaluate("() => document.getElementById('plot-torque').data.map((one) => one.name)")
-    assert "largest torque in the gear without the load's torque, stable" in names
+    assert "largest without the load's torque, stable" in names
     (need,) = (text for text in page.locator("#remarks li").all_inner_texts() if "motor must give" in text)
     assert re.match(r"The motor must give at least [\d.]+ N·m at steady speed, and turn", need)
     assert "from −" in page.inner_text("#answer")

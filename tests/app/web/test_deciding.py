@@ -1,15 +1,10 @@
 """What helps to decide: the answer in sight, values that meet the limit, curves side by side, the limit in a map."""
 
 import pytest
-from app_page import drawn, largest, until_drawn_again
+from app_page import DONE, drawn, largest, said, until_drawn_again
 
 THREE_DIGITS = 5e-3  # relative, of an answer
 FOCUS = "() => document.activeElement.id"
-STAGE = "() => document.getElementById('stage').textContent"
-
-
-def said(page, text):
-    page.wait_for_function("text => document.getElementById('answer').textContent.includes(text)", arg=text)
 
 
 @pytest.mark.parametrize(("width", "height"), [(375, 812), (1280, 800), (2560, 1440)])
@@ -36,7 +31,7 @@ def test_a_phone_shows_the_whole_answer_with_gravity_and_what_is_assumed(page):
     page.locator('[id="value-limit.oscillation"]').fill("200")
     said(page, "within the limit of 200 arcsec. Under 9 loads")
     page.wait_for_selector("#answer.good")
-    page.route("**/api/sureness", lambda route: route.fulfill(status=422, json={"error": "it takes too long"}))
+    page.route("**/api/loads", lambda route: route.fulfill(status=422, json={"error": "it takes too long"}))
     page.locator('[id="value-limit.oscillation"]').fill("210")
     said(page, "under torques from −44 to 44 N·m it has no answer: it takes too long.")
 
@@ -87,10 +82,10 @@ def test_a_map_has_the_limit_and_the_drive_and_a_click_takes_a_cell(held_page):
     page = held_page
     page.get_by_role("tab", name="Two-parameter map").click()
     page.locator("#begin").click()
-    page.wait_for_function(f"() => ({STAGE})() === 'done'")
+    page.wait_for_function(DONE)
     kinds = page.evaluate("() => document.getElementById('plot-map').data.map((one) => one.type ?? one.mode)")
-    assert kinds == ["heatmap", "contour", "markers"]
-    star = "() => { const one = document.getElementById('plot-map').data[2]; return [one.x[0], one.y[0]]; }"
+    assert kinds == ["heatmap", "contour", "contour", "markers"]
+    star = "() => { const one = document.getElementById('plot-map').data.at(-1); return [one.x[0], one.y[0]]; }"
     assert page.evaluate(star) == [19.9, 3]
     box = page.locator("#plot-map .nsewdrag").bounding_box()
     page.mouse.click(box["x"] + 0.85 * box["width"], box["y"] + 0.25 * box["height"])

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from app_page import address_of, drawn, largest, until_drawn_again
+from app_page import DONE, DROP, address_of, drawn, largest, until_drawn_again
 from one_joint import HELD
 
 LAST = {
@@ -35,7 +35,6 @@ LOW_CONTRAST = """() => {
     }
     return { seen, low };
 }"""
-DONE = "() => document.getElementById('stage').textContent === 'done'"  # a map is shown while it is computed
 SHOWN = """() => [...document.querySelectorAll(".plot")].map((box) => [
     box.id,
     box.getAttribute("aria-label"),
@@ -95,6 +94,29 @@ def test_address_of_a_view_gives_its_picture_again_and_its_data(blank, view, tmp
                 head, *rows = content.decode().splitlines()
                 assert rows
                 assert all(row.count(",") == head.count('","') for row in rows)
+
+
+@pytest.mark.parametrize("view", [*LAST, "tuning", "log"])
+def test_axe_finds_nothing_in_any_view_in_light_and_dark(blank, view):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    blank.goto(
+        f"{address_of(blank.base, HELD) if view == 'map' else blank.base + '#gear=CSG-40-50'}&view={view}&o.search=no"
+    )
+    if view in (*JOBS, "tuning"):
+        blank.locator("#begin").click()
+        blank.wait_for_function(DONE)
+    if view == "log":
+        blank.wait_for_selector("#log-file")
+        blank.evaluate(DROP, ["run.csv", "k1,k2\n" + "\n".join(f"{i},{2 * i}" for i in range(100))])
+        blank.wait_for_selector("#columns[open]")
+    elif view != "tuning":
+        settled(blank, view)
+    for scheme in ("light", "dark"):
+        blank.emulate_media(color_scheme=scheme)
+        blank.wait_for_timeout(500)
+        found = axe.run(blank).response
+        assert [(one["id"], [node["html"] for node in one["nodes"]]) for one in found["violations"]] == []
+        assert len(found["passes"]) > 20
 
 
 def test_colours_change_without_a_computed_picture_being_lost(page):

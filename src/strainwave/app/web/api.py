@@ -63,6 +63,7 @@ ANSWERS = {
     "/api/project": Answer(OfState, (Work("parameters", "about"),)),
     "/api/response": Answer(ResponseRequest, (OF_STATE, RESPONSE), ("state", "whole")),
     "/api/sureness": Answer(OfState, (OF_STATE, Work("views", "sureness"))),
+    "/api/loads": Answer(OfState, (OF_STATE, Work("views", "under_loads"))),
     "/api/motion": Answer(MotionRequest, (OF_STATE, Work("views", "motion")), ("state", "speed")),
     "/api/goal": Answer(GoalRequest, (OF_STATE, Work("goals", "goal")), ("state", "name")),
     "/api/move": Answer(OfState, (OF_STATE, Work("views", "moved"))),
@@ -71,7 +72,7 @@ ANSWERS = {
     "/api/export/script": Answer(ScriptRequest, (Work("exports", "script_of"),), ()),
 }
 
-LATER = ("/api/goal", "/api/sureness")  # after a pause: a process of their own, which slider steps do not wait for
+LATER = ("/api/goal", "/api/loads", "/api/sureness")  # after a pause: in a process that no slider step waits for
 MOST, AT_ONCE = 16, 1  # jobs that are held, and that run
 KEPT, LEFT = 900.0, 150.0  # seconds without a question after which a finished job is forgotten, and another is stopped
 

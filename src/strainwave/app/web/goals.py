@@ -18,6 +18,7 @@ from ...study.compensation.designs import own_rate
 from ...study.compensation.gains import times_of
 from ...study.tuning.trial import GOALS
 from ...study.tuning.tune import tune
+from ..console import without_calls
 from .parameters import parameters
 from .state import Refused, yaml_of
 from .views import Progress, solved
@@ -140,7 +141,7 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
             }
             for one in result.robustness
         ],
-        "assumed": [AT_RESONANCE, *result.remarks],
+        "assumed": [AT_RESONANCE, *map(without_calls, result.remarks)],
         "remarks": [*result.warnings, result.condition],
     }
 

@@ -20,6 +20,7 @@ from .state import State, parts_of, project_of
 SMALL = 1e-3  # in any unit a number that a field takes which is zero now
 SPAN = 10.0  # a slider goes from a tenth of the value to ten times it
 POSITIVE = ("N*m/rad", "kg*m**2")  # units of numbers that a slider keeps above zero
+UNSIGNED = ("hysteresis.", "motor.loop.")  # groups of numbers of any sign in the file that are hardly below zero
 MORE = {"excitation.load_torque.mean": "0 N*m"}  # what a slider may add to a file
 LABELS = {"load.drag.amplitude": "load gravity torque", "excitation.accuracy": "accuracy, peak-to-peak"}
 WORDS = {"B": "damping B", "to": "to", "from": "from", "mean": "mean"}
@@ -55,6 +56,7 @@ def about(state: State) -> dict[str, Any]:
         "sources": {one.name: one.word for one in base.sources},
         "parts": [{"name": name, "values": part, "present": part in present} for name, part in parts.items()],
         "notes": project.notes,
+        "digits": project.digits(),
         "speed": speed,
         "unknown": wrong,
     }
@@ -157,7 +159,9 @@ def _label(content: dict[str, Any], name: str) -> str:
 def unit_of(content: dict[str, Any], name: str) -> tuple[str, str]:
     """Unit in SI of a number of the file, and its sign: "any", "positive" or "not negative"."""
     row = row_of(content, name)
-    return (row.kind.unit, "positive" if row.kind.unit in POSITIVE else row.kind.sign) if row else ("", "any")
+    if row is None:
+        return "", "any"
+    return row.kind.unit, "positive" if row.kind.unit in POSITIVE or name.startswith(UNSIGNED) else row.kind.sign
 
 
 def row_of(content: dict[str, Any], name: str) -> Row | None:

@@ -189,7 +189,7 @@ def _beat(found: DriveResponse) -> dict[str, Any] | None:
 def sureness(project: Project) -> dict[str, Any]:
     """What stands beside the response after a pause.
 
-    The band of assumed numbers, the verdict under all loads, the curve of the held motor.
+    The band of assumed numbers, and the curve of the held motor.
     """
     sure, scale, held = how_sure(project, _turning), project.speeds.scale, None
     if project.train is not None and project.motor == "held" and not project.is_beating:
@@ -200,12 +200,12 @@ def sureness(project: Project) -> dict[str, Any]:
         "how_sure": list(sentences), "together": sentences[len(sure.doubts)] if sure.doubts else "",
         "load": sure.load, "met": not sure.doubts
         or (project.limit is not None and sure.largest[1] <= project.limit and not (sure.load and project.has_memory)),
-        "loads": _under_loads(project), "held": held, "speed": scale * sure.omega,
+        "held": held, "speed": scale * sure.omega,
         "low_arcsec": sure.low / ARCSEC, "high_arcsec": sure.high / ARCSEC,
     }  # fmt: skip
 
 
-def _under_loads(project: Project) -> dict[str, Any] | None:
+def under_loads(project: Project) -> dict[str, Any] | None:
     """Speeds of the motor [rpm] that all torques of the load allow, by the speed map; None for one."""
     if not project.other_loads[0] < project.other_loads[1]:
         return None
@@ -293,6 +293,7 @@ def moved(project: Project) -> dict[str, Any]:
         "duration": found.duration,
         "settling_time": found.settling_time,
         "window_arcsec": found.window / ARCSEC,
+        "rest_arcsec": found.rest_error / ARCSEC,
         "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
         "most_motor_torque": None if project.motor_limits is None else project.motor_limits.most,
         "peak_arcsec": found.peak_error / ARCSEC,

@@ -129,6 +129,7 @@ async function load() {
 // The drive and the view of the address, or the first one and a sentence where the address has none.
 async function opened() {
   let wrong = await recall();
+  byId("gear").value = state.project === null ? state.gear : "";
   const whole = await load();
   if (whole === null) return;
   if (!whole) {

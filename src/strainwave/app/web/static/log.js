@@ -81,15 +81,14 @@ async function paintLog(r) {
 
 async function paintIdentified(r) {
   const draw = pictures();
-  const numbers = r.numbers.map((n) => cells("td", [n.name, `${round(n.value, 5)} ${n.unit}`, `${round(n.low, 5)} to ${round(n.high, 5)}`]));
+  const numbers = r.numbers.map((n) => cells("td", [n.name, `${signed(round(n.value, 5))} ${n.unit}`, signed(`${round(n.low, 5)} to ${round(n.high, 5)}`)]));
   const table = element("table", { id: "identified" }, cells("th", ["number", "found", "95 % interval"]), ...numbers);
   const use = button("use", "Take these numbers into the drive", () => ask("project", r.project), { disabled: !r.usable });
-  const fit = element("p", { className: r.usable ? "" : "wrong", textContent: `${r.headline} ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.` });
-  placed("prepend", element("div", { className: "wide", id: "identified-drive" }, fit, table, use));
+  placed("prepend", element("div", { className: "wide", id: "identified-drive" }, table, use));
   const over = (y, name, colour, dash) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 1.5, dash }, hovertemplate: "%{x:.4g} s<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const columns = { "time [s]": r.time, "measured torsion [arcsec]": r.measured_arcsec, "computed torsion [arcsec]": r.computed_arcsec, "residual [arcsec]": r.residual_arcsec };
   await draw("identified-torsion", { data: [over(r.measured_arcsec, "measured", BLUE, "solid"), over(r.computed_arcsec, "computed", RED, "dash")], layout: { xaxis: { title: "time [s]" }, yaxis: { title: "torsion [arcsec]" } }, table: columns, label: `Measured and computed torsion over time, measured ${between(r.measured_arcsec, "arcsec")}` });
   await draw("identified-residual", { data: [over(r.residual_arcsec, "residual", ORANGE, "solid")], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: "residual [arcsec]" } }, table: columns, label: `Residual of the torsion over time, ${between(r.residual_arcsec, "arcsec")}`, size: "second" });
-  answer(fit.textContent, r.usable ? null : false);
+  answer(`${r.headline} ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.`, r.usable ? null : false);
   return r.remarks;
 }

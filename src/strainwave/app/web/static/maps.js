@@ -1,11 +1,12 @@
 // The views that a job fills: maps over two numbers and over speed and load, and the compensation.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, ask, between, BLUE, button, cells, COLOURS, element, GREEN, inward, pictures, placed, RED, round, signed } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, cells, COLOURS, element, GREEN, inward, pictures, placed, RED, round, signed, sure } from "/static/plots.js";
 import { numberNow } from "/static/sliders.js";
 import { about, asked, state } from "/static/state.js";
 
 const job = (body) => () => call("/api/jobs", { body: { state: asked(), ...body } });
+const EDGE = [{ color: "#000", width: 5 }, { color: "#fff", width: 2 }]; // a line that is seen on every colour, and in grey
 const heat = { colorscale: "Cividis", colorbar: { title: { text: "arcsec", side: "right" }, thickness: 14 } };
 
 export function mapAxes() {
@@ -50,7 +51,7 @@ async function paintMap(r, { axes: [a, b] }) {
   const limit = numberNow("limit.oscillation"), logs = r.largest_oscillation_arcsec.map((row) => row.map((value) => (value === null ? null : Math.log10(value))));
   const ticks = [-1, 0, 1, 2, 3, 4].flatMap((power) => [1, 2, 5].map((digit) => Number(`${digit}e${power}`)));
   const data = [{ type: "heatmap", x: a.values, y: b.values, z: logs, customdata: r.largest_oscillation_arcsec, connectgaps: true, ...heat, colorbar: { ...heat.colorbar, tickvals: ticks.map(Math.log10), ticktext: ticks }, hovertemplate: `%{x:.4g} ${a.p.shown_unit}<br>%{y:.4g} ${b.p.shown_unit}<br>%{customdata:.4g} arcsec<br>a click takes these<extra></extra>` }];
-  if (limit) data.push({ type: "contour", x: a.values, y: b.values, z: logs, connectgaps: true, showscale: false, hoverinfo: "skip", contours: { coloring: "none", start: Math.log10(limit), end: Math.log10(limit), size: 1 }, line: { color: RED, width: 3 } });
+  if (limit) for (const line of EDGE) data.push({ type: "contour", x: a.values, y: b.values, z: logs, connectgaps: true, showscale: false, hoverinfo: "skip", contours: { coloring: "none", start: Math.log10(limit), end: Math.log10(limit), size: 1 }, line: { ...line } });
   data.push({ x: [numberNow(a.p.name)], y: [numberNow(b.p.name)], mode: "markers", marker: { symbol: "star", size: 16, color: "#fff", line: { color: "#000", width: 1.5 } }, hovertemplate: "the drive<extra></extra>" });
   await draw("map", { data, layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" });
   const box = document.getElementById("plot-map"), cellOf = ({ p, values }) => values.reduce((best, value, i) => (Math.abs(Math.log(value / numberNow(p.name))) < Math.abs(Math.log(values[best] / numberNow(p.name))) ? i : best), 0);
@@ -98,23 +99,24 @@ export function mapOptions() {
 async function paintSpeedMap(r, { asks }) {
   const draw = pictures();
   const own = asks.loads.length ? "" : " of the project";
-  const [first, end] = [r.load[0], r.load[r.load.length - 1]].map((load) => round(load)), unit = signed(r.load_unit);
+  const [first, end] = [r.load[0], r.load[r.load.length - 1]].map((load) => signed(round(load))), unit = signed(r.load_unit);
   const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
-  const allowed = inward(r.allowed);
+  const allowed = inward(r.allowed, about.digits);
   const failures = r.failures.map((text) => signed(text) + " ").join("");
   answer(`${failures}Usable under ${loads}: ${allowed ? allowed + " rpm" : "no speed"} (framed: ${signed(r.rule).replace(/^forbidden: /, "")}).`, failures ? false : null);
   const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
   const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
-  const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: below(i), y1: above(i), line: { color: RED, width: 2 } })));
+  const shapes = EDGE.flatMap((line) => r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: below(i), y1: above(i), line }))));
   const cells = r.load.flatMap((load) => r.speed.map(() => load));
   await draw("speed-map", { data: [
     { type: "heatmap", x: r.speed, y: [...r.load.map((_, i) => below(i)), above(last)], z: r.oscillation_arcsec, ...heat, customdata: r.load.map((load) => r.speed.map(() => load)), hovertemplate: `%{x:.5g} rpm<br>%{customdata:.4g} ${signed(r.load_unit)}<br>%{z:.4g} arcsec<extra></extra>` },
-  ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: `${r.load_name} [${signed(r.load_unit)}]`, tickvals: r.load, ticktext: r.load.map((load) => round(load)) }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
-  const lines = r.lines.filter((l) => l.excited);
+  ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: `${r.load_name} [${signed(r.load_unit)}]`, tickvals: r.load, ticktext: r.load.map((load) => signed(round(load))) }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
+  const slowest = r.speed[0], fastest = r.speed.at(-1), excited = r.lines.filter((l) => l.excited);
+  const within = excited.filter((l) => l.speed.some((speed) => speed >= slowest && speed <= fastest)), lines = within.length ? within : excited;
   const dashes = ["solid", "dash", "dot", "dashdot"], orders = [...new Set(lines.map((l) => l.order))];
   const upright = Math.max(...lines.flatMap((l) => l.amplitude_arcsec)) || Math.max(...r.oscillation_arcsec.flat().filter(Number.isFinite)); // of a speed that no amplitude changes
   const path = (l) => (l.speed.length === 1 ? { x: [l.speed[0], l.speed[0]], y: [0, upright] } : { x: l.speed, y: l.amplitude_arcsec });
-  await draw("campbell", { data: lines.map((l, i) => ({ ...path(l), mode: "lines", name: `order ${round(l.order)}`, legendgroup: l.order, showlegend: lines.findIndex((one) => one.order === l.order) === i, line: { color: COLOURS[orders.indexOf(l.order) % COLOURS.length], dash: dashes[orders.indexOf(l.order) % 4] }, hovertemplate: `%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>order ${round(l.order)}, ${round(l.load)} ${signed(r.load_unit)}</extra>` })), layout: { xaxis: { title: "motor speed at the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
+  await draw("campbell", { data: lines.map((l, i) => ({ ...path(l), mode: "lines", name: `order ${round(l.order)}`, legendgroup: l.order, showlegend: lines.findIndex((one) => one.order === l.order) === i, line: { color: COLOURS[orders.indexOf(l.order) % COLOURS.length], dash: dashes[orders.indexOf(l.order) % 4] }, hovertemplate: `%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>order ${round(l.order)}, ${round(l.load)} ${signed(r.load_unit)}</extra>` })), layout: { xaxis: { title: "resonant motor speed [rpm]", range: [slowest, fastest] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
   return r.remarks;
 }
 
@@ -125,7 +127,7 @@ export async function compensation() {
 async function paintCompensation(r) {
   const draw = pictures();
   const kinds = [["rms_arcsec", "rms"], ["peak_arcsec", "peak with mean"]];
-  const bar = (x, y, name, colour, pattern) => ({ type: "bar", name, x, y, text: y.map((value) => round(value, 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+  const bar = (x, y, name, colour, pattern) => ({ type: "bar", name, x, y, text: y.map((value) => round(value, 3)), textposition: "outside", constraintext: "none", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const pair = (x, before, after) => [bar(x, before, "before", RED, "/"), bar(x, after, "after", BLUE, "")];
   const texts = kinds.map(([, text]) => text), [before, after] = [r.before, r.after].map((one) => kinds.map(([key]) => one[key]));
   await draw("compensation", { data: pair(texts, before, after), layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": texts, "before [arcsec]": before, "after [arcsec]": after }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` });
@@ -139,8 +141,8 @@ async function paintCompensation(r) {
   }
   const others = gears.length ? ` On a gear ${gears.map((name, i) => `${name}: ${rest(r.other_gears[i])}`).join(", ")}.` : "";
   const not = r.excluded ? ` This does not count: ${r.excluded}.` : r.stable ? "" : " The error grows.";
-  answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
-  placed("prepend", element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: text })))));
+  answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${sure(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
+  placed("prepend", element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: signed(text) })))));
   return r.remarks;
 }
 
@@ -157,6 +159,6 @@ async function paintTuning(r) {
   const rows = r.points.map((p) => cells("td", [p.name, ...p.gains.map((gain) => round(gain)), round(p.oscillation_arcsec), round(p.peak_sensitivity, 3), `${round(p.gain_margin, 3)} ×`, `${round(p.phase_margin_deg, 3)}°`, round(p.motor_torque, 3)]));
   const use = button("use", "Take these gains into the drive", () => ask("project", r.project));
   placed("prepend", element("div", { className: "wide", id: "tuned" }, element("table", {}, cells("th", ["gains", ...r.gains, "largest [arcsec]", "peak sensitivity", "gain margin", "phase margin", "motor torque [N·m]"]), ...rows), use));
-  answer(`The recommended gains bring the largest oscillation from ${round(r.points[0].oscillation_arcsec)} to ${round(r.points[2].oscillation_arcsec)} arcsec.${r.binding.length ? ` What binds: ${r.binding.join(", ")}.` : ""}`);
+  answer(`The recommended gains bring the largest oscillation from ${sure(r.points[0].oscillation_arcsec)} to ${sure(r.points[2].oscillation_arcsec)} arcsec.${r.binding.length ? ` What binds: ${r.binding.join(", ")}.` : ""}`);
   return r.remarks;
 }

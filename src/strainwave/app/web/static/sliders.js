@@ -1,5 +1,5 @@
 // Sliders and fields, made from the description that the server gives of a project's numbers.
-import { ask, button, element } from "/static/plots.js";
+import { ask, button, element, signed } from "/static/plots.js";
 import { state } from "/static/state.js";
 
 const STEPS = 1000;
@@ -90,7 +90,7 @@ function row(p, slid, typed) {
     badge.textContent = state.values["sources." + p.name] ?? (value !== p.value ? "yours" : source || (p.added ? "yours" : "")); // first numbers of a part are assumed
     box.classList.toggle("changed", value !== p.value || Boolean(p.added));
     if (value === null) return;
-    [low.textContent, high.textContent] = ends(p, value).map((end) => short(end, 3));
+    [low.textContent, high.textContent] = ends(p, value).map((end) => signed(short(end, 3)));
     slider.setAttribute("aria-valuetext", `${short(value)} ${p.shown_unit}`);
   };
   const mark = (sentence) => {

@@ -3,7 +3,7 @@ import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
-import { answer, ask, between, BLUE, button, cells, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, ORANGE, parts, pictures, PINK, RED, round, signed, toward } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, cells, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, ORANGE, parts, pictures, PINK, RED, round, signed, sure, toward } from "/static/plots.js";
 import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
@@ -54,13 +54,23 @@ function small(r) {
 
 // After a pause: the range for assumed numbers, and the held motor, thin. Another drive or view ends it.
 let pause = 0;
-async function afterwards(picture, top, drive, mine, tell) {
+async function afterwards(picture, top, drive, mine, tell, varies) {
   const gone = () => epoch !== mine || drive !== JSON.stringify(asked());
+  const later = (path) => call(path, { body: { state: asked() }, kind: "beside" }).catch((error) => ({ why: error.message }));
   if (gone()) return;
-  let why = "";
-  const s = await call("/api/sureness", { body: { state: asked() }, kind: "beside" }).catch((error) => { why = error.message; });
+  const s = await later("/api/sureness");
   if (gone()) return;
-  if (!s) return tell("The range for assumed numbers cannot be computed.", null, { why });
+  if (!s.why) await drawRange(picture, top, s);
+  if (gone()) return;
+  const sure = s.why ? `The range for assumed numbers cannot be computed: ${signed(s.why)}.` : s.together && `How sure: ${s.together}.`;
+  tell(sure, s.met);
+  const list = document.querySelector("#remarks ul") ?? document.getElementById("remarks").appendChild(element("ul"));
+  list.append(...(s.how_sure ?? []).map((textContent) => element("li", { textContent })));
+  const of = varies && (await later("/api/loads"));
+  if (of && !gone()) tell(sure, s.met, of);
+}
+
+async function drawRange(picture, top, s) {
   const line = { mode: "lines", hoverinfo: "skip" }, known = s.how_sure.length > 0;
   const band = known ? [
     { ...line, x: s.speed, y: s.low_arcsec, line: { width: 0 }, showlegend: false },
@@ -70,10 +80,6 @@ async function afterwards(picture, top, drive, mine, tell) {
   picture.data.unshift(...band, ...held);
   picture.layout.yaxis = { ...picture.layout.yaxis, range: [0, Math.max(top, ...(known ? s.high_arcsec.filter(Number.isFinite) : [])) * 1.08] };
   await draw("response", picture);
-  if (gone()) return;
-  tell(known ? `How sure: ${s.together}.` : "", s.met, s.loads);
-  const list = document.querySelector("#remarks ul") ?? document.getElementById("remarks").appendChild(element("ul"));
-  list.append(...s.how_sure.map((textContent) => element("li", { textContent })));
 }
 
 async function response(again) {
@@ -102,13 +108,12 @@ async function response(again) {
   const later = structuredClone(picture), top = Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite)));
   await draw("response", picture);
   const [low, mean, high] = r.load_torques, under = low < high ? (mean ? ` at ${signed(round(mean))} N·m on the load` : " without the load's torque") : "";
-  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, `largest torque in the gear${under}`, "N·m")];
+  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, `largest${under}`, "N·m")];
   const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
   r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
-  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear${under} over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
+  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: "torque in the gear [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear${under} over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
   link(["response", "torque"]);
   pinControls(again);
-  const sure = (value) => (Math.abs(value) >= 10 ** r.digits ? String(Math.round(value)) : round(value, r.digits));
   const said = `Oscillation up to ${sure(r.largest.oscillation_arcsec)} arcsec at ${sure(r.largest.speed)} ${r.speed_unit}${r.beat ? ` (${sure(r.beat.smallest_at_largest_arcsec)} in the smallest turn of a beat of ${round(r.beat.period_s, 3)} s)` : ""}`;
   const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
   const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds none is, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
@@ -131,7 +136,7 @@ async function response(again) {
   };
   tell(...(r.assumed ? ["The range for assumed numbers is being computed.", null] : ["", true]));
   clearTimeout(pause);
-  pause = setTimeout(afterwards, 500, later, top, drive, mine, tell);
+  pause = setTimeout(afterwards, 500, later, top, drive, mine, tell, low < high);
   const need = r.required_motor, steady = need && (need.holding_torque < need.torque ? `, ${sure(need.holding_torque)} N·m of it` : "");
   const motor = need ? `The motor must give ${low < high ? "at least" : "up to"} ${sure(need.torque)} N·m${steady} at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
   return [...(unbounded ? [] : [r.message === "reached both ends" ? "" : r.message, motor]), ...r.remarks];
@@ -156,8 +161,8 @@ async function motion(again) {
   if (!(speed > 0)) throw new Error("the speed is not a positive number");
   const r = await call("/api/motion", { body: { state: asked(), speed }, kind: "view" });
   const [low, high] = r.load_torques;
-  const under = low < high ? `, under ${round(r.load_torque)} N·m on the load` : "";
-  answer(`At ${round(speed)} ${about.speed.unit}${under}, the ${r.error_name} oscillates by ${round(r.oscillation_arcsec)} arcsec about its mean; it lies between ${signed(round(Math.min(...r.error_arcsec)))} and ${signed(round(Math.max(...r.error_arcsec)))} arcsec. The torque in the gear reaches ${round(r.torque)} N·m.`);
+  const under = low < high ? `, under ${signed(round(r.load_torque))} N·m on the load` : "";
+  answer(`At ${round(speed)} ${about.speed.unit}${under}, the ${r.error_name} oscillates by ${sure(r.oscillation_arcsec)} arcsec about its mean; it lies between ${signed(sure(Math.min(...r.error_arcsec)))} and ${signed(sure(Math.max(...r.error_arcsec)))} arcsec. The torque in the gear reaches ${sure(r.torque)} N·m.`);
   await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: r.error_name, line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: `${r.error_name} [arcsec]` } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `The ${r.error_name} over time, ${between(r.error_arcsec, "arcsec")}`, size: "second" });
   const [left, right] = [Math.min(...r.error_arcsec), Math.max(...r.error_arcsec)], margin = 0.05 * (right - left) || 1;
   await draw("phase", { data: [
@@ -190,15 +195,15 @@ async function move() {
   const draw = pictures();
   moveControls();
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
-  const settled = r.settling_time === null ? "Not settled within the run" : `Settled ${r.settling_time === 0 ? "at once" : `in ${round(1e3 * r.settling_time)} ms`} (±${round(r.window_arcsec)} arcsec)`;
+  const settled = `${r.settling_time === null ? "Not settled within the run" : `Settled ${r.settling_time === 0 ? "at once" : `in ${round(1e3 * r.settling_time, 3)} ms`}`} (±${round(r.window_arcsec)} arcsec about its rest, ${signed(sure(r.rest_arcsec))} arcsec off)`;
   const failures = r.failures.map((text) => signed(text) + " ").join(""), above = r.limit_arcsec !== null && r.peak_arcsec > r.limit_arcsec;
-  answer(`${failures}${settled}. During the move of ${round(r.duration)} s the load is off by up to ${round(r.peak_arcsec)} arcsec${above ? `, above the limit of ${round(r.limit_arcsec)} arcsec` : ""}.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes && (above ? null : true) : null);
+  answer(`${failures}${settled}. During the move of ${round(r.duration)} s the load is off by up to ${sure(r.peak_arcsec)} arcsec${above ? `, above the limit of ${round(r.limit_arcsec)} arcsec` : ""}.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes && (above ? null : true) : null);
   const line = (y, name, unit, colour, more) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2, ...more }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` });
-  const over = (y, name, unit, colour, bound, bounds) => [line(y, name, unit, colour), ...(bound ? [1, -1].map((sign) => ({ ...line(r.time.map(() => sign * bound), bounds, unit, ORANGE, { width: 1.5, dash: "dash" }), showlegend: sign > 0 })) : [])];
+  const over = (y, name, unit, colour, bound, bounds, middle = 0, begin = 0) => [line(y, name, unit, colour), ...(bound ? [1, -1].map((sign) => ({ ...line(r.time.map((t) => (t < begin ? null : middle + sign * bound)), bounds, unit, ORANGE, { width: 1.5, dash: "dash" }), showlegend: sign > 0 })) : [])];
   const end = { type: "line", xref: "x", yref: "paper", x0: r.duration, x1: r.duration, y0: 0, y1: 1, line: { color: PINK, width: 1.5, dash: "dot" } };
   const table = { "time [s]": r.time, "reference [deg]": r.reference_deg, "pointing error [arcsec]": r.error_arcsec, "motor torque [N*m]": r.motor_torque, "gear torque [N*m]": r.gear_torque, "motor speed [rpm]": r.motor_speed };
   const x = { title: "time [s]" };
-  await draw("move-error", { data: [...over(r.error_arcsec, "pointing error", "arcsec", BLUE, r.window_arcsec, "window at rest"), ...(r.limit_arcsec === null ? [] : over(r.error_arcsec, "", "", BLUE, r.limit_arcsec, "limit").slice(1).map((one) => ({ ...one, line: { ...one.line, color: GREEN, dash: "dot" } })))], layout: { shapes: [end], xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: `Pointing error over the move, ${between(r.error_arcsec, "arcsec")}` });
+  await draw("move-error", { data: [...over(r.error_arcsec, "pointing error", "arcsec", BLUE, r.window_arcsec, "window at rest", r.rest_arcsec, r.duration), ...(r.limit_arcsec === null ? [] : over(r.error_arcsec, "", "", BLUE, r.limit_arcsec, "limit").slice(1).map((one) => ({ ...one, line: { ...one.line, color: GREEN, dash: "dot" } })))], layout: { shapes: [end], xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: `Pointing error over the move, ${between(r.error_arcsec, "arcsec")}` });
   await draw("move-motor", { data: over(r.motor_torque, "motor torque", "N·m", BLUE, r.most_motor_torque, "largest torque of the motor"), layout: { shapes: [end], xaxis: x, yaxis: { title: "motor torque [N·m]" } }, table, label: `Torque of the motor over the move, ${between(r.motor_torque, "N·m")}`, size: "second" });
   await draw("move-torque", { data: over(r.gear_torque, "gear torque", "N·m", RED), layout: { showlegend: false, xaxis: x, yaxis: { title: "gear torque [N·m]" } }, table, label: `Torque in the gear over the move, ${between(r.gear_torque, "N·m")}`, size: "second" });
   await draw("move-speed", { data: over(r.motor_speed, "motor speed", "rpm", GREEN), layout: { showlegend: false, xaxis: x, yaxis: { title: "motor speed [rpm]" } }, table, label: `Speed of the motor over the move, ${between(r.motor_speed, "rpm")}`, size: "second" });
