@@ -10,15 +10,16 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from ..base.results import Floats
 from ..base.sentences import number
+from ..base.series import largest_size
 from ..base.units import RPM, Speeds
 from ..drive.asked import PEAK, RMS, MotorLimits
 from ..drive.drive_response import DriveResponse
 from ..drive.loop_margin import Bode
 from ..drive.project import Project
-from ..numerics.balance.fourier import synthesis, to_blocks
 from ..study.analysis.analysis import Analysis
 from ..study.analysis.avoid import Avoid, LoadCase
 from ..study.analysis.in_time import RunUp
@@ -31,7 +32,7 @@ HEIGHT = 290.0  # of a panel [px]
 NEAR = 2.0  # times the largest torque: limits up to there are drawn
 FAR = 3.0  # times the largest oscillation of the drive: the band is drawn up to there
 HELD = "motor held, load rigid (the error equation)"
-PARTS, SAMPLES = 5, 128  # of each step, and of the period of the highest harmonic
+PARTS = 5  # of each step
 SHORTEST = 1e-9  # step along the arc, of the curve's extent
 COLOURS, STYLES = (BLUE, ORANGE, BLACK, GREY), ("", DASHES, DOT_DASH, "2 3")  # of several drives
 THIN, THICK = 0.9, 2.0  # of unstable and stable motions
@@ -59,8 +60,7 @@ def fine(response: DriveResponse) -> DriveResponse:
     points[::PARTS] = np.column_stack([curve.omega, table])
     coefficients, envelope, peak = points[:, 1 : waves + 1], points[:, waves + 1 : -1], points[:, -1]
     if curve.envelope is None:
-        series = to_blocks(coefficients.T).T
-        peak = np.max(np.abs(series @ synthesis(series.shape[1] // 2, SAMPLES * (series.shape[1] // 2))), axis=1)
+        peak = largest_size(coefficients)
         peak[::PARTS] = curve.peak
     steps = np.arange(len(points)) // PARTS  # a step is drawn as its first point is
     drawn = replace(
@@ -78,13 +78,13 @@ def _between(points: Floats) -> Floats:
     h, rise = np.diff(place)[:, None], np.diff(points, axis=0)
     slope = rise / h
     # Tangents of the cubic spline: its curvature has no jumps; at the ends those of parabolas through three points.
-    matrix, right = np.eye(len(points)), np.empty_like(points)
-    i = np.arange(1, len(points) - 1)
-    matrix[i, i - 1], matrix[i, i], matrix[i, i + 1] = h[1:, 0], 2.0 * (h[1:, 0] + h[:-1, 0]), h[:-1, 0]
-    right[i] = 3.0 * (h[1:] * slope[:-1] + h[:-1] * slope[1:])
+    bands, right = np.zeros((3, len(points))), np.empty_like(points)
+    bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = h[:-1, 0], 2.0 * (h[1:, 0] + h[:-1, 0]), h[1:, 0]
+    bands[1, [0, -1]] = 1.0
+    right[1:-1] = 3.0 * (h[1:] * slope[:-1] + h[:-1] * slope[1:])
     right[0] = slope[0] - h[0] * (slope[1] - slope[0]) / (h[0] + h[1])
     right[-1] = slope[-1] + h[-1] * (slope[-1] - slope[-2]) / (h[-1] + h[-2])
-    tangents = np.linalg.solve(matrix, right)
+    tangents = solve_banded((1, 1), bands, right)
     s = (np.arange(PARTS) / PARTS)[:, None]
     start, end = (h * tangents[:-1] - rise)[:, None], (h * tangents[1:] - rise)[:, None]
     among = points[:-1, None] + s * (rise[:, None] + (1.0 - s) * (start * (1.0 - s) - end * s))
