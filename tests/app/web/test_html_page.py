@@ -62,6 +62,7 @@ print(positions.map(([found, ...answers]) => {
 }));
 """
 FILES = "print(positions.map((position) => [answer(position), fileOf(data, position[0])]));"
+TOLD = "print(positions.map((position) => told(data, answer(position))));"
 CURVES = """
 print(positions.map((found) => [allowed(found), told(data, { ...found, top: 0, harmonics: 9, tail: 0, count: 9 })]));
 """
@@ -415,6 +416,16 @@ def test_an_axis_of_a_narrow_picture_has_its_numbers(ends, tmp_path):
         numbers = [float(text) for text in re.findall(r'anchor="middle">([\d.]+)</text>', picture)]
         assert 2 <= len(numbers) <= 8
         assert all(ends[0] <= number <= ends[1] for number in numbers)
+
+
+@NODE
+@pytest.mark.parametrize(("mean", "said"), [("", True), ("  load_torque: {mean: -4 N*m}\n", False)])
+def test_motions_within_a_gap_say_that_any_mean_is_in_balance(mean, said, tmp_path):
+    text = HELD.replace("LAW", LAWS["hardening"]).replace("  load_torque: {mean: -4 N*m}\n", mean)
+    project = from_text(text + "backlash: {half_gap: 60 arcsec}\n", tmp_path / "project.yaml")
+    data, own = html.data_of(project)
+    (words,) = of_page(data, own, [[[one["value"] for one in data["sliders"]]]], asked=TOLD)
+    assert (data["facts"]["floats"] in words) == said
 
 
 @NODE

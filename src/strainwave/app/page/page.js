@@ -31,6 +31,9 @@ function ranges({ scale, digits }, bands, [from, to]) {
 /** Whether a motion decays after a disturbance, and whether motions do between two points of a curve. */
 const decays = (row) => row[3] < DECAYS, decay = (...two) => two.some(decays) && two.every((row) => decays(row) || row[5] === FOLD);
 
+/** Whether a motion neither decays nor grows, apart from a fold: nothing holds its mean in a gap. */
+const floats = (row) => row[5] !== FOLD && Math.abs(row[3] - 1) < 1 - DECAYS;
+
 /** Speeds of a range outside bands of it. */
 function outside({ low, high }, bands) {
   const gaps = [];
@@ -63,6 +66,7 @@ function told(data, found) {
   else if (data.limited) { say("above", found.bands, OUTWARD); say("allowed", allowed(found), INWARD); }
   say("none_stable", unstable, OUTWARD);
   if (!found.rows.every(decays)) texts.push(facts.unstable);
+  if (found.rows.filter(floats).length > 2) texts.push(facts.floats);
   if (found.others) texts.push(facts.others);
   if (found.tail > 1e-3) texts.push(facts.tail);
   if (data.gravity) texts.push(facts.gravity);

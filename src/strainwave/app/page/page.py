@@ -52,6 +52,7 @@ FACTS = (
     Fact("none_above", None, "the oscillation stays within the limit"),
     Fact("none_stable", None, "speeds at which no motion of the curve is stable: {}"),
     Fact("unstable", None, "dashed motions are unstable: the drive leaves them"),
+    Fact("floats", None, "at some speeds the gear carries nothing in its gap and any mean is in balance: one is drawn"),
     Fact("others", None, "there is another motion at an end of the range: `strainwave analyze` follows it"),
     Fact("gravity", None, "without the torque that follows the load's own angle, as gravity does"),
     Fact("held", None, "dotted is the drive with its motor ideally held and its load rigid: largest oscillation {}"),
