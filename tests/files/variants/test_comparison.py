@@ -1,17 +1,22 @@
 """A comparison has the numbers of the analysis of each drive: all torques of its load, gravity among them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from assumed_axis import axis
 from click.testing import CliRunner
 from one_joint import JOINT
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.app.report.report import comparison_page
+from strainwave.base.facts import data, lines
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
+from strainwave.files.variants.comparison import _compared
 
 PLAIN = JOINT.replace("title: joint", "title: plain").replace("hysteresis:", "#").replace("limit:", "# ")
 
@@ -56,3 +61,19 @@ def test_the_torque_of_a_comparison_is_at_least_that_of_gravity():
     assert found.keep_out_of(0).endswith("rpm")
     low, high = project.speeds.limits
     assert all(low / RPM <= float(band.split(" to ")[0]) <= high / RPM for band in found.keep_out_of(0).split(", "))
+
+
+@pytest.mark.slow
+def test_a_drive_without_a_stable_motion_has_no_size_of_the_error_equation():
+    found = axis().analyze(advice=False)
+    compared = _compared([axis(), axis()], [replace(found, train=replace(found.train, curve=None)), found])
+    lost, known = data(compared.facts())["drives"]
+    sizes = ("oscillation_arcsec", "speed_rpm", "load_torque_N_m", "torque_N_m", "folds")
+    assert [lost[key] for key in sizes] == [None] * 5
+    assert known["oscillation_arcsec"] == pytest.approx(found.largest_oscillation().peak / ARCSEC)
+    told = list(lines(compared.facts()))
+    assert told[-1].startswith("  axis (CSG-40-50): no steady motion of the whole drive is stable; ")
+    assert [compared.curve_title(i) for i in (0, 1)] == ["axis (error equation alone)", "axis"]
+    passing = int(found.largest_oscillation().peak <= axis().limit)
+    said = f"is that of drive 2: axis. No steady motion is stable of drive 1: axis. {passing} of 2 drives"
+    assert said in comparison_page([lost, known], "")

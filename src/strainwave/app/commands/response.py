@@ -234,7 +234,9 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
         found, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
         progress.show("writing", 0.95)
         rows = data(found.facts())["drives"]
-        panels = comparison_panels(found.titles, found.responses, [d.limit for d in drives], drives[0].speeds)
+        panels = comparison_panels(
+            [*map(found.curve_title, range(len(drives)))], found.responses, [d.limit for d in drives], drives[0].speeds
+        )
         figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
         table = as_csv(list(rows[0]), [row.values() for row in rows])
         write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(rows, figure)})

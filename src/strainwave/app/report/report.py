@@ -3,6 +3,7 @@
 The page of a comparison: one table and one figure of several drives, in a file that needs nothing else.
 """
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from html import escape
@@ -13,16 +14,17 @@ from urllib.parse import quote
 from ... import __version__
 from ...base.arguments import silent
 from ...base.results import SolveError
-from ...base.sentences import Angle, Speed
+from ...base.sentences import Angle, Speed, listed
 from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
+from ...files.variants.comparison import ALONE
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
 from ..console import WHAT_X_IS, number, percent, to_json
 from ..output import staged
 from ..page.page import page_of
-from ..view import View
+from ..view import View, equation_alone
 from . import curve_files
 from .section import Part, Section, asked, sections_of
 from .sections import SECTIONS
@@ -127,7 +129,7 @@ def write_view(
         for name, appendix in PAGES.items():
             (folder / name).write_text(page(view, parts, appendix, computing, refusal), encoding="utf-8")
     lines = [f"  {line}" for line in [*(line for part in parts for line in part.lines), *filter(None, [refusal])]]
-    return Report(results, "\n".join([view.project.title, *lines, f"  {WHAT_X_IS}"]), view)
+    return Report(results, "\n".join([view.project.title, *lines]), view)
 
 
 def _computing(project: Project) -> tuple[str, str]:
@@ -208,7 +210,7 @@ def _filters(view: View) -> dict[str, Callable[..., Any]]:
 def comparison_page(rows: Sequence[dict[str, Any]], figure: str) -> str:
     """Write the HTML page of rows of `strainwave compare` and its figure (SVG), the smallest oscillation first."""
     numbered = [row | {"title": f"{i}: {row['title']}"} for i, row in enumerate(rows, 1)]  # as the figure has them
-    ordered = sorted(numbered, key=lambda row: row["oscillation_arcsec"])
+    ordered = sorted(numbered, key=lambda row: math.inf if _lost(row) else row["oscillation_arcsec"])
     head = "".join(f"<th{'' if key in TEXTS else ' class=n'}>{escape(name)}</th>" for key, name in COLUMNS)
     body = "\n".join(_row(row) for row in ordered)
     return _page(len(rows), summary(ordered), head, body, figure, NOTE)
@@ -225,7 +227,8 @@ def verdicts_page(reports: dict[str, Report]) -> str:
     views = [report.view for report in reports.values()]
     passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
     panels = comparison_panels(
-        [view.project.title for view in views], [view.analysis.loudest for view in views],
+        [view.project.title + f" ({ALONE})" * bool(equation_alone(view)) for view in views],
+        [view.analysis.loudest for view in views],
         [view.project.limit for view in views], views[0].speeds,
     )  # fmt: skip
     figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
@@ -273,8 +276,10 @@ def _page(count: int, sentence: str, head: str, body: str, figure: str, note: st
 
 def summary(ordered: Sequence[dict[str, Any]]) -> str:
     """Sentences on the drive with the smallest oscillation, and on the number of drives within their limits."""
-    best = ordered[0]
+    best, lost = ordered[0], [f"drive {row['title']}" for row in ordered if _lost(row)]
     text = f"The smallest oscillation, {number(best['oscillation_arcsec'])} arcsec, is that of drive {best['title']}."
+    if lost:
+        text = f"{'' if _lost(best) else text} No steady motion is stable of {listed(lost)}.".strip()
     limited = [row for row in ordered if row["limit_arcsec"] is not None]
     if limited:
         passing = sum(not _over(row) for row in limited)
@@ -283,7 +288,12 @@ def summary(ordered: Sequence[dict[str, Any]]) -> str:
 
 
 def _over(row: dict[str, Any]) -> bool:
-    return row["limit_arcsec"] is not None and row["oscillation_arcsec"] > row["limit_arcsec"]
+    return _lost(row) or (row["limit_arcsec"] is not None and row["oscillation_arcsec"] > row["limit_arcsec"])
+
+
+def _lost(row: dict[str, Any]) -> bool:
+    """Whether no steady motion of a drive is stable."""
+    return row["oscillation_arcsec"] is None
 
 
 def _row(row: dict[str, Any]) -> str:

@@ -15,11 +15,13 @@ from ...base.sentences import number
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
+from ...drive.train_curve import unfollowed
 from ...model.gears.limits import gravest
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.verdict import Verdict
 
 MOST = 20
+ALONE = "error equation alone"
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,8 @@ class ProjectComparison(Result):
         Factor from rad/s of the base angle to the unit of its speeds, and that unit.
     oscillation, speed, load : (n,) arrays
         Largest oscillation of the error [rad] in a slow run-up or run-down under any torque of the load, the speed of
-        the base angle [rad/s] and the mean torque on the load [N*m] there.
+        the base angle [rad/s] and the mean torque on the load [N*m] there; nan where no steady motion of the whole
+        drive is stable, and so are `torque` and `jumps`. The response is then that of the error equation alone.
     lowest_load, highest_load : (n,) arrays
         Torques of the load [N*m], gravity among them.
     torque : (n,) array
@@ -97,11 +100,16 @@ class ProjectComparison(Result):
         }  # fmt: skip
         return {name: ("drive", getattr(self, name), unit) for name, unit in units.items()}
 
+    def curve_title(self, i: int) -> str:
+        """Title of a drive's response, which says where that is the one of the error equation alone."""
+        i = index("i", i, len(self.titles), "drives")
+        return self.titles[i] + f" ({ALONE})" * bool(np.isnan(self.oscillation[i]))
+
     def beat(self, i: int) -> float | None:
         """Period [s] of the beat of a drive at its largest oscillation; None where its motions do not beat."""
         i = index("i", i, len(self.titles), "drives")
         turns = self.responses[i].curve.beat
-        return None if turns is None else 2.0 * np.pi * turns / float(self.speed[i])
+        return None if turns is None or np.isnan(self.speed[i]) else 2.0 * np.pi * turns / float(self.speed[i])
 
     def _failures(self, i: int) -> str:
         return self.failures[i] if self.failures else ""  # results saved before have none
@@ -110,6 +118,7 @@ class ProjectComparison(Result):
         """What is compared of a drive."""
         i = index("i", i, len(self.titles), "drives")
         numbers = {name: None if np.isnan(own[i]) else float(own[i]) for name, (_, own, _) in self.variables().items()}
+        jumps = numbers["jumps"]
         return (
             Fact("file", self.files[i] if self.files else None),
             Fact("title", self.titles[i]), Fact("gear", self.gears[i]),
@@ -120,7 +129,7 @@ class ProjectComparison(Result):
             Fact("keep_out_of", self.keep_out_of(i) or "none"), Fact("torque_N_m", numbers["torque"]),
             Fact("omega_0_rad_per_s", numbers["omega_0"]), Fact("damping_ratio", numbers["damping_ratio"]),
             Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"]),
-            Fact("load_inertia_kg_m2", numbers["load_inertia"]), Fact("folds", int(self.jumps[i])),
+            Fact("load_inertia_kg_m2", numbers["load_inertia"]), Fact("folds", None if jumps is None else int(jumps)),
             Fact("limit_arcsec", numbers["limit"]), Fact("failures", self._failures(i)),
         )  # fmt: skip
 
@@ -139,12 +148,15 @@ class ProjectComparison(Result):
         (scale, unit), period = self.scales[i], self.beat(i)
         shaft = "at the motor" if unit == "rpm" else "of the forcing"
         beating = "" if period is None else f", in a beat of {number(period, 3)} s,"
-        yield (
-            f"{self.titles[i]} ({self.gears[i]}): {number(self.oscillation[i] / ARCSEC)} arcsec{limit} at "
+        known = (
+            f"{number(self.oscillation[i] / ARCSEC)} arcsec{limit} at "
             f"{number(self.speed[i] * scale, 5)} {unit} {shaft}{beating} with {number(self.load[i])} N·m on the load, "
             f"largest torque in the gear {number(self.torque[i])} N·m, ω₀ {number(self.omega_0[i])} rad/s, "
-            f"{int(self.jumps[i])} folds; {self.verdicts[i].answer}; keep out of: {self.keep_out_of(i) or 'none'}"
+            f"{self.jumps[i]:g} folds"
         )
+        said = "no steady motion of the whole drive is stable" if np.isnan(self.oscillation[i]) else known
+        out = self.keep_out_of(i) or "none"
+        yield f"{self.titles[i]} ({self.gears[i]}): {said}; {self.verdicts[i].answer}; keep out of: {out}"
         yield from [f"  {self._failures(i)}"] if self._failures(i) else []
 
 
@@ -198,6 +210,11 @@ def _compared(projects: list[Project], analyses: list[Analysis]) -> ProjectCompa
     responses = tuple(analysis.loudest for analysis in analyses)
     mean = [p.mean_load_torque for p in projects]
 
+    lost = [unfollowed(project.train, one.train_curve) for project, one in zip(projects, analyses, strict=True)]
+
+    def known(values: Sequence[float]) -> Floats:
+        return np.where(lost, np.nan, np.array(values, float))
+
     def column(quantity: Callable[[Project], Any]) -> Floats:
         return np.array([np.nan if (value := quantity(p)) is None else value for p in projects], float)
 
@@ -207,17 +224,17 @@ def _compared(projects: list[Project], analyses: list[Analysis]) -> ProjectCompa
         responses,
         tuple(analysis.verdict for analysis in analyses),
         tuple((p.speeds.scale, p.speeds.unit) for p in projects),
-        np.array([top.peak for top in tops]),
-        np.array([top.omega for top in tops]),
-        np.array([torque if top.torque is None else top.torque for top, torque in zip(tops, mean, strict=True)]),
+        known([top.peak for top in tops]),
+        known([top.omega for top in tops]),
+        known([torque if top.torque is None else top.torque for top, torque in zip(tops, mean, strict=True)]),
         column(lambda p: p.load_torques[0]),
         column(lambda p: p.load_torques[1]),
-        np.array([analysis.usage.peak_torque for analysis in analyses]),
+        known([analysis.usage.peak_torque for analysis in analyses]),
         column(lambda p: p.omega_0),
         column(lambda p: p.damping_ratio),
         column(lambda p: p.drive.N**2 * p.drive.J_m),
         column(lambda p: p.drive.J_l),
-        np.array([_folds(response) for response in responses], float),
+        known([_folds(response) for response in responses]),
         column(lambda p: p.limit),
         tuple(" ".join(limit.sentence for limit in gravest(analysis.limits) if limit.fails) for analysis in analyses),
         tuple(p.path.name for p in projects),
