@@ -266,9 +266,4 @@ def test_tables_have_no_more_digits_than_what_they_rest_on():
 
 @pytest.mark.parametrize(("angle", "said"), [(0.0, ", at a load angle of 0"), (None, "")])
 def test_the_modes_of_a_train_are_told_with_the_load_angle_that_they_belong_to(angle, said):
-    train = {"parts": "two", "curve": {"all_stable": True}, "modes": [{"hertz": 12.0, "damping_ratio": 0.05}]}
-    train["operating_point"] = {"load_angle_rad": angle}  # None where no torque follows it
-    assert WholeTrain().lines(None, {"train": train, "reduction": None}) == [
-        "whole drive train: two",
-        f"its modes at the operating point{said} (damping ratio): 12 Hz (5 %)",
-    ]
+    assert WholeTrain().angle({"operating_point": {"load_angle_rad": angle}}) == said  # None where no torque follows it

@@ -297,9 +297,9 @@ def _motor(view: View) -> str:
         fastest = view.speeds.given[-1] / RPM
         said += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
     if motor.run_up is not None and study is not None and study.ramp is not None:
-        text = f" The run-up of {number(study.ramp.duration, 3)} s takes up to {number(motor.run_up)} N·m with its "
+        text = f" The run-up of {number(study.ramp.duration, 3)} s takes up to {number(motor.run_up, digits)} N·m with "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
-        said += text + "acceleration" + (": run up more slowly." if slower else ".")
+        said += text + "its acceleration" + (": run up more slowly." if slower else ".")
     told = [f.sentence for f in view.analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
     said += "".join(" " + sentence.replace("*", "·") for sentence in told)
     return said if limits else said + " The project file gives no limits of the motor."

@@ -226,7 +226,8 @@ def _counts(group: str, name: str) -> bool:
 
 def _times(text: str, factor: float) -> str:
     value, unit = quantity(text)
-    return f"{factor * (value or 0.0):.6g} {unit}".rstrip()
+    found = (value or 0.0) if factor == 1.0 else float(f"{factor * (value or 0.0):.4g}")  # computed as it is printed
+    return f"{found:.6g} {unit}".rstrip()
 
 
 def _stretches(response: DriveResponse, omega: Floats) -> Iterable[tuple[Any, Any]]:

@@ -40,9 +40,13 @@ class SpeedsToAvoid:
         return list(filter(None, [remedies_figure(view)])) if view.analysis.avoid is not None else []
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
-        """The advice in sentences."""
+        """The advice in sentences, of the remedies the best; the report has all."""
         advice = data["advice"] or {}
-        return [advice[key] for key in ("sentence", "about", "nominal", "remedy_sentence") if advice.get(key)]
+        best, *more = advice.get("remedy_sentence", "").split("; ")
+        return [
+            *(advice[key] for key in ("sentence", "about") if advice.get(key)),
+            *filter(None, [best + "." * bool(more)]),
+        ]
 
 
 def _advice(view: View, avoid: Avoid) -> dict[str, Any]:

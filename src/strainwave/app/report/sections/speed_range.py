@@ -30,14 +30,16 @@ class SpeedRange:
         return [stacked([panel], drive.HEIGHT, f"{panel.y.name} against speed") for panel in more]
 
     def sentences(self, view: View) -> list[str]:
-        """What assumed numbers leave open, and jumps of a slow run-up and run-down."""
-        open_ends = [said[:1].upper() + said[1:] for said in view.project.sureness.sentences(view.project.limit)]
-        sure = [f"How sure: {'. '.join(open_ends)}."] if open_ends else []
-        return [*sure, *sweep_sentences(view.analysis.response), _others(view)]
+        """Jumps of a slow run-up and run-down, and what was looked for beside the curve."""
+        return [*sweep_sentences(view.analysis.response), _others(view)]
+
+    def open_ends(self, view: View) -> list[str]:
+        """What assumed numbers leave open, each and together."""
+        return [said[:1].upper() + said[1:] for said in view.project.sureness.sentences(view.project.limit)]
 
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
         """Jumps of a slow run-up and run-down."""
-        return sweep_sentences(view.analysis.response)
+        return [said for said in sweep_sentences(view.analysis.response) if not said.endswith("does not jump.")]
 
 
 def figure_said(view: View) -> list[str]:

@@ -102,10 +102,10 @@ class Stability:
         return {"stability": said | {"region": str(proof.region or "none")}}
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
-        """The proof in a line: its claim, or the reason without one."""
-        proof, of = data["stability"], "" if view.analysis.train_curve is None else " of the error equation"
+        """The proof in a line: its claim, or the reason without one; of the drive alone, not of its error equation."""
+        proof = data["stability"]
         claim = f"no proof: {proof['obstacle']}" if proof["scope"] == "none" else f"{proof['scope']}; {proof['claim']}"
-        return [f"stability{of}: {claim}"]
+        return [f"stability: {claim}"] if view.analysis.train_curve is None else []
 
 
 class Provenance:

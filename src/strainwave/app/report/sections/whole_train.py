@@ -58,18 +58,12 @@ class WholeTrain:
         return "" if at is None else f", at a load angle of {number(at)}"
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
-        """What the train is made of, its modes, and how far the error equation is from it."""
+        """Whether a part of its curve is unstable, and how far the error equation is from it."""
         train, reduced = data["train"], data["reduction"]
         if train is None or train["curve"] is None:
             return []
-        damped = [f"{number(m['hertz'], 3)} Hz ({percent(m['damping_ratio'], 2)})" for m in train["modes"]]
-        said = [
-            f"whole drive train: {train['parts']}",
-            f"its modes at the operating point{self.angle(train)} (damping ratio): {', '.join(damped) or 'none'}",
-        ]
-        if not train["curve"]["all_stable"]:
-            said.append("part of its curve is unstable")
-        return [*said, reduced["sentence"]] if reduced else said
+        unstable = [] if train["curve"]["all_stable"] else ["part of its curve is unstable"]
+        return [*unstable, reduced["sentence"]] if reduced else unstable
 
 
 class RunUpOfTrain:
