@@ -139,6 +139,9 @@ def test_the_band_of_assumed_numbers_comes_after_a_pause_and_a_change_ends_it(pa
     assert "motor held" not in page.evaluate(
         "() => document.getElementById('plot-response').data.map((one) => one.name)"
     )
+    axis = "() => document.getElementById('plot-response')._fullLayout.yaxis.range"
+    assert page.evaluate(axis)[0] == 0.0
+    assert page.evaluate(axis)[1] > largest(page)
     page.wait_for_function(SURE)
 
 

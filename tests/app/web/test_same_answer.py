@@ -159,7 +159,7 @@ def test_the_range_for_assumed_numbers_comes_before_the_speeds_under_all_loads(p
     page.locator("#part-gravity").click()
     page.wait_for_function(SURE)
     said(page, "its torques from −44 to 44 N·m follow.")
-    assert "range for assumed numbers over 3 loads" in page.evaluate(NAMES, "response")
+    assert "range for assumed numbers<br>over 3 loads" in page.evaluate(NAMES, "response")
     while not held:
         page.wait_for_timeout(50)
     held.pop().continue_()

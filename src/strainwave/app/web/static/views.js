@@ -74,11 +74,11 @@ async function drawRange(picture, top, s) {
   const line = { mode: "lines", hoverinfo: "skip" }, known = s.how_sure.length > 0;
   const band = known ? [
     { ...line, x: s.speed, y: s.low_arcsec, line: { width: 0 }, showlegend: false },
-    { ...line, x: s.speed, y: s.high_arcsec, line: { width: 0 }, fill: "tonexty", fillcolor: BLUE + "33", name: `range for assumed numbers${s.load ?? ""}` },
+    { ...line, x: s.speed, y: s.high_arcsec, line: { width: 0 }, fill: "tonexty", fillcolor: BLUE + "33", name: `range for assumed numbers${(s.load ?? "").replace(" ", "<br>")}` },
   ] : [];
   const held = s.held ? [{ ...line, x: s.held.speed, y: s.held.oscillation_arcsec, line: { color: COLOURS[6], width: 1, dash: "dashdot" }, name: "motor held" }] : [];
   picture.data.unshift(...band, ...held);
-  picture.layout.yaxis = { ...picture.layout.yaxis, range: [0, Math.max(top, ...(known ? s.high_arcsec.filter(Number.isFinite) : [])) * 1.08] };
+  picture.layout.yaxis = { ...picture.layout.yaxis, autorange: false, range: [0, Math.max(top, ...(known ? s.high_arcsec.filter(Number.isFinite) : [])) * 1.08] };
   await draw("response", picture);
 }
 
