@@ -3,6 +3,7 @@
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from assumed_axis import axis
 
@@ -12,7 +13,7 @@ from strainwave.app.report.sections.advice import SpeedsToAvoid
 from strainwave.app.report.sections.derived import facts
 from strainwave.app.report.sections.opening import Opening, warnings
 from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
-from strainwave.app.report.sections.trust import Stability
+from strainwave.app.report.sections.trust import Stability, certificates
 from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.report.verdict import _worst
 from strainwave.app.view import AngleUnit, View
@@ -159,6 +160,26 @@ def test_no_proof_of_stability_is_told_with_its_reason():
     assert section.lines(shown, section.data(shown)) == [
         "stability: no proof: the law of the gear has friction or memory"
     ]
+
+
+def test_the_certificate_of_a_train_is_that_of_its_own_curve_beside_that_of_the_error_equation():
+    own, reduced = (
+        SimpleNamespace(curve=SimpleNamespace(coefficients=np.zeros((1, 2 * h + 1)), tail=tail, waves=None))
+        for h, tail in ((16, 1e-4), (15, 2e-3))
+    )
+    more = {"beat": None, "regimes": (), "run_up": SimpleNamespace(difference=lambda: 3e-3)}
+    for curve, names in (
+        (
+            own,
+            ["response curve, 16", "response curve of the error equation, 15", "response curve of the error equation"],
+        ),
+        (None, ["response curve, 15", "response curve"]),
+    ):
+        analysis = SimpleNamespace(train_curve=curve, response=curve or reduced, exact=reduced, **more)
+        rows = certificates(view(analysis))
+        assert [row["what"].removesuffix(" harmonics") for row in rows] == names
+        sizes = [1e-4] * (curve is own) + [2e-3, 3e-3]
+        assert [row["relative_difference"] for row in rows] == sizes
 
 
 def test_jumps_are_told_of_the_computed_curve_first():

@@ -61,19 +61,23 @@ def assumptions(view: View) -> list[str]:
 
 def certificates(view: View) -> list[dict[str, Any]]:
     """A row for each method: its result, its reference, and the relative difference."""
-    exact, rows = view.analysis.exact, []
-    how = f"{exact.curve.coefficients.shape[1] // 2} harmonics"
-    reference = "share of the motion in the harmonics that are left out"
-    if (waves := exact.curve.waves) is not None:
-        how, reference = f"{len(waves.pairs) - 1} waves", "share of the motion in each wave that is left out, at most"
-    rows.append(_row(f"response curve, {how}", reference, exact.curve.tail))
+    of, rows = "" if view.analysis.train_curve is None else " of the error equation", []
+    for name, found in {"": view.analysis.response, of: view.analysis.exact}.items():
+        how = f"{found.curve.coefficients.shape[1] // 2} harmonics"
+        reference = "share of the motion in the harmonics that are left out"
+        if (waves := found.curve.waves) is not None:
+            how, reference = (
+                f"{len(waves.pairs) - 1} waves",
+                "share of the motion in each wave that is left out, at most",
+            )
+        rows.append(_row(f"response curve{name}, {how}", reference, found.curve.tail))
     if (beat := view.analysis.beat) is not None and beat.difference is not None:
         reference = "largest |error - mean| of each turn by integration, at the largest oscillation"
         rows.append(_row("motion that beats", reference, beat.difference))
     difference = view.analysis.run_up.difference()
     if difference is not None:
         reference = "largest |x| of motions by integration, up and down through the range"
-        rows.append(_row("response curve", reference, difference))
+        rows.append(_row(f"response curve{of}", reference, difference))
     for regime in view.analysis.regimes:
         certificate = regime.at_peak or regime.certificate
         if certificate is None or not regime.inside:
