@@ -183,6 +183,7 @@ def test_names_of_the_file_are_paths_of_the_train(name, path, tmp_path):
         ({}, {"load_angle": np.zeros(7)}, None, "motor_angle has 2000 samples and load_angle 7"),
         ({}, {"load_angle": np.full(2000, np.nan)}, None, "no two samples in common"),
         ({}, {"load_angle": lambda: 0.5 * measured()["load_angle"]}, None, "no gear of ratio 100"),
+        ({}, {"load_angle": lambda: 1.25 * measured()["load_angle"]}, None, "no gear of ratio 100; take the gear of"),
         ({}, {}, ("motor.inertia",), "'motor.inertia' is no number that the angles of motor and load tell; those are"),
         ({}, {}, ("gear.K9",), "'gear.K9' is no number"),
         ({}, {}, (), "free"),

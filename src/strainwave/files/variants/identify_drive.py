@@ -41,7 +41,7 @@ HALVINGS = 60
 
 Range = tuple[float, float]
 
-LARGEST = 0.5  # of the load's turn, and
+LARGEST = 0.1  # of the load's turn, and
 NO_MORE = 0.02  # rad: what a gear may twist
 
 
@@ -68,7 +68,7 @@ def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
     if twisted > max(LARGEST * turned, NO_MORE):
         raise ValueError(
             f"log: motor_angle turns {np.ptp(motor[finite]):.4g} rad and load_angle {turned:.4g} rad, which is no gear "
-            f"of ratio {N:g}; give both on their own shafts"
+            f"of ratio {N:g}; take the gear of the log, or give both angles on their own shafts"
         )
     return {**channels, "torsion": torsion}
 
