@@ -36,14 +36,15 @@ from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import Trace, ending
 from ..numerics.labels import FOLD
 from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests, with_crossings
+from ..numerics.torus.growth import growth
 from ..numerics.torus.motion import (
     along_turns,
-    growth,
     largest_in_turns,
     largest_oscillations,
     largest_sizes,
     pointing,
     smallest_in_turns,
+    smallest_oscillations,
     states_at,
 )
 from ..numerics.torus.problem import Torus
@@ -104,6 +105,8 @@ class TwoTurnCurve:
         Waves (j, k) of the angle j theta + k theta/N, (0, 0) first.
     waves : (n, P + 1) array of complex
         Their complex amplitudes [rad] in the pointing error, of which the motion is the real part.
+    largest : (n,) array
+        Largest oscillation [rad] over a turn of the motor that begins at any angle.
     folds : tuple of float
         Speeds [rad/s] where the curve turns.
     ratio : float
@@ -119,6 +122,7 @@ class TwoTurnCurve:
     omega: Floats
     pairs: NDArray[np.int64]
     waves: Any
+    largest: Floats
     folds: tuple[float, ...]
     ratio: float
     beats: int
@@ -153,14 +157,9 @@ class TwoTurnCurve:
         return np.stack([f(self.waves, self.pairs, self.ratio) for f in (largest_in_turns, smallest_in_turns)], axis=2)
 
     @cached_property
-    def largest(self) -> Floats:
-        """Largest oscillation (n,) [rad] over a turn of the motor that begins at any angle."""
-        return largest_oscillations(self.waves, self.pairs, self.ratio)
-
-    @cached_property
     def smallest(self) -> Floats:
         """Smallest oscillation (n,) [rad] over a turn of the motor that begins at any angle."""
-        return np.asarray(smallest_in_turns(self.waves, self.pairs, self.ratio).min(axis=1))
+        return smallest_oscillations(self.waves, self.pairs, self.ratio)
 
     def amplitude(self, j: int, k: int) -> Floats:
         """Amplitude (n,) [rad] of a wave in the pointing error; 0 of one that it has not."""
@@ -229,7 +228,8 @@ def two_turn_motion(system: System, omega: float, *, ratio: float | None = None,
     guess = None if start is None else (start.problem, start.points[0])
     _refuse_falling(system, driven, omega)
     problem, point = at_speed(driven, omega, MOTION, guess)
-    return _described(driven, flow, problem, point[None], (), (Status.OK, Status.OK.value))
+    size = _sizes(problem, point[None])
+    return _described(driven, flow, problem, point[None], size, (), (Status.OK, Status.OK.value))
 
 
 @one_thread
@@ -243,12 +243,12 @@ def two_turn_response(
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
     problem, found, whole = _followed(system, driven, low, high)
-    points, _ = with_crests(problem, found.points, partial(_sizes, problem))
+    points, sizes = with_crests(problem, found.points, partial(_sizes, problem))
     if limit is not None and limit < math.inf:
-        points = with_crossings(problem, points, partial(_sizes, problem), limit)
+        points, sizes = with_crossings(problem, points, sizes, partial(_sizes, problem), limit)
     folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
     lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
-    return _described(driven, flow, problem, points, folds, how if whole or not how[0] else lacking_waves)
+    return _described(driven, flow, problem, points, sizes, folds, how if whole or not how[0] else lacking_waves)
 
 
 def _followed(system: System, driven: TwoTurns, low: float, high: float) -> tuple[Torus, Trace, bool]:
@@ -330,12 +330,13 @@ def _sizes(problem: Torus, points: Floats) -> Floats:
 
 
 def _described(
-    driven: TwoTurns, flow: Any, problem: Torus, points: Floats, folds: tuple[float, ...], how: tuple[Status, str]
+    driven: TwoTurns, flow: Any, problem: Torus, points: Floats, sizes: Floats, folds: tuple[float, ...],
+    how: tuple[Status, str],
 ) -> TwoTurnCurve:  # fmt: skip
     waves = pointing(problem, points)
     count = math.gcd(*(k for _, k in driven.pairs)) or 1
     return TwoTurnCurve(
-        points[:, -1], problem.pairs, waves, folds, driven.ratio, count, *how, problem, points, flow
+        points[:, -1], problem.pairs, waves, sizes, folds, driven.ratio, count, *how, problem, points, flow
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from ..balance.linear_algebra import factor, substitute
 from ..continuation.arc_length import ROW, SCALE, Z, buffers_for, correct
 from ..continuation.trace import Trace, state_from, trace
 from ..labels import STEP
-from .problem import Torus, linear_waves, torus
+from .problem import Motion, Torus, linear_waves, torus
 
 ROUNDS, MOST, ALONG = 40, 800, 450  # of taking waves in, and waves at most: of a motion, and of a curve
 COARSEST = 1e-7  # share of the whole in a wave that a motion of too many waves leaves out
@@ -78,30 +78,41 @@ def newton(problem: Torus, z: Floats) -> Floats | None:
     return None
 
 
-def missing(problem: Torus, z: Floats, aim: float) -> set[tuple[int, int]]:
-    """Waves beside those of a problem that its torques at a point would move by more than a share of the whole."""
-    motion, blocks = problem.latest(z)[0], problem.blocks(z)
+def missing(problem: Torus, points: Floats, aim: float) -> dict[tuple[int, int], Any]:
+    """Waves beside those of a problem that its torques at points (n, ...) would move by more than a share of the whole.
+
+    With the complex amplitudes (n, coordinates) that they would have.
+    """
+    motion, blocks = problem.moved(points), problem.blocks(points)
     rows, columns = problem.shape
-    spectrum = np.fft.fft2(motion.torque.reshape(-1, rows, columns)) * (2.0 / (rows * columns))
-    spectrum.reshape(len(spectrum), -1)[:, np.concatenate([problem.plus[0], problem.minus[0]])] = 0.0
-    top = np.max(np.abs(motion.torque), axis=1)[:, None, None] + 1e-300
-    fast, slow = np.nonzero(np.any(np.abs(spectrum) > SMALL * aim * top, axis=0)[: rows // 2 + 1])
+    spectrum = np.fft.fft2(motion.torque.reshape(*motion.torque.shape[:-1], *problem.shape)) * (2.0 / (rows * columns))
+    spectrum.reshape(*motion.torque.shape)[..., np.concatenate([problem.plus[0], problem.minus[0]])] = 0.0
+    top = np.max(np.abs(motion.torque), axis=-1)[..., None, None] + 1e-300
+    fast, slow = np.nonzero(np.any(np.abs(spectrum) > SMALL * aim * top, axis=(0, 1))[: rows // 2 + 1])
     cells = np.column_stack([fast, np.where(slow > columns // 2, slow - columns, slow)])
     cells = cells[(cells[:, 0] > 0) | (cells[:, 1] > 0)]
     if not len(cells):
-        return set()
+        return {}
     pairs = cells @ problem.basis
-    orders = pairs @ np.array([1.0, 1.0 / problem.ratio])
-    driven = np.zeros((len(pairs), len(problem.part.inertia)))
-    stiff = linear_waves(problem.part, problem.linear.retained, orders, driven).stiffness(float(z[-1]))[0][..., :-1]
+    torques = np.moveaxis(spectrum[..., cells[:, 0], cells[:, 1]], 0, -1)
+    moved = answers(problem, motion, points, pairs @ np.array([1.0, 1.0 / problem.ratio]), torques)
+    sizes = np.linalg.norm(blocks[..., 1:], axis=-1).T
+    share = np.abs(moved) / np.maximum(sizes, 1e-6 * sizes.max(axis=1, keepdims=True) + 1e-300)[:, None]
+    counted = np.flatnonzero(share.max(axis=(0, 2)) > aim)
+    waves = {tuple(pairs[i].tolist()): -moved[:, i] for i in counted.tolist()}
+    return {upper(*pair): wave if pair == upper(*pair) else wave.conj() for pair, wave in waves.items()}
+
+
+def answers(problem: Torus, motion: Motion, points: Floats, orders: Floats, torques: Any) -> Any:
+    """Amplitudes (n, P, coordinates) that torques move a drive by at orders (P,), with the mean stiffness of points."""
+    driven = np.zeros((len(orders), len(problem.part.inertia)))
+    linear = linear_waves(problem.part, problem.linear.retained, orders, driven)
+    stiff = linear.stiffness(points[:, -1])[0][..., :-1].copy()
     for (a, b), samples in motion.by_place.items():
-        stiff[:, a, b] += np.mean(samples)
+        stiff[..., a, b] += np.mean(samples, axis=-1)[:, None]
     for (a, b), samples in motion.by_rate.items():
-        stiff[:, a, b] += 1j * orders * np.mean(samples)
-    moved = np.abs(np.linalg.solve(stiff, spectrum[:, cells[:, 0], cells[:, 1]].T[..., None])[..., 0])
-    sizes = np.linalg.norm(blocks[:, 1:], axis=1)
-    share = np.max(moved / np.maximum(sizes, 1e-6 * np.max(sizes) + 1e-300), axis=1)
-    return {upper(*pair) for pair in pairs[share > aim].tolist()}
+        stiff[..., a, b] += 1j * orders * np.mean(samples, axis=-1)[:, None]
+    return np.linalg.solve(stiff, torques[..., None])[..., 0]
 
 
 def upper(j: int, k: int) -> tuple[int, int]:
@@ -156,10 +167,10 @@ def at_speed(
             raise SolveError(
                 Sentence("no motion of two turns was found at {}; follow it from another speed", Speed(omega))
             )
-        missed = missing(problem, solution, aim)
+        missed = {*missing(problem, solution[None], aim)}
         while len(pairs | missed) > MOST and aim < COARSEST:
             aim *= 10.0
-            missed = missing(problem, solution, aim)
+            missed = {*missing(problem, solution[None], aim)}
         if not missed:
             return problem, solution
         pairs |= missed
@@ -184,7 +195,7 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
         turning = np.flatnonzero(solution.labels > STEP)
         places = np.concatenate([top + BESIDE, turning, np.linspace(0, len(points) - 1, LOOKED_AT).astype(int)])
         sample = np.clip(places, 0, len(points) - 1)
-        lacking = any(missing(problem, point, aim) for point in points[sample])
+        lacking = missing(problem, points[sample], aim)
         if solution.is_cut and (was_cut or not lacking or len(problem.pairs) > WINDING):
             text = (
                 "the curve of motions of two turns winds at {}; give the drive more damping, or end the range above it"
@@ -201,16 +212,36 @@ def along(driven: TwoTurns, lo: float, hi: float, aim: float) -> tuple[Torus, Tr
 
 
 def with_missing(driven: TwoTurns, problem: Torus, points: Floats, chords: Floats, aim: float) -> Torus:
-    """A problem with the waves that motions near some points (n, ...) take besides, with chords of the curve there."""
-    old, grown = problem, False
-    for pair in zip(points, chords, strict=True):
+    """A problem with the waves that motions near some points (n, ...) take besides, with chords of the curve there.
+
+    The points, those at a crest first, have these waves as they are moved, while these make fewer and fewer others.
+    Then the motions at the crest are solved for; where waves make more and more others, at all points.
+    """
+    more, before = missing(problem, points, aim), MOST
+    while more and len(more) < before and len(problem.pairs) <= ALONG:
+        old, problem, before = problem, _with(driven, problem, more), len(more)
+        points, chords = (carried_over(old, problem, each) for each in (points, chords))
+        blocks, h = problem.blocks(points), len(problem.pairs) - 1
+        for i, pair in enumerate(map(tuple, problem.pairs.tolist())):
+            if pair in more:
+                blocks[..., i], blocks[..., h + i] = more[pair].T.real, -more[pair].T.imag
+        more = missing(problem, points, aim)
+    old = problem
+    for pair in list(zip(points, chords, strict=True))[: None if more else len(BESIDE)]:
         z, chord = carried_over(old, problem, np.array(pair))
-        z = beside(problem, z, chord) if grown else z
-        while z is not None and len(problem.pairs) <= ALONG and (more := missing(problem, z, aim)):
-            wider, grown = driven.problem({*map(tuple, problem.pairs[1:].tolist()), *more}), True
-            z, chord = carried_over(problem, wider, np.array([z, chord]))
-            z, problem = beside(wider, z, chord), wider
+        corrected = beside(problem, z, chord)
+        while (
+            corrected is not None and len(problem.pairs) <= ALONG and (more := missing(problem, corrected[None], aim))
+        ):
+            wider = _with(driven, problem, more)
+            z, chord = carried_over(problem, wider, np.array([corrected, chord]))
+            corrected, problem = beside(wider, z, chord), wider
     return problem
+
+
+def _with(driven: TwoTurns, problem: Torus, more: Any) -> Torus:
+    """The problem with more waves."""
+    return driven.problem({*map(tuple, problem.pairs[1:].tolist()), *more})
 
 
 def beside(problem: Torus, z: Floats, chord: Floats) -> Floats | None:
@@ -244,12 +275,14 @@ def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floa
     return points, sizes
 
 
-def with_crossings(problem: Torus, points: Floats, measure: Callable[[Floats], Floats], level: float) -> Floats:
-    """Points (n, ...) of a curve with those where a measure (n,) crosses a level, by the Illinois method.
+def with_crossings(
+    problem: Torus, points: Floats, values: Floats, measure: Callable[[Floats], Floats], level: float
+) -> tuple[Floats, Floats]:
+    """Points (n, ...) of a curve with those where a measure (n,) crosses a level, by the Illinois method; and this.
 
     Dowell & Jarratt 1971, A modified regula falsi method, BIT 11, 168-174.
     """
-    off, rows = measure(points) - level, list(points)
+    off, rows, found = values - level, list(points), values.tolist()
     for i in np.flatnonzero(off[:-1] * off[1:] < 0.0)[::-1].tolist():
         ends, sizes, last = [points[i], points[i + 1]], [float(off[i]), float(off[i + 1])], -1
         for _ in range(REFINED):
@@ -260,9 +293,10 @@ def with_crossings(problem: Torus, points: Floats, measure: Callable[[Floats], F
             size = float(measure(z[None])[0]) - level
             if abs(size) <= ON_LEVEL * level:
                 rows.insert(i + 1, z)
+                found.insert(i + 1, size + level)
                 break
             side = int(size * sizes[0] < 0.0)
             ends[side], sizes[side] = z, size
             sizes[1 - side] *= 0.5 if side == last else 1.0
             last = side
-    return np.array(rows)
+    return np.array(rows), np.array(found)

@@ -29,32 +29,27 @@ LARGEST_TABLE = 120_000  # entries of a table that is quicker than a fast transf
 class LinearWaves(NamedTuple):
     """Dynamic stiffness and forces of waves on retained coordinates.
 
-    `matrices` (3, P, n, n + 1) are those of the powers of the speed, the forces in the last column; `groups` tell for
-    which waves which other coordinates are eliminated.
+    `matrices` (3, P, n, n + 1) are those of the powers of the speed, the forces in the last column. In `ordered` the
+    retained coordinates are first, the forces behind their columns, and those that are `gone` last; of these, what has
+    no mean is 0 there.
     """
 
     matrices: Any
     retained: Any
-    groups: tuple[tuple[Any, Any], ...]
+    gone: Any
+    ordered: Any
 
-    def stiffness(self, omega: float) -> tuple[Any, Any, list[Any]]:
-        """Both (P, c, c + 1) at a speed [rad/s], their derivatives by it, and the eliminated coordinates."""
-        still, damped, heavy = self.matrices
-        a, da = still + omega * (damped - omega * heavy), damped - (2.0 * omega) * heavy
-        n, c = a.shape[1], len(self.retained)
-        if c == n:
-            return a, da, []
-        kept, columns = self.retained, np.append(self.retained, n)
-        stiff, by_speed, solutions = a[:, kept][..., columns], da[:, kept][..., columns], []
-        for rows, gone in self.groups:
-            inside, across = np.ix_(rows, gone, gone), np.ix_(rows, gone, columns)
-            answer = np.linalg.solve(a[inside], a[across])
-            back, change = a[np.ix_(rows, kept, gone)], da[np.ix_(rows, kept, gone)]
-            left = np.swapaxes(np.linalg.solve(np.swapaxes(a[inside], 1, 2), np.swapaxes(back, 1, 2)), 1, 2)
-            stiff[rows] -= back @ answer
-            by_speed[rows] -= change @ answer + left @ (da[across] - da[inside] @ answer)
-            solutions.append((rows, gone, answer[..., :c], answer[..., c]))
-        return stiff, by_speed, solutions
+    def stiffness(self, omega: Any) -> tuple[Any, Any, Any]:
+        """Both (..., P, c, c + 1) at speeds [rad/s], their derivatives by it, and what eliminates the others."""
+        (still, damped, heavy), w = self.ordered, np.asarray(omega)[..., None, None, None]
+        a, da, c = still + w * (damped - w * heavy), damped - (2.0 * w) * heavy, len(self.retained)
+        stiff, by_speed, answer = a[..., :c, : c + 1], da[..., :c, : c + 1], a[..., c:, : c + 1]
+        if len(self.gone):
+            inverse, back = np.linalg.inv(a[..., c:, c + 1 :]), a[..., :c, c + 1 :]
+            answer = inverse @ answer
+            change = da[..., c:, : c + 1] - da[..., c:, c + 1 :] @ answer
+            stiff, by_speed = stiff - back @ answer, by_speed - da[..., :c, c + 1 :] @ answer - back @ inverse @ change
+        return stiff, by_speed, answer
 
 
 def linear_waves(part: Any, retained: Any, orders: Floats, forces: Any) -> LinearWaves:
@@ -70,13 +65,14 @@ def linear_waves(part: Any, retained: Any, orders: Floats, forces: Any) -> Linea
     at_rest = orders == 0.0
     if at_rest[0]:
         matrices[1, 0, :, n] = part.per_speed
-    eliminated = np.setdiff1d(np.arange(n), retained)
+    gone, solved = np.setdiff1d(np.arange(n), retained), matrices.copy()
     massless = int(np.sum(~np.any(part.inertia, axis=1)))
-    moving = (
-        np.setdiff1d(eliminated, np.arange(part.loose, part.loose + massless + 1)) if part.loose >= 0 else eliminated
-    )
-    groups = (np.flatnonzero(~at_rest), eliminated), (np.flatnonzero(at_rest), moving)
-    return LinearWaves(matrices, retained, tuple((rows, gone) for rows, gone in groups if len(rows) and len(gone)))
+    if part.loose >= 0:
+        still = np.ix_(np.flatnonzero(at_rest), np.intersect1d(gone, part.loose + np.arange(massless + 1)))
+        solved[:, still[0], still[1]] = 0.0
+        solved[0, still[0], still[1], still[1]] = 1.0
+    rows, columns = np.concatenate([retained, gone]), np.concatenate([retained, [n], gone])
+    return LinearWaves(matrices, retained, gone, np.ascontiguousarray(solved[:, :, rows][..., columns]))
 
 
 class Motion(NamedTuple):
@@ -92,11 +88,12 @@ class Torus(NamedTuple):
     """Balance in the waves `pairs` (P + 1, 2), (0, 0) first, of the coordinates `linear.retained`, block by block.
 
     A block has the mean, the cosines and the sines of x or another coordinate; a point ends with the speed omega.
-    `basis` are the two pairs ((j, k), (0, q)) whose angles make a grid of `shape`; `lines` (order, cosine, sine) are
-    those of the kinematic error, of the pairs `line_pairs`, `turned` (lines, samples) their angles, `slow` that of the
-    output and `pulls` laws of the load's angle; `plus` and `minus` (P + 1, P + 1) are places of sums and differences
+    `basis` are the two pairs ((j, k), (0, q)) whose angles make a grid of `shape`, and `cells` (P + 1, 2) how often
+    each wave has them; `lines` (order, cosine, sine) are those of the kinematic error, of the pairs `line_pairs`,
+    `turned` (lines, samples) their angles, `slow` that of the output and `pulls` laws of the load's angle; `plus` and
+    `minus` (P + 1, P + 1) are places of sums and differences
     of pairs in a spectrum. `synthesis` (2 P + 1, samples) goes from coefficients to samples; it is empty where fast
-    transforms are quicker.
+    transforms are quicker. A problem of `at_crossings` has its `angles` and tables for these instead.
     `loose` is the place of a mean that nothing holds among the unknowns, -1 where there is none, and `memory` has the
     latest point with what it does.
     """
@@ -107,6 +104,7 @@ class Torus(NamedTuple):
     pairs: Any
     orders: Floats
     basis: Any
+    cells: Any
     linear: LinearWaves
     lines: Floats
     line_pairs: Floats
@@ -119,6 +117,8 @@ class Torus(NamedTuple):
     still_error: Any
     loose: int
     memory: dict[str, Any]
+    angles: Any = None
+    crossing: tuple[Any, ...] = ()
 
     def size(self) -> int:
         """Number of coefficients."""
@@ -143,6 +143,12 @@ class Torus(NamedTuple):
 
     def sampled(self, blocks: Floats) -> Floats:
         """Samples (..., n) of coefficients (..., 2 P + 1)."""
+        if self.crossing:
+            ways, along, groups = self.crossing
+            waves = to_complex(blocks)
+            sums = np.stack([waves[..., some] @ along[some] for some in groups], axis=-2)
+            grid = ways @ np.concatenate([sums.real, sums.imag], axis=-2)
+            return np.asarray(grid.reshape(*blocks.shape[:-1], -1))
         if self.synthesis.size:
             return blocks @ self.synthesis
         spectrum = np.zeros((*blocks.shape[:-1], len(self.slow)), complex)
@@ -190,7 +196,7 @@ class Torus(NamedTuple):
             by_speed[0], by_speed[m] = -B * slope * turning, -B * slope * (rate - slope * turning)
             torque[m] = -slope * gear
             by_place |= {(0, m): -pull, (m, 0): -slope * stiff, (m, m): slope * pull - bend * gear}
-            by_rate = {(0, m): -B * w * slope, (m, 0): -B * w * slope, (m, m): B * w * slope * slope}
+            by_rate = {(0, m): (given := -B * w * slope), (m, 0): given, (m, m): -given * slope}
         else:
             by_speed[0] = -B * slope
         torque[0] += w * by_speed[0]
@@ -227,11 +233,12 @@ class Torus(NamedTuple):
         (motion, stiff, by_speed), blocks = self.latest(z), self.blocks(z)
         a, size, h = jacobian[: self.size(), : self.size()], blocks.shape[1], len(self.orders) - 1
         a[:] = 0.0
+        every = {id(samples): samples for samples in (*motion.by_place.values(), *motion.by_rate.values())}
+        products, w = dict(zip(every, self.products(np.array(list(every.values()))), strict=True)), self.orders[1:]
         for (i, j), samples in motion.by_place.items():
-            a[i * size : (i + 1) * size, j * size : (j + 1) * size] = self.product(samples)
+            a[i * size : (i + 1) * size, j * size : (j + 1) * size] = products[id(samples)]
         for (i, j), samples in motion.by_rate.items():
-            block, w = self.product(samples), self.orders[1:]
-            out = a[i * size : (i + 1) * size, j * size : (j + 1) * size]
+            block, out = products[id(samples)], a[i * size : (i + 1) * size, j * size : (j + 1) * size]
             out[:, 1 : h + 1] -= w * block[:, h + 1 :]
             out[:, h + 1 :] += w * block[:, 1 : h + 1]
         add_entries(stiff, 0.0, size, len(blocks), a)
@@ -244,32 +251,37 @@ class Torus(NamedTuple):
         """Inertia of that coordinate times the square of the speed [N*m/rad]."""
         return float(self.part.inertia[self.part.loose, self.part.loose] * z[-1] ** 2)
 
-    def product(self, samples: Floats) -> Floats:
-        """Matrix that multiplies a series by what has these samples."""
-        spectrum, h = np.fft.fft2(samples.reshape(self.shape), norm="forward").ravel(), len(self.orders)
-        matrix = np.empty((2 * h - 1, 2 * h - 1))
-        a, b = spectrum.real.take(self.minus), spectrum.real.take(self.plus)
-        matrix[:h, :h] = a + b
-        np.subtract(a[1:, 1:], b[1:, 1:], out=matrix[h:, h:])
-        a, b = spectrum.imag.take(self.minus), spectrum.imag.take(self.plus)
-        np.subtract(a[:, 1:], b[:, 1:], out=matrix[:h, h:])
-        np.negative(a[1:] + b[1:], out=matrix[h:, :h])
-        matrix[0] *= 0.5
+    def products(self, samples: Floats) -> Floats:
+        """Matrices (m, 2 P + 1, 2 P + 1) that multiply a series by what has these samples (m, n)."""
+        spectrum = np.fft.fft2(samples.reshape(-1, *self.shape), norm="forward").reshape(samples.shape)
+        h, real, imag = len(self.orders), spectrum.real.copy(), spectrum.imag.copy()
+        matrix = np.empty((len(samples), 2 * h - 1, 2 * h - 1))
+        a, b = real.take(self.minus, axis=1), real.take(self.plus, axis=1)
+        np.add(a, b, out=matrix[:, :h, :h])
+        np.subtract(a[:, 1:, 1:], b[:, 1:, 1:], out=matrix[:, h:, h:])
+        a, b = imag.take(self.minus, axis=1), imag.take(self.plus, axis=1)
+        np.subtract(a[..., 1:], b[..., 1:], out=matrix[:, :h, h:])
+        np.add(a[:, 1:], b[:, 1:], out=matrix[:, h:, :h])
+        np.negative(matrix[:, h:, :h], out=matrix[:, h:, :h])
+        matrix[:, 0] *= 0.5
         return matrix
 
-    def coordinates(self, z: Floats) -> Any:
-        """Complex amplitudes (P + 1, n) of all coordinates at a point, with the means of a control that integrates."""
-        q = to_complex(self.blocks(z)).T
-        p = np.zeros((len(q), len(self.part.inertia)), complex)
-        p[:, self.linear.retained] = q
-        for rows, columns, answer, force in self.linear.stiffness(float(z[-1]))[2]:
-            p[np.ix_(rows, columns)] = force - np.einsum("pij,pj->pi", answer, q[rows])
-        part, i = self.part, self.part.loose
+    def coordinates(self, points: Floats) -> Any:
+        """Complex amplitudes (..., P + 1, n) of all coordinates at points, with means of a control that integrates."""
+        q, part, i = np.moveaxis(to_complex(self.blocks(points)), 0, -1), self.part, self.part.loose
+        p = np.zeros((*q.shape[:-1], len(part.inertia)), complex)
+        p[..., self.linear.retained] = q
+        answer = self.linear.stiffness(points[..., -1])[2]
+        p[..., self.linear.gone] = answer[..., -1] - (answer[..., :-1] @ q[..., None])[..., 0]
         if np.any(part.integral):
-            held = self.linear.matrices[0, 0, i, -1].real + part.per_speed[i] * z[-1] - part.stiffness[i] @ p[0].real
+            w, means = points[..., -1], p[..., 0, :].real
+            held = self.linear.matrices[0, 0, i, -1].real + part.per_speed[i] * w - means @ part.stiffness[i]
             if self.loose >= 0:
-                held -= np.mean(self.latest(z)[0].torque[np.flatnonzero(self.linear.retained == i)[0]])
-            p[0] += held * part.integral
+                place = np.flatnonzero(self.linear.retained == i)[0]
+                held -= np.array(
+                    [self.moved(z)[0][place].mean() for z in points.reshape(-1, points.shape[-1])]
+                ).reshape(w.shape)
+            p[..., 0, :] += held[..., None] * part.integral
         return p
 
 
@@ -343,7 +355,7 @@ def torus(part: Any, ratio: float, lines: Floats, pairs: Any, pulls: tuple[Any, 
     loose = np.flatnonzero(coordinates == part.loose)
     orders, forces = pairs @ turns, waves_of(part.forces(angles[0]), shape, plus[0]).T
     problem = Torus(
-        part, ratio, pulls, pairs, orders, basis, linear_waves(part, coordinates, orders, forces),
+        part, ratio, pulls, pairs, orders, basis, cells, linear_waves(part, coordinates, orders, forces),
         np.column_stack([of_lines @ turns, lines[:, 2:]]), of_lines, of_lines @ angles, slow, shape, table, plus, minus,
         (), int(loose[0]) * (2 * len(pairs) - 1) if len(loose) else -1, {},
     )  # fmt: skip
@@ -356,9 +368,16 @@ def synthesis_at(pairs: Any, angles: Floats) -> Floats:
     return np.concatenate([np.ones((1, angles.shape[1])), np.cos(a), np.sin(a)])
 
 
-def at_angles(problem: Torus, angles: Floats) -> Torus:
-    """The problem with samples at other angles (2, n) of motor and output [rad]."""
+def at_crossings(problem: Torus, first: Floats, starts: Floats) -> Torus:
+    """The problem with samples at first angles (n,) of the basis, on ways that begin at second angles (m,) [rad]."""
+    (j, k), (_, q) = problem.basis.tolist()
+    slow = (starts[:, None] / q + first / (problem.ratio * j + k)).ravel()
+    angles = np.array([(np.tile(first, len(starts)) - k * slow) / j, slow])
+    cells, group = np.unique(problem.cells[:, 1], return_inverse=True)
+    ways = np.exp(1j * np.outer(starts, cells))
+    along = np.exp(1j / (j + k / problem.ratio) * np.outer(problem.orders, first))
     there = problem._replace(
-        synthesis=synthesis_at(problem.pairs, angles), turned=problem.line_pairs @ angles, slow=angles[1], memory={}
+        turned=problem.line_pairs @ angles, slow=slow, memory={}, angles=angles,
+        crossing=(np.concatenate([ways.real, -ways.imag], axis=1), along, [group == i for i in range(len(cells))]),
     )  # fmt: skip
     return there._replace(still_error=there.error(0.0))
