@@ -46,7 +46,8 @@ def _sizes(measure: Any, waves: Any, pairs: Any, ratio: float, starting: int) ->
     order = pairs @ np.array([1.0, 1.0 / ratio])
     means, places = _of_means(order), _places(waves, order, starting)
     parts = _parts(waves, pairs, ratio, places)
-    sizes = [measure(*(_in_turns(w, pairs, ratio, places) for w in (part, means * part))) for part in parts]
+    both = (_in_turns(np.concatenate([part, means * part]), pairs, ratio, places) for part in parts)
+    sizes = [measure(*np.split(each, 2)) for each in both]
     return np.tile(np.concatenate(sizes), (1, turns_of(ratio) // sizes[0].shape[1]))
 
 
@@ -70,10 +71,12 @@ def _among(
     order, sizes = pairs @ np.array([1.0, 1.0 / ratio]), []
     means, places = _of_means(order), _places(waves, order, starting)
     for part in _parts(waves, pairs, ratio, places):
-        x, mean = (_in_turns(w, pairs, ratio, SCREENED)[..., BESIDE:-BESIDE] for w in (part, means * part))
+        both = np.concatenate([part, means * part])
+        x, mean = np.split(_in_turns(both, pairs, ratio, SCREENED)[..., BESIDE:-BESIDE], 2)
         missed = np.square(np.pi / SCREENED) * (np.abs(part) @ np.square(order))[:, None]
         number, turn = np.nonzero(may_be(x, mean[:, :-1], missed))
-        rows = (_in_turns(w, pairs, ratio, places, (number, turn)) for w in (part, means * part))
+        twice = np.concatenate([number, number + len(part)]), np.tile(turn, 2)
+        rows = np.split(_in_turns(both, pairs, ratio, places, twice), 2)
         sizes.append(extreme.reduceat(measure(*rows)[:, 0], np.searchsorted(number, np.arange(len(part)))))
     return np.concatenate(sizes)
 
