@@ -14,6 +14,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 import strainwave as sw
 from strainwave.app.commands.response import facts
 from strainwave.app.commands.speed_map import write
+from strainwave.drive.two_turns import largest_beat
 from strainwave.files.reading import from_text
 from strainwave.files.variants.project_sweep import sweep_project
 from strainwave.study import two_turn_motion, two_turn_response
@@ -118,6 +119,7 @@ def test_the_largest_turns_of_a_curve_are_those_of_dense_samples(name):
         error, means = np.fft.ifft(spectra, norm="forward").real  # and that of the turn around each sample
         low, high = (size(means, places + 1, mode="wrap") for size in (minimum_filter1d, maximum_filter1d))
         assert largest == pytest.approx(max(np.max(error - low), np.max(high - error)), rel=1e-6)
+    np.testing.assert_allclose(curve.smallest, curve.oscillations[..., 1].min(axis=1), rtol=1e-12)
 
 
 def test_envelopes_of_a_ratio_that_no_few_turns_hold_are_those_of_many_turns():
@@ -127,6 +129,15 @@ def test_envelopes_of_a_ratio_that_no_few_turns_hold_are_those_of_many_turns():
     assert motion.oscillations.shape[1] <= 1000
     sizes = sizes_of_turns(motion.states(0, 2.0 * np.pi / 600 * np.arange(300 * 600 + 1))[0], 600)
     np.testing.assert_allclose([motion.largest[0], motion.smallest[0]], [sizes.max(), sizes.min()], rtol=5e-3)
+
+
+def test_a_crest_tells_the_oscillation_of_a_drive_with_another_loop_at_its_speed():
+    crest, stiffer = largest_beat(LOOPED, (40.0, 90.0)), sw.train.PositionLoop(1.2 * LOOP[0], LOOP[1])
+    assert crest.size_of(LOOPED) == pytest.approx(crest.size, rel=1e-9)
+    other = LOOPED._replace(motor=LOOPED.motor._replace(control=stiffer))
+    exact = two_turn_motion(other, crest.speed).largest[0]
+    assert crest.size_of(other) == pytest.approx(exact, rel=1e-3)
+    assert abs(exact / crest.size - 1.0) > 0.01
 
 
 def test_the_part_that_repeats_with_every_turn_is_that_of_the_spectrum():
@@ -188,11 +199,12 @@ def test_one_turn_alone_has_the_folds_and_the_stability_of_its_response():
     [
         (HELD._replace(law=sw.Backlash(K, 1e-4)), {}, "a law with corners has too many of them: integrate it with"),
         (HELD._replace(law=sw.Parallel(sw.Linear(K), sw.laws.Coulomb(1.0, 0.1))), {}, "friction, memory or a control"),
-        (HELD._replace(N=7.3), {}, r"the order 1\.75 is no whole number of repeats per turn of the wave generator"),
+        (HELD._replace(N=7.3), {}, r"line 1 of the kinematic error: the order 1\.75 is no whole number"),
         (
             HELD._replace(N=1.01, error=sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / 1.01, 8e-5)))),
             {},
-            "the ratio is 1.01: motor and output turn nearly alike, so that the order 0.019802 beats with neither turn",
+            "line 1 of the kinematic error: the ratio is 1.01: motor and output turn nearly alike, so that the order "
+            "0.019802 beats with neither turn",
         ),
         (sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(1.0), 1.0), {}, "is no DriveTrain, and no Oscillator with a"),
         (ALONE, {}, "nothing that repeats drives this drive; give a line"),
@@ -284,6 +296,8 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     assert {line.order for line in mapped.lines if line.excited} == {2, 2 + 2 / 50}
     # 25 turns of 300 rpm, and of 1200 rpm
     assert any("beats every 25 turns of the motor, 5 s at 300 rpm and 1.25 s at 1200 rpm" in r for r in mapped.remarks)
+    with pytest.raises(ValueError, match="points is -3; it must be a whole number of at least 1"):
+        project.response(points=-3)
     ((low, high),) = mapped.forbidden[0]
     edge = two_turn_motion(project.whole, low)
     assert edge.largest[0] == pytest.approx(project.limit, rel=1e-4)

@@ -10,7 +10,7 @@ from ..base.above import above
 from ..base.arguments import typed
 from ..base.law import depends
 from ..base.protocols import lacking
-from ..base.quantities import checked, number, shown, whole
+from ..base.quantities import checked, number, positive_count, shown, whole
 from ..base.results import SolveError
 from ..base.sentences import listed, on_screen
 from ..base.units import Speeds
@@ -30,9 +30,9 @@ from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .reductions import THE_LOOP, left_out
 from .response import POINTS, exact_response
-from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
+from .train_curve import NO_MOTION, as_train, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
 from .train_curve import POINTS as OF_TRAIN
-from .two_turns import as_train, beating_response, is_beating
+from .two_turns import beating_response, is_beating
 
 OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode", "hysteresis")
 SURE = 3  # digits of what rests on an assumed one of these
@@ -221,8 +221,7 @@ class Project:
             omega=omega, motor=self.motor)  # fmt: skip
         if self.damping is None and self.stiffness is None:
             return system
-        damping = GearDamping(system.B) if self.damping is None else self.damping
-        varying = NoVariation() if self.stiffness is None else self.stiffness
+        damping, varying = self.damping or GearDamping(system.B), self.stiffness or NoVariation()
         whole: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
         return whole
 
@@ -301,6 +300,7 @@ class Project:
             If no periodic motion is found.
         """
         if self.is_beating:
+            positive_count("points", POINTS if points is None else points)
             if harmonics is not None:
                 raise ValueError(f"harmonics is {harmonics}, but waves of motions that beat are grown; leave it out")
             return self.beating

@@ -9,17 +9,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.blas import one_thread
+from ..base.protocols import System, lacking, terms_of
+from ..base.quantities import number, shown
 from ..base.results import Floats
 from ..base.sentences import listed
 from ..base.series import largest_of_samples, oscillation
+from ..model.excitation import Harmonics
 from ..model.gears.error_spectrum import extremes
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.measured import RoundedPiecewiseLinear
 from ..model.laws.springs import PiecewiseLinear
+from ..model.orders import order_pair
+from ..model.oscillator import Oscillator
+from ..model.train.controls import Held
 from ..model.train.drive_train import DriveTrain, forces
 from ..model.train.motion import AngleTorque
-from ..model.train.shafts import NO_DRAG
+from ..model.train.shafts import NO_DRAG, Load, Motor
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.balance.fourier import from_blocks, synthesis
 from ..numerics.continuation.trace import Trace, solve, with_crests
@@ -199,10 +205,16 @@ def torque_in(system: Any, phase: Floats, y: tuple[Any, ...]) -> Floats:
     return np.asarray(gear_torque(system, phase, u, du, y[2:]))
 
 
+def parts_of_angle(law: Any) -> list[AngleTorque]:
+    """Torques of a shaft's own angle among the parts of its drag."""
+    if isinstance(law, Parallel):
+        return [part for each in law for part in parts_of_angle(each)]
+    return [law] if isinstance(law, AngleTorque) else []
+
+
 def torques_of_angle(law: Any) -> tuple[float, float]:
     """Least and largest torque [N*m] on a load from drags that follow its own angle, gravity for one."""
-    parts = [part for part in (law if isinstance(law, Parallel) else (law,)) if isinstance(part, AngleTorque)]
-    size, order, phase = np.array(parts, float).reshape(-1, 3).T
+    size, order, phase = np.array(parts_of_angle(law), float).reshape(-1, 3).T
     return extremes(order, -size * np.sin(phase), -size * np.cos(phase))
 
 
@@ -213,3 +225,31 @@ def with_rounded_corners(train: DriveTrain) -> DriveTrain:
         return train
     first, second = law.T1 / law.K1, (law.T2 - law.T1) / law.K2
     return train._replace(law=RoundedPiecewiseLinear(*law, ROUNDED * min(2.0 * first, second)))
+
+
+def as_train(system: System, ratio: float | None) -> DriveTrain:
+    """The system, or an error equation as the train that it is of: a motor that is held, and a rigid load."""
+    if isinstance(system, DriveTrain):
+        return system
+    if not isinstance(system, Oscillator) or ratio is None:
+        raise TypeError(f"{shown(system)} is no DriveTrain, and no Oscillator with a ratio; give one of these")
+    ratio, terms = number("ratio", ratio, positive=True), terms_of(system.excitation)
+    if lacking(terms[0], "amplitude"):
+        raise TypeError(f"{shown(system.excitation)} has no orders; give a Harmonic or Harmonics")
+    against = Harmonics(tuple(term._replace(amplitude=-term.amplitude, mean=-term.mean) for term in terms))
+    load = Load(system.J, against)
+    return DriveTrain(
+        Motor(1.0, control=Held()), ratio, system.B, system.law, load, system.omega, system.error
+    )  # fmt: skip
+
+
+def in_turns(order: float, train: DriveTrain | None) -> str:
+    """An order as that of the turns to which it belongs: 2, 2 - 2/101 or 1/101; of none as a number."""
+    if train is None or not order % 1:
+        return f"{order:.6g}"
+    try:
+        j, k = order_pair(order, train.N)
+    except ValueError:
+        return f"{order:.6g}"
+    slow = f"{abs(k)}/{train.N:g}" if k else ""
+    return f"{j} {'-' if k < 0 else '+'} {slow}" if j and k else slow or f"{j}"

@@ -6,14 +6,14 @@ Gravity follows the load's own angle, its stiffness included. A line of order j 
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.blas import one_thread
 from ..base.law import breakpoints_of, depends
-from ..base.protocols import Law, System, lacking, lines_of, orders_of, terms_of
+from ..base.protocols import System, lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number, shown
 from ..base.records import Waves
 from ..base.results import Branch, Floats, Orbit, SolveError, Status
@@ -21,21 +21,17 @@ from ..base.sentences import Sentence, Speed
 from ..base.sentences import number as plain
 from ..base.series import largest_of_samples
 from ..base.units import ARCSEC
-from ..model.excitation import Harmonics, NoError
+from ..model.excitation import NoError
 from ..model.gears.limits import cubic_means
-from ..model.laws.hysteresis import Parallel
 from ..model.laws.measured import RoundedPiecewiseLinear
 from ..model.orders import order_pair
-from ..model.oscillator import Oscillator
-from ..model.train.controls import Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.linear_part import linear_part
-from ..model.train.motion import AngleTorque, Steady
-from ..model.train.shafts import Load, Motor
+from ..model.train.motion import Steady
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import Trace, ending
 from ..numerics.labels import FOLD
-from ..numerics.torus.follow import TwoTurns, along, at_speed, with_crests, with_crossings
+from ..numerics.torus.follow import TwoTurns, along, at_speed, newton, with_crests, with_crossings
 from ..numerics.torus.growth import growth
 from ..numerics.torus.motion import (
     along_turns,
@@ -50,7 +46,7 @@ from ..numerics.torus.motion import (
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
-from .train_curve import torques, train_curve, with_rounded_corners, without_gravity
+from .train_curve import as_train, parts_of_angle, torques, train_curve, with_rounded_corners, without_gravity
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 CORNERED = 1e-3  # the same on a curve of a law with rounded corners
@@ -86,8 +82,8 @@ def beat_said(train: DriveTrain | None) -> tuple[float, str]:
     """
     if train is None:
         raise ValueError(VARIES)
-    of_lines = [order_pair(line.order, train.N)[1] for line in lines_of(train.error) if line.amplitude]
-    pulls = [law.order for law in _of_angle(train.load.end().drag) if law.amplitude]
+    of_lines = [pair[1] for line, pair in zip(lines_of(train.error), _pairs(train), strict=True) if line.amplitude]
+    pulls = [law.order for law in parts_of_angle(train.load.end().drag) if law.amplitude]
     lines, both = [train.N / (math.gcd(*some) or math.inf) for some in (of_lines, [*of_lines, *pulls])]
     alone = "" if lines == both else f" (its lines alone every {plain(lines)})"
     return both, f"beats every {plain(both)} turns of the motor{alone}"
@@ -303,9 +299,24 @@ def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> D
     return None if found.sweep is None else found
 
 
+class BeatCrest(NamedTuple):
+    """Largest oscillation of a train in two turns: speed [rad/s], size [rad], and the balance with its point there."""
+
+    speed: float
+    size: float
+    problem: Torus
+    point: Floats
+
+    def size_of(self, train: DriveTrain) -> float | None:
+        """Oscillation [rad] at this speed of a train that differs in numbers alone; None where none is found."""
+        problem = _driven(with_rounded_corners(train), None)[0].problem(self.problem.pairs[1:].tolist())
+        point = newton(problem, self.point)
+        return None if point is None else float(_sizes(problem, point[None])[0])
+
+
 @one_thread
-def largest_beat(train: DriveTrain, speeds: tuple[float, float], pairs: Any = ()) -> tuple[float, float] | None:
-    """Speed [rad/s] and size [rad] of the largest oscillation of a train in two turns; None where none is found.
+def largest_beat(train: DriveTrain, speeds: tuple[float, float], pairs: Any = ()) -> BeatCrest | None:
+    """The largest oscillation of a train in two turns through a range of speeds [rad/s]; None where none is found.
 
     With the waves `pairs` (j, k) of a similar drive its curve is quicker.
     """
@@ -316,7 +327,8 @@ def largest_beat(train: DriveTrain, speeds: tuple[float, float], pairs: Any = ()
     except SolveError:
         return None
     points, sizes = with_crests(problem, found.points, partial(_sizes, problem))
-    return float(points[np.argmax(sizes), -1]), float(np.max(sizes))
+    top = int(np.argmax(sizes))
+    return BeatCrest(float(points[top, -1]), float(sizes[top]), problem, points[top])
 
 
 def _left_out(part: Any) -> float:
@@ -344,7 +356,7 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     """What drives a system, and the part whose disturbances are meant."""
     train = as_train(checked(system), ratio)
     end, plain = train.load.end(), without_gravity(train)
-    pulls = tuple(law for law in _of_angle(end.drag) if law.amplitude)
+    pulls = tuple(law for law in parts_of_angle(end.drag) if law.amplitude)
     part = linear_part(plain, at_load=True)
     laws = (train.law, *train.load.couplings())
     if part is None or not isinstance(train.reference, Steady):
@@ -356,7 +368,7 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     if not isinstance(train.error, NoError) and lacking(train.error, "lines"):
         raise ValueError(f"{WHY}; {type(train.error).__name__} lists no lines: give a KinematicError, or {REMEDY}")
     lines = lines_of(train.error)
-    of_lines = [order_pair(line.order, train.N) for line in lines]
+    of_lines = _pairs(train)
     sizes = [a.amplitude * np.exp(-1j * a.phase) for a in lines]
     rows = [(*pair, size.real, size.imag) for pair, size in zip(of_lines, sizes, strict=True)]
     torques = (term for torque in (train.motor.excitation, end.excitation) for term in terms_of(torque))
@@ -368,6 +380,17 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     return driven, linear_part(part.disturbed) if np.any(part.integral) else part
 
 
+def _pairs(train: DriveTrain) -> list[tuple[int, int]]:
+    """Repeats (j, k) of the lines of the error per turn of motor and output; a ValueError says which line has none."""
+    pairs = []
+    for i, line in enumerate(lines_of(train.error)):
+        try:
+            pairs.append(order_pair(line.order, train.N))
+        except ValueError as error:
+            raise ValueError(f"line {i} of the kinematic error: {error}") from None
+    return pairs
+
+
 def _refuse_falling(system: Any, driven: TwoTurns, omega: float) -> None:
     """Refuse a free motor whose energy of turning at a speed [rad/s] does not lift its load (SolveError)."""
     if not isinstance(system, DriveTrain) or not system.motor.free:
@@ -375,26 +398,3 @@ def _refuse_falling(system: Any, driven: TwoTurns, omega: float) -> None:
     height = sum(2.0 * abs(law.amplitude / law.order) for law in driven.pulls)
     if height > STALLS * (energy := 0.5 * system.loop_inertia * omega**2):
         raise SolveError(Sentence(FALLS, f"{height:.3g}", f"{energy:.3g}", Speed(omega)))
-
-
-def as_train(system: System, ratio: float | None) -> DriveTrain:
-    """The system, or an error equation as the train that it is of: a motor that is held, and a rigid load."""
-    if isinstance(system, DriveTrain):
-        return system
-    if not isinstance(system, Oscillator) or ratio is None:
-        raise TypeError(f"{shown(system)} is no DriveTrain, and no Oscillator with a ratio; give one of these")
-    ratio, terms = number("ratio", ratio, positive=True), terms_of(system.excitation)
-    if lacking(terms[0], "amplitude"):
-        raise TypeError(f"{shown(system.excitation)} has no orders; give a Harmonic or Harmonics")
-    against = Harmonics(tuple(term._replace(amplitude=-term.amplitude, mean=-term.mean) for term in terms))
-    load = Load(system.J, against)
-    return DriveTrain(
-        Motor(1.0, control=Held()), ratio, system.B, system.law, load, system.omega, system.error
-    )  # fmt: skip
-
-
-def _of_angle(law: Law) -> list[AngleTorque]:
-    """Torques of a shaft's own angle among the parts of its drag."""
-    if isinstance(law, Parallel):
-        return [part for each in law for part in _of_angle(each)]
-    return [law] if isinstance(law, AngleTorque) else []

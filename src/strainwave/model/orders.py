@@ -318,8 +318,8 @@ def order_pair(order: float, N: float) -> tuple[int, int]:
             "turn; integrate it with simulate or strainwave move"
         )
     raise ValueError(
-        f"the order {order:.6g} is no whole number of repeats per turn of the wave generator and of the output, whose "
-        f"ratio is {N:g}; write it as j + k/{N:g}, or integrate"
+        f"the order {order:.6g} is no whole number of repeats per turn of the wave generator and up to {int(0.5 * N)} "
+        f"of the output, whose ratio is {N:g}; write it as j + k/{N:g}, or integrate"
     )
 
 

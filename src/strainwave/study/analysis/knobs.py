@@ -15,10 +15,9 @@ from ...base.results import SolveError
 from ...base.units import ARCSEC
 from ...drive.loop_margin import fastest_growth
 from ...drive.project import Project
-from ...drive.train_curve import largest_oscillation
+from ...drive.train_curve import in_turns, largest_oscillation
 from ...drive.two_turns import is_beating, largest_beat
 from ...model.drive import Drive
-from ...model.orders import order_pair
 from ...model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import apart
@@ -74,7 +73,8 @@ class Subject(NamedTuple):
     def largest(self, harmonics: int, coexisting: bool, pairs: Any) -> tuple[float, float] | None:
         """Speed [rad/s] and size [rad] of its largest |error - mean|, as `largest_oscillation` or `largest_beat`."""
         if self.train is not None and is_beating(self.train.error):
-            return largest_beat(self.train, self.speeds, pairs)
+            found = largest_beat(self.train, self.speeds, pairs)
+            return found and found[:2]
         return largest_oscillation(self.whole, self.speeds, harmonics, coexisting)
 
 
@@ -194,15 +194,6 @@ def _of_error(subject: Subject, amplitude: Callable[[float], float]) -> Iterator
     name, size = f"kinematic error of order {in_turns(line.order, subject.train)}", line.amplitude / ARCSEC
     yield Knob(name, size, "arcsec", turned, (-1.0,), (1.0,))
     yield Knob(name, size, "arcsec", turned, (-1.0,))
-
-
-def in_turns(order: float, train: DriveTrain | None) -> str:
-    """An order as that of the turns to which it belongs: 2, 2 - 2/101 or 1/101."""
-    if train is None or not order % 1:
-        return f"{order:.6g}"
-    j, k = order_pair(order, train.N)
-    slow = f"{abs(k)}/{train.N:g}" if k else ""
-    return f"{j} {'-' if k < 0 else '+'} {slow}" if j and k else slow or f"{j}"
 
 
 def line_that_matters(error: Any, amplitude: Callable[[float], float]) -> int | None:

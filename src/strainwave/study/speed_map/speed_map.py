@@ -17,9 +17,10 @@ from ...base.results import Floats, Interrupted, SolveError
 from ...base.units import ARCSEC, RPM
 from ...drive.postures import Posture
 from ...drive.project import Project
+from ...drive.train_curve import in_turns
 from ...drive.two_turns import is_beating
 from ..analysis.avoid import out_of_reach
-from ..analysis.knobs import in_turns, units_of
+from ..analysis.knobs import units_of
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import (
@@ -395,6 +396,6 @@ def _remarks(
         remarks.append(below)
     if any(loaded.loose for loaded in by_load):
         remarks.append(
-            "some trajectories settled on motions that were not followed; speeds next to them count as they do"
+            "some trajectories settled on motions that were not followed; speeds beside them count as they do"
         )
     return tuple(dict.fromkeys(remarks))

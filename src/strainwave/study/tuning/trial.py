@@ -19,7 +19,7 @@ from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.project import Project
 from ...drive.train_curve import FEW, Crest, largest_crest
-from ...drive.two_turns import drive_curve, largest_beat
+from ...drive.two_turns import BeatCrest, drive_curve, largest_beat
 from ..move.move import move
 from .linear import UNSTABLE, LoopFigures, OpenLoop, control_parts
 
@@ -120,7 +120,7 @@ class Trial:
         self.last: tuple[bytes, Any, dict[int, list[LoopFigures]]] = (b"", None, {})
         self.moved = any(GOALS[name].of_move for name in setting.goals)
         self.harmonics: int | None = None
-        self.crests: dict[tuple[int, int], list[Crest]] = {}  # of drive and load, with gains before
+        self.crests: dict[tuple[int, int], list[Any]] = {}  # of drive and load, with gains before
         motor = setting.limits.motor
         self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed
         self.points: dict[tuple[bytes, bool], TuningPoint] = {}
@@ -228,8 +228,12 @@ class Trial:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
         if train is not None and self.harmonics is not None:
-            top: Any = largest_beat(train, speeds) if drive.is_beating and not self.full else None
-            if not drive.is_beating and (top := largest_crest(train, speeds, self.harmonics, False)):
+            top: Any = None
+            if not drive.is_beating:
+                top = largest_crest(train, speeds, self.harmonics, False)
+            elif not self.full:
+                top = largest_beat(train, speeds)
+            if top:
                 self._keep(top, place)
             if not self.full:
                 return nan, nan, top[1] if top else inf
@@ -241,7 +245,7 @@ class Trial:
         share = max(need.share(self.setting.limits.motor, limit) for limit in (PEAK, RMS))
         return curve.motor.torque, share, float(np.max(curve.oscillation[curve.curve.inside]))
 
-    def _keep(self, crest: Crest, place: tuple[int, int]) -> None:
+    def _keep(self, crest: Crest | BeatCrest, place: tuple[int, int]) -> None:
         """Keep a crest, which stands for those of about the same speed."""
         others = (other for other in self.crests.get(place, []) if abs(np.log(other.speed / crest.speed)) > APART)
         self.crests[place] = [crest, *others][:CRESTS]

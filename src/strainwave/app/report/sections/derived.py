@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 from ....base.law import spring_stiffness
 from ....base.protocols import terms_of
 from ....base.sentences import Angle
+from ....drive.train_curve import in_turns
 from ....plot.colours import BLACK, BLUE
 from ....plot.panels import Axis, Panel
 from ....plot.svg import figure
-from ....study.analysis.knobs import in_turns
 from ....study.analysis.resonances import equation_orders
 from ....study.gear.parametric import ParametricResonance
 from ...console import number, percent
