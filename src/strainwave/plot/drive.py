@@ -272,14 +272,19 @@ def draw_folds(panel: Panel, folds: list[float], heights: list[float]) -> None:
 
 
 def comparison_panels(
-    titles: Sequence[str], responses: Sequence[DriveResponse], limits: Sequence[float | None], speeds: Speeds
-) -> list[Panel]:
-    """The oscillation of every drive over the speed, each with its own line, and their limit [rad] if they share it."""
+    titles: Sequence[str], responses: Sequence[DriveResponse], limits: Sequence[float | None], speeds: Speeds,
+    alone: Sequence[bool],
+) -> list[Panel]:  # fmt: skip
+    """The oscillation of every drive over the speed, each with its own line, and their limit [rad] if they share it.
+
+    `alone` says whose curve is that of its error equation alone, as no motion of the drive is stable.
+    """
     largest = [float(np.max(response.oscillation)) for response in responses]
     panel = Panel("largest oscillation of the error", of_speeds(speeds), angle("", largest))
     for i, (title, response) in enumerate(zip(titles, responses, strict=True)):
         name = f"{i + 1}: {title}"
         name = name if len(name) <= LONGEST else name[: LONGEST - 3] + "..."
+        name += " (error equation alone)" * alone[i]
         x, y, dash = response.omega, response.oscillation, STYLES[(i + i // len(COLOURS)) % len(STYLES)]
         colour = COLOURS[i % len(COLOURS)]
         panel.parted(x, y, response.stable, colour, name, ("", ""), (THICK, THIN), (dash, dash))

@@ -234,9 +234,8 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
         found, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
         progress.show("writing", 0.95)
         rows = data(found.facts())["drives"]
-        panels = comparison_panels(
-            [*map(found.curve_title, range(len(drives)))], found.responses, [d.limit for d in drives], drives[0].speeds
-        )
+        limits, alone = [drive.limit for drive in drives], np.isnan(found.oscillation).tolist()
+        panels = comparison_panels(found.titles, found.responses, limits, drives[0].speeds, alone)
         figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
         table = as_csv(list(rows[0]), [row.values() for row in rows])
         write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(rows, figure)})

@@ -18,7 +18,6 @@ from ...base.sentences import Angle, Speed, listed
 from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
-from ...files.variants.comparison import ALONE
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
 from ..console import WHAT_X_IS, number, percent, to_json
@@ -227,9 +226,8 @@ def verdicts_page(reports: dict[str, Report]) -> str:
     views = [report.view for report in reports.values()]
     passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
     panels = comparison_panels(
-        [view.project.title + f" ({ALONE})" * bool(equation_alone(view)) for view in views],
-        [view.analysis.loudest for view in views],
-        [view.project.limit for view in views], views[0].speeds,
+        [view.project.title for view in views], [view.analysis.loudest for view in views],
+        [view.project.limit for view in views], views[0].speeds, [bool(equation_alone(view)) for view in views],
     )  # fmt: skip
     figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
     said = f"{passed} of {len(reports)} drives pass at all their speeds."

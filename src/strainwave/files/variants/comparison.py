@@ -21,7 +21,6 @@ from ...study.analysis.analysis import Analysis
 from ...study.analysis.verdict import Verdict
 
 MOST = 20
-ALONE = "error equation alone"
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +99,6 @@ class ProjectComparison(Result):
         }  # fmt: skip
         return {name: ("drive", getattr(self, name), unit) for name, unit in units.items()}
 
-    def curve_title(self, i: int) -> str:
-        """Title of a drive's response, which says where that is the one of the error equation alone."""
-        i = index("i", i, len(self.titles), "drives")
-        return self.titles[i] + f" ({ALONE})" * bool(np.isnan(self.oscillation[i]))
-
     def beat(self, i: int) -> float | None:
         """Period [s] of the beat of a drive at its largest oscillation; None where its motions do not beat."""
         i = index("i", i, len(self.titles), "drives")
@@ -148,15 +142,15 @@ class ProjectComparison(Result):
         (scale, unit), period = self.scales[i], self.beat(i)
         shaft = "at the motor" if unit == "rpm" else "of the forcing"
         beating = "" if period is None else f", in a beat of {number(period, 3)} s,"
-        known = (
+        sizes = (
             f"{number(self.oscillation[i] / ARCSEC)} arcsec{limit} at "
             f"{number(self.speed[i] * scale, 5)} {unit} {shaft}{beating} with {number(self.load[i])} N·m on the load, "
             f"largest torque in the gear {number(self.torque[i])} N·m, ω₀ {number(self.omega_0[i])} rad/s, "
             f"{self.jumps[i]:g} folds"
         )
-        said = "no steady motion of the whole drive is stable" if np.isnan(self.oscillation[i]) else known
-        out = self.keep_out_of(i) or "none"
-        yield f"{self.titles[i]} ({self.gears[i]}): {said}; {self.verdicts[i].answer}; keep out of: {out}"
+        sizes = "no steady motion of the whole drive is stable" if np.isnan(self.oscillation[i]) else sizes
+        bands = self.keep_out_of(i) or "none"
+        yield f"{self.titles[i]} ({self.gears[i]}): {sizes}; {self.verdicts[i].answer}; keep out of: {bands}"
         yield from [f"  {self._failures(i)}"] if self._failures(i) else []
 
 
@@ -212,7 +206,7 @@ def _compared(projects: list[Project], analyses: list[Analysis]) -> ProjectCompa
 
     lost = [unfollowed(project.train, one.train_curve) for project, one in zip(projects, analyses, strict=True)]
 
-    def known(values: Sequence[float]) -> Floats:
+    def sizes(values: Sequence[float]) -> Floats:
         return np.where(lost, np.nan, np.array(values, float))
 
     def column(quantity: Callable[[Project], Any]) -> Floats:
@@ -224,17 +218,17 @@ def _compared(projects: list[Project], analyses: list[Analysis]) -> ProjectCompa
         responses,
         tuple(analysis.verdict for analysis in analyses),
         tuple((p.speeds.scale, p.speeds.unit) for p in projects),
-        known([top.peak for top in tops]),
-        known([top.omega for top in tops]),
-        known([torque if top.torque is None else top.torque for top, torque in zip(tops, mean, strict=True)]),
+        sizes([top.peak for top in tops]),
+        sizes([top.omega for top in tops]),
+        sizes([torque if top.torque is None else top.torque for top, torque in zip(tops, mean, strict=True)]),
         column(lambda p: p.load_torques[0]),
         column(lambda p: p.load_torques[1]),
-        known([analysis.usage.peak_torque for analysis in analyses]),
+        sizes([analysis.usage.peak_torque for analysis in analyses]),
         column(lambda p: p.omega_0),
         column(lambda p: p.damping_ratio),
         column(lambda p: p.drive.N**2 * p.drive.J_m),
         column(lambda p: p.drive.J_l),
-        known([_folds(response) for response in responses]),
+        sizes([_folds(response) for response in responses]),
         column(lambda p: p.limit),
         tuple(" ".join(limit.sentence for limit in gravest(analysis.limits) if limit.fails) for analysis in analyses),
         tuple(p.path.name for p in projects),

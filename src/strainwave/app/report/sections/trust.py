@@ -61,23 +61,23 @@ def assumptions(view: View) -> list[str]:
 
 def certificates(view: View) -> list[dict[str, Any]]:
     """A row for each method: its result, its reference, and the relative difference."""
-    of, rows = "" if view.analysis.train_curve is None else " of the error equation", []
-    for name, found in {"": view.analysis.response, of: view.analysis.exact}.items():
-        how = f"{found.curve.coefficients.shape[1] // 2} harmonics"
+    equation, rows = "" if view.analysis.train_curve is None else " of the error equation", []
+    for name, curve in {"": view.analysis.response.curve, equation: view.analysis.exact.curve}.items():
+        size = f"{curve.coefficients.shape[1] // 2} harmonics"
         reference = "share of the motion in the harmonics that are left out"
-        if (waves := found.curve.waves) is not None:
-            how, reference = (
+        if (waves := curve.waves) is not None:
+            size, reference = (
                 f"{len(waves.pairs) - 1} waves",
                 "share of the motion in each wave that is left out, at most",
             )
-        rows.append(_row(f"response curve{name}, {how}", reference, found.curve.tail))
+        rows.append(_row(f"response curve{name}, {size}", reference, curve.tail))
     if (beat := view.analysis.beat) is not None and beat.difference is not None:
         reference = "largest |error - mean| of each turn by integration, at the largest oscillation"
         rows.append(_row("motion that beats", reference, beat.difference))
     difference = view.analysis.run_up.difference()
     if difference is not None:
         reference = "largest |x| of motions by integration, up and down through the range"
-        rows.append(_row(f"response curve{of}", reference, difference))
+        rows.append(_row(f"response curve{equation}", reference, difference))
     for regime in view.analysis.regimes:
         certificate = regime.at_peak or regime.certificate
         if certificate is None or not regime.inside:
