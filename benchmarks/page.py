@@ -67,7 +67,7 @@ def difference(project: Any, answer: Any) -> float:
     branch, rows = response.curve, np.array(answer["rows"])
     keep = np.ones(len(branch), bool)
     for one in (*branch.doublings, *branch.branch_points, *branch.tori):  # located by Python alone, beside a point
-        keep[np.argmax(keep & (response.omega == one.omega))] = False
+        keep[np.flatnonzero(keep & (response.omega == one.omega))[:1]] = False
     wanted = np.column_stack([response.omega, response.oscillation, response.peak, response.torque])[keep]
     fold = rows[:, 5] == FOLD  # a multiplier is 1
     if len(rows) != len(wanted) or np.any((rows[:, 3] < DECAYS)[~fold] != response.stable[keep][~fold]):
@@ -94,6 +94,7 @@ def projects(number: int, seed: int) -> None:
     for i, (project, answer) in enumerate(zip(kept, in_node(pages), strict=True)):
         if answer["count"] <= 0:
             missed[f"answer {answer['count']}"] += 1
+            print(f"drive {i}: answer {answer['count']}")
             continue
         try:
             away = difference(project, answer)
