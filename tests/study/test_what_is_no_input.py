@@ -148,7 +148,7 @@ BROKEN = r"the order 1\.96 is not an integer, so the motion does not repeat"
         (lambda: sw.sample.variability(OF_TWO_TURNS, {"B": sw.sample.Normal(0.1, 0.01)}, count=32), BROKEN),
         (
             lambda: sw.compensate(OF_TRAIN, "repetitive", speed=50.0),
-            r"order 1\.96 is a line of the output's turn; use 'adaptive'",
+            r"order 2 - 2/50 is a line of the output's turn; use 'adaptive'",
         ),
         (
             lambda: sw.gears.peak_to_peak(OVAL),

@@ -116,6 +116,7 @@ WRONG = [
     ("compensate-move", (MOVE, "--shaping", "XY"), "'XY' is not one of"),
     ("compensate-run-up", ("--time", "-1 s"), "--time: '-1 s' is not positive"),
     ("compensate-run-up", ("--from", "1200 rpm", "--to", "300 rpm"), "--from is 1200 rpm and --to 300 rpm; give"),
+    ("compensate-run-up", ("--from", "9000 rpm"), "--from is 9000 rpm and the file's highest speed"),
     ("compensate-run-up", ("--controller", "magic"), "'magic' is designed for one speed, or is none"),
     ("compensate-run-up", ("--load-angle", "ninety"), "--load-angle"),
     ("compensate-run-up", ("--softer", "120 %"), "is not between -100 % and 100 %"),

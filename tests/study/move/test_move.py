@@ -147,6 +147,7 @@ def test_a_move_with_lines_of_both_turns_is_that_of_equations_by_hand():
     along = np.linspace(0.0, 0.5 * np.pi * N, 20_001)
     slow = np.max(np.abs(first * np.cos(2.0 * along) + second * np.cos(order * along + phase)))
     assert move.passes[0].quasi_steady == pytest.approx(slow, rel=1e-3)
+    assert any(p.sentence(1).startswith("order 2 - 2/100 passes") for p in move.passes)
     alone = train._replace(load=sw.train.Load(J_L))
     whole = sw.move(alone, sw.Trapezoid(math.pi, 2.0 * TIME), method=ROUGH)
     assert not any("beat" in remark for remark in whole.remarks)

@@ -12,6 +12,7 @@ from ...base.protocols import lines_of
 from ...base.quantities import number, numbers, shown, whole
 from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
+from ...drive.train_curve import in_turns
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD, is_controller
 from ...model.train.drive_train import DriveTrain
@@ -231,9 +232,10 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
     most = 2.0 * np.pi / (COARSE * bench.sampling.period * highest)
     if speed > most:
         raise ValueError(
-            f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order {highest:.6g} at "
-            f"{speed / RPM:.4g} rpm, as a period of it needs {COARSE:g} of them: sample at least every "
-            f"{1e6 * bench.sampling.period * most / speed:.3g} us, or stay below {most / RPM:.4g} rpm"
+            f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order "
+            f"{in_turns(highest, bench.model)} at {speed / RPM:.4g} rpm, as a period of it needs {COARSE:g} of them: "
+            f"sample at least every {1e6 * bench.sampling.period * most / speed:.3g} us, or stay below "
+            f"{most / RPM:.4g} rpm"
         )
     turns = turns_of(bench)
     least = turns * 2.0 * np.pi / (MOST_SAMPLES * bench.sampling.period)
@@ -356,9 +358,9 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
     order = max(bench.orders)
     if order * abs(speed) > bandwidth:
         yield (
-            f"{design.name}: order {order:.6g} at {speed / RPM:.4g} rpm is {order * abs(speed) / HERTZ:.3g} Hz, beyond "
-            f"the loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, so that the motor follows the correction only in "
-            "part; 'inverse' adds the torque that it lacks."
+            f"{design.name}: order {in_turns(order, train)} at {speed / RPM:.4g} rpm is "
+            f"{order * abs(speed) / HERTZ:.3g} Hz, beyond the loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, "
+            "so that the motor follows the correction only in part; 'inverse' adds the torque that it lacks."
         )
 
 

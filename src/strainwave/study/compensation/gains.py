@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.protocols import lines_of
 from ...base.results import SolveError
+from ...drive.train_curve import in_turns
 from ...model.controllers.adaptive import CELLS, AdaptiveCancellation
 from ...model.excitation import KinematicError, Line
 from ...model.train.controls import motor_states
@@ -166,8 +167,8 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     if bench.repeat > 1.0:
         other = next(order for order in bench.orders if order % 1)
         raise ValueError(
-            f"repetitive control learns over the motor's turn, and order {other:.6g} is a line of the output's turn; "
-            "use 'adaptive'"
+            f"repetitive control learns over the motor's turn, and order {in_turns(other, bench.model)} is a line of "
+            "the output's turn; use 'adaptive'"
         )
     period, orders = bench.sampling.period, np.array(bench.orders)
     turn = 2.0 * pi / abs(speed)

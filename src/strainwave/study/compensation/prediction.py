@@ -18,6 +18,7 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
+from ...drive.train_curve import in_turns
 from ...model.controllers.feedforward import SpeedTable
 from ...model.oscillator import Oscillator
 from ...model.train.motion import MOST
@@ -288,8 +289,9 @@ def prediction_table(
     chosen = bench_of(project).orders if orders is None else several("orders", orders)
     if broken := [order for order in chosen if orders is None and order % 1]:
         raise ValueError(
-            f"order {broken[0]:.6g} is a line of the output's turn, and a prediction over the speed has those of the "
-            "motor's turn; give orders of that, or take the controller 'predicted-table' at single speeds"
+            f"order {in_turns(broken[0], project.whole)} is a line of the output's turn, and a prediction over the "
+            "speed has those of the motor's turn; give orders of that, or take the controller 'predicted-table' at "
+            "single speeds"
         )
     if speeds is not None:
         limits = interval("speeds [rad/s]", speeds, positive=True)

@@ -17,6 +17,7 @@ from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import number
 from ...base.units import RPM
+from ...drive.train_curve import in_turns
 from ...drive.two_turns import beat_said, is_beating
 from ...model.gears.limits import Finding, gravest
 from ...model.train.drive_train import DriveTrain
@@ -46,6 +47,8 @@ class Pass:
         or the end of the motion: the difference from the same move without kinematic error.
     quasi_steady : float
         The same of a slow move [rad]: the largest kinematic error, of lines that beat along the path.
+    turns : str
+        The order as that of the turns to which it belongs, 2 - 2/101; empty where it is one of the motor's turn.
     """
 
     time: float
@@ -54,6 +57,7 @@ class Pass:
     frequency: float
     largest: float
     quasi_steady: float
+    turns: str = ""
 
     @property
     def amplification(self) -> float:
@@ -73,7 +77,7 @@ class Pass:
         """It in words, where it is the worst of so many."""
         (often,) = lines([Fact("largest_rad", self.largest, "at most {} of error")])
         return (
-            f"order {self.order:.6g} passes {number(self.frequency / (2.0 * np.pi))} Hz at "
+            f"order {self.turns or f'{self.order:.6g}'} passes {number(self.frequency / (2.0 * np.pi))} Hz at "
             f"{number(self.speed / RPM)} rpm"
             f"{f' {times} times' if times > 1 else ''}: {often}, from {number(self.time)} s on, "
             f"{number(self.amplification, 3)} times that of a slow move"
@@ -137,7 +141,8 @@ def passes(crossed: list[Any], train: DriveTrain, path: Path, t: Floats, ripple:
         until = min([*following, *(end for end in ends if end >= time)])
         inside = (t >= time) & (t <= until)
         largest = float(np.max(np.abs(ripple[inside]), initial=0.0))
-        costs.append(Pass(time, speed, order, frequency, largest, slow))
+        turns = in_turns(order, train) if order % 1 else ""
+        costs.append(Pass(time, speed, order, frequency, largest, slow, turns))
     return tuple(costs)
 
 

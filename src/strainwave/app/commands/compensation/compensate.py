@@ -266,7 +266,8 @@ def compensate_run_up(
     first = ends[0] if low is None else quantity("--from", low, "rad/s")
     last = ends[1] if high is None else quantity("--to", high, "rad/s")
     if not first < last:
-        raise ValueError(f"--from is {first / RPM:.6g} rpm and --to {last / RPM:.6g} rpm; give --from below --to")
+        begin, end = "--from" if low else "the file's lowest speed", "--to" if high else "the file's highest speed"
+        raise ValueError(f"{begin} is {first / RPM:.6g} rpm and {end} {last / RPM:.6g} rpm; give --from below --to")
     time = quantity("--time", duration, "s", "positive")
     angle = None if load_angle is None else quantity("--load-angle", load_angle, "rad")
     with Progress(drive.title) as progress:
