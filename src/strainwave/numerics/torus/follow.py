@@ -217,25 +217,27 @@ def with_missing(driven: TwoTurns, problem: Torus, points: Floats, chords: Float
     The points, those at a crest first, have these waves as they are moved, while these make fewer and fewer others.
     Then the motions at the crest are solved for; where waves make more and more others, at all points.
     """
-    more, before = missing(problem, points, aim), MOST
-    while more and len(more) < before and len(problem.pairs) <= ALONG:
-        old, problem, before = problem, _with(driven, problem, more), len(more)
+    lacking, before = missing(problem, points, aim), MOST
+    while lacking and len(lacking) < before and len(problem.pairs) <= ALONG:
+        old, problem, before = problem, _with(driven, problem, lacking), len(lacking)
         points, chords = (carried_over(old, problem, each) for each in (points, chords))
         blocks, h = problem.blocks(points), len(problem.pairs) - 1
         for i, pair in enumerate(map(tuple, problem.pairs.tolist())):
-            if pair in more:
-                blocks[..., i], blocks[..., h + i] = more[pair].T.real, -more[pair].T.imag
-        more = missing(problem, points, aim)
+            if pair in lacking:
+                blocks[..., i], blocks[..., h + i] = lacking[pair].T.real, -lacking[pair].T.imag
+        lacking = missing(problem, points, aim)
     old = problem
-    for pair in list(zip(points, chords, strict=True))[: None if more else len(BESIDE)]:
+    for pair in list(zip(points, chords, strict=True))[: None if lacking else len(BESIDE)]:
         z, chord = carried_over(old, problem, np.array(pair))
-        corrected = beside(problem, z, chord)
+        corrected = on_plane(problem, z, chord)
         while (
-            corrected is not None and len(problem.pairs) <= ALONG and (more := missing(problem, corrected[None], aim))
+            corrected is not None
+            and len(problem.pairs) <= ALONG
+            and (lacking := missing(problem, corrected[None], aim))
         ):
-            wider = _with(driven, problem, more)
+            wider = _with(driven, problem, lacking)
             z, chord = carried_over(problem, wider, np.array([corrected, chord]))
-            corrected, problem = beside(wider, z, chord), wider
+            corrected, problem = on_plane(wider, z, chord), wider
     return problem
 
 
@@ -244,7 +246,7 @@ def _with(driven: TwoTurns, problem: Torus, more: Any) -> Torus:
     return driven.problem({*map(tuple, problem.pairs[1:].tolist()), *more})
 
 
-def beside(problem: Torus, z: Floats, chord: Floats) -> Floats | None:
+def on_plane(problem: Torus, z: Floats, chord: Floats) -> Floats | None:
     """Where the curve meets the plane through a point across a chord: at a crest too, which more waves move."""
     n, state = problem.size(), state_from(z, float(z[-1]))
     a, pivots, _ = buffers_for(problem)
@@ -282,7 +284,7 @@ def with_crossings(
 
     Dowell & Jarratt 1971, A modified regula falsi method, BIT 11, 168-174.
     """
-    off, rows, found = values - level, list(points), values.tolist()
+    off, rows, measured = values - level, list(points), values.tolist()
     for i in np.flatnonzero(off[:-1] * off[1:] < 0.0)[::-1].tolist():
         ends, sizes, last = [points[i], points[i + 1]], [float(off[i]), float(off[i + 1])], -1
         for _ in range(REFINED):
@@ -293,10 +295,10 @@ def with_crossings(
             size = float(measure(z[None])[0]) - level
             if abs(size) <= ON_LEVEL * level:
                 rows.insert(i + 1, z)
-                found.insert(i + 1, size + level)
+                measured.insert(i + 1, size + level)
                 break
             side = int(size * sizes[0] < 0.0)
             ends[side], sizes[side] = z, size
             sizes[1 - side] *= 0.5 if side == last else 1.0
             last = side
-    return np.array(rows), np.array(found)
+    return np.array(rows), np.array(measured)

@@ -38,14 +38,14 @@ def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
     if abs(float(exact) - problem.ratio) > 1e-12 * problem.ratio:
         count = math.ceil(problem.ratio * first / q)
     flows, steps = _first_order(problem, flow, points)
-    result, some = np.empty(len(points)), min(starts, count)
+    result, angles = np.empty(len(points)), min(starts, count)
     if problem.shape[1] > 1 and SQUARED * np.max(np.abs(problem.cells[:, 1])) >= count:
-        some = count
+        angles = count
     for number in np.unique(steps).tolist():
-        most = max(1, ENTRIES // (2 * some * number * flows[0].shape[0] ** 2))
+        most = max(1, ENTRIES // (2 * angles * number * flows[0].shape[0] ** 2))
         at = np.flatnonzero(steps == number)
         for part in np.array_split(at, math.ceil(len(at) / most)):
-            result[part] = _rates(problem, flows, points[part], number, some, count)
+            result[part] = _rates(problem, flows, points[part], number, angles, count)
     return np.asarray(result * first * points[:, -1] / (2.0 * np.pi * count))
 
 
