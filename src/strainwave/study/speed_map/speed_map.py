@@ -395,7 +395,5 @@ def _remarks(
     if below := out_of_reach(rules.limit, slow):
         remarks.append(below)
     if any(loaded.loose for loaded in by_load):
-        remarks.append(
-            "some trajectories settled on motions that were not followed; speeds beside them count as they do"
-        )
+        remarks.append("some trajectories settled on motions not followed; speeds beside them count as they do")
     return tuple(dict.fromkeys(remarks))
