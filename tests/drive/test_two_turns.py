@@ -17,6 +17,7 @@ from strainwave.app.commands.speed_map import write
 from strainwave.drive.two_turns import largest_beat
 from strainwave.files.reading import from_text
 from strainwave.files.variants.project_sweep import sweep_project
+from strainwave.numerics.torus import follow, growth
 from strainwave.study import two_turn_motion, two_turn_response
 
 N, K, J, ALPHA = 8.0, 2e4, 1.3, 2e5
@@ -167,6 +168,28 @@ def test_disturbances_grow_as_by_the_drives_equations():
         columns.append((ends[0] - ends[1]) / (2e-6 * (1.0, short.omega)[i]))
     largest = np.max(np.abs(np.linalg.eigvals(np.array(columns).T)))
     assert motion.growth[0] == pytest.approx(np.log(largest) / period, rel=1e-4)
+
+
+def test_growth_over_many_turns_is_found_in_parts_of_few(monkeypatch):
+    uneven = N + 0.03  # 803 turns until motor and output stand as before
+    error = sw.KinematicError((ERROR.lines[0], ERROR.lines[1]._replace(order=2 - 2 / uneven)))
+    motion = two_turn_motion(HELD._replace(N=uneven, error=error), HELD.omega)
+    whole = motion.growth
+    monkeypatch.setattr(growth, "ENTRIES", 400)  # of 100 turns at a time
+    parts = growth.growth(motion.problem, motion.flow, motion.points)
+    np.testing.assert_allclose(parts, whole, rtol=1e-9)
+
+
+def test_a_curve_of_as_many_waves_as_it_may_have_takes_no_more_than_its_motions_need(monkeypatch):
+    ratio = 20.0
+    error = sw.KinematicError((ERROR.lines[0], ERROR.lines[1]._replace(order=2 - 2 / ratio)))
+    train = HELD._replace(N=ratio, error=error)
+    free = two_turn_response(train, (60.0, 90.0))
+    monkeypatch.setattr(follow, "ALONG", 132)  # fewer than the waves that estimates ask for
+    curve = two_turn_response(train, (60.0, 90.0))
+    assert len(free.pairs) > len(curve.pairs)
+    assert curve.message == "reached both ends"
+    assert curve.largest.max() == pytest.approx(free.largest.max(), rel=1e-3)
 
 
 def test_a_linear_drive_answers_every_wave_by_itself():

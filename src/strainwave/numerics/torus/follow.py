@@ -215,9 +215,10 @@ def with_missing(driven: TwoTurns, problem: Torus, points: Floats, chords: Float
     """A problem with the waves that motions near some points (n, ...) take besides, with chords of the curve there.
 
     The points, those at a crest first, have these waves as they are moved, while these make fewer and fewer others.
-    Then the motions at the crest are solved for; where waves make more and more others, at all points.
+    Then the motions at the crest are solved for; at all points where waves make more and more others. Where they are
+    more than a curve may have, all motions are solved for from the beginning, which takes fewer.
     """
-    lacking, before = missing(problem, points, aim), MOST
+    begun, lacking, before = (problem, points, chords), missing(problem, points, aim), MOST
     while lacking and len(lacking) < before and len(problem.pairs) <= ALONG:
         old, problem, before = problem, _with(driven, problem, lacking), len(lacking)
         points, chords = (carried_over(old, problem, each) for each in (points, chords))
@@ -226,8 +227,10 @@ def with_missing(driven: TwoTurns, problem: Torus, points: Floats, chords: Float
             if pair in lacking:
                 blocks[..., i], blocks[..., h + i] = lacking[pair].T.real, -lacking[pair].T.imag
         lacking = missing(problem, points, aim)
+    if beyond := len(problem.pairs) > ALONG:
+        problem, points, chords = begun
     old = problem
-    for pair in list(zip(points, chords, strict=True))[: None if lacking else len(BESIDE)]:
+    for pair in list(zip(points, chords, strict=True))[: None if lacking or beyond else len(BESIDE)]:
         z, chord = carried_over(old, problem, np.array(pair))
         corrected = on_plane(problem, z, chord)
         while (
