@@ -66,14 +66,16 @@ def _rates(problem: Torus, flows: Any, points: Floats, steps: int, starts: int, 
             maps = turn_maps(problem, flows, points, steps, 2.0 * np.pi * np.arange(starts) / starts)
     (j, k), (_, q) = problem.basis.tolist()
     advance = 2.0 * np.pi * q / (problem.ratio * j + k)
-    phases = np.exp(1j * advance * np.outer(np.arange(count), order))
-    along = (phases @ waves.reshape(len(points), starts, -1)).real.reshape(len(points), count, *maps.shape[2:])
-    logarithm = np.zeros(len(points))
-    while along.shape[1] > 1:
-        even = along.shape[1] // 2 * 2
-        along = np.concatenate([along[:, 1:even:2] @ along[:, :even:2], along[:, even:]], axis=1)
-        largest = np.abs(along).max(axis=(2, 3), keepdims=True)
-        along, logarithm = along / largest, logarithm + np.log(largest).sum(axis=(1, 2, 3))
+    flat, logarithm = waves.reshape(len(points), starts, -1), np.zeros(len(points))
+    along, most = maps[:, :0], max(1, ENTRIES // maps[:, 0].size)
+    for turns in np.array_split(np.arange(count), math.ceil(count / most)):
+        some = (np.exp(1j * advance * np.outer(turns, order)) @ flat).real
+        along = np.concatenate([along, some.reshape(len(points), -1, *maps.shape[2:])], axis=1)
+        while along.shape[1] > 1:
+            even = along.shape[1] // 2 * 2
+            along = np.concatenate([along[:, 1:even:2] @ along[:, :even:2], along[:, even:]], axis=1)
+            largest = np.abs(along).max(axis=(2, 3), keepdims=True)
+            along, logarithm = along / largest, logarithm + np.log(largest).sum(axis=(1, 2, 3))
     values = np.linalg.eigvals(along[:, 0])
     if flows[-1] == "mean":
         apart = np.abs(values * np.exp(np.minimum(logarithm, 700.0))[:, None] - 1.0)
