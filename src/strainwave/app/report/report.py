@@ -52,7 +52,7 @@ NOTES = {
     "`strainwave analyze`; each curve is for the torque on the load that has the largest oscillation.",
     "x": f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}.",
     "rest": "Speeds are those of the motor or of the forcing. Natural frequency and damping ratio are those at rest, "
-    "in the motor mode of the file, without its loop. A shaded row is above its limit.",
+    "in the motor mode of the file, without its loop. A shaded drive is above its limit or has no stable motion.",
 }
 NOTE = " ".join(NOTES.values())
 
