@@ -14,7 +14,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 import strainwave as sw
 from strainwave.app.commands.response import facts
 from strainwave.app.commands.speed_map import write
-from strainwave.drive.two_turns import largest_beat
+from strainwave.drive.two_turns import beat_said, largest_beat
 from strainwave.files.reading import from_text
 from strainwave.files.variants.project_sweep import sweep_project
 from strainwave.numerics.torus import follow, growth
@@ -566,3 +566,9 @@ def test_the_words_of_a_project_name_its_loop_once(tmp_path):
     assert "motor: position loop of 30 Hz, damping 0.7, with the gravity of the load" in " ".join(said.split())
     assert "held" not in said
     assert "motor: held\n" in str(joint(tmp_path))
+
+
+def test_a_line_without_amplitude_beats_with_nothing():
+    silent = HELD._replace(error=sw.KinematicError((*ERROR.lines, sw.Line(2.37, 0.0))))
+    assert beat_said(silent) == beat_said(HELD)
+    assert two_turn_motion(silent, 45.0).largest == two_turn_motion(HELD, 45.0).largest

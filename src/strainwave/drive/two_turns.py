@@ -82,7 +82,7 @@ def beat_said(train: DriveTrain | None) -> tuple[float, str]:
     """
     if train is None:
         raise ValueError(VARIES)
-    of_lines = [pair[1] for line, pair in zip(lines_of(train.error), _pairs(train), strict=True) if line.amplitude]
+    of_lines = [k for _, k in _pairs(train)]
     pulls = [law.order for law in parts_of_angle(train.load.end().drag) if law.amplitude]
     lines, both = [train.N / (math.gcd(*some) or math.inf) for some in (of_lines, [*of_lines, *pulls])]
     alone = "" if lines == both else f" (its lines alone every {plain(lines)})"
@@ -367,9 +367,8 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
         raise ValueError(f"{WHY}; a law with corners has too many of them: {REMEDY}, or round its corners off")
     if not isinstance(train.error, NoError) and lacking(train.error, "lines"):
         raise ValueError(f"{WHY}; {type(train.error).__name__} lists no lines: give a KinematicError, or {REMEDY}")
-    lines = lines_of(train.error)
     of_lines = _pairs(train)
-    sizes = [a.amplitude * np.exp(-1j * a.phase) for a in lines]
+    sizes = [a.amplitude * np.exp(-1j * a.phase) for a in lines_of(train.error) if a.amplitude]
     rows = [(*pair, size.real, size.imag) for pair, size in zip(of_lines, sizes, strict=True)]
     torques = (term for torque in (train.motor.excitation, end.excitation) for term in terms_of(torque))
     driving = [(int(k), 0) for term in torques for k in orders_of(term) if getattr(term, "amplitude", 1.0)]
@@ -381,11 +380,12 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
 
 
 def _pairs(train: DriveTrain) -> list[tuple[int, int]]:
-    """Repeats (j, k) of the lines of the error per turn of motor and output; a ValueError says which line has none."""
+    """Repeats (j, k) per turn of motor and output of lines with an amplitude; a ValueError says which line has none."""
     pairs = []
     for i, line in enumerate(lines_of(train.error)):
         try:
-            pairs.append(order_pair(line.order, train.N))
+            if line.amplitude:
+                pairs.append(order_pair(line.order, train.N))
         except ValueError as error:
             raise ValueError(f"line {i} of the kinematic error: {error}") from None
     return pairs

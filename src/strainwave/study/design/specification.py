@@ -114,7 +114,7 @@ class Specification:
 
     def __post_init__(self, motor_inertias: tuple[float, ...] | None) -> None:
         """Take what version 0.2 calls motor_inertias as rotor_inertias, with a warning."""
-        if motor_inertias is not None:
+        if motor_inertias is not None and not self.rotor_inertias:
             warnings.warn("motor_inertias are rotor_inertias now", FutureWarning, stacklevel=3)
             object.__setattr__(self, "rotor_inertias", motor_inertias)
 
