@@ -33,8 +33,9 @@ def test_a_remedy_that_misses_the_limit_is_the_best_of_no_change():
     assert "torque of the largest oscillation" not in said
 
 
-def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), posture=None):
-    avoid = Avoid(unstable, peak, 110.0, 1.0, limit=limit, unstable=unstable)
+def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), posture=None, run_up=None):
+    passed = ((100.0, 120.0),) if run_up else ()
+    avoid = Avoid((*unstable, *passed), peak, 110.0, 1.0, (), limit, passed, run_up and (110.0, run_up), unstable)
     analysis = SimpleNamespace(
         avoid=avoid,
         posture=posture,
@@ -61,6 +62,10 @@ BAND = ((100.0, 120.0),)
         ),
         ((Answer.BUT, 14.0, (), BAND), "Fail at some speeds; at some speeds no motion of the curve is stable"),
         ((Answer.BUT, 14.0, (), (), 100.0, (1,)), "Fail at some speeds; the motion jumps"),
+        (
+            (Answer.BUT, 92.0, (), (), 100.0, (), None, 116.0),
+            "Fail at some speeds; the oscillation in the run-up is 16 % above its limit",
+        ),
         ((Answer.ALL_RIGHT, 14.0, (), (), None), "Pass; the file has no limit of the oscillation"),
     ],
 )

@@ -199,12 +199,14 @@ def test_jumps_are_told_of_the_computed_curve_first():
     assert verdict({"jumps": at[:1], "folds": []}).endswith("rpm at the motor, that of multiple scales does not.")
 
 
-def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None, beyond=(), exceeded=()):
-    avoid = Avoid(bands, largest, 140.0, slow, peaks, limit)
+def advised(
+    bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None, beyond=(), exceeded=(), run_up=None
+):  # fmt: skip
+    avoid = Avoid(bands, largest, 140.0, slow, peaks, limit, largest_passed=run_up and (100.0, run_up))
     response = SimpleNamespace(sweep=sweep)
     analysis = SimpleNamespace(
         avoid=avoid, remedies=remedies, not_tried=(), response=response, speeds=(60.0, 200.0), load_cases=(),
-        verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded),
+        train_curve=None, verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded),
     )  # fmt: skip
     return told(SpeedsToAvoid().data(view(analysis))["advice"])
 
@@ -226,6 +228,10 @@ def test_a_drive_without_a_resonance_in_its_range_has_no_speed_to_avoid():
     assert advised((), 1.5e-4, 1e-4)["sentence"] == (
         "No speed of the range has to be avoided for its oscillation: the error oscillates with at most 30.94 arcsec, "
         "1.5 times the 20.63 arcsec of quasi-static rotation, and nothing jumps."
+    )
+    assert advised((), 1.5e-4, 1e-4, limit=3e-4, run_up=2e-4)["sentence"] == (
+        "No speed of the range has to be avoided for its oscillation: the error oscillates with at most 30.94 arcsec "
+        "in steady motions and 41.25 arcsec in the run-up, within the limit of 61.88 arcsec, and nothing jumps."
     )
 
 

@@ -147,14 +147,18 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
     sweep = view.analysis.response.sweep
     slow = Angle(avoid.slow) + " of quasi-static rotation"
     if not avoid.bands:
-        largest = avoid.largest if avoid.largest_passed is None else max(avoid.largest, avoid.largest_passed[1])
+        passed = 0.0 if avoid.largest_passed is None else avoid.largest_passed[1]
+        largest = max(avoid.largest, passed)
+        most: Sentence | Angle = Angle(largest)
+        if passed > avoid.largest:
+            most = Sentence("{} in steady motions and {} in the run-up", Angle(avoid.largest), Angle(passed))
         times = f"{number(largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
         comparison = f"{times} the " + slow
         if avoid.limit is not None:
             comparison = "within the limit of " + Angle(avoid.limit)
         return Sentence(
             "No speed of the range has to be avoided for its oscillation: the error oscillates with at most {}, {}{}.",
-            Angle(largest), comparison, "" if sweep is not None and sweep.alone else ", and nothing jumps",
+            most, comparison, "" if sweep is not None and sweep.alone else ", and nothing jumps",
         )  # fmt: skip
     reasons: list[str] = []
     if avoid.peaks:
