@@ -68,16 +68,16 @@ def share(view: View) -> float | None:
 
 def _headline(view: View, verdict: Verdict) -> str:
     """Pass or fail, by how much or why."""
-    part, avoid, where = share(view), view.analysis.avoid, ""
+    part, avoid, case = share(view), view.analysis.avoid, ""
     if verdict.answer is Answer.ALL_RIGHT:
         below = "" if part is None else f"the oscillation is {percent(1.0 - part, 2)} below its limit"
         return f"Pass; {below or NO_LIMIT}"
     why = []
     if part is not None and part <= 1.0 and avoid and avoid.limit and avoid.largest_passed:
-        part, where = avoid.largest_passed[1] / avoid.limit, " in the run-up"
+        part, case = avoid.largest_passed[1] / avoid.limit, " in the run-up"
     if part is not None and part > 1.0:
         size = f"{number(part, 3)} times" if part > TWICE else f"{percent(part - 1.0, 2)} above"
-        why.append(f"the oscillation{where} is {size} its limit")
+        why.append(f"the oscillation{case} is {size} its limit")
     passed = gravest(verdict.exceeded)
     first = [finding for finding in passed if finding.limit not in MOTOR][:1]
     for finding in (*first, *(finding for finding in passed if finding.limit in MOTOR)):
