@@ -155,19 +155,32 @@ def test_the_part_that_repeats_with_every_turn_is_that_of_the_spectrum():
 
 def test_disturbances_grow_as_by_the_drives_equations():
     short = HELD._replace(B=0.1 * B)  # its disturbances last
-    period = 2.0 * np.pi * N / short.omega
     motion = two_turn_motion(short, short.omega)
-    start = motion.states(0, np.zeros(1))[:, 0]
+    assert motion.growth[0] == pytest.approx(marched_growth(short, motion, 0), rel=1e-4)
+
+
+def test_disturbances_beside_folds_grow_as_by_the_drives_equations():
+    error = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / N, 1e-5, 0.3)))
+    weak = HELD._replace(B=0.25 * B, load=sw.train.Load(J), error=error)
+    curve = two_turn_response(weak, (60.0, 90.0))
+    upper, lower = (int(np.flatnonzero(curve.omega == fold)[0]) for fold in curve.folds[:2])
+    for i in (upper + 2, lower - 2):
+        grown = marched_growth(weak._replace(omega=float(curve.omega[i])), curve, i)
+        assert curve.growth[i] == pytest.approx(grown, rel=1e-3)
+        assert not curve.stable[i]
+
+
+def marched_growth(train, curve, number):
+    """Rate [1/s] of the disturbances that last longest, over a turn of the output from a motion of a curve."""
+    period, start = 2.0 * np.pi * N / train.omega, curve.states(number, np.zeros(1))[:, 0]
     columns = []
-    for i in range(2):
-        ends = []
-        for step in (1e-6, -1e-6):
-            y = start.copy()
-            y[i] += step * (1.0, short.omega)[i]
-            ends.append(solve_ivp(rates_of(short), (0.0, period), y, "DOP853", rtol=1e-9, atol=1e-14).y[:, -1])
-        columns.append((ends[0] - ends[1]) / (2e-6 * (1.0, short.omega)[i]))
-    largest = np.max(np.abs(np.linalg.eigvals(np.array(columns).T)))
-    assert motion.growth[0] == pytest.approx(np.log(largest) / period, rel=1e-4)
+    for step in np.diag((1e-8, 1e-8 * train.omega)):
+        ends = [
+            solve_ivp(rates_of(train), (0.0, period), y, "DOP853", rtol=1e-11, atol=1e-16).y[:, -1]
+            for y in (start + step, start - step)
+        ]
+        columns.append((ends[0] - ends[1]) / (2.0 * np.sum(step)))
+    return np.log(np.max(np.abs(np.linalg.eigvals(np.array(columns).T)))) / period
 
 
 def test_growth_over_many_turns_is_found_in_parts_of_few(monkeypatch):

@@ -12,7 +12,7 @@ from .motion import LARGEST, highest
 from .problem import Torus, at_crossings
 
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
-LEAST_STEPS, PER_ORDER, PHASE, FINEST = 12, 8, 0.8, 2048  # steps a turn: per order, and [rad] of what is fastest
+LEAST_STEPS, PER_ORDER, PHASE, FINEST = 24, 16, 0.4, 2048  # steps a turn: per order, and [rad] of what is fastest
 MILD = 2.0  # times that angle, by the fourth root, where the stiffness varies less along the motion
 FINER = {"none": 1.0, "shift": 4.0, "mean": 8.0}  # steps by the disturbance left out; those beside it hardly grow
 STEPS = np.unique([2**a * b for a in range(1, 12) for b in (4, 5, 6, 7)])  # of a turn: curves take few of these
