@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from ..base.results import Floats
 from ..base.sentences import number
@@ -78,13 +77,13 @@ def _between(points: Floats) -> Floats:
     h, rise = np.diff(place)[:, None], np.diff(points, axis=0)
     slope = rise / h
     # Tangents of the cubic spline: its curvature has no jumps; at the ends those of parabolas through three points.
-    bands, right = np.zeros((3, len(points))), np.empty_like(points)
-    bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = h[:-1, 0], 2.0 * (h[1:, 0] + h[:-1, 0]), h[1:, 0]
-    bands[1, [0, -1]] = 1.0
-    right[1:-1] = 3.0 * (h[1:] * slope[:-1] + h[:-1] * slope[1:])
+    matrix, right = np.eye(len(points)), np.empty_like(points)
+    i = np.arange(1, len(points) - 1)
+    matrix[i, i - 1], matrix[i, i], matrix[i, i + 1] = h[1:, 0], 2.0 * (h[1:, 0] + h[:-1, 0]), h[:-1, 0]
+    right[i] = 3.0 * (h[1:] * slope[:-1] + h[:-1] * slope[1:])
     right[0] = slope[0] - h[0] * (slope[1] - slope[0]) / (h[0] + h[1])
     right[-1] = slope[-1] + h[-1] * (slope[-1] - slope[-2]) / (h[-1] + h[-2])
-    tangents = solve_banded((1, 1), bands, right)
+    tangents = np.linalg.solve(matrix, right)
     s = (np.arange(PARTS) / PARTS)[:, None]
     start, end = (h * tangents[:-1] - rise)[:, None], (h * tangents[1:] - rise)[:, None]
     among = points[:-1, None] + s * (rise[:, None] + (1.0 - s) * (start * (1.0 - s) - end * s))

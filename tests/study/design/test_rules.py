@@ -1,7 +1,7 @@
 """Rules of the datasheet: each turns a gear away for the value that a hand computes."""
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import pytest
 
@@ -124,10 +124,3 @@ def test_a_number_that_no_source_gives_turns_a_gear_away_where_it_is_needed(fiel
     assert list(found) == [name]
     assert found[name].sentence.startswith("No source gives")
     assert "CSG-40-50" in found[name].sentence
-
-
-def test_rotor_inertias_by_their_former_name_are_taken_with_a_warning():
-    values = {field.name: getattr(SPEC, field.name) for field in fields(SPEC)}
-    given = values.pop("rotor_inertias")
-    with pytest.warns(FutureWarning, match="^motor_inertias are rotor_inertias now$"):
-        assert sw.Specification(**values, motor_inertias=given) == SPEC

@@ -4,9 +4,8 @@ Cheap rules: what a gear's datasheet says about it before any vibration is compu
 """
 
 import math
-import warnings
 from collections.abc import Iterator
-from dataclasses import InitVar, dataclass
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,7 +91,7 @@ class Specification:
     load_inertias: tuple[float, ...]
     speeds: tuple[float, float]
     limit: float
-    rotor_inertias: tuple[float, ...] = ()
+    rotor_inertias: tuple[float, ...]
     damping_ratio: float
     duty: tuple[DutySegment, ...] = ()
     mean_torque: float | None = None
@@ -110,13 +109,6 @@ class Specification:
     loop: Any = None
     title: str = ""
     remarks: tuple[str, ...] = ()
-    motor_inertias: InitVar[tuple[float, ...] | None] = None
-
-    def __post_init__(self, motor_inertias: tuple[float, ...] | None) -> None:
-        """Take what version 0.2 calls motor_inertias as rotor_inertias, with a warning."""
-        if motor_inertias is not None and not self.rotor_inertias:
-            warnings.warn("motor_inertias are rotor_inertias now", FutureWarning, stacklevel=3)
-            object.__setattr__(self, "rotor_inertias", motor_inertias)
 
     def check(self) -> None:
         """Refuse numbers that are none or contradict each other (ValueError, TypeError)."""
