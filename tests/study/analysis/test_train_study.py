@@ -16,7 +16,7 @@ from strainwave.drive.run import drive_run
 from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import from_text
 from strainwave.study.analysis import train_study as of_trains
-from strainwave.study.analysis.avoid import LoadCase, load_cases
+from strainwave.study.analysis.avoid import LoadCase, in_run, load_cases
 from strainwave.study.analysis.resonances import operating_point
 from strainwave.study.analysis.train_study import train_study
 
@@ -64,6 +64,18 @@ def test_a_run_up_that_ends_before_it_begins_is_left_out_and_the_remark_says_so(
     assert study.ramp is None
     assert f"The run-up ends while motion settles at the lowest speed: {Status.DIVERGED.value}." in study.remarks
     assert "No steady motion of the train that repeats with every turn was found." in study.remarks
+
+
+@pytest.mark.compiled
+def test_the_begin_of_a_run_up_shakes_no_more_than_steady_motions_do():
+    """With one step of the acceleration the first turn has 2.4 times the steady oscillation."""
+    of, limits = project("loop: {type: cascade, bandwidth: 15 Hz, damping: 1}"), (60.0, 240.0)
+    system = of.system(reduced=True)
+    exact, curve = exact_response(system, limits), train_curve(of.train, limits)
+    turns = in_run(*train_study(of.train, system, limits, curve, exact, operating_point(system)).ramp)
+    slow = turns.omega < 100.0
+    assert np.count_nonzero(slow) > 5
+    assert np.max(turns.sizes[slow] / np.interp(turns.omega[slow], curve.omega, curve.oscillation)) < 1.15
 
 
 def begun(run):

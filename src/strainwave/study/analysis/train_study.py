@@ -34,6 +34,7 @@ from .resonances import OperatingPoint
 FREQUENCIES, MOST_HARMONICS = 240, 31
 ALIKE = 1e-3  # relative difference of speeds that are looked at once
 SLOW, BEFORE = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
+ONSET, CORNERS = 0.2, 9  # share of the run-up in which its acceleration begins, and points of the speed in it
 MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
 METHOD = Dopri5(rtol=1e-8, atol=1e-12)
 
@@ -297,13 +298,19 @@ def _torques(train: DriveTrain) -> tuple[Any, Any]:
 
 
 def _run_up(train: DriveTrain, system: Any, speeds: tuple[float, float], top: int, gear: Gear | None) -> Ramp:
-    """Run-up that takes 40/mu, after 8/mu at the lowest speed; shorter where that were more than 1000 turns."""
+    """Run-up that takes 40/mu, after 8/mu at the lowest speed; shorter where that were more than 1000 turns.
+
+    Its acceleration begins in steps of an eighth, then stays: one step would shake the drive, which no steady motion does.
+    """
     low, high = speeds
     mean = 0.5 * (low + high)
     mu = max(damping_of(system) / system.J, 0.02 * mean)
     length = min(SLOW / mu, MOST_TURNS * 2.0 * np.pi / mean)
     begin = min(BEFORE / mu, 0.2 * length)
-    profile = SpeedProfile((0.0, begin, begin + length), (low, low, high))
+    onset = np.linspace(0.0, 1.0, CORNERS)
+    first = low + (high - low) * ONSET / (2.0 - ONSET) * onset * onset
+    times = (0.0, *(begin + ONSET * length * onset).tolist(), begin + length)
+    profile = SpeedProfile(times, (low, *first.tolist(), high))
     timed = with_mean_torques(train)._replace(omega=1.0, reference=profile)
     cycles = top * mean * (begin + length) / (2.0 * np.pi)
     times = np.linspace(0.0, begin + length, int(SAMPLES * cycles) + 2)
