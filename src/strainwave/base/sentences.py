@@ -99,8 +99,9 @@ class Sentence(str):
         return Sentence("{}" * len(some), *some)
 
     def told(self, written: Callable[[Quantity], str]) -> str:
-        """Render the sentence with a function that writes a quantity."""
-        return "".join(part if isinstance(part, str) else written(part) for part in self.parts)
+        """Render the sentence with a function that writes a quantity; a speed in a user's unit is not called omega."""
+        text = "".join(part if isinstance(part, str) else written(part) for part in self.parts)
+        return text.replace("omega = ", "")
 
 
 def listed(parts: Iterable[str], between: str = " and ") -> Sentence:

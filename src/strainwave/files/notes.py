@@ -104,7 +104,7 @@ def load_remark(project: Project) -> tuple[str, ...]:
         return ()
     return (
         f"The curve is for a load torque of {project.mean_load_torque:.4g} N*m, of the range from {low:.4g} to "
-        f"{high:.4g} N*m that gravity or the file gives; `strainwave analyze` follows the range.",
+        f"{high:.4g} N*m that gravity or the file gives; an analysis follows the range.",
     )
 
 

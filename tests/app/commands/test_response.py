@@ -122,8 +122,8 @@ def test_speeds_of_the_curve_s_message_are_those_of_the_project_s_own_shaft(proj
     text = Sentence("at omega = {} it was cut short", Speed(loaded.speeds.limits[1]))
     curve = replace(loaded.response(coexisting=False), rounding=text)
     (said,) = (fact.value for fact in facts(loaded, curve) if fact.words == "response, motor: {}")
-    assert said.endswith("at omega = 38 rpm at the load it was cut short")
-    assert data(facts(loaded, curve))["message"].endswith("at omega = 38 rpm at the load it was cut short")
+    assert said.endswith("at 38 rpm at the load it was cut short")
+    assert data(facts(loaded, curve))["message"].endswith("at 38 rpm at the load it was cut short")
 
 
 def test_csv_holds_the_whole_curve_with_its_unstable_part(project, tmp_path):

@@ -187,7 +187,7 @@ def _sizes(
             against = f", {UNCOVERED} the limit of {angle_unit(limit).text(limit)} is not known to be met"
     return (
         f"{found.name}, largest oscillation: {angle.text(size, digits())} at {number(fast, digits(5))} {unit}{against}",
-        f"with its mean: at most {angle.text(largest, digits())} at {number(peak['speed'], digits(5))} {unit}",
+        f"largest error, mean included: {angle.text(largest, digits())} at {number(peak['speed'], digits(5))} {unit}",
     )
 
 
@@ -200,7 +200,7 @@ def _torques(project: Project, judged: Any) -> str:
     elif motor:
         said += f", of the motor {number(motor.torque, digits)} N·m"
         said += "" if ranged else f", {number(motor.holding, digits)} N·m of it at steady speed"
-    return f"{said}: all loads without vibration, and this one with it; analyze follows each" if ranged else said
+    return f"{said}; vibration is counted under this load alone, analyze counts it under all" if ranged else said
 
 
 def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:

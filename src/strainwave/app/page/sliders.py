@@ -17,7 +17,7 @@ from ...base.sentences import sign
 from ...compile.tree import leaves
 from ...drive.project import Project
 from ...drive.train_curve import at_load, has_curve
-from ...files.variants.names import nominal_of, numbers_of, of_record
+from ...files.variants.names import label_of, nominal_of, numbers_of, of_record
 from ...files.variants.replaced import OF_RECORD, replaced
 from ...files.yaml_text import read
 from ...numerics.curves.drive_numbers import beginning, drive_numbers, problem_for
@@ -172,7 +172,7 @@ def _slider(project: Project, content: dict[str, Any], name: str) -> tuple[Slide
         return None
     step = abs(value) or (1.0 if "N" not in unit else 0.1 * (project.rated_torque or 10.0))
     ends = (value / SPAN, value * SPAN) if value > 0.0 else (value - 5.0 * step, value + 5.0 * step)
-    slider = Slider(name, _label(name), value, unit, *ends, (), step)
+    slider = Slider(name, label_of(content, name), value, unit, *ends, (), step)
     try:
         drives = [_with(project, {slider: slider.at(ratio)}) for ratio in RATIOS]
     except ValueError:
@@ -278,12 +278,6 @@ def moved_numbers(numbers: Floats, rows: list[Slider], terms: list[Any], values:
 
 def _with(project: Project, changes: dict[Slider, float]) -> OnPage:
     return OnPage(replaced(project, {row.name: _quantity(value, row.unit) for row, value in changes.items()}))
-
-
-def _label(name: str) -> str:
-    """A name as a person reads it: "kinematic error 1 amplitude" for the first one; a symbol, as K_p, stays."""
-    words = [int(word) + 1 if word.isdigit() else word for word in name.removeprefix("excitation.").split(".")]
-    return " ".join(word if word[:1].isupper() else word.replace("_", " ") for word in map(str, words))
 
 
 def _quantity(value: float, unit: str) -> str:

@@ -11,7 +11,7 @@ from ...files.fields.kinds import Place, Row
 from ...files.fields.kinds import read as read_kind
 from ...files.fields.rows import inside, row_at
 from ...files.fields.schema import ProjectSpec
-from ...files.variants.names import keys_of, nominal_of, numbers_of, of_record, quantity
+from ...files.variants.names import keys_of, label_of, nominal_of, numbers_of, of_record, quantity
 from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
 from ..view import sign
@@ -22,8 +22,6 @@ SPAN = 10.0  # a slider goes from a tenth of the value to ten times it
 POSITIVE = ("N*m/rad", "kg*m**2")  # units of numbers that a slider keeps above zero
 UNSIGNED = ("hysteresis.", "motor.loop.")  # groups of numbers of any sign in the file that are hardly below zero
 MORE = {"excitation.load_torque.mean": "0 N*m"}  # what a slider may add to a file
-LABELS = {"load.drag.amplitude": "load gravity torque", "excitation.accuracy": "accuracy, peak-to-peak"}
-WORDS = {"B": "damping B", "to": "to", "from": "from", "mean": "mean"}
 
 
 def about(state: State) -> dict[str, Any]:
@@ -119,7 +117,7 @@ def _described(project: Project, content: dict[str, Any], name: str) -> dict[str
     row = row_of(content, name)
     return {
         "name": name,
-        "label": LABELS.get(name) or _label(content, name),
+        "label": label_of(content, name),
         "group": name.partition(".")[0],
         "value": value,
         "unit": unit,
@@ -140,20 +138,6 @@ def _range(value: float, unit: str, sign_of: str) -> tuple[float, float, bool]:
     if value <= 0.0:
         return 0.0, 1.0, False
     return value / SPAN, value * SPAN, True
-
-
-def _label(content: dict[str, Any], name: str) -> str:
-    """A name as a person reads it: "kinematic error, order 2: amplitude"."""
-    here: Any = content
-    words: list[str] = []
-    for key in name.split("."):
-        listed, here = isinstance(here, list), inside(here, key)
-        order = here.get("order") if isinstance(here, dict) else None
-        if isinstance(order, dict):  # repeats per turn of motor and output
-            order = f"({order.get('wave_generator', 0)}, {order['output']})"
-        plain = WORDS.get(key, key if key[:1].isupper() else key.replace("_", " "))
-        words.append(plain if not listed else f"order {order}" if order else str(int(key) + 1))
-    return " ".join(word for word in words if word not in ("excitation", "lines"))
 
 
 def unit_of(content: dict[str, Any], name: str) -> tuple[str, str]:

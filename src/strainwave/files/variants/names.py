@@ -18,6 +18,10 @@ Keys = tuple[str, ...]
 
 WORDS = ("title", "revision", "name", "file")  # fields that are no number, whatever they begin with
 GROUPS = {"motor": MotorSpec, "load": LoadSpec, "excitation": ExcitationSpec}  # whose names may be left out
+LABELS = {  # of names, and of their parts
+    "load.drag.amplitude": "load gravity torque", "excitation.accuracy": "accuracy, peak-to-peak",
+    "damping.B": "damping B", "B": "damping B",
+}  # fmt: skip
 
 
 def keys_of(content: dict[str, Any], path: str) -> Keys:
@@ -128,3 +132,19 @@ class Places:
         """Names of all numbers that may be free."""
         found = [self.name(path) for path, _, _, value in numbers(self.train) if isinstance(value, float)]
         return [name for name in found if name] + [f"torsion.{what}" for what in OF_SIGNAL]
+
+
+def label_of(content: dict[str, Any], name: str) -> str:
+    """A name as a person reads it: "kinematic error order 2 amplitude"."""
+    if name in LABELS:
+        return LABELS[name]
+    here: Any = content
+    words: list[str] = []
+    for key in name.split("."):
+        listed, here = isinstance(here, list), inside(here, key)
+        order = here.get("order") if isinstance(here, dict) else None
+        if isinstance(order, dict):  # repeats per turn of motor and output
+            order = f"({order.get('wave_generator', 0)}, {order['output']})"
+        plain = LABELS.get(key, key if key[:1].isupper() else key.replace("_", " "))
+        words.append(plain if not listed else f"order {order}" if order else str(int(key) + 1))
+    return " ".join(word for word in words if word not in ("excitation", "lines"))

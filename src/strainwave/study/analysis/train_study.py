@@ -300,7 +300,7 @@ def _torques(train: DriveTrain) -> tuple[Any, Any]:
 def _run_up(train: DriveTrain, system: Any, speeds: tuple[float, float], top: int, gear: Gear | None) -> Ramp:
     """Run-up that takes 40/mu, after 8/mu at the lowest speed; shorter where that were more than 1000 turns.
 
-    Its acceleration begins in steps of an eighth, then stays: one step would shake the drive, which no steady motion does.
+    Its acceleration begins in steps of an eighth: one step would shake the drive, which no steady motion does.
     """
     low, high = speeds
     mean = 0.5 * (low + high)
@@ -309,8 +309,8 @@ def _run_up(train: DriveTrain, system: Any, speeds: tuple[float, float], top: in
     begin = min(BEFORE / mu, 0.2 * length)
     onset = np.linspace(0.0, 1.0, CORNERS)
     first = low + (high - low) * ONSET / (2.0 - ONSET) * onset * onset
-    times = (0.0, *(begin + ONSET * length * onset).tolist(), begin + length)
-    profile = SpeedProfile(times, (low, *first.tolist(), high))
+    corners = (begin + ONSET * length * onset).tolist()
+    profile = SpeedProfile((0.0, *corners, begin + length), (low, *first.tolist(), high))
     timed = with_mean_torques(train)._replace(omega=1.0, reference=profile)
     cycles = top * mean * (begin + length) / (2.0 * np.pi)
     times = np.linspace(0.0, begin + length, int(SAMPLES * cycles) + 2)

@@ -103,7 +103,7 @@ async function paintSpeedMap(r, { asks }) {
   const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
   const allowed = inward(r.allowed, about.digits);
   const failures = r.failures.map((text) => signed(text) + " ").join("");
-  answer(`${failures}Usable under ${loads}: ${allowed ? allowed + " rpm" : "no speed"} (framed: ${signed(r.rule).replace(/^forbidden: /, "")}).`, failures ? false : null);
+  answer(`${failures}Usable under ${loads}: ${allowed ? allowed + " rpm" : "no speed"}${r.forbidden.some((bands) => bands.length) ? ` (framed: ${signed(r.rule).replace(/^forbidden: /, "")})` : ""}.`, failures ? false : null);
   const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
   const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
   const shapes = EDGE.flatMap((line) => r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: below(i), y1: above(i), line }))));
