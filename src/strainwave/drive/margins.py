@@ -137,8 +137,8 @@ def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.
     -------
     Margins
         `gain_crossings` (n,) [rad/s] with `phase_margins` (n,) [rad], `phase_crossings` (m,) [rad/s] with
-        `gain_margins` (m,), factors: every crossing of |L| = 1 and of the negative real axis between a
-        thousandth of the slowest pole and a thousand times the fastest.
+        `gain_margins` (m,), factors: every crossing of |L| = 1 and of the negative real axis between a thousandth of
+        the slowest pole and a thousand times the fastest. `delay_margin` [s].
 
     Raises
     ------

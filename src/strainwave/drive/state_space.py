@@ -133,8 +133,8 @@ def state_space(train: DriveTrain, *, at: ArrayLike | None = None, speed: float 
     Returns
     -------
     StateSpace
-        Matrices with the names and units of states, inputs and outputs. Derivatives are central differences, right to
-        about 1e-9 of the largest.
+        Matrices `A`, `B`, `C`, `D` in SI with the names and units of states, inputs and outputs. Derivatives are
+        central differences, right to about 1e-9 of the largest.
 
     Raises
     ------

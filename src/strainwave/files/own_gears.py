@@ -80,7 +80,8 @@ def read_gears(path: str | Path) -> dict[str, Gear]:
     Returns
     -------
     dict of str to Gear
-        The records by name, in the order of the file.
+        The records by name, in the order of the file, in SI: `K1`, `K2`, `K3` [N*m/rad], `T1`, `T2` and the limits of
+        torque [N*m]; `max_speed`, `average_speed` [rad/s]; `accuracy`, `lost_motion` [rad]; `ratio`.
 
     Raises
     ------

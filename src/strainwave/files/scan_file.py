@@ -180,6 +180,12 @@ def read_torque_curve(path: str | os.PathLike[str], column: str) -> Curve:
 def read_postures(path: str | os.PathLike[str]) -> tuple[Posture, ...]:
     """Read postures: the column `inertia`, and where they are there `torque` and `coupling`, with units.
 
+    Returns
+    -------
+    tuple of Posture
+        In the order of the file: `inertia` [kg*m^2] of the load, `torque` [N*m] of gravity and the stiffness of the
+        `coupling` [N*m/rad], None where the file has none.
+
     Raises
     ------
     FileError

@@ -125,7 +125,8 @@ def shoot(system: System, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11
     Returns
     -------
     Orbit
-        With multipliers from the monodromy matrix; `status` is `Status.NO_CONVERGENCE` where Newton's method fails.
+        `peak`, the largest |x| [rad], `coefficients` of the states (x [rad], x' [rad/s]) and `multipliers` from the
+        monodromy matrix; `status` is `Status.NO_CONVERGENCE` where Newton's method fails.
 
     Raises
     ------
@@ -251,8 +252,9 @@ def find_orbit(
     Returns
     -------
     Orbit
-        `coefficients` and `peak` of the states (x [rad] first), Floquet `multipliers`, `stable`; `status` is
-        `Status.OK` or the reason for stopping.
+        `coefficients` (2H+1, states) of the states, x [rad] and x' [rad/s] of an oscillator: mean, cos 1, sin 1, ...;
+        `peak`, the largest |x| [rad]; Floquet `multipliers`, without unit; `stable`; `status` is `Status.OK` or the
+        reason for stopping.
 
     Raises
     ------

@@ -191,8 +191,9 @@ def derive() -> Derivation:
     Returns
     -------
     Derivation
-        The equations of motion, the error equation with the motor free and held, and its coefficients. `str` prints
-        them, `latex()` typesets them.
+        Expressions of SymPy: the equations of motion [N*m], the error equation with the motor free and held
+        (`error_equation` [rad/s^2], `free_equation` and `held_equation` [N*m]), and its coefficients J [kg*m^2], mu
+        [1/s], `omega_0_squared` [1/s^2]. `str` prints them, `latex()` typesets them.
 
     Raises
     ------
@@ -273,6 +274,12 @@ def derive_arrangement(arrangement: Arrangement) -> ArrangedEquations:
     The teeth tie the turns of the members, z1 (w_fs - w_wg) = z2 (w_cs - w_wg), the fixed one's among them, which a
     torque T_f from the housing holds. The torsion u is the rigid gear's output angle less the load's and the error, and
     the torque T in the gear does the virtual work -T du.
+
+    Returns
+    -------
+    ArrangedEquations
+        Expressions of SymPy in `symbols`: torques on `motor`, `load` and housing (`reaction`) [N*m], the `torsion`
+        [rad], all in the motor's sense, and the `ratio`, without unit.
 
     Raises
     ------

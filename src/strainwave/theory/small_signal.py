@@ -164,7 +164,9 @@ def parametric_tongue(omega_0: float, mu: float, depth: float) -> ParametricTong
     Returns
     -------
     ParametricTongue
-        One-harmonic balance: the edges are right to order depth^2 (omega_0 depth^2/32 or so).
+        Edges `low` and `high` [rad/s] of the frequency of the stiffness, the `threshold` of its depth, without unit,
+        and the rate of `growth` [1/s]. One-harmonic balance: the edges are right to order depth^2 (omega_0 depth^2/32
+        or so).
 
     Raises
     ------

@@ -328,7 +328,7 @@ def export(
     Returns
     -------
     Exported
-        The file, and what is not in it.
+        The `path` of the file, and `notes`: sentences on its step and on what is not in it.
 
     Raises
     ------

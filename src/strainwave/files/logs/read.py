@@ -279,7 +279,8 @@ def read_log(
     Returns
     -------
     Log
-        In SI and radians, without repeated times and values that are not finite.
+        `channels` by name over `time` [s], in SI and radians as `units` says, without repeated times and values that
+        are not finite; `notes` on what reading guessed.
 
     Raises
     ------

@@ -212,8 +212,9 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     Returns
     -------
     Tabulated
-        The stiffness at an inner knot is the weighted harmonic mean of the two neighbouring secants (0 where one of
-        them is 0), at an end the three-point formula, limited so that the cubic stays monotone.
+        A law: torque [N*m] at a torsion [rad]. The stiffness at an inner knot is the weighted harmonic mean of the
+        two neighbouring secants (0 where one of them is 0), at an end the three-point formula, limited so that the
+        cubic stays monotone.
 
     Raises
     ------

@@ -352,6 +352,7 @@ def from_bandwidth(
     Returns
     -------
     PositionLoop, SpeedLoop or CascadeLoop, or Lagged of one
+        With its gains in SI, as its class says (`K_p` [N*m/rad], `K_d` [N*m*s/rad] of a PositionLoop).
 
     Raises
     ------

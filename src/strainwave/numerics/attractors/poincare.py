@@ -88,7 +88,8 @@ def poincare_section(
     Returns
     -------
     PoincareSection
-        May be empty where no crossing occurs.
+        States `y` (states, n), x [rad] and x' [rad/s] of an oscillator, with the base `phase` (n,) [rad] and the time
+        `t` (n,) [s] of each cut. May be empty where no crossing occurs.
 
     Raises
     ------

@@ -254,8 +254,9 @@ def fold_curve(
     Returns
     -------
     FoldCurve
-        Through the given fold, from where the curve leaves the range to where it leaves it again; both folds of an
-        overhanging peak where their cusp lies in the range.
+        `values` (n,) of the second parameter in its SI unit, the speed of the fold `turns` [rad/s] and its `peak`,
+        largest |x| [rad]: through the given fold, from where the curve leaves the range to where it leaves it again;
+        both folds of an overhanging peak where their cusp lies in the range.
 
     Raises
     ------

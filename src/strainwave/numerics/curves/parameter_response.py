@@ -64,8 +64,8 @@ def parameter_response(
     Returns
     -------
     Branch
-        `values` holds the parameter in arc order; each fold is an Orbit with its `value`. The branch ends where it
-        first leaves the range.
+        `values` (n,) of the parameter in its SI unit and `peak` (n,), largest |x| [rad], in arc order, with `stable`
+        and multipliers; each fold is an Orbit with its `value`. The branch ends where it first leaves the range.
 
     Raises
     ------

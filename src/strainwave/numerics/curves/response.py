@@ -149,8 +149,9 @@ def frequency_response(
     Returns
     -------
     Branch
-        In arc order from one end of the range to the other, with stability, folds and period doublings. Where the
-        curve leaves the range and comes back, the points outside are in it too: a range that begins or ends inside a
+        `omega` [rad/s], `peak`, largest |x| [rad], and `stable`, (n,) arrays, Fourier `coefficients` (n, 2H+1) of x
+        [rad], and `folds` and `doublings`, in arc order from one end of the range to the other. Where the curve
+        leaves the range and comes back, the points outside are in it too: a range that begins or ends inside a
         bistable band shows all motions that join the curve. Others at the ends are looked for by curves along the
         strength of the excitation, a constant torque and omega; `elsewhere` has those found that do not join the
         curve, and `message` tells of the stable ones and of a search that was cut short. Motions that no such curve
@@ -303,7 +304,8 @@ def response_family(
     Returns
     -------
     list of Branch
-        In the order of the members; a curve that fails has its own status.
+        `omega` [rad/s] and `peak`, largest |x| [rad], of each, in the order of the members; a curve that fails has
+        its own status.
 
     Raises
     ------

@@ -61,8 +61,9 @@ def switch_branch(
     Returns
     -------
     Branch
-        From next to the crossing to the end of the range, or to where it returns to the branch that it left. The
-        mirrored half (the same orbits, half a new period later) is not listed.
+        `omega` [rad/s] and `peak`, largest |x| [rad], (n,) arrays, from next to the crossing to the end of the range,
+        or to where it returns to the branch that it left. The mirrored half (the same orbits, half a new period
+        later) is not listed.
 
     Raises
     ------

@@ -162,6 +162,7 @@ def runge_kutta(
     Returns
     -------
     Tableau
+        A scheme whose numbers have no unit, for `FixedStep` or `AdaptiveStep`.
 
     Raises
     ------

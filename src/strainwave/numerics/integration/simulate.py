@@ -42,8 +42,9 @@ def simulate(system: System, y0: ArrayLike, t: float | ArrayLike, *, method: Met
     Returns
     -------
     Trajectory
-        `status` tells whether the end was reached; every value in it is finite. An interrupt (Ctrl-C) ends the run with
-        what is finished and the status INTERRUPTED.
+        States `y` (states, n), x [rad] and x' [rad/s] of an oscillator, over `t` (n,) [s]. `status` tells whether the
+        end was reached; every value in it is finite. An interrupt (Ctrl-C) ends the run with what is finished and the
+        status INTERRUPTED.
 
     Raises
     ------

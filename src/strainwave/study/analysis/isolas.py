@@ -114,12 +114,13 @@ def isolas(
     Returns
     -------
     list of Branch
-        Without copies (orbits shifted by whole forcing periods, or mirrored and shifted by half a turn).
-        `closed` says whether it is a loop: it is followed outside the range too, up to three times its ends; a branch
-        that does not close there is cut to the range. `origin` says how it was found. For q = 1 parts of the main
-        branch are left out. The list has a `message`: the speeds that were searched, the number of random starts and
-        how long they ran, and what they settled on that is not in the list: motions of other periods (up to 8 turns),
-        and starts that did not settle. The starts are the same in every run.
+        Each has `omega` [rad/s] and `peak`, largest |x| [rad], in arc order. Without copies (orbits shifted by whole
+        forcing periods, or mirrored and shifted by half a turn). `closed` says whether it is a loop: it is followed
+        outside the range too, up to three times its ends; a branch that does not close there is cut to the range.
+        `origin` says how it was found. For q = 1 parts of the main branch are left out. The list has a `message`: the
+        speeds that were searched, the number of random starts and how long they ran, and what they settled on that is
+        not in the list: motions of other periods (up to 8 turns), and starts that did not settle. The starts are the
+        same in every run.
 
     Raises
     ------

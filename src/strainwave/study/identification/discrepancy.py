@@ -117,8 +117,9 @@ def discrepancy(
     Returns
     -------
     Discrepancy
-        Terms that the residual has and the model has not, each with its size and its probability by chance;
-        none where nothing is found.
+        `rms` of the residual in its unit; `coloured`, the share of its power that its past predicts (0 to 1); its
+        strongest `line` [Hz]; `missing`, terms that the residual has and the model has not, by name, each with its
+        size and its probability by chance: none where nothing is found.
     """
     jacobian, residual = fitting(jacobian, residual)
     interval = number("interval [s]", interval, positive=True)

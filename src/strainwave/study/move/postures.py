@@ -84,6 +84,12 @@ def move_postures(
     **options
         As of `move`.
 
+    Returns
+    -------
+    PostureMoves
+        `moves`, a `Move` for each of the `postures`: `pointing_error` [rad], motor and gear torque [N*m] over `time`
+        [s], `settling_time` [s].
+
     Raises
     ------
     ValueError

@@ -104,7 +104,8 @@ def tune(
     Returns
     -------
     TunedLoop
-        `recommended` gains and those on the `front`, what binds, sensitivities, and the responses before and after.
+        `recommended` gains and those on the `front` (in SI; goals in rad, s, N*m as `goals` names them), what binds,
+        sensitivities, and the responses before and after.
 
     Raises
     ------

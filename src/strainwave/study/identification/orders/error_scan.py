@@ -150,8 +150,8 @@ def error_scan(
     Returns
     -------
     ErrorScan
-        `lines`: order, amplitude (0-to-peak) and phase [rad] with their standard errors; `residual` [rad];
-        `.error` is the kinematic error for a drive.
+        `lines`: order, `amplitude` (0-to-peak) [rad] and `phase` [rad], each with its standard error; `residual`
+        [rad], root mean square; `.error` is the kinematic error for a drive.
 
     Raises
     ------

@@ -162,8 +162,9 @@ def arrangement(motor_counts: ArrayLike, load_counts: ArrayLike, per_turn: int =
     Returns
     -------
     Counted
-        The sense of rotation assumes that both encoders count positive the same way; ratios of the catalogues (30, 50,
-        80, 100, 120, 160) or one more confirm it.
+        `ratio`, motor turns per output turn, whole, and `measured`, the slope with its `error`, all numbers without
+        unit; the `arrangement` and `why`. The sense of rotation assumes that both encoders count positive the same
+        way; ratios of the catalogues (30, 50, 80, 100, 120, 160) or one more confirm it.
 
     Raises
     ------

@@ -131,6 +131,12 @@ def measured_bode(
     notes : tuple of str
         More notes.
 
+    Returns
+    -------
+    MeasuredBode
+        `value` (n,), complex, in the unit of `quantity` (plant [rad/(N*m*s)], loop gain [1]), over `omega` (n,)
+        [rad/s], and `notes` on what was assumed.
+
     Raises
     ------
     ValueError
@@ -177,8 +183,10 @@ def bode_of_records(
     Returns
     -------
     MeasuredBode
-        At the frequencies that are excited and where the noise leaves the plant; the deviations are those of the noise
-        averaged over 9 frequencies. A note says by how much H1 would be off.
+        `value` (n,), complex, of the plant: motor speed over its torque [rad/(N*m*s)], with its `deviation` (n,) in
+        the same unit, at the frequencies `omega` (n,) [rad/s] that are excited and where the noise leaves the plant.
+        The deviations are those of the noise averaged over 9 frequencies; one of the `notes` says by how much H1
+        would be off.
 
     Raises
     ------
