@@ -16,7 +16,7 @@ from ..base.sentences import listed, on_screen
 from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
-from ..model.excitation import Harmonics, KinematicError
+from ..model.excitation import Harmonics, KinematicError, shortest
 from ..model.gears.error_spectrum import LoadedError
 from ..model.gears.gear import Gear
 from ..model.orders import Arrangement
@@ -24,7 +24,6 @@ from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, 
 from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
-from ..model.train.shafts import NO_TORQUE
 from .asked import MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
@@ -251,7 +250,7 @@ class Project:
 
         def loaded(train: DriveTrain) -> DriveTrain:
             plain = train if keeps_gravity else without_gravity(train)
-            load = plain.load.with_end(plain.load.end()._replace(excitation=parts["load_torque"] or NO_TORQUE))
+            load = plain.load.with_end(plain.load.end()._replace(excitation=shortest(parts["load_torque"])))
             return plain._replace(load=load, error=(self.loaded_error and parts["kinematic_error"]) or train.error)
 
         train, whole = self.train and loaded(self.train), self.whole and loaded(self.whole)

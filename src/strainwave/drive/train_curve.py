@@ -14,7 +14,7 @@ from ..base.quantities import number, shown
 from ..base.results import Floats
 from ..base.sentences import listed
 from ..base.series import largest_of_samples, oscillation
-from ..model.excitation import Harmonics
+from ..model.excitation import Harmonics, shortest
 from ..model.gears.error_spectrum import extremes
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
@@ -237,7 +237,7 @@ def as_train(system: System, ratio: float | None) -> DriveTrain:
     if lacking(terms[0], "amplitude"):
         raise TypeError(f"{shown(system.excitation)} has no orders; give a Harmonic or Harmonics")
     against = Harmonics(tuple(term._replace(amplitude=-term.amplitude, mean=-term.mean) for term in terms))
-    load = Load(system.J, against)
+    load = Load(system.J, shortest(against))
     return DriveTrain(
         Motor(1.0, control=Held()), ratio, system.B, system.law, load, system.omega, system.error
     )  # fmt: skip

@@ -6,14 +6,14 @@ from typing import Any, Literal, NamedTuple
 from ..base.law import spring_stiffness
 from ..base.protocols import Law, need
 from ..base.quantities import SMALLEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
-from .excitation import Harmonic, Harmonics, KinematicError, NoError
+from .excitation import Harmonic, Harmonics, KinematicError, NoError, shortest
 from .laws.friction import NO_FRICTION
 from .laws.springs import Cubic
 from .oscillator import Oscillator
 from .train.controls import FREE
 from .train.drive_train import DriveTrain
 from .train.motion import STEADY
-from .train.shafts import NO_DRAG, NO_TORQUE, Load, Motor
+from .train.shafts import NO_DRAG, Load, Motor
 
 
 class Drive(NamedTuple):
@@ -110,7 +110,7 @@ class Drive(NamedTuple):
         of_motor = N * J_l / (reflected + J_l)
         of_load = -reflected / (reflected + J_l) if free else -1.0
         terms = _scaled("motor_torque", motor_torque, of_motor) + _scaled("load_torque", load_torque, of_load)
-        excitation = Harmonics(terms) if len(terms) > 1 else (terms or (Harmonic(0.0),))[0]
+        excitation = shortest(Harmonics(terms) if terms else None)
         error = NoError() if kinematic_error is None else kinematic_error
         system = Oscillator(self.J if free else self.J_l, self.B, self.law, excitation, omega, error)
         return system if _symbolic(system) else checked(system)
@@ -153,8 +153,8 @@ class Drive(NamedTuple):
             With one sentence on what is wrong with which part.
         """
         error = NoError() if kinematic_error is None else kinematic_error
-        motor = Motor(self.J_m, NO_TORQUE if motor_torque is None else motor_torque, motor_drag, control)
-        load = Load(self.J_l, NO_TORQUE if load_torque is None else load_torque, load_drag)
+        motor = Motor(self.J_m, shortest(motor_torque), motor_drag, control)
+        load = Load(self.J_l, shortest(load_torque), load_drag)
         train = DriveTrain(motor, self.N, self.B, self.law, load, omega, error, reference, friction)
         return train if _symbolic(train) else checked(train)
 

@@ -71,6 +71,13 @@ class Harmonics(NamedTuple):
         return Waves(tuple(full_wave(t.amplitude * factor, t.order, t.phase, t.mean * factor) for t in self.terms))
 
 
+def shortest(torque: Any) -> Any:
+    """Return a torque in its shortest form, no torque for None, one term alone: drives that compile alike."""
+    if torque is None:
+        return Harmonic(0.0)
+    return torque.terms[0] if isinstance(torque, Harmonics) and len(torque.terms) == 1 else torque
+
+
 def wave(amplitude: Reals, order: int, phase: Reals, mean: Reals = 0.0) -> Any:
     """Wave mean + amplitude cos(order angle + phase), in its shortest form."""
     if np.all(np.asarray(phase) == 0.0) and np.all(np.asarray(mean) == 0.0):

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.base.quantities import checked
+from strainwave.compile.address import kind_of
 
 ERROR = sw.KinematicError((sw.Line(2, 1.1e-4, 0.3), sw.Line(4, 2e-5)))
 HARD = sw.Cubic(7160.0, 1e4)
@@ -408,3 +409,13 @@ def test_motor_starts_from_rest_under_a_torque_profile():
     run = sw.simulate(train, (0.0,) * 4, 0.3, method=sw.Dopri5(rtol=1e-7))
     expected = 1.0 / b * (1.0 - np.exp(-(0.3 - 0.5e-4) * b / inertia))
     assert run.y[3, -1] == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_drive_is_of_one_kind_with_and_without_a_mean_torque():
+    """Each kind compiles anew: under every torque of a load the train is of the classes of the train without one."""
+    drive = sw.Drive(1e-3, 1.0, 50.0, 5.0, sw.Linear(1e4))
+    loaded = drive.train(load_torque=sw.Harmonics((sw.Harmonic(0.0, mean=3.0),)))
+    assert loaded.load.excitation == sw.Harmonic(0.0, mean=3.0)
+    assert kind_of(loaded) == kind_of(drive.train())
+    two = sw.Harmonics((sw.Harmonic(1.0, 2), sw.Harmonic(0.5, 4)))
+    assert drive.train(motor_torque=two).motor.excitation == two

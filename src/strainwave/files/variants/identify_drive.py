@@ -12,6 +12,7 @@ import numpy as np
 
 from ...base.arguments import silent, typed
 from ...base.law import states_of, torque_of
+from ...base.protocols import terms_of
 from ...base.quantities import joined, parameters, shown
 from ...base.results import Floats
 from ...base.sentences import listed, on_screen
@@ -332,7 +333,7 @@ def _on_measured_motor(project: Project) -> DriveTrain:
         raise ValueError(
             "load.coupling: two angles do not tell a coupling from the gear; measure between them and use sw.identify"
         )
-    terms = getattr(whole.load.excitation, "terms", ())
+    terms = terms_of(whole.load.excitation)
     if any(term.amplitude for term in terms):
         raise ValueError(
             "excitation.load_torque has lines over the motor's turn, which no log in time holds; measure load_torque"

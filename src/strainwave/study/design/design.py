@@ -18,7 +18,7 @@ from ...base.results import Interrupted, SolveError
 from ...base.sentences import listed
 from ...base.units import ARCSEC, RPM
 from ...model.drive import Drive
-from ...model.excitation import Harmonic, Harmonics, KinematicError
+from ...model.excitation import Harmonic, KinematicError
 from ...model.gears import catalogue
 from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
@@ -273,7 +273,7 @@ class _Search:
         drive = Drive(J_m, option.load, ratio, float(spec.damping(gear.law.K1, option.load)), gear.law)
         control = spec.control(J_m + option.load / ratio**2)
         return drive.train(
-            load_torque=Harmonics((Harmonic(0.0, mean=torque),)),
+            load_torque=Harmonic(0.0, mean=torque),
             kinematic_error=_error(gear, spec),
             omega=ratio * math.sqrt(spec.speeds[0] * spec.speeds[1]),
             control=Held() if control is None else control,
