@@ -22,6 +22,15 @@ def test_the_answer_stays_in_sight_at_every_slider(page, width, height):
     assert not last.is_visible()  # the stiffnesses of the catalogue are folded
 
 
+def test_pictures_side_by_side_stay_in_their_columns_from_the_first_on(blank):
+    blank.set_viewport_size({"width": 2560, "height": 1440})
+    blank.goto(f"{blank.base}#gear=CSG-40-50&view=response")
+    blank.wait_for_selector("#plot-response[data-drawn]")
+    blank.wait_for_selector("#plot-torque[data-drawn]")
+    within = "() => [...document.querySelectorAll('.plot')].every((box) => box._fullLayout.width < box.clientWidth + 1)"
+    blank.wait_for_function(within)
+
+
 def test_a_phone_shows_the_whole_answer_with_gravity_and_what_is_assumed(page):
     page.set_viewport_size({"width": 375, "height": 812})
     page.locator("#part-gravity").click()

@@ -110,6 +110,7 @@ export async function draw(name, { data, layout, table, label, size = "" }) {
       take.append(one);
     }
     plots.append(element("figure", {}, box, take));
+    for (const former of plots.querySelectorAll(".plot[data-drawn]")) window.Plotly.Plots.resize(former); // beside which it stands now
   }
   box.setAttribute("aria-label", label);
   box.table = table;
