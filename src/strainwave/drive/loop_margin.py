@@ -182,8 +182,7 @@ def bode(
 
 def _speeds(train: DriveTrain, states: Any) -> tuple[Complexes, Complexes]:
     """Speeds (n,) of motor and load for complex states (states, n)."""
-    held = train.motor.held
-    motor = np.zeros(states.shape[1], complex) if held else states[3].astype(complex)
+    motor = np.zeros(states.shape[1], complex) if train.motor.held else states[3].astype(complex)
     return motor, motor / train.N - states[1] - coupling_twist(train, states)[1]
 
 

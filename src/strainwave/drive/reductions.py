@@ -157,8 +157,7 @@ def compare_with_train(
                 whole._replace(omega=float(speed)), guess=_extended(train, free, before[0]), harmonics=harmonics
             )
             if exact.status.found:
-                ripple = np.max(np.abs(exact.state(phase)[2]))
-                table[i, 0], table[i, 3] = exact.peak, ripple / speed
+                table[i, 0], table[i, 3] = exact.peak, np.max(np.abs(exact.state(phase)[2])) / speed
     return Reductions(speeds, table[:, 0], table[:, 1], table[:, 2], error_slope(train), table[:, 3])
 
 

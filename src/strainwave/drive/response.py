@@ -158,8 +158,7 @@ def of_equation(
     found = DriveResponse(curve, sweep, curve.peak, largest_of_samples(torque), cubic_means(torque), has_reference)
     if train is None:
         return found
-    motor = motor_torque(train, angles, torque)
-    return replace(found, **sizes_of(motor))
+    return replace(found, **sizes_of(motor_torque(train, angles, torque)))
 
 
 def torque_along(system: Any, curve: Branch) -> tuple[Floats, Floats]:

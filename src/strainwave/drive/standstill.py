@@ -247,8 +247,7 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     plain, T, J = _sliding(train, 0.0), breakaway(train.motor.drag), train.motor.J
     stuck = plain._replace(motor=plain.motor._replace(J=HEAVY * J))
     state = operating_state(plain, 0.0)
-    poles = np.abs(state_space(plain, at=state).poles)
-    span = 2.0 * pi / float(np.max(poles))
+    span = 2.0 * pi / float(np.max(np.abs(state_space(plain, at=state).poles)))
 
     def pull(y: Any) -> Floats:
         return np.asarray(stuck.rhs(0.0, tuple(y))[3]) * (HEAVY * J)

@@ -79,8 +79,7 @@ class StateSpace(Result):
         """
         size, memory = np.abs(self.poles), sum(" z" in name for name in self.states)
         at_rest = np.sort(size)[:memory] <= ROUNDING * np.max(size, initial=0.0)
-        moving = self.poles[np.argsort(size)[int(np.sum(at_rest)) :]]
-        return bool(np.all(moving.real < 0.0))
+        return bool(np.all(self.poles[np.argsort(size)[int(np.sum(at_rest)) :]].real < 0.0))
 
     def response(self, omega: ArrayLike) -> Complexes:
         """Frequency response (outputs, inputs, n) at frequencies [rad/s], y over u."""

@@ -68,11 +68,11 @@ class Variational(NamedTuple):
 
 def period_map(system: System, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
     """State after one period, the monodromy matrix (2, 2), sizes of the states; None if the solution stops before."""
-    start = [*y0, 1.0, 0.0, 0.0, 1.0]
-    end = simulate(Variational(system), start, (0.0, duration), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0)))
+    start, method = [*y0, 1.0, 0.0, 0.0, 1.0], Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0, duration))
+    end = simulate(Variational(system), start, (0.0, duration), method=method)
     if not end.status:
         return None
-    size = _size(end.y[:2, -1])
+    size = _size(end.y[:2, -1], duration)
     return end.y[:2, -1], end.y[2:, -1].reshape(2, 2).T, size * np.array([1.0, 2.0 * np.pi / duration])
 
 
@@ -81,7 +81,7 @@ def differenced_map(system: System, y0: Floats, duration: float, rtol: float) ->
 
     Of laws with memory, which need not be smooth: the matrix is good to about six digits.
     """
-    method = Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0))
+    method = Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0, duration))
 
     def end(start: Floats) -> Floats | None:
         run = simulate(system, start, (0.0, duration), method=method)
@@ -101,8 +101,9 @@ def differenced_map(system: System, y0: Floats, duration: float, rtol: float) ->
     return run.y[:, -1], np.array(columns).T, sizes
 
 
-def _size(y0: Floats) -> float:
-    return max(abs(float(y0[0])), 1e-9)
+def _size(y: Floats, duration: float) -> float:
+    """Size of a motion whose state of two numbers or more repeats after a time [s]; of one number that of this."""
+    return max(abs(float(y[0])), *(abs(float(v)) * duration / (2.0 * np.pi) for v in y[1:2]), 1e-9)
 
 
 def shoot(system: System, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, throw: bool = False) -> Orbit:
@@ -137,13 +138,17 @@ def shoot(system: System, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11
         If Newton's method fails and `throw` is true.
     """
     system = periodic("shoot", with_parts("shoot", system, "rhs"), period)
-    y = numbers("y0", y0)
-    n = len(y)
-    smooth = n == 2 and has_jacobian(system)
     positive_count("period", period)
     Dopri5(rtol=rtol)
     omega = number("omega", omega_of(system), positive=True)
-    duration = 2.0 * np.pi * period / omega
+    return raised(_sampled(system, omega, period, rtol, *closed_state(system, numbers("y0", y0), period, rtol)), throw)
+
+
+def closed_state(system: System, y: Floats, period: int, rtol: float) -> tuple[Floats, Floats, Status]:
+    """State near y that repeats after so many turns, the monodromy matrix, and whether Newton's method found it."""
+    n = len(y)
+    smooth = n == 2 and has_jacobian(system)
+    duration = 2.0 * np.pi * period / omega_of(system)
     matrix = np.full((n, n), 1e300)
     status, last = Status.NO_CONVERGENCE, np.inf
 
@@ -172,12 +177,12 @@ def shoot(system: System, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11
             y, turns = _gone_on(system, y, turns * duration, rtol), min(2 * turns, MOST_TURNS)
             nearer = y, mapped(y)
         y, after = nearer
-    return raised(_sampled(system, y, omega, period, matrix, rtol, status), throw)
+    return y, matrix, status
 
 
 def _gone_on(system: System, y: Floats, time: float, rtol: float) -> Floats:
     """State after a time [s]; the state itself where the motion ends before."""
-    run = simulate(system, y, (0.0, time), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y)))
+    run = simulate(system, y, (0.0, time), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y, time)))
     return run.y[:, -1] if run.status else y
 
 
@@ -198,10 +203,10 @@ def _nearer(mapped: Any, y: Floats, now: tuple[Floats, Floats, Floats], step: Fl
     return None
 
 
-def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, rtol: float, status: Status) -> Orbit:
+def _sampled(system: Any, omega: float, period: int, rtol: float, y: Floats, matrix: Floats, status: Status) -> Orbit:
     duration = 2.0 * np.pi * period / omega
     times = np.linspace(0.0, duration, SAMPLES + 1)
-    run = simulate(system, y, times, method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y)))
+    run = simulate(system, y, times, method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y, duration)))
     if not run.status:
         run, status = simulate(system, np.zeros(len(y)), times[:3]), Status.DIVERGED
     spectrum = np.fft.rfft(run.y[:, :SAMPLES], axis=1).T * (2.0 / min(SAMPLES, run.y.shape[1]))

@@ -173,8 +173,7 @@ def _at_speed(
 ) -> SpeedSpread:
     base = system if "omega" in apart else system._replace(omega=omega)
     count = len(next(iter(drives.values())))
-    states = state_count(system)
-    ends = settled(base, apart, np.zeros((states, count)), **how)
+    ends = settled(base, apart, np.zeros((state_count(system), count)), **how)
     peak = np.maximum(np.abs(ends.lowest), np.abs(ends.highest))
     good = ~ends.diverged
     if np.count_nonzero(good) < LEAST:
@@ -204,8 +203,7 @@ def _jump_speeds(branch: Branch) -> tuple[float, float] | None:
 
 def _band(system: System, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
     natural = natural_frequencies(system, drives, amplitude)
-    orders = active_orders(system)
-    inside = {k: (natural >= k * low) & (natural <= k * high) for k in orders}
+    inside = {k: (natural >= k * low) & (natural <= k * high) for k in active_orders(system)}
     return Band(low, high, amplitude, natural, inside)
 
 

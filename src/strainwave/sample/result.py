@@ -160,8 +160,7 @@ def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
     """Interval of 95 % of a probability of which `count` trials gave `hits`."""
     tail = 0.5 * (1.0 - CONFIDENCE)
     low = 0.0 if hits == 0 else float(betaincinv(hits, count - hits + 1, tail))
-    high = 1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail))
-    return low, high
+    return low, (1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,11 +322,10 @@ class Variability:
 
     def dataset(self) -> xr.Dataset:
         """Parameters and peaks over (speed, drive), quantiles over (speed, quantile), ranking over (speed, path)."""
-        first = self.speeds[0]
         data = xr.Dataset(
             coords={
                 "speed": ("speed", [s.omega for s in self.speeds], {"units": "rad/s"}),
-                "quantile": first.shares,
+                "quantile": self.speeds[0].shares,
                 "path": list(self.drives),
             },
             attrs={"seed": self.seed},

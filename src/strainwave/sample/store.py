@@ -236,8 +236,7 @@ class SweepStore:
 
     def _check_arrays(self) -> None:
         """Raise a ValueError if the description of an array cannot be read."""
-        names = [STATUS, MESSAGE, DONE, *self.units, *(v.name for v in self.variables or ())]
-        for name in names:
+        for name in [STATUS, MESSAGE, DONE, *self.units, *(v.name for v in self.variables or ())]:
             try:
                 self._at(name)
             except Exception as error:

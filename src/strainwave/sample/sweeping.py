@@ -91,10 +91,9 @@ class EnsembleMeasure:
 
     def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
         """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""
-        chosen = {} if self.method is None else {"method": self.method}
         found = ensemble(
             system, dict(values), self.y0, periods=self.periods, settle=self.settle, measures=self.measures,
-            threads=1, device=self.device, **chosen,
+            threads=1, device=self.device, **{} if self.method is None else {"method": self.method},
         )  # fmt: skip
         small = {"status": "int8", "period": "int8", "steps": "int32"}  # of many points, each byte counts
         return found.assign({name: found[name].astype(kind) for name, kind in small.items() if name in found})

@@ -171,11 +171,10 @@ def reproduce(*, progress: Callable[[str, float], None] = silent) -> Reproductio
 def _table_3() -> list[Cell]:
     drive = HDC_40_050
     amplitude = MOTOR_TORQUE / (drive.N * drive.J_m)
-    hertz = drive.omega_0 / (2.0 * math.pi)
     rows = (
         ("mu", "1/s", drive.mu, "0.129", "B/J of Table 3 is 2.7 times the printed value (N1)"),
         ("omega_0", "rad/s", drive.omega_0, "37.2", "sqrt(K/J) of Table 3 is 10.4 times the printed value (N2)"),
-        ("omega_0 as a frequency", "Hz", hertz, "5.92", FOLLOWS),
+        ("omega_0 as a frequency", "Hz", drive.omega_0 / (2.0 * math.pi), "5.92", FOLLOWS),
     )
     place = ("Table 3", "", "derived")
     cells = [_compared(place, name, unit, value, Printed(text), reason) for name, unit, value, text, reason in rows]

@@ -15,11 +15,12 @@ from ..drive.response import settling_time
 from ..numerics.balance.harmonics import highest_order
 from ..numerics.integration.methods import Dopri5
 from ..numerics.integration.simulate import simulate
+from ..numerics.shooting import closed_state
 
 TIGHT = Dopri5()
 SAMPLES = 256  # per period of the base angle
 LONGER = (1, 2, 4, 8, 16, 32)  # settling times more, where a motion does not repeat yet: beside a fold it takes many
-CLOSED, ROUNDING = 1e-6, 0.5  # relative gap of a closed orbit; half of it, not halved again, is that of the integration
+CLOSED = 1e-6  # relative gap of a closed orbit
 FARTHEST = 0.2  # a closing step larger than this share of the state may lead to another orbit
 
 
@@ -133,8 +134,12 @@ def settle(
             return _motion(system, period, run, None)
     if not close:
         return _motion(system, period, _lap(system, start, period, method), None)
-    run, matrix = _closed(system, start, period, method)
-    return _motion(system, period, run, matrix)
+    lap = _lap(system, start, period, method)
+    state, matrix, status = closed_state(system, np.array(start), period, method.rtol)
+    scale = _scale(system, lap)
+    if not status or np.linalg.norm((state - start) * scale) > FARTHEST * np.linalg.norm(start * scale):
+        return _motion(system, period, lap, None)
+    return _motion(system, period, _lap(system, tuple(state.tolist()), period, method), matrix)
 
 
 def settled(
@@ -159,23 +164,8 @@ def finished_or_interrupted(run: Trajectory) -> Trajectory:
 def _lap(system: Any, start: tuple[float, ...], period: int, method: Dopri5) -> Trajectory:
     """One span of the motion, in samples fit for its spectrum."""
     length = 2.0 * math.pi / system.omega * period
-    order = highest_order(system)
-    grid = np.linspace(0.0, length, SAMPLES * max(period, order) + 1)
+    grid = np.linspace(0.0, length, SAMPLES * max(period, highest_order(system)) + 1)
     return finished_or_interrupted(simulate(system, start, grid, method=method))
-
-
-def _matrix(system: Any, lap: Trajectory, method: Dopri5) -> Floats | None:
-    """Derivative of the period map, by forward differences of states that are `1e-5` apart."""
-    start, end = lap.y[:, 0], lap.y[:, -1]
-    scale = _scale(system, lap)
-    size = max(abs(start[0]), abs(start[1]) / system.omega, 1e-9)
-    columns = []
-    for step in np.diag(1e-5 * size / scale):
-        moved = finished_or_interrupted(simulate(system, start + step, lap.t[[0, len(lap.t) // 2, -1]], method=method))
-        if not moved.status:
-            return None
-        columns.append((moved.y[:, -1] - end) / np.max(step))
-    return np.array(columns).T
 
 
 def _scale(system: Any, lap: Trajectory) -> Floats:
@@ -183,36 +173,6 @@ def _scale(system: Any, lap: Trajectory) -> Floats:
     largest = np.max(np.abs(lap.y), axis=1)
     inner = [largest[0] / z if z > 0.0 else 1.0 for z in largest[2:]]
     return np.array([1.0, 1.0 / system.omega, *inner])
-
-
-def _closed(system: Any, start: tuple[float, ...], period: int, method: Dopri5) -> tuple[Trajectory, Floats | None]:
-    """Newton's method on the period map, with its derivative renewed only where it converges slowly.
-
-    The lap that comes nearest to a closed orbit is returned, with the derivative of the map near it.
-    """
-    best, best_gap, matrix, old = None, math.inf, None, math.inf
-    for _ in range(10):
-        lap = _lap(system, start, period, method)
-        if not lap.status:
-            break
-        miss, scale = lap.y[:, -1] - lap.y[:, 0], _scale(system, lap)
-        gap, size = float(np.linalg.norm(miss * scale)), float(np.linalg.norm(lap.y[:, 0] * scale)) + 1e-300
-        if gap < best_gap:
-            best, best_gap = lap, gap
-        elif gap > 10.0 * best_gap:
-            break
-        if matrix is not None and (gap < 1e-9 * size or ROUNDING * old < gap < ROUNDING * CLOSED * size):
-            break
-        if matrix is None or gap > 0.2 * old:
-            matrix = _matrix(system, lap, method)
-        old = gap
-        if matrix is None or abs(np.linalg.det(matrix - np.eye(len(start)))) < 1e-9 or gap < 1e-13 * size:
-            break
-        step = np.linalg.solve(matrix - np.eye(len(start)), -miss)
-        if float(np.linalg.norm(step * scale)) > FARTHEST * size:
-            break
-        start = tuple((np.array(start) + step).tolist())
-    return (lap if best is None else best), matrix
 
 
 def _motion(system: Any, period: int, run: Trajectory, matrix: Floats | None) -> SteadyMotion:

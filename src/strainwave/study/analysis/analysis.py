@@ -92,8 +92,7 @@ def gear_loop(law: Any, torque: float, rated: bool) -> GearLoop:
     widths = [p.value for p in parameters(law) if p.path.endswith("width") and p.unit == "rad/s"]
     speed = max([SPEED, *(ABOVE * width for width in widths)])
     full = hysteresis_loop(law, torque, speed=speed)
-    small = hysteresis_loop(law, SMALL_LOOP * torque, speed=speed)
-    return GearLoop(full, small, torque, rated)
+    return GearLoop(full, hysteresis_loop(law, SMALL_LOOP * torque, speed=speed), torque, rated)
 
 
 def cautions(analysis: Any) -> Iterator[str]:

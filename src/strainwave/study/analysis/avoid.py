@@ -180,8 +180,7 @@ def without_stable(response: DriveResponse) -> tuple[Speeds, ...]:
     curve = response.curve
     first, last = curve.span
     inside = (np.clip(curve.omega[piece], first, last) for piece in pieces_of(curve, curve.stable))
-    known = merged((np.min(run), np.max(run)) for run in inside)
-    return between(known, (first, last))
+    return between(merged((np.min(run), np.max(run)) for run in inside), (first, last))
 
 
 def _swept(response: DriveResponse) -> Motions:
@@ -240,8 +239,7 @@ def out_of_reach(limit: float | None, slow: float) -> str:
 
 def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = NARROW) -> tuple[Speeds, ...]:
     """What of a range no band covers; bands are ascending and apart, and relatively `narrow` rests are none."""
-    ends = [within[0], *(end for band in bands for end in band), within[1]]
-    rest = list(pairwise(ends))[::2]
+    rest = list(pairwise([within[0], *(end for band in bands for end in band), within[1]]))[::2]
     return tuple((float(low), float(high)) for low, high in rest if high > low * (1.0 + narrow) or len(rest) == 1)
 
 

@@ -79,8 +79,7 @@ def free_seeds(problem: Any, resonance: Resonance, grid: Floats) -> Iterator[tup
 def _with_component(problem: Any, omega: float, p: int, amplitude: float, phase: float) -> Floats:
     """Linear response plus amplitude cos(p angle - phase), in coefficients of the orbit's own angle."""
     z: Floats = problem.linear_response(omega)
-    h = problem.harmonics()
-    z[p], z[h + p] = amplitude * np.cos(phase), amplitude * np.sin(phase)
+    z[p], z[problem.harmonics() + p] = amplitude * np.cos(phase), amplitude * np.sin(phase)
     return z
 
 

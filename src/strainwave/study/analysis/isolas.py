@@ -335,8 +335,7 @@ def _with_own_speed(problem: Balance, trace: Trace) -> Trace:
     points, labels, omega = trace.points, trace.labels, problem.system.omega
     side = points[:, -1] - omega
     for i in np.flatnonzero(side[1:] * side[:-1] < 0.0)[::-1]:
-        share = side[i] / (side[i] - side[i + 1])
-        guess = points[i] + share * (points[i + 1] - points[i])
+        guess = points[i] + side[i] / (side[i] - side[i + 1]) * (points[i + 1] - points[i])
         guess[-1] = omega
         there = solve(problem, guess)
         if there is not None and np.linalg.norm(there - guess) < np.linalg.norm(points[i + 1] - points[i]):

@@ -122,8 +122,7 @@ def _error_of(error: Any, old: Gear, gear: Gear, before: float, ratio: float) ->
         return accuracy_spectrum(new)
     if not is_beating(error):
         return error
-    pairs = [order_pair(line.order, before) for line in error.lines]
-    lines = zip(error.lines, pairs, strict=True)
+    lines = zip(error.lines, [order_pair(line.order, before) for line in error.lines], strict=True)
     return KinematicError(tuple(line._replace(order=j + k / ratio if k else j) for line, (j, k) in lines))
 
 

@@ -332,8 +332,7 @@ def compare_with_integration(
         t_end = 5.0 / flow.mu
     if not 0.0 < t_end < math.inf:
         raise ValueError(f"t_end = {t_end!r} s must be positive and finite")
-    orders = [1, *orders_of(system)]
-    fastest = max(flow.omega_0, system.omega * max(orders))
+    fastest = max(flow.omega_0, system.omega * max([1, *orders_of(system)]))
     samples = 2 + math.ceil(SAMPLES * t_end * fastest / (2.0 * np.pi))
     if samples > MOST:
         raise ValueError(f"t_end = {t_end:g} s takes {samples:.3g} samples, above {MOST:,}; give an earlier end")

@@ -264,8 +264,7 @@ def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks:
     named: Sampling | None = getattr(project, "sampling", None)
     if named is not None:
         return named
-    limits = getattr(project, "motor_limits", None)
-    limit = getattr(limits, "most", np.inf)
+    limit = getattr(getattr(project, "motor_limits", None), "most", np.inf)
     known = f"the motor's limit of {limit:.4g} N*m" if limit < np.inf else "no limit of the motor's torque"
     remarks.append(
         "Samples are assumed every 250 us, one period of delay, a motor's encoder of 16 bits and a load's of 24 bits, "

@@ -264,7 +264,6 @@ def _one(
     robustness = _robustness(bench, design, speed, settle, end) if robust else ()
     scatter = units_of(bench, controller, speed, settle, end, units, seed) if units else None
     progress("units of the type", 1.0)
-    excluded = _excluded(bench, after)
     result = Compensation(
         name=design.name,
         title=design.title,
@@ -281,7 +280,7 @@ def _one(
         stable=bool(after.stable[0] and growth < 0.0),
         condition=design.stable,
         load_encoder=design.load_encoder,
-        excluded=excluded,
+        excluded=_excluded(bench, after),
         units=scatter,
         controller=controller,
         warnings=(),

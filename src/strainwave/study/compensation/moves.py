@@ -249,8 +249,7 @@ def _score(name: str, time: Floats, error: Floats, run: Any, duration: float, wi
         i = int(outside[-1])
         settled = None if i + 1 >= len(time) else float(time[i + 1] - duration)
     off = error[moving]
-    limited = float(run.memory.limited) / len(time)
     return MoveScore(
         name, settled, float(np.sqrt(np.mean(off * off))), float(np.max(np.abs(off))), remaining,
-        float(np.max(np.abs(run.torque))), limited,
+        float(np.max(np.abs(run.torque))), float(run.memory.limited) / len(time),
     )  # fmt: skip

@@ -158,8 +158,7 @@ def _springs(drives: Drives, line: float) -> Springs:
     low, high = drives.speeds
     s = 1j * np.geomspace(low, high * max(k.order for k in drives.error.lines), 64)
     Z = impedance(drives, s[None])
-    resistance = Z.imag + np.outer(drives.B, s.imag)
-    most = float(np.max(np.abs(Z) / np.maximum(resistance, 1e-300))) * line
+    most = float(np.max(np.abs(Z) / np.maximum(Z.imag + np.outer(drives.B, s.imag), 1e-300))) * line
     sizes = np.geomspace(SMALLEST * line, max(2.0 * line, 1.2 * most), AMPLITUDES)
     mean, equivalent = one_harmonic(drives.law, drives.torque, sizes)
     wave = np.cos(2.0 * np.pi * np.arange(SLOPES) / SLOPES)

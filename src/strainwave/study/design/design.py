@@ -152,8 +152,7 @@ class _Search:
         J_l = np.tile(np.asarray(loads, float), len(motors))
         ratio = float(gear.ratio)
         loop = spec.control(1.0)
-        tuned = loop is not None and loop is not spec.loop
-        gain = J_m + J_l / ratio**2 if tuned else 1.0
+        gain = J_m + J_l / ratio**2 if loop is not None and loop is not spec.loop else 1.0
         low, high = ratio * spec.speeds[0], ratio * spec.speeds[1]
         return Drives(
             gear.law, ratio, spec.average_load, _error(gear, spec), (low, high), J_m, J_l,

@@ -121,8 +121,7 @@ def energy_balance(
     if y0.shape != (states,):
         raise ValueError(f"the start is {shown(start)}; it must be {', '.join(system.state_names())}")
     begin = (*y0.tolist(), *(0.0,) * (2 + len(names)))
-    coarse = _run(system, begin, duration, Dopri5(rtol=COARSE))
-    sizes = np.max(np.abs(coarse), axis=1)
+    sizes = np.max(np.abs(_run(system, begin, duration, Dopri5(rtol=COARSE))), axis=1)
     smallest = float(np.min(sizes[sizes > 0.0], initial=1.0))
     y = _run(system, begin, duration, Dopri5(rtol=rtol, atol=max(1e-2 * rtol * smallest, 1e-300)))
     work, error_work, *losses = map(float, y[states:, -1])

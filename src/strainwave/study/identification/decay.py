@@ -341,8 +341,7 @@ def _curves(system: System, amplitude: Floats) -> tuple[Floats, Floats]:
         extreme = extreme * amplitude / np.abs(found.coefficients[1])
     table = vibrations(system, np.geomspace(0.8 * extreme.min(), 1.2 * extreme.max(), 40))
     at, size = np.log(table.extreme), np.log(np.abs(table.coefficients[1]))
-    growth = CubicSpline(at, size).derivative()(np.log(extreme))
-    return found.omega, found.rate * growth
+    return found.omega, found.rate * CubicSpline(at, size).derivative()(np.log(extreme))
 
 
 def _fitted_to_windows(system: System, leaves: list[int], sizes: Floats, waves: Waves) -> Floats:

@@ -128,8 +128,7 @@ def discrepancy(
     left = whitened(residual, a, parts)
     power = float(residual @ residual)
     coloured = max(0.0, 1.0 - float(left @ left) / power) if power > 0.0 else 0.0
-    longest = max(parts, key=lambda part: part.stop - part.start)
-    line = _line(residual[longest], interval)
+    line = _line(residual[max(parts, key=lambda part: part.stop - part.start)], interval)
     missing = _missing(candidates or {}, jacobian, residual, a, parts)
     rms = float(np.sqrt(power / len(residual)))
     return Discrepancy(rms, white(residual, parts), coloured, *line, missing)
@@ -171,8 +170,7 @@ def _missing(
     columns = columns / np.where(sizes > 0.0, sizes, 1.0)
     lengths = np.linalg.norm(jacobian, axis=0)
     moving = lengths > SMALLEST  # a parameter that moves nothing stands for no candidate
-    basis = np.linalg.qr(jacobian[:, moving] / lengths[moving])[0]
-    own = orthogonal(basis, columns)
+    own = orthogonal(np.linalg.qr(jacobian[:, moving] / lengths[moving])[0], columns)
     lengths = np.linalg.norm(own, axis=0)
     distinct = lengths > SAME
     coefficients = residual @ own / np.where(distinct, lengths, 1.0) ** 2

@@ -255,10 +255,9 @@ class Record:
         if samples >= len(self):
             return [self]
         each = samples // parts
-        begins = np.linspace(0, len(self) - each, parts).astype(int)
         return [
             Record(self.inputs[:, i : i + each], self.outputs[:, i : i + each], self.step, self.begin + int(i))
-            for i in begins
+            for i in np.linspace(0, len(self) - each, parts).astype(int)
         ]
 
     def pieces(self, of: Experiment, values: Floats, parts: int) -> Floats:

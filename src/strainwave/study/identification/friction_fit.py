@@ -77,8 +77,7 @@ def presliding_stiffness(measured: Any, breakaway: float) -> Presliding:
 
     def value(p: Floats) -> Floats:
         sigma = float(np.exp(p[0]))
-        twist = breakaway / sigma
-        bristles = states(loop.path, loop.torsion, 1, twist, DAHL, float(np.tanh(p[1])))
+        bristles = states(loop.path, loop.torsion, 1, breakaway / sigma, DAHL, float(np.tanh(p[1])))
         return np.asarray(breakaway * (bristles + p[2]))
 
     slope = float(np.polyfit(loop.torsion, loop.torque, 1)[0])

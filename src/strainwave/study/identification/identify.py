@@ -264,8 +264,7 @@ def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Flo
     window = _liveliest(records, noise)
     before, parts = None, 1
     while parts <= MOST_PARTS:
-        problem = LeastSquares(of, [window], noise, parts)
-        now = problem.begin(values).residuals[0]
+        now = LeastSquares(of, [window], noise, parts).begin(values).residuals[0]
         if before is not None and len(now) == len(before) and np.sqrt(np.mean((now - before) ** 2)) < ACCURATE:
             return parts // 2
         before, parts = now, 2 * parts
@@ -336,11 +335,10 @@ def _result(
 
 def _late(of: Experiment, values: Floats, step: float) -> list[str]:
     """Inputs with a delay of samples, before which the log does not say what they did."""
-    delays = zip(of.inputs.items(), of.delays(values) / step, strict=True)
     return [
         f"{path}.delay is {delay:.3g} samples, and the log does not say what {channel} did that long before: shift "
         f"the channel by {round(delay)} samples and cut the log"
-        for (path, channel), delay in delays
+        for (path, channel), delay in zip(of.inputs.items(), of.delays(values) / step, strict=True)
         if abs(delay) > LATE
     ]
 

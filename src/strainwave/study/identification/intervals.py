@@ -51,8 +51,7 @@ def slices(records: Any, rows: int) -> list[slice]:
     elif not all(isinstance(item, Integral) and 0 < int(item) <= rows for item in items):
         parts = []
     else:
-        ends = np.cumsum([0, *items])
-        parts = [slice(int(a), int(b)) for a, b in pairwise(ends)]
+        parts = [slice(int(a), int(b)) for a, b in pairwise(np.cumsum([0, *items]))]
     if sum(part.stop - part.start for part in parts) != rows or any(part.stop <= part.start for part in parts):
         raise ValueError(f"records are {shown(records)}; they must share out all {rows} rows, at least one to each")
     return parts
@@ -239,8 +238,7 @@ def fitting(jacobian: Any, residual: Any) -> tuple[Floats, Floats]:
 def _basis(jacobian: Floats) -> tuple[Floats, Floats]:
     """Orthonormal columns (n, p) of the jacobian, and the matrix (p, p) that takes their coefficients to parameters."""
     sizes = np.linalg.norm(jacobian, axis=0)
-    gram = jacobian / np.where(sizes > SMALLEST, sizes, 1.0)
-    basis, triangle = np.linalg.qr(gram)
+    basis, triangle = np.linalg.qr(jacobian / np.where(sizes > SMALLEST, sizes, 1.0))
     singular = np.linalg.svd(triangle, compute_uv=False)
     if not singular[-1] > RANK * max(1.0, singular[0]):
         raise ValueError("columns of the jacobian depend on each other; fix a parameter (see `unidentifiable`)")
@@ -276,8 +274,7 @@ def restricted(jacobian: Floats, residual: Floats) -> Spread:
     # V is the covariance of the residual: basis' V basis by the filter that takes white noise to it
     passed = backwards(basis, np.array([phi]), [slice(0, n)])
     passed[0] /= math.sqrt(1.0 - phi * phi)
-    power = float(innovation @ innovation) / (n - p)
-    covariance = power * back @ (passed.T @ passed) @ back.T
+    covariance = float(innovation @ innovation) / (n - p) * back @ (passed.T @ passed) @ back.T
     own = spread(jacobian, residual)
     wider = np.sqrt(np.maximum(np.diag(own.covariance) / np.maximum(np.diag(covariance), NONE), 1.0))
     freedom = max((n - p) * (1.0 - abs(phi)) / (1.0 + abs(phi)), 1.0)
@@ -308,16 +305,14 @@ def _colour(basis: Floats, residual: Floats) -> float:
 
     def cost(phi: float) -> float:
         Q, triangle = np.linalg.qr(_white(basis, phi))
-        white = _white(residual, phi)
-        miss = orthogonal(Q, white)
+        miss = orthogonal(Q, _white(residual, phi))
         size = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)) + NONE)))
         power = math.log(float(miss @ miss) + NONE)
         return float((n - p) * power - math.log(1.0 - phi * phi) + size)
 
     best = int(np.argmin([cost(phi) for phi in COLOURS.tolist()]))
     ends = COLOURS[max(best - 1, 0)], COLOURS[min(best + 1, len(COLOURS) - 1)]
-    found = minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": 1e-4})
-    return float(found.x)
+    return float(minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": 1e-4}).x)
 
 
 def derived_freedom(rates: Floats, covariance: Floats, freedom: Any) -> Floats:

@@ -79,8 +79,7 @@ def segments(
     parts = [piece for piece in pieces if piece.stop - piece.start > 1]
     smooth = {part.start: uniform_filter1d(speed[part], width, mode="nearest") for part in parts}
     largest = max((float(np.max(np.abs(v))) for v in smooth.values()), default=0.0)
-    rests = largest < RESTING_SPEED or (angle is not None and float(np.ptp(angle)) < RESTING_ANGLE)
-    if rests:
+    if largest < RESTING_SPEED or (angle is not None and float(np.ptp(angle)) < RESTING_ANGLE):
         return tuple(_segment("still", part, time, speed) for part in parts)
     shortest = SHORTEST * (time[-1] - time[0])
     noise = max(float(np.std(np.diff(speed[part]))) for part in parts) / np.sqrt(2.0 * width)

@@ -92,8 +92,7 @@ def decaying_waves(time: Floats, value: Floats) -> Waves:
     per_cycle = 2.0 * float(np.mean(np.diff(turns)))
     if per_cycle < PER_CYCLE:
         raise ValueError(f"there are {per_cycle:.3g} samples a cycle; a free decay needs {PER_CYCLE:g} or more")
-    cycles = min(CYCLES, 0.5 * (len(turns) - 1) / FEWEST)
-    count = max(FEWEST, int(0.5 * (len(turns) - 1) / cycles))
+    count = max(FEWEST, int(0.5 * (len(turns) - 1) / min(CYCLES, 0.5 * (len(turns) - 1) / FEWEST)))
     edges = np.interp(np.linspace(0.0, len(turns) - 1, count + 1), np.arange(len(turns)), turn_times)
     rows = []
     for a, b in pairwise(edges):

@@ -108,8 +108,7 @@ class Path:
 
     def crossings(self, speed: float) -> Floats:
         """Times [s], ascending, at which the size of the load's speed passes a level [rad/s] above 0."""
-        roots = [self._at_speed(level) for level in (speed, -speed)]
-        return np.unique(np.concatenate(roots))
+        return np.unique(np.concatenate([self._at_speed(level) for level in (speed, -speed)]))
 
     def time_within(self, low: float, high: float) -> float:
         """Time [s] for which the size of the load's speed is between two levels [rad/s]."""
@@ -213,8 +212,7 @@ class Followed:
         """Largest size of what is watched, between the samples too."""
         i = self.steps
         fields: Any = self.train.reference
-        reference = Segment(*(field[i] for field in fields))
-        system = Watched(on_segment(self.train, reference))
+        system = Watched(on_segment(self.train, Segment(*(field[i] for field in fields))))
         every = watched_ends(system, self, i)
         return [largest_between(np.diff(self.t)[i], *ends) for ends in every]
 

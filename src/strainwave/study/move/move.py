@@ -63,8 +63,7 @@ class Quintic(NamedTuple):
         rise, slope, bend = p[j] - c0 - c1 - c2, h * v[j] - c1 - 2.0 * c2, h * h * a[j] - 2.0 * c2
         c3 = 10.0 * rise - 4.0 * slope + 0.5 * bend
         c4 = -15.0 * rise + 7.0 * slope - bend
-        c5 = 6.0 * rise - 3.0 * slope + 0.5 * bend
-        return cls(t[i], h, np.array([c0, c1, c2, c3, c4, c5]))
+        return cls(t[i], h, np.array([c0, c1, c2, c3, c4, 6.0 * rise - 3.0 * slope + 0.5 * bend]))
 
     def of_share(self, s: Floats, which: NDArray[np.int64]) -> Floats:
         """Values at shares of steps number `which`."""
@@ -95,8 +94,7 @@ def settling(error: Quintic, final: float, window: float, begin: float, end: flo
         End of the motion, and begin of the next or end of what is known [s].
     """
     first = int(np.searchsorted(error.begin, begin, side="right")) - 1
-    last = int(np.searchsorted(error.begin, end, side="left"))
-    steps = np.arange(max(first, 0), last)
+    steps = np.arange(max(first, 0), int(np.searchsorted(error.begin, end, side="left")))
     shares = np.linspace(0.0, 1.0, WITHIN + 2)
     which, s = np.repeat(steps, len(shares)), np.tile(shares, len(steps))
     t = error.begin[which] + s * error.length[which]
@@ -223,8 +221,7 @@ def move(
         plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
         t = whole.dense(WITHIN)
         passed = passes(crossed, mover.train, path, t, whole.at(t) - plain.at(t))
-    rests = _rests(mover, path, run, decay, method)
-    return _result(mover, path, run, window, spans, passed, rests)
+    return _result(mover, path, run, window, spans, passed, _rests(mover, path, run, decay, method))
 
 
 def _driven(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mover:

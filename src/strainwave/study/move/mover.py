@@ -190,8 +190,7 @@ def _up(value: float) -> str:
 
 def _drag(law: Law, angle: Floats, speed: Floats) -> Floats:
     law = settled(law)
-    torque = torque_of(law, angle, speed, (0.0 * angle,) * states_of(law))
-    return np.asarray(torque + 0.0 * angle)
+    return np.asarray(torque_of(law, angle, speed, (0.0 * angle,) * states_of(law)) + 0.0 * angle)
 
 
 @dataclass(frozen=True)

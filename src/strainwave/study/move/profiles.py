@@ -194,15 +194,13 @@ def path_of(profile: Any, start: float | None = None) -> Path:
 
 def _symmetric(angle: float, ramp: float, rise: float, cruise: float) -> Path:
     """Path with two ramps of a time [s], each with two rises of the acceleration, and a constant speed between."""
-    speed = angle / (ramp + cruise)
-    a = speed / (ramp - rise)
+    a = angle / (ramp + cruise) / (ramp - rise)
     if not rise:
         pieces = [(ramp, a, 0.0), (cruise, 0.0, 0.0), (ramp, -a, 0.0)]
     else:
         j, flat = a / rise, ramp - 2.0 * rise
         up = [(rise, 0.0, j), (flat, a, 0.0), (rise, a, -j)]
-        down = [(rise, 0.0, -j), (flat, -a, 0.0), (rise, -a, j)]
-        pieces = [*up, (cruise, 0.0, 0.0), *down]
+        pieces = [*up, (cruise, 0.0, 0.0), (rise, 0.0, -j), (flat, -a, 0.0), (rise, -a, j)]
     whole = 2.0 * ramp + cruise
     return Path.of_pieces([piece for piece in pieces if piece[0] > 1e-12 * whole], angle)
 

@@ -120,8 +120,7 @@ def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
         beat, text = beat_said(train)
     except ValueError:  # lines that beat with neither turn
         return
-    angle = path.at(path.dense(EACH))[0]
-    turned = train.N * float(np.ptp(angle)) / (2.0 * math.pi)
+    turned = train.N * float(np.ptp(path.at(path.dense(EACH))[0])) / (2.0 * math.pi)
     if turned < beat:
         mean = train.N * path.travel() / (2.0 * math.pi * path.duration)
         yield (
@@ -138,8 +137,7 @@ def passes(crossed: list[Any], train: DriveTrain, path: Path, t: Floats, ripple:
     costs = []
     for i, (time, speed, order, frequency) in enumerate(crossed):
         following = [crossed[i + 1][0]] if i + 1 < len(crossed) else []
-        until = min([*following, *(end for end in ends if end >= time)])
-        inside = (t >= time) & (t <= until)
+        inside = (t >= time) & (t <= min([*following, *(end for end in ends if end >= time)]))
         largest = float(np.max(np.abs(ripple[inside]), initial=0.0))
         turns = in_turns(order, train) if order % 1 else ""
         costs.append(Pass(time, speed, order, frequency, largest, slow, turns))

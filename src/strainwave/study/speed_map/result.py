@@ -256,7 +256,6 @@ class SpeedMap(Result):
 
     def _under(self, i: int) -> tuple[Fact, ...]:
         """Facts under one load."""
-        jumps = tuple(jump.facts() for jump in self.jumps if jump.load == i)
         return (
             Fact(self.load_name.replace(" ", "_"), float(self.loads[i])),
             Fact("forbidden_rpm", self.forbidden[i]),
@@ -265,7 +264,7 @@ class SpeedMap(Result):
             Fact("largest_gear_torque_N_m", float(np.max(self.torque[i]))),
             Fact("most_stable_motions", int(np.max(self.motions[i]))),
             Fact("subharmonics", bool(np.any(self.subharmonic[i]))),
-            Fact("jumps", jumps),
+            Fact("jumps", tuple(jump.facts() for jump in self.jumps if jump.load == i)),
         )
 
     def _sentence(self, i: int) -> str:

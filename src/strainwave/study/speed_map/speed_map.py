@@ -205,8 +205,7 @@ def cells_of(loaded: UnderLoad, speeds: Floats) -> Cells:
         oscillation[here], torque[here] = max(oscillation[here], size), max(torque[here], strain)
         motions[here] += 1
         subharmonic[here] |= turns != 1
-    unknown = motions == 0
-    oscillation, torque, smallest = np.where(unknown, np.inf, [oscillation, torque, smallest])
+    oscillation, torque, smallest = np.where(motions == 0, np.inf, [oscillation, torque, smallest])
     return oscillation, torque, motions, subharmonic, smallest
 
 
@@ -351,8 +350,7 @@ def _scatter(
     given: Any = {"load torque": (values, None), "load inertia": (None, values)}.get(name, (None, None, rows))
     with suppress(KeyboardInterrupt):
         for i, drive in enumerate(drives):
-            variants = _loads(drive, *given)[2]
-            pairs = zip(variants, values, strict=True)
+            pairs = zip(_loads(drive, *given)[2], values, strict=True)
             results.append([_of_unit(case_of(one, load, span), cells, span, rules) for one, load in pairs])
             progress("units", 0.5 + 0.5 * (i + 1.0) / len(drives))
     if not results:
@@ -391,8 +389,7 @@ def _remarks(
     if idle := sorted({line.order for line in lines} - met):
         listing = ", ".join(in_turns(order, cases[0].whole) for order in idle)
         remarks.append(f"orders that meet no resonance in this range: {listing}")
-    slow = max(loaded.quasi_static for loaded in by_load)
-    if below := out_of_reach(rules.limit, slow):
+    if below := out_of_reach(rules.limit, max(loaded.quasi_static for loaded in by_load)):
         remarks.append(below)
     if any(loaded.loose for loaded in by_load):
         remarks.append("some trajectories settled on motions not followed; speeds beside them count as they do")

@@ -64,8 +64,7 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     """Speeds (lanes,) and states (states, lanes): free vibrations that an order may keep up, and random starts."""
     problem, system = _problem(case), case.system
     equation = problem.system
-    rng = np.random.default_rng(SEED)
-    draws = rng.random((4, RANDOM))
+    draws = np.random.default_rng(SEED).random((4, RANDOM))
     free = _free(equation, case.point.mean_torque, start_reach(case, speeds))
     orders, spring = active_orders(equation), is_spring(case.equation)
     lanes, blocks = [], []

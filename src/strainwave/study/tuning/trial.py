@@ -330,8 +330,7 @@ class Search:
         from scipy.stats import qmc  # a second of every start that a search alone waits for
 
         sown = self.low + qmc.Halton(len(self.low), scramble=False).random(SPREAD + 1)[1:] * (self.high - self.low)
-        fit = islice((x for x in sown if self.trial.fits(x)), TRIED)
-        begins: list[Floats] = [*starts, *fit]
+        begins: list[Floats] = [*starts, *islice((x for x in sown if self.trial.fits(x)), TRIED)]
         values: list[float] = []
         for x in begins:
             values.append(self.measure(x, sorted(values)[STARTS - 1] if len(values) >= STARTS else inf))

@@ -86,8 +86,7 @@ def loop_sizes(shape: Shape, p: Floats, full: float) -> tuple[float, float]:
     law.to(full, 1.0)
     first = law.to(0.0, -1.0, stay=False)
     low = law.to(-full, -1.0)
-    second = law.to(0.0, 1.0, stay=False)
-    return first - second, law.to(full, 1.0) - low
+    return first - law.to(0.0, 1.0, stay=False), law.to(full, 1.0) - low
 
 
 class Structure(NamedTuple):
@@ -211,8 +210,7 @@ def _candidates(loop: Loop) -> tuple[list[Solution], dict[str, str]]:
         if slopes == 1:
             offset = "torsion_offset is not identifiable: a straight line tells torque_offset - K1 torsion_offset alone"
             return fits, unidentified | {"torsion_offset": offset}
-        best = min(fits, key=lambda fit: fit.cost)
-        why = _untold(loop, best)
+        why = _untold(loop, min(fits, key=lambda fit: fit.cost))
         if not why:
             return fits, unidentified
         gone = ("K3", "T2") if slopes == 3 else ("K2", "T1")

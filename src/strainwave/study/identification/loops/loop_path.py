@@ -120,9 +120,8 @@ def reversals(x: Floats, threshold: float) -> list[int]:
 def _path(x: Floats, turns: list[int], noise: float) -> tuple[Path, Floats]:
     """Branches between reversals; where a branch begins is read off the samples around the reversal."""
     branch = np.searchsorted(turns, np.arange(len(x)))
-    ends = [0, *turns, len(x) - 1]
     # Of the whole branch: its first samples may be noise.
-    direction = np.array([np.sign(x[b] - x[a]) for a, b in pairwise(ends)])
+    direction = np.array([np.sign(x[b] - x[a]) for a, b in pairwise([0, *turns, len(x) - 1])])
     begin, spread = np.array([(float(x[0]), noise), *(_extreme(x, turn, noise) for turn in turns)]).T
     return Path(branch, direction, begin), spread
 

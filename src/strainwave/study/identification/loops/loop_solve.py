@@ -170,8 +170,7 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
     for block in np.array_split(np.arange(len(r)), BLOCKS):
         own = J[block]
         rest = gram - own.T @ own + 1e-12 * np.eye(gram.shape[0])
-        step = -np.linalg.solve(rest, own.T @ r[block]) / scale
-        p = _inside(solution.shape, solution.p + step)
+        p = _inside(solution.shape, solution.p - np.linalg.solve(rest, own.T @ r[block]) / scale)
         miss = linearised(loop, solution.shape, p, solution.torsion, ()).residual[block]
         errors.append(float(np.mean(miss**2)))
     return np.array(errors)

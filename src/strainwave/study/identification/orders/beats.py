@@ -322,8 +322,7 @@ def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[F
 
 def _room(around: Around, member: int, both: Sequence[int]) -> float:
     """Amplitude of a second line that the runs do not exclude (95 %), over that of the single line."""
-    sizes = [around.amplitude(both, i) for i in (0, 1)]
-    size, error = min(sizes)
+    size, error = min(around.amplitude(both, i) for i in (0, 1))
     return (size + 2.0 * error) / around.amplitude([member], 0)[0]
 
 
@@ -356,8 +355,7 @@ def _as_likely(around: Around, chosen: list[int], pairs: list[Pair], single: Flo
             _, error = around.amplitude([first, i], 1)
             more = float(around.gains(np.array([[first, i]]))[0]) - float(single[first])
             together = around.sure(more) - math.log1p(0.5 * (size / error) ** 2)
-            instead = float(single[i]) - float(single[first])
-            if max(together, instead + math.log(20.0)) > 0.0:
+            if max(together, float(single[i]) - float(single[first]) + math.log(20.0)) > 0.0:
                 named.append(pair)
     return [tuple(named)]
 

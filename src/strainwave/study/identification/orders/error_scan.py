@@ -88,8 +88,7 @@ def _next(
     unknowns = sum(len(fit.values) + 2 for fit in fits)
     if sum(float(r @ r) for _, r in left) <= ROUNDED * least * samples or samples <= unknowns + FEWEST:
         return None
-    floor = noise_floor(left, highest, chosen, least)
-    means, freedoms = floor.estimates(np.arange(1, highest + 1))
+    means, freedoms = noise_floor(left, highest, chosen, least).estimates(np.arange(1, highest + 1))
     ratios = power(left, 1.0, highest) / means
     ratios[np.array(chosen, int) - 1] = 0.0
     candidates = []
@@ -268,12 +267,11 @@ def _scan(
         low, high = extremes(orders, difference[0::2], difference[1::2])
         spread = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
         reversal = Reversal(float(means[0] - means[1]), spread, high - low)
-    rms = math.sqrt(sum(float(np.sum(run.error**2)) for run in left) / samples)
     return ErrorScan(
         lines,
         float(np.mean(means)),
         float(np.mean(slopes)),
-        rms,
+        math.sqrt(sum(float(np.sum(run.error**2)) for run in left) / samples),
         neighbours,
         "white" if white else "autocorrelated",
         common_noise.threshold(false_alarm, trials),

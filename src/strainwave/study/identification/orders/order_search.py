@@ -367,8 +367,7 @@ class Spectrum:
 
     def sum_at(self, sums: Floats, place: float) -> float:
         """Largest sum within the width of a line around a place; 0 outside of all places."""
-        near = np.abs(self.places - place) <= self.spacing
-        return float(np.max(sums[near], initial=0.0))
+        return float(np.max(sums[np.abs(self.places - place) <= self.spacing], initial=0.0))
 
     def highest(self, sums: Floats, near: Iterable[float]) -> float:
         """Place of the largest sum within the width of a line around several places."""

@@ -102,8 +102,7 @@ class Points:
             if z is None:
                 slopes[i], along[i] = self._of(self.slopes[i])
                 continue
-            point = np.append(z, self.omega[i])
-            by_p, matrix, by_omega = self.by_parameters(variants, point)
+            by_p, matrix, by_omega = self.by_parameters(variants, np.append(z, self.omega[i]))
             self.slopes[i] = np.asarray(np.linalg.solve(matrix, -np.column_stack([by_p, by_omega])))
             self.solutions[i] = z
             slopes[i], along[i] = self._of(self.slopes[i])

@@ -253,8 +253,7 @@ class _Fit:
 
     def rows(self, change: Any) -> Floats:
         """Weighted changes (rows, ...) of what was measured, from those of first harmonics (n, ...)."""
-        turn = np.exp(-1j * np.angle(self.points.measured)) * self.weights
-        turned = (change.T * turn).T
+        turned = (change.T * (np.exp(-1j * np.angle(self.points.measured)) * self.weights)).T
         return np.concatenate([turned.real, turned.imag]) if self.phased else np.asarray(turned.real)
 
     def off(self, p: Floats) -> Floats:
