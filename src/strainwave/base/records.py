@@ -23,16 +23,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Labelled = Mapping[str, tuple[str | tuple[str, ...], Any, str]]  # by name: dimensions, values, unit
+Along = Mapping[str | tuple[str, ...], Mapping[str, str]]  # by dimensions: units of fields by name
 
 
 class Result:
     """A frozen result: `to_xarray`, `to_dataframe`, `save`, `panels`, `plot`.
 
-    A class says in `variables` and `coordinates` what its arrays are, and in `rows` along which of their dimensions its
-    table goes.
+    A class says in `variables` and `coordinates` what its arrays are, or in `arrays` and `places` which of its fields
+    they are, and in `rows` along which of their dimensions its table goes.
     """
 
     rows: ClassVar[str] = "point"
+    arrays: ClassVar[Along] = {}
+    places: ClassVar[Along] = {}
 
     def __init_subclass__(cls) -> None:
         """Let a class that says what it prints, or whose base does, say it in its `__repr__` too."""
@@ -49,15 +52,18 @@ class Result:
 
     def variables(self) -> Labelled:
         """Arrays of the dataset by name: dimensions, values, unit."""
-        return {}
+        return self._columns(self.arrays)
 
     def coordinates(self) -> Labelled:
         """Coordinates of the dataset by name: dimensions, values, unit."""
-        return {}
+        return self._columns(self.places)
 
     def _along(self, dims: str | tuple[str, ...], **units: str) -> Labelled:
         """Fields as arrays with dimensions, each name with its unit."""
-        return {name: (dims, getattr(self, name), unit) for name, unit in units.items()}
+        return self._columns({dims: units})
+
+    def _columns(self, along: Along) -> Labelled:
+        return {name: (dims, getattr(self, name), u) for dims, units in along.items() for name, u in units.items()}
 
     def to_xarray(self) -> "xr.Dataset":
         """Arrays with named dimensions and coordinates, their units in `attrs["units"]`; single numbers in `attrs`.

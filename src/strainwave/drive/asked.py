@@ -262,8 +262,7 @@ class Payload(NamedTuple):
         if pull:
             law = AngleTorque(pull, 1, phase)
             drag = law if drag == NO_DRAG and type(drag) is type(NO_DRAG) else Parallel(law, drag)
-        end = end._replace(J=end.J + mass * radius * radius + inertia, drag=drag)
-        loaded: DriveTrain = checked(train._replace(load=train.load.with_end(end)))
+        loaded: DriveTrain = checked(train.with_load(J=end.J + mass * radius * radius + inertia, drag=drag))
         return loaded
 
     def check(self) -> None:

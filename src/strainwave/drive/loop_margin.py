@@ -6,7 +6,6 @@ Bode plots of a drive train: speed of motor and load for a torque on either, lin
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from math import pi, sqrt
 from typing import Any, ClassVar, Literal
 
@@ -16,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..base.arguments import typed
 from ..base.protocols import Control, with_parts
 from ..base.quantities import SMALLEST, number, numbers
-from ..base.records import Labelled, Result
+from ..base.records import Along, Result
 from ..base.results import Floats, Orbit, SolveError
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
@@ -72,19 +71,8 @@ class Bode(Result):
     messages: tuple[str, ...]
 
     rows: ClassVar[str] = "omega"
-
-    def coordinates(self) -> Labelled:
-        """Frequencies."""
-        return {"omega": ("omega", self.omega, "rad/s")}
-
-    def variables(self) -> Labelled:
-        """Speeds over the torque, and the poles."""
-        unit = "rad/(N*m*s)"
-        return {
-            "motor": ("omega", self.motor, unit),
-            "load": ("omega", self.load, unit),
-            "poles": ("pole", self.poles, "1/s"),
-        }
+    arrays: ClassVar[Along] = {"omega": {"motor": "rad/(N*m*s)", "load": "rad/(N*m*s)"}, "pole": {"poles": "1/s"}}
+    places: ClassVar[Along] = {"omega": {"omega": "rad/s"}}
 
     @typed
     def decibels(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
@@ -281,7 +269,7 @@ def unstable(train: DriveTrain, inertia: float) -> str:
 
 
 def _with(train: DriveTrain, control: Control) -> DriveTrain:
-    return train._replace(motor=train.motor._replace(control=control))
+    return train.with_motor(control=control)
 
 
 def _grows(train: DriveTrain, control: Control) -> bool:
@@ -293,14 +281,14 @@ def _stable_cascade(train: DriveTrain, control: Control) -> str:
     core = core_of(control)
     for name, unit in (("K_v", "1/s"), ("K_p", "N*m*s/rad")):
         value = getattr(core, name)
-        limit = _last_stable(partial(_grows_with, train, control, name), value)
+
+        def grows(gain: float, name: str = name) -> bool:
+            return _grows(train, with_core(control, core._replace(**{name: gain})))
+
+        limit = _last_stable(grows, value)
         if limit is not None:
             return f"with {name} up to {limit:.3g} {unit} it is stable, and it has {value:.3g}"
     return "give it a longer T_n or T_p, or another lag or filter"
-
-
-def _grows_with(train: DriveTrain, control: Control, name: str, value: float) -> bool:
-    return _grows(train, with_core(control, core_of(control)._replace(**{name: value})))
 
 
 def _largest_stable(train: DriveTrain, tuning: Tuning, inertia: float) -> float | None:

@@ -37,9 +37,8 @@ class MotorLoop:
         self.train, self.closed = train, state_space(train, at=at, speed=speed)
         control = train.motor.control
         kept = np.array([not name.startswith("control z") for name in self.closed.states])
-        free = train._replace(motor=train.motor._replace(control=FREE))
-        held = train._replace(motor=train.motor._replace(control=Held()))
-        self.plant: StateSpace = state_space(free, at=self.closed.at[kept], speed=speed)
+        self.plant: StateSpace = state_space(train.with_motor(control=FREE), at=self.closed.at[kept], speed=speed)
+        held = train.with_motor(control=Held())
         locked = state_space(held, at=np.delete(self.closed.at[kept], [2, 3]), speed=speed)
         self.own = linear_control(control, self.closed.at, ~kept)
         # its resonances, those of the closed loop, and its antiresonances: the modes with the motor locked
@@ -54,13 +53,13 @@ class MotorLoop:
         seen = angle - N * error if hasattr(self.train.motor.control, "at_load") else angle
         return np.asarray(by_angle * seen + by_speed * angle)
 
-    def frequencies(self) -> Floats:
+    def frequencies(self, points: int = POINTS, beyond: float = BEYOND, about: Floats = ABOUT) -> Floats:
         """Frequencies [rad/s], ascending, close around resonances and antiresonances."""
         sizes = np.abs(self.corners)
         sizes = sizes[sizes > SMALL * np.max(sizes, initial=1e-300)]
         low, high = (float(np.min(sizes)), float(np.max(sizes))) if len(sizes) else (1.0, 1.0)
-        even = np.geomspace(low / BEYOND, high * BEYOND, POINTS)
-        return np.unique(np.concatenate([even, around_poles(self.corners, ABOUT)]))
+        even = np.geomspace(low / beyond, high * beyond, points)
+        return np.unique(np.concatenate([even, around_poles(self.corners, about)]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,6 +188,12 @@ def _changes(values: Floats) -> Any:
 
 def _root(loop: MotorLoop, grid: Floats, i: int, part: Any) -> float:
     return bracketed_root(lambda w: part(loop(w)[0]), float(grid[i]), float(grid[i + 1]), xtol=0.0, rtol=1e-13)
+
+
+def control_parts(control: Control) -> tuple[Any, ...]:
+    """A control, linear about rest, as `linear_control` gives it."""
+    count = states_of(control)
+    return linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
 
 
 def linear_control(control: Control, state: Floats, own: Any) -> tuple[Any, ...]:

@@ -64,11 +64,12 @@ def operating_state(
     """
     train = with_mean_torques(with_parts("operating_state", train, "power_names"))
     speed, angle = number("speed", speed), number("angle", angle)
-    near = () if isinstance(near, tuple) and not near else _near(train, near)
+    if not isinstance(near, tuple) or near:
+        near = tuple(numbers("near", near, count=1 + states_of(train.law)).tolist())
     error = NoError() if speed else train.error
     held = train._replace(error=error, reference=Steady(), omega=speed)
     if train.motor.free:
-        state = operating_state(held._replace(motor=held.motor._replace(control=HELD)), speed, near=near, angle=angle)
+        state = operating_state(held.with_motor(control=HELD), speed, near=near, angle=angle)
         return np.concatenate([state[:2], np.zeros(2), state[2:]])
     names = held.state_names()
     state = np.zeros(len(names))
@@ -97,11 +98,6 @@ def operating_state(
             break
     said = short or "Newton's method finds none"
     raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), said))
-
-
-def _near(train: DriveTrain, near: Any) -> tuple[float, ...]:
-    """Torsion and internal states of the gear's law, or say in one sentence what is wrong with them."""
-    return tuple(numbers("near", near, count=1 + states_of(train.law)).tolist())
 
 
 def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], tolerance: float) -> bool:
@@ -167,9 +163,7 @@ def _rates(train: DriveTrain, angle: float, state: Floats) -> Floats:
 def with_mean_torques(train: DriveTrain) -> DriveTrain:
     """Return the train with the mean torques alone."""
     motor, end = train.motor, train.load.end()
-    motor = motor._replace(excitation=mean_torque(motor.excitation))
-    end = end._replace(excitation=mean_torque(end.excitation))
-    return train._replace(motor=motor, load=train.load.with_end(end))
+    return train.with_motor(excitation=mean_torque(motor.excitation)).with_load(excitation=mean_torque(end.excitation))
 
 
 def repeats(torque: Any) -> bool:
@@ -185,3 +179,10 @@ def mean_torque(torque: Any) -> Harmonic:
             "at the time in question"
         )
     return Harmonic(0.0, mean=sum(h.mean for h in terms_of(torque)))
+
+
+def with_more(torque: Any, by: float) -> Any:
+    """The torque with a mean that is larger by a torque [N*m]."""
+    first, *others = terms_of(torque)
+    first = first._replace(mean=first.mean + by)
+    return first if lacking(torque, "terms") else torque._replace(terms=(first, *others))

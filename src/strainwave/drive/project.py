@@ -185,8 +185,7 @@ class Project:
         if self.motor_named:
             return {motor_name(self.whole.motor.control, self.loop_inertia): self.whole}
         controls = (Held(), FREE, control_of(USUAL, self.loop_inertia))
-        motors = (self.whole.motor._replace(control=control) for control in controls)
-        return {motor_name(motor.control, self.loop_inertia): self.whole._replace(motor=motor) for motor in motors}
+        return {motor_name(c, self.loop_inertia): self.whole.with_motor(control=c) for c in controls}
 
     @property
     def loop_inertia(self) -> float:
@@ -250,8 +249,8 @@ class Project:
 
         def loaded(train: DriveTrain) -> DriveTrain:
             plain = train if keeps_gravity else without_gravity(train)
-            load = plain.load.with_end(plain.load.end()._replace(excitation=shortest(parts["load_torque"])))
-            return plain._replace(load=load, error=(self.loaded_error and parts["kinematic_error"]) or train.error)
+            plain = plain.with_load(excitation=shortest(parts["load_torque"]))
+            return plain._replace(error=(self.loaded_error and parts["kinematic_error"]) or train.error)
 
         train, whole = self.train and loaded(self.train), self.whole and loaded(self.whole)
         return replace(self, mean_range=None, train=train, whole=whole, **parts)
@@ -265,12 +264,8 @@ class Project:
     def with_load_inertia(self, J_l: float) -> "Project":
         """The project with another inertia [kg*m^2] of the load behind all couplings; B and the loop stay."""
         J_l = number("J_l [kg*m^2]", J_l, positive=True)
-
-        def moved(train: DriveTrain) -> DriveTrain:
-            return train._replace(load=train.load.with_end(train.load.end()._replace(J=J_l)))
-
         before = 0.0 if self.whole is None else self.drive.J_l - self.whole.load.end().J
-        train, whole = self.train and moved(self.train), self.whole and moved(self.whole)
+        train, whole = self.train and self.train.with_load(J=J_l), self.whole and self.whole.with_load(J=J_l)
         return replace(self, drive=self.drive._replace(J_l=before + J_l), train=train, whole=whole)
 
     @typed

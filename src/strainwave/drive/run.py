@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..base.law import depends, states_of, torque_of
 from ..base.protocols import lacking, with_parts
 from ..base.quantities import number, numbers, shown
-from ..base.records import Labelled, Result
+from ..base.records import Along, Labelled, Result
 from ..base.results import Floats, SolveError, Trajectory, largest_between
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
@@ -80,6 +80,12 @@ class DriveRun(Result):
     peak_speed: float
 
     rows: ClassVar[str] = "t"
+    arrays: ClassVar[Along] = {
+        "t": {
+            "pointing": "rad", "error": "rad", "torque": "N*m", "motor_speed": "rad/s", "load_speed": "rad/s",
+            "energy": "J",
+        },
+    }  # fmt: skip
 
     def coordinates(self) -> Labelled:
         """Times, and the names of the states and of the powers that are integrated."""
@@ -88,17 +94,9 @@ class DriveRun(Result):
 
     def variables(self) -> Labelled:
         """Both errors, torque, speeds and energy over the time; states and their rates; energy by power."""
-        return {
-            "pointing": ("t", self.pointing, "rad"),
-            "error": ("t", self.error, "rad"),
-            "torque": ("t", self.torque, "N*m"),
-            "motor_speed": ("t", self.motor_speed, "rad/s"),
-            "load_speed": ("t", self.load_speed, "rad/s"),
-            "energy": ("t", self.energy, "J"),
-            "y": (("state", "t"), self.trajectory.y, ""),
-            "rate": (("state", "t"), self.trajectory.rate, ""),
-            "work": (("power", "t"), np.array(list(self.work.values())), "J"),
-        }
+        y, rate, works = self.trajectory.y, self.trajectory.rate, np.array(list(self.work.values()))
+        states: Labelled = {"y": (("state", "t"), y, ""), "rate": (("state", "t"), rate, "")}
+        return {**super().variables(), **states, "work": (("power", "t"), works, "J")}
 
     @property
     def imbalance(self) -> float:
@@ -253,7 +251,7 @@ def waiting(train: DriveTrain, t: float) -> Floats:
     begun, left_out = _begun(train, phase), 0
     if not holds_its_place(train.motor):
         left_out = states_of(train.motor.control)  # 0, as there is no deviation yet
-        begun = begun._replace(motor=begun.motor._replace(control=FREE))
+        begun = begun.with_motor(control=FREE)
     try:
         state = operating_state(begun, speed, angle=angle)
     except SolveError as error:
@@ -282,8 +280,4 @@ def _begun(train: DriveTrain, phase: float) -> DriveTrain:
         return Harmonic(0.0, mean=float(np.mean(np.broadcast_to(torque.torque(at), at.shape))))
 
     motor, end = train.motor, train.load.end()
-    motor, end = (
-        motor._replace(excitation=constant(motor.excitation)),
-        end._replace(excitation=constant(end.excitation)),
-    )
-    return train._replace(motor=motor, load=train.load.with_end(end))
+    return train.with_motor(excitation=constant(motor.excitation)).with_load(excitation=constant(end.excitation))

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from math import inf, nan, pi
 from typing import Any, NamedTuple
@@ -17,7 +16,7 @@ from ..base.records import Result
 from ..base.results import Floats, SolveError
 from ..base.sentences import number
 from ..base.units import ARCSEC
-from ..model.excitation import Harmonic, NoError
+from ..model.excitation import NoError
 from ..model.laws.friction import Coulomb, LuGre, Stribeck, Viscous, sliding_friction
 from ..model.laws.hysteresis import Parallel
 from ..model.train.controls import CascadeLoop, core_of, off_reference
@@ -25,7 +24,7 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import AtRest
 from ..numerics.integration.methods import Dopri5
 from ..numerics.integration.simulate import simulate
-from .operating_point import operating_state, repeats, with_mean_torques
+from .operating_point import operating_state, repeats, with_mean_torques, with_more
 from .project import train_of
 from .run import holds_its_place
 from .state_space import state_space
@@ -227,25 +226,22 @@ def one_way(law: Any, sign: float) -> Any:
 
 def _sliding(train: DriveTrain, sign: float) -> DriveTrain:
     """The train whose motor slides one way, and whose load has no dry friction."""
-    motor, end = train.motor, train.load.end()
-    load = train.load.with_end(end._replace(drag=one_way(end.drag, 0.0)))
-    return train._replace(motor=motor._replace(drag=one_way(motor.drag, sign)), load=load)
+    drags = one_way(train.motor.drag, sign), one_way(train.load.end().drag, 0.0)
+    return train.with_motor(drag=drags[0]).with_load(drag=drags[1])
 
 
 def _rest(train: DriveTrain, pushes: tuple[float, ...]) -> tuple[float, float]:
     """Deviation of the motor over N and pointing error [rad] with torques [N*m] for friction of motor and load."""
     plain = _sliding(train, 0.0)
-    motor, end = plain.motor, plain.load.end()
-    load = plain.load.with_end(end._replace(excitation=Harmonic(0.0, mean=end.excitation.mean + pushes[1])))
-    motor = motor._replace(excitation=Harmonic(0.0, mean=motor.excitation.mean + pushes[0]))
-    state = operating_state(plain._replace(motor=motor, load=load), 0.0)
-    return float(off_reference(motor.control, state)[0] / train.N), float(train.pointing_error(state))
+    torques = map(with_more, (plain.motor.excitation, plain.load.end().excitation), pushes)
+    state = operating_state(plain.with_motor(excitation=next(torques)).with_load(excitation=next(torques)), 0.0)
+    return float(off_reference(plain.motor.control, state)[0] / train.N), float(train.pointing_error(state))
 
 
 def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     """Period [s] and size [rad, output side] of hunting, whether it is regular, and the slips that were followed."""
     plain, T, J = _sliding(train, 0.0), breakaway(train.motor.drag), train.motor.J
-    stuck = plain._replace(motor=plain.motor._replace(J=HEAVY * J))
+    stuck = plain.with_motor(J=HEAVY * J)
     state = operating_state(plain, 0.0)
     span = 2.0 * pi / float(np.max(np.abs(state_space(plain, at=state).poles)))
 
@@ -263,7 +259,7 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
         if passed == inf:
             return nan, nan, False, slips - 1
         sign = float(np.sign(pull(state)))
-        lasted, state = _until(_sliding(train, sign), state, span, partial(_back, sign))
+        lasted, state = _until(_sliding(train, sign), state, span, lambda y, way=sign: np.asarray(-way * y[3]))
         state[3], time = 0.0, time + passed + lasted
         places, times = [*places, float(state[2]) - middle], [*times, time]
         ways = np.abs(np.diff(places))
@@ -276,11 +272,6 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     if len(turns) < 2 or ways[-1] < FADES * ways[SLIPS // 2]:
         return nan, nan, False, SLIPS
     return 2.0 * float(np.mean(np.diff(turns))), float(np.ptp(last)) / (2.0 * train.N), False, SLIPS
-
-
-def _back(sign: float, y: Floats) -> Floats:
-    """Speed [rad/s] of the motor against the way in which it slides."""
-    return np.asarray(-sign * y[3])
 
 
 def _until(system: DriveTrain, state: Floats, span: float, excess: Callable[[Floats], Floats]) -> tuple[float, Floats]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.arguments import typed
 from ..base.protocols import with_parts
 from ..base.quantities import number, numbers, several
-from ..base.records import Labelled, Result
+from ..base.records import Along, Labelled, Result
 from ..base.results import Floats
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic, NoError
@@ -50,6 +50,10 @@ class StateSpace(Result):
     """
 
     rows: ClassVar[str] = "rate"
+    arrays: ClassVar[Along] = {
+        ("rate", "state"): {"A": ""}, ("rate", "input"): {"B": ""},
+        ("output", "state"): {"C": ""}, ("output", "input"): {"D": ""},
+    }  # fmt: skip
 
     A: Floats
     B: Floats
@@ -96,15 +100,6 @@ class StateSpace(Result):
         for name in ("state", "input", "output"):
             found[f"unit of {name}"] = (name, list(self.units(tuple(named[name]))), "")
         return found
-
-    def variables(self) -> Labelled:
-        """The four matrices."""
-        return {
-            "A": (("rate", "state"), self.A, ""),
-            "B": (("rate", "input"), self.B, ""),
-            "C": (("output", "state"), self.C, ""),
-            "D": (("output", "input"), self.D, ""),
-        }
 
     def __str__(self) -> str:
         lines = [f"StateSpace: {len(self.states)} states, motor at {self.speed:g} rad/s"]
@@ -163,9 +158,8 @@ def undriven(train: DriveTrain) -> DriveTrain:
 def driven(train: DriveTrain, source: str, torque: Harmonic) -> DriveTrain:
     """Return the train with this torque on one shaft, "motor" or "load", and none on the other."""
     none = Harmonic(0.0)
-    motor = train.motor._replace(excitation=torque if source == "motor" else none)
-    end = train.load.end()._replace(excitation=torque if source == "load" else none)
-    return train._replace(motor=motor, load=train.load.with_end(end))
+    turned = train.with_motor(excitation=torque if source == "motor" else none)
+    return turned.with_load(excitation=torque if source == "load" else none)
 
 
 def _of_unit_torque(train: DriveTrain, source: str, state: Floats) -> Floats:

@@ -156,8 +156,7 @@ def follows_its_angle(train: DriveTrain) -> bool:
 
 def without_gravity(train: DriveTrain) -> DriveTrain:
     """Return the train without the torques that follow the load's own angle."""
-    end = train.load.end()
-    return train._replace(load=train.load.with_end(end._replace(drag=_no_angle(end.drag))))
+    return train.with_load(drag=_no_angle(train.load.end().drag))
 
 
 def _no_angle(law: Any) -> Any:

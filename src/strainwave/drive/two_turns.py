@@ -31,18 +31,9 @@ from ..model.train.motion import Steady
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import Trace, ending
 from ..numerics.labels import FOLD
+from ..numerics.torus import motion
 from ..numerics.torus.follow import TwoTurns, along, at_speed, newton, with_crests, with_crossings
 from ..numerics.torus.growth import growth
-from ..numerics.torus.motion import (
-    along_turns,
-    largest_in_turns,
-    largest_oscillations,
-    largest_sizes,
-    pointing,
-    smallest_in_turns,
-    smallest_oscillations,
-    states_at,
-)
 from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
@@ -150,12 +141,13 @@ class TwoTurnCurve:
         A turn begins at any angle; what a slow wave, as that of gravity, drifts within it counts. The turns are those
         after which motor and output stand as before.
         """
-        return np.stack([f(self.waves, self.pairs, self.ratio) for f in (largest_in_turns, smallest_in_turns)], axis=2)
+        both = motion.largest_in_turns, motion.smallest_in_turns
+        return np.stack([f(self.waves, self.pairs, self.ratio) for f in both], axis=2)
 
     @cached_property
     def smallest(self) -> Floats:
         """Smallest oscillation (n,) [rad] over a turn of the motor that begins at any angle."""
-        return smallest_oscillations(self.waves, self.pairs, self.ratio)
+        return motion.smallest_oscillations(self.waves, self.pairs, self.ratio)
 
     def amplitude(self, j: int, k: int) -> Floats:
         """Amplitude (n,) [rad] of a wave in the pointing error; 0 of one that it has not."""
@@ -171,7 +163,7 @@ class TwoTurnCurve:
             coefficients[:, max(0, 2 * abs(order) - 1)] += wave.real
             if order:
                 coefficients[:, 2 * abs(order)] -= math.copysign(1.0, order) * wave.imag
-        peak = largest_sizes(self.waves, self.pairs, self.ratio)
+        peak = motion.largest_sizes(self.waves, self.pairs, self.ratio)
         multipliers = np.exp(self.growth * 2.0 * np.pi / self.omega)[:, None].astype(complex)
         tail = _left_out(self.problem.part)
         folds = [
@@ -190,7 +182,7 @@ class TwoTurnCurve:
 
     def states(self, number: int, angles: Floats) -> Floats:
         """States (states, m) of a motion, the pointing error and its rate first, at motor angles (m,) [rad]."""
-        return states_at(self.problem, self.points[[number]], angles)[0]
+        return motion.states_at(self.problem, self.points[[number]], angles)[0]
 
 
 @one_thread
@@ -275,7 +267,7 @@ def beating_response(
     found = two_turn_response(train, speeds, limit=limit)
     found = replace(found, message=f"{found.message}; motions apart from the curve are not looked for")
     curve = found.branch(speeds)
-    angles, states = along_turns(found.problem, found.points, found.beats)
+    angles, states = motion.along_turns(found.problem, found.points, found.beats)
     system, sizes, starts = AtLoad(without_gravity(train), train.omega), [], []
     for omega, y in zip(found.omega, states, strict=True):
         there, steady = own_state(system, tuple(y)), turning(system._replace(omega=float(omega)))
@@ -338,14 +330,14 @@ def _left_out(part: Any) -> float:
 
 def _sizes(problem: Torus, points: Floats) -> Floats:
     """Oscillation (n,) [rad] of motions in their largest turn."""
-    return largest_oscillations(pointing(problem, points), problem.pairs, problem.ratio)
+    return motion.largest_oscillations(motion.pointing(problem, points), problem.pairs, problem.ratio)
 
 
 def _described(
     driven: TwoTurns, flow: Any, problem: Torus, points: Floats, sizes: Floats, folds: tuple[float, ...],
     how: tuple[Status, str],
 ) -> TwoTurnCurve:  # fmt: skip
-    waves = pointing(problem, points)
+    waves = motion.pointing(problem, points)
     count = math.gcd(*(k for _, k in driven.pairs)) or 1
     return TwoTurnCurve(
         points[:, -1], problem.pairs, waves, sizes, folds, driven.ratio, count, *how, problem, points, flow

@@ -9,10 +9,10 @@ import pytest
 from scipy.signal import StateSpace, step
 
 import strainwave as sw
-from strainwave.drive.margins import MotorLoop
+from strainwave.drive.margins import MotorLoop, control_parts
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
-from strainwave.study.tuning.linear import UNSTABLE, OpenLoop, control_parts
+from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
 from strainwave.study.tuning.trial import PROOF, Setting, Trial, TuningLimits, moves
 from strainwave.study.tuning.tune import ASSUMED, Loop, rule
 

@@ -135,6 +135,14 @@ class DriveTrain(NamedTuple):
         drag = z_rate_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
         return (y[1], fast / self.N - slow, *own, *law, *drag, *of_load)
 
+    def with_motor(self, **changes: Any) -> "DriveTrain":
+        """The same with other fields of its motor."""
+        return self._replace(motor=self.motor._replace(**changes))
+
+    def with_load(self, **changes: Any) -> "DriveTrain":
+        """The same with other fields of its load, behind all couplings."""
+        return self._replace(load=self.load.with_end(self.load.end()._replace(**changes)))
+
     def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion u = x - e(theta_m) of the gear [rad]."""
         return y[0] - self.error.value(motor_motion(self, phase, y)[0])

@@ -308,12 +308,9 @@ class Analysis(Result):
         Of the error equation it is on the curve, or simulated where the curve has no motion as large.
         """
         model = "error equation" if self.train_curve is None else "whole drive train"
-        peaks = []
-        for torque, drive in self.curves:
-            at = drive.largest()
-            if at is not None:
-                peak, omega = float(drive.peak[at]), float(drive.omega[at])
-                peaks.append(Largest(peak, omega, model, drive.method, torque))
+        tops = [(drive.largest(), drive, torque) for torque, drive in self.curves]
+        known = [(float(d.peak[at]), float(d.omega[at]), d.method, torque) for at, d, torque in tops if at is not None]
+        peaks = [Largest(peak, omega, model, method, torque) for peak, omega, method, torque in known]
         best = max(peaks, key=lambda largest: largest.peak, default=None)
         if (ramp := self.run_alone) is not None:
             run = Largest(*ramp.largest(ramp.run.pointing), "run-up of the whole drive train", "integration")

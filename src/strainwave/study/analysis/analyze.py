@@ -95,14 +95,11 @@ def with_tops(
     nor is what lies in the half-power band of a larger maximum of another component.
     """
     places = sorted(regime.omega for regime in all_regimes if regime.resonance.q == 1)
-    responses = [close.get(regime.resonance, exact) for regime in all_regimes]
-    tops = [
-        _top(regime, places, system, response) if regime.resonance.q == 1 else None
-        for regime, response in zip(all_regimes, responses, strict=True)
-    ]
+    rows = [(regime, close.get(regime.resonance, exact)) for regime in all_regimes]
+    tops = [_top(r, places, system, response) if r.resonance.q == 1 else None for r, response in rows]
     largest = {r.resonance.p: top[1] for r, top in zip(all_regimes, tops, strict=True) if top is not None}
     topped = []
-    for regime, response, top in zip(all_regimes, responses, tops, strict=True):
+    for (regime, response), top in zip(rows, tops, strict=True):
         place = None
         if top is not None and not _of_another(regime.resonance.p, top, largest, system, response):
             place = float(response.omega[top[0]]), top[1]

@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from ...base.protocols import with_parts
 from ...base.quantities import checked, interval, numbers, replace, samples_of, shown
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Branch, Floats, SolveError
 from ...base.sentences import Sentence, Speed, on_screen
 from ...base.series import oscillation
@@ -66,6 +66,13 @@ class Hardening(Result):
     at_speeds: Floats
 
     rows: ClassVar[str] = "alpha"
+    arrays: ClassVar[Along] = {
+        "alpha": {
+            "peak": "rad", "peak_speed": "rad/s", "superharmonic_speed": "rad/s", "superharmonic": "rad",
+            "jump_low": "rad/s", "jump_high": "rad/s", "inside": "",
+        },
+        ("alpha", "speed"): {"at_speeds": "rad"},
+    }  # fmt: skip
 
     @property
     def jump_width(self) -> Floats:
@@ -96,12 +103,6 @@ class Hardening(Result):
     def coordinates(self) -> Labelled:
         """The coefficients and the speeds of duty."""
         return {"alpha": ("alpha", self.alpha, "1/rad**2"), "speed": ("speed", self.speeds, "rad/s")}
-
-    def variables(self) -> Labelled:
-        """All arrays."""
-        peaks = self._along("alpha", peak="rad", peak_speed="rad/s", superharmonic_speed="rad/s", superharmonic="rad")
-        jumps = self._along("alpha", jump_low="rad/s", jump_high="rad/s", inside="")
-        return {**peaks, **jumps, **self._along(("alpha", "speed"), at_speeds="rad")}
 
     def __str__(self) -> str:
         lines = [f"Hardening: {len(self.alpha)} coefficients, {np.sum(~self.inside)} with a peak outside the range"]

@@ -15,7 +15,7 @@ import numpy as np
 from ...base.arguments import silent, typed
 from ...base.protocols import System
 from ...base.quantities import number
-from ...base.records import Labelled, Result
+from ...base.records import Along, Result
 from ...base.results import Branch, Floats, SolveError, Trajectory, largest_between
 from ...base.sentences import Sentence, Speed, on_screen
 from ...base.series import largest_of_samples
@@ -254,14 +254,8 @@ class DriveMotion(Result):
     loads: tuple[float, float] | None = None
 
     rows: ClassVar[str] = "t"
-
-    def coordinates(self) -> Labelled:
-        """Times of the last turns."""
-        return self._along("t", t="s")
-
-    def variables(self) -> Labelled:
-        """Error, rate and torque over the last turns."""
-        return self._along("t", error="rad", rate="rad/s", torque="N*m")
+    arrays: ClassVar[Along] = {"t": {"error": "rad", "rate": "rad/s", "torque": "N*m"}}
+    places: ClassVar[Along] = {"t": {"t": "s"}}
 
     @property
     def name(self) -> str:

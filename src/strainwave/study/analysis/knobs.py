@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import depends, is_spring, spring_stiffness
-from ...base.protocols import Law, System, lacking, lines_of, terms_of
+from ...base.protocols import Law, System, lines_of, terms_of
 from ...base.quantities import parameters, replace, shown
 from ...base.results import SolveError
 from ...base.units import ARCSEC
 from ...drive.loop_margin import fastest_growth
+from ...drive.operating_point import mean_torque, with_more
 from ...drive.project import Project
 from ...drive.train_curve import in_turns, largest_oscillation
 from ...drive.two_turns import is_beating, largest_beat
@@ -28,6 +29,11 @@ MORE, BOTH = (1.0,), (1.0, -1.0)
 BENDS = 0.01  # relative change of the stiffness by the mean torque, from which on it counts
 DAMPING = "damping of the gear"
 ROUNDING = 1e-9  # of a pole's size: less growth than this is none
+POWERS: dict[type, tuple[dict[str, int], dict[str, int]]] = {  # of bandwidth and damping ratio, with which gains go
+    PositionLoop: ({"K_p": 2, "K_d": 1}, {"K_d": 1}),
+    SpeedLoop: ({"K_p": 1, "K_i": 2}, {"K_i": -2}),
+    CascadeLoop: ({"K_v": 1, "K_p": 1, "T_n": -1}, {"T_n": 2}),
+}
 
 
 class Subject(NamedTuple):
@@ -147,37 +153,21 @@ def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
         return
     bandwidth, damping = tuning
 
-    def turned(change: Callable[[float], Any], wider: float) -> Subject | str:
+    def turned(powers: dict[str, int], share: float, wider: float) -> Subject | str:
         if bandwidth * wider * lag > FASTEST:
             return f"the bandwidth would be above half the inverse lag, {FASTEST / lag / HERTZ:.4g} Hz"
-        other = train._replace(motor=train.motor._replace(control=with_core(control, change(wider))))
+        gains = {name: getattr(loop, name) * (1.0 + share) ** power for name, power in powers.items()}
+        other = train.with_motor(control=with_core(control, loop._replace(**gains)))
         moves = control is not loop or isinstance(loop, CascadeLoop)
         if moves and (pole := fastest_growth(other)).real > ROUNDING * abs(pole):
             return "the loop would be unstable"
         return subject._replace(train=other)
 
+    faster, calmer = POWERS[type(loop)]
     if bandwidth > 0.0:
-        yield Knob("bandwidth of the loop", bandwidth / HERTZ, "Hz", lambda s: turned(_of_bandwidth(loop), 1.0 + s))
+        yield Knob("bandwidth of the loop", bandwidth / HERTZ, "Hz", lambda s: turned(faster, s, 1.0 + s))
     if damping > 0.0:
-        yield Knob("damping of the loop", damping, "", lambda s: turned(lambda _: _damped(loop, 1.0 + s), 1.0))
-
-
-def _of_bandwidth(loop: Any) -> Callable[[float], Any]:
-    """The loop with a bandwidth so many times as large, on the same inertia and with the same damping."""
-    if isinstance(loop, SpeedLoop):
-        return lambda b: loop._replace(K_p=b * loop.K_p, K_i=b * b * loop.K_i)
-    if isinstance(loop, CascadeLoop):
-        return lambda b: CascadeLoop(b * loop.K_v, b * loop.K_p, loop.T_n / b)
-    return lambda b: loop._replace(K_p=b * b * loop.K_p, K_d=b * loop.K_d)
-
-
-def _damped(loop: Any, times: float) -> Any:
-    """The loop with so many times the damping ratio and the same bandwidth."""
-    if isinstance(loop, SpeedLoop):
-        return loop._replace(K_i=loop.K_i / (times * times))
-    if isinstance(loop, CascadeLoop):
-        return loop._replace(T_n=times * times * loop.T_n)
-    return loop._replace(K_d=times * loop.K_d)
+        yield Knob("damping of the loop", damping, "", lambda s: turned(calmer, s, 1.0))
 
 
 def _of_error(subject: Subject, amplitude: Callable[[float], float]) -> Iterator[Knob]:
@@ -208,15 +198,15 @@ def _preload(subject: Subject, torque: float) -> Knob | None:
     if subject.load_torque is not None or not is_spring(system):
         return None
 
+    def further(excitation: Any, by: float) -> Any:
+        return with_more(excitation, by if mean_torque(excitation).mean >= 0.0 else -by)
+
     def turned(share: float) -> Subject:
         if train is None:
-            return subject._replace(system=system._replace(excitation=_with_more(system.excitation, share * torque)))
-        end = train.load.end()
-        end = end._replace(excitation=_with_more(end.excitation, share * torque))
-        return subject._replace(train=train._replace(load=train.load.with_end(end)))
+            return subject._replace(system=system._replace(excitation=further(system.excitation, share * torque)))
+        return subject._replace(train=train.with_load(excitation=further(train.load.end().excitation, share * torque)))
 
-    more = system._replace(excitation=_with_more(system.excitation, CHANGES[0] * torque))
-    if not _bends(system, more):
+    if not _bends(system, system._replace(excitation=further(system.excitation, CHANGES[0] * torque))):
         return None
     mean = sum(term.mean for term in subject.load_torques)
     return Knob("preload", abs(float(mean)), "N·m", turned, MORE, by=torque)
@@ -231,25 +221,12 @@ def _bends(system: System, loaded: Any) -> bool:
         return False
 
 
-def _with_more(torque: Any, by: float) -> Any:
-    """The torque with a larger mean, in the direction that it has."""
-    terms = terms_of(torque)
-    mean = sum(term.mean for term in terms)
-    first = terms[0]._replace(mean=terms[0].mean + (by if mean >= 0.0 else -by))
-    return first if lacking(torque, "terms") else torque._replace(terms=(first, *terms[1:]))
-
-
 def _of_load(subject: Subject) -> Iterator[Knob]:
     """Inertia of the load, behind its couplings; the gains of a loop stay as they are."""
     name, unit, train, project = "inertia of the load", "kg·m²", subject.train, subject.project
     if train is not None:
-        end = train.load.end()
-
-        def heavier(share: float) -> Subject:
-            load = train.load.with_end(end._replace(J=(1.0 + share) * end.J))
-            return subject._replace(train=train._replace(load=load))
-
-        yield Knob(name, end.J, unit, heavier)
+        J = train.load.end().J
+        yield Knob(name, J, unit, lambda s: subject._replace(train=train.with_load(J=(1.0 + s) * J)))
     elif project is not None:
         drive = project.drive
         yield Knob(

@@ -7,7 +7,7 @@ Other gears of the catalogue in a drive: the next size of the same series, and t
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from math import pi, sin, sqrt
@@ -88,9 +88,8 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
     other = swap._replace(B=drive.B * sqrt(gear.law.K1 / old.law.K1 * inertia / before))
     changed = subject.of_drive(other)._replace(speeds=(low, high))
     if subject.train is not None:
-        motor = subject.train.motor._replace(J=J_m)  # its loop has the gains that it has
-        train = subject.train._replace(motor=motor, N=ratio, B=other.B, law=other.law)
-        changed = changed._replace(train=train)
+        train = subject.train._replace(N=ratio, B=other.B, law=other.law)
+        changed = changed._replace(train=train.with_motor(J=J_m))  # its loop has the gains that it has
     error = _error_of(subject.whole.error, old, gear, drive.N, ratio)
     return changed.having(changed.whole._replace(error=error))
 
@@ -372,11 +371,10 @@ class Trial:
         ratio, limit = after[1] / self.before[1], self.avoid.limit
         step = share * knob.by if knob.by else 0.0
         exceeds = None if limit is None else ratio * self.avoid.largest > limit
+        remedy = Remedy(knob.what, 0.0 if step else share, step, ratio, after[0], exceeds=exceeds)
         if share == 0.0:
-            return Remedy(knob.what, 0.0, 0.0, ratio, after[0], gear=knob.unit, exceeds=exceeds)
+            return replace(remedy, gear=knob.unit)
         if not step and not knob.value:  # a stiffness of nothing at rest, with backlash
-            return Remedy(knob.what, share, 0.0, ratio, after[0], exceeds=exceeds)
+            return remedy
         value = knob.value + step if step else (1.0 + share) * knob.value
-        return Remedy(
-            knob.what, 0.0 if step else share, step, ratio, after[0], knob.value, value, knob.unit, exceeds=exceeds
-        )  # fmt: skip
+        return replace(remedy, before=knob.value, after=value, unit=knob.unit)

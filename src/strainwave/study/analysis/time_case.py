@@ -11,15 +11,7 @@ import numpy as np
 from ...base.results import Floats, SolveError, Trajectory, largest_between
 from ...base.series import largest_of_samples
 from ...drive.drive_response import DriveResponse, Usage, most_used
-from ...drive.response import (
-    UNDAMPED_PERIODS,
-    damping_of,
-    gear_torque,
-    heat,
-    loses_energy,
-    no_multiple_scales,
-    settling_time,
-)
+from ...drive.response import damping_of, gear_torque, heat, loses_energy, no_multiple_scales, settling_time
 from ...model.gears.limits import cubic_mean
 from ...numerics.integration.simulate import simulate
 from ...theory.slow_flow.flow import slow_flow
@@ -136,7 +128,7 @@ def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoin
     try:
         if reason := no_multiple_scales(system):
             raise ValueError(reason)
-        window = None if damping_of(system) > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
+        window = None if damping_of(system) > 0.0 else settling_time(system)
         comparison = compare_with_integration(system, resonance, (point.x, 0.0), window)
         transient = finished_or_interrupted(comparison.integrated)
     except (ValueError, SolveError, ArithmeticError) as error:
@@ -156,7 +148,7 @@ def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoin
 def _times(system: Any, point: OperatingPoint) -> Floats:
     """Times of the transient: until it has fallen to exp(-2.5), or some periods where nothing decays."""
     mu = damping_of(system) / system.J
-    length = WINDOW / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
+    length = WINDOW / mu if mu > 0.0 else settling_time(system)
     fastest = max(point.omega_0, system.omega * max((1, *system.orders())))
     return np.linspace(0.0, length, min(MOST, PER_CYCLE * math.ceil(length * fastest / (2.0 * math.pi)) + 1))
 

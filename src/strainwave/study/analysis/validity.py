@@ -348,18 +348,12 @@ def compare_with_integration(
         resonance=resonance,
         window=(0.0, float(t_end)),
         rms_difference=difference / size if size > 0.0 else 0.0,
-        peak_theory=_as_trajectory(theory).peak(),
+        peak_theory=Trajectory(t, theory.x[None], theory.rate[None], Status.OK, "", 0, 0, 0).peak(),
         peak_integrated=integrated.peak(),
         harmonics=_harmonics(system.omega, t, theory.x, integrated.y[0], multiples),
         theory=theory,
         integrated=integrated,
     )
-
-
-def _as_trajectory(evolution: Evolution) -> Trajectory:
-    """The transient with x and x', whose peak between samples is known to third order."""
-    y, rate = evolution.x[None], evolution.rate[None]
-    return Trajectory(evolution.t, y, rate, Status.OK, Status.OK.value, 0, 0, 0)
 
 
 def _harmonics(

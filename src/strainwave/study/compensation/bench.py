@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 
 from ...base.law import depends, states_of
-from ...base.protocols import Control, lacking, lines_of, terms_of
+from ...base.protocols import Control, lacking, lines_of
 from ...base.quantities import checked, shown
 from ...base.results import Floats, SolveError
-from ...drive.operating_point import operating_state
+from ...drive.operating_point import operating_state, with_more
 from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...drive.two_turns import beat_said
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import Cascade, Notch, SampledPD, is_controller, sampled_filter
-from ...model.excitation import Harmonic, Harmonics, KinematicError
+from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
 from ...model.orders import order_pair
@@ -126,6 +126,11 @@ class Bench:
         """The drive at a motor speed [rad/s] under a controller, over a time [s]."""
         return run_loop(self.closed(controller, speed), duration, y0=self.start(speed))
 
+    def follow(self, controller: Any, motion: Any, duration: float, speed: float = 0.0) -> LoopRun:
+        """The drive on a motion of its reference over a time [s], from the state at a motor speed [rad/s] on."""
+        closed = ClosedLoop(self.plant._replace(omega=1.0, reference=motion), controller, self.sampling)
+        return run_loop(closed, duration, y0=self.start(speed))
+
     def start(self, speed: float, *, model: bool = False) -> Floats:
         """State (states,) in which the mean torques hold the drive; zeros where none is found."""
         try:
@@ -145,8 +150,7 @@ class Bench:
             control, place, stiffness, behind = PositionLoop(gains.K_p, gains.K_d), 2, gains.K_p, 4
         else:
             return np.zeros(len(train.state_names()))
-        held = train._replace(motor=train.motor._replace(control=control))
-        state = operating_state(held, float(speed))
+        state = operating_state(train.with_motor(control=control), float(speed))
         return np.concatenate([state[:4], [-stiffness * state[place]], state[behind:]])
 
     def with_stiffness(self, share: float) -> "Bench":
@@ -207,9 +211,8 @@ def bench_of(
         is_controller("loop", loop)
     if plant is not None and not isinstance(plant, DriveTrain):
         raise TypeError(f"plant is {shown(plant)}; give a DriveTrain, such as the model's with another law")
-    motor = train.motor._replace(control=COMMANDED)
-    model = checked(train._replace(motor=motor, reference=Steady()))
-    other = model if plant is None else plant._replace(motor=plant.motor._replace(control=COMMANDED))
+    model = checked(train.with_motor(control=COMMANDED)._replace(reference=Steady()))
+    other = model if plant is None else plant.with_motor(control=COMMANDED)
     return Bench(model, checked(other), checked(loop), checked(timing), gear, tuple(remarks), backward)
 
 
@@ -244,15 +247,9 @@ def steady_bench_of(
 def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
     """The train with a constant torque [N*m] in place of gravity, that of an angle of the load [rad]."""
     end = train.load.end()
-    original, law = end.excitation, end.drag
-    parts = law if isinstance(law, Parallel) else (law,)
+    parts = end.drag if isinstance(end.drag, Parallel) else (end.drag,)
     torque = 0.0 - sum(float(part.torque(load_angle)) for part in parts if isinstance(part, AngleTorque))
-    plain = without_gravity(train)
-    if isinstance(original, Harmonic):
-        excitation: Any = original._replace(mean=original.mean + torque)
-    else:
-        excitation = Harmonics((*terms_of(original), Harmonic(0.0, mean=torque)))
-    return plain._replace(load=plain.load.with_end(plain.load.end()._replace(excitation=excitation))), torque
+    return without_gravity(train).with_load(excitation=with_more(end.excitation, torque)), torque
 
 
 def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks: list[str]) -> Sampling:

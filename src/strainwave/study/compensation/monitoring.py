@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...base.arguments import typed
 from ...base.quantities import checked, interval, number, reals, samples_of, several, shown
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ...compile.jit import borrowed, kernel, run
@@ -47,6 +47,10 @@ class Monitored(Result):
     """
 
     rows: ClassVar[str] = "time"
+    arrays: ClassVar[Along] = {
+        ("order", "time"): {"amplitude": "", "phase": "rad"},
+        "time": {"mean": "", "frequency": "rad/s"},
+    }
 
     time: Floats
     orders: Floats
@@ -61,11 +65,6 @@ class Monitored(Result):
     def coordinates(self) -> Labelled:
         """Times and orders."""
         return {"time": ("time", self.time, "s"), "order": ("order", self.orders, "")}
-
-    def variables(self) -> Labelled:
-        """Amplitudes, phases, mean and frequency."""
-        both = self._along(("order", "time"), amplitude="", phase="rad")
-        return {**both, **self._along("time", mean="", frequency="rad/s")}
 
     def __str__(self) -> str:
         lines = [

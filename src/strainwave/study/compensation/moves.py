@@ -12,12 +12,11 @@ from ...base.quantities import LARGEST, number, several, shown
 from ...base.results import Floats, SolveError
 from ...base.units import ARCSEC
 from ...drive.project import Project
-from ...model.controllers.closed_loop import ClosedLoop, Sampling
+from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.feedforward import shaped
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import MOST, SpeedProfile
 from ...numerics.ensemble.linear_loops import loop_response
-from ...numerics.ensemble.loops import run_loop
 from ..move.mover import FORWARD
 from ..move.profiles import path_of
 from .bench import Bench, bench_of
@@ -189,7 +188,7 @@ def compensate_move(
         (f"loop, {kind}", bench.loop, shaped(motion, abs(s), -s.real / abs(s), kind=kind))
         for kind in several("shaping", shaping)
     ]
-    runs = [_run(bench, controller, reference, duration + tail) for _, controller, reference in references]
+    runs = [bench.follow(controller, reference, duration + tail) for _, controller, reference in references]
     time = runs[0].time
     aside = [motion.value(time) - reference.value(time) for _, _, reference in references]
     error = np.array([run.error for run in runs]) + np.array(aside) / bench.model.N
@@ -233,11 +232,6 @@ def _motion(profile: Any, N: float) -> tuple[SpeedProfile, float]:
     if np.any(jumps > 1e-9 * np.max(np.abs(ends), initial=1e-300)):
         raise ValueError("the profile has a speed that jumps; give parts that begin and end at rest")
     return SpeedProfile(tuple(path.knots.tolist()), tuple((N * ends).tolist())), path.duration
-
-
-def _run(bench: Bench, controller: Any, motion: Any, duration: float) -> Any:
-    closed = ClosedLoop(bench.plant._replace(omega=1.0, reference=motion), controller, bench.sampling)
-    return run_loop(closed, duration, y0=bench.start(0.0))
 
 
 def _score(name: str, time: Floats, error: Floats, run: Any, duration: float, window: float) -> MoveScore:

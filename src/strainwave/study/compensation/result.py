@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import log10
+from operator import attrgetter
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ...base.arguments import typed
 from ...base.quantities import probabilities
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import WIDTH, number, on_screen
 from ...base.units import ARCSEC, RPM
@@ -156,6 +157,7 @@ class Compensation(Result):
     """
 
     rows: ClassVar[str] = "order"
+    arrays: ClassVar[Along] = {"order": {"amplitude_before": "rad", "amplitude_after": "rad"}}
 
     name: str
     title: str
@@ -198,10 +200,6 @@ class Compensation(Result):
     def coordinates(self) -> Labelled:
         """Orders of the kinematic error."""
         return {"order": ("order", self.orders, "")}
-
-    def variables(self) -> Labelled:
-        """Amplitudes of the pointing error before and after."""
-        return self._along("order", amplitude_before="rad", amplitude_after="rad")
 
     def __str__(self) -> str:
         lines = [
@@ -254,7 +252,11 @@ class CompensationBench(Result):
     def best(self, *, load_encoder: bool = True) -> tuple[Compensation, ...]:
         """The best controller at every speed, with a load's encoder or without one."""
         rows = [row for row in self.results if load_encoder or not row[0].load_encoder]
-        return tuple(min(column, key=_rank) for column in zip(*rows, strict=True))
+
+        def rank(one: Compensation) -> tuple[bool, bool, float]:  # stable ones first, then those within the limits
+            return not one.stable, bool(one.excluded), one.after.rms
+
+        return tuple(min(column, key=rank) for column in zip(*rows, strict=True))
 
     @typed
     def residuals(self, width: int) -> Iterator[str]:
@@ -276,18 +278,10 @@ class CompensationBench(Result):
 
     def variables(self) -> Labelled:
         """Residuals and torques."""
-
-        def table(value: Any) -> Floats:
-            return np.array([[value(cell) for cell in row] for row in self.results])
-
-        dims = ("controller", "speed")
-        return {
-            "before": (dims, table(lambda cell: cell.before.rms), "rad"),
-            "after": (dims, table(lambda cell: cell.after.rms), "rad"),
-            "peak": (dims, table(lambda cell: cell.after.peak), "rad"),
-            "torque": (dims, table(lambda cell: cell.torque.peak), "N*m"),
-            "stable": (dims, table(lambda cell: cell.stable), ""),
-        }
+        places = {"before": "before.rms", "after": "after.rms", "peak": "after.peak", "torque": "torque.peak"}
+        units = {"before": "rad", "after": "rad", "peak": "rad", "torque": "N*m", "stable": ""}
+        values = {n: [list(map(attrgetter(places.get(n, n)), row)) for row in self.results] for n in units}
+        return {n: (("controller", "speed"), np.array(values[n]), unit) for n, unit in units.items()}
 
     def __str__(self) -> str:
         lines = ["CompensationBench: rms of the pointing error about its mean [arcsec]", *self.residuals(WIDTH)]
@@ -295,8 +289,3 @@ class CompensationBench(Result):
         out = [one for row in self.results for one in row if one.excluded]
         excluded = dict.fromkeys(f"At {one.speed / RPM:.4g} rpm {one.name}: {one.excluded}" for one in out)
         return on_screen("\n".join([*lines, *(f"  {text}" for text in (*excluded, *notes))]))
-
-
-def _rank(one: Compensation) -> tuple[bool, bool, float]:
-    """Stable ones first, then those within the limits, then by the rms of what they leave."""
-    return not one.stable, bool(one.excluded), one.after.rms

@@ -14,10 +14,9 @@ from ...base.results import Floats
 from ...base.sentences import number
 from ...base.units import RPM
 from ...drive.project import Project
-from ...model.controllers.closed_loop import ClosedLoop, Sampling
+from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
-from ...numerics.ensemble.loops import run_loop
 from .bench import Bench, bench_of, steady_bench_of
 from .moves import DECAY, on_the_way
 from .result import OnTheWay
@@ -173,8 +172,7 @@ def _run(bench: Bench, controller: Any, ends: tuple[float, float], time: float, 
             f"{bench.sampling.period:.4g} s; give a shorter time, or sample more slowly"
         )
     motion = SpeedProfile((0.0, lead, lead + time), (ends[0], *ends))
-    closed = ClosedLoop(bench.plant._replace(omega=1.0, reference=motion), controller, bench.sampling)
-    run = run_loop(closed, lead + time + waits, y0=bench.start(ends[0]))
+    run = bench.follow(controller, motion, lead + time + waits, ends[0])
     return replace(run, time=run.time - lead)
 
 

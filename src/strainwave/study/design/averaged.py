@@ -23,9 +23,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import states_of
 from ...base.results import Floats, SolveError
-from ...drive.margins import control_response, linear_control
+from ...drive.margins import control_parts, control_response
 from ...drive.train_curve import POINTS, crest_in
 from ...model.excitation import Harmonic, KinematicError
 from ...model.oscillator import Oscillator
@@ -125,9 +124,7 @@ def largest(drives: Drives) -> Largest:
 
 def loop_stiffness(loop: Any, s: Any) -> Any:
     """Torque of a loop over the deviation of the motor [N*m/rad] at s = i omega (n, m) [1/s]."""
-    count = states_of(loop)
-    parts = linear_control(loop, np.zeros(4 + count), np.arange(4 + count) >= 4)
-    by_angle, of_motor = control_response(parts, np.ravel(np.imag(s)))
+    by_angle, of_motor = control_response(control_parts(loop), np.ravel(np.imag(s)))
     return (by_angle + of_motor).reshape(np.shape(s))
 
 

@@ -287,14 +287,15 @@ class _Target(NamedTuple):
             K, twist = np.exp(p[:2]).tolist()
             return BoucWen(K, float(1.0 / (1.0 + np.exp(-p[2]))), twist, 1.0, 0.5, 0.5, n)
 
-        def beside(p: Floats) -> Any:
-            limit, twist = float(np.exp(p[0])), float(np.exp(p[1])) if len(p) > 1 else YIELD * loss
+        def with_element(spring: Any, limit: float, twist: float) -> Any:
             return Parallel(spring, BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
+
+        def beside(p: Floats) -> Any:
+            return with_element(spring, *[*np.exp(p).tolist(), YIELD * loss][:2])
 
         def behind_gap(p: Floats) -> Any:  # the element yields over a quarter of the loss, as without a lost motion
             limit, half_gap = np.exp(p).tolist()
-            twist = YIELD * loss
-            return Parallel(Play(half_gap, spring), BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
+            return with_element(Play(half_gap, spring), limit, YIELD * loss)
 
         if replace_spring:
             return np.array([np.log(spring.K1), np.log(loss), 1.0]), None, one

@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 
 from ...base.law import depends, energy_of, has, states_of, torque_of
 from ...base.protocols import Law, System, with_parts
-from ...base.records import Labelled
+from ...base.records import Along
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...compile.tree import leaves as numbers_in
@@ -119,13 +119,8 @@ class Decay(NamedTuple):
 
     def motion(self, t: Floats) -> Floats:
         """Motion [rad] at times [s] from the start on."""
-        c, phase = self.shape(self.size(t)), self.phase(t)
-        wave, total = np.exp(1j * phase), c[:, 0].copy()
-        power = np.ones(len(t), complex)
-        for k in range(1, c.shape[1]):
-            power *= wave
-            total += c[:, k] * power.real
-        return np.asarray(total)
+        turns = np.outer(self.phase(t), np.arange(self.shape.c.shape[2]))
+        return np.asarray(np.sum(self.shape(self.size(t)) * np.cos(turns), axis=1))
 
 
 def decay(system: System, start: float, phase: float, least: float) -> Decay:
@@ -186,12 +181,12 @@ class DecayFit(Fitted):
     fitted_rate: Floats
 
     rows: ClassVar[str] = "window"
-
-    def variables(self) -> Labelled:
-        """Amplitude, frequency and decay rate in every window, with deviations, and what the system has there."""
-        measured = self._along("window", time="s", amplitude="rad", omega="rad/s", rate="1/s")
-        deviations = self._along("window", amplitude_deviation="rad", omega_deviation="rad/s", rate_deviation="1/s")
-        return {**measured, **deviations, **self._along("window", fitted_omega="rad/s", fitted_rate="1/s")}
+    arrays: ClassVar[Along] = {
+        "window": {
+            "time": "s", "amplitude": "rad", "omega": "rad/s", "rate": "1/s", "amplitude_deviation": "rad",
+            "omega_deviation": "rad/s", "rate_deviation": "1/s", "fitted_omega": "rad/s", "fitted_rate": "1/s",
+        },
+    }  # fmt: skip
 
     def __str__(self) -> str:
         first, last = self.amplitude[0], self.amplitude[-1]

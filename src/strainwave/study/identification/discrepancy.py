@@ -163,28 +163,25 @@ def _missing(
     candidates: Mapping[str, Any], jacobian: Floats, residual: Floats, a: Floats, parts: list[slice]
 ) -> dict[str, MissingTerm]:  # fmt: skip
     """Score tests of all candidates, each beside the parameters alone, with the filter of the residual."""
-    names = list(candidates)
-    given = [array_of(f"candidate {name}", candidates[name], len(residual)) for name in names]
-    columns = np.array(given).reshape(len(names), len(residual)).T
+    given = [array_of(f"candidate {name}", column, len(residual)) for name, column in candidates.items()]
+    columns = np.array(given).reshape(len(given), len(residual)).T
     sizes = np.linalg.norm(columns, axis=0)
     columns = columns / np.where(sizes > 0.0, sizes, 1.0)
     lengths = np.linalg.norm(jacobian, axis=0)
     moving = lengths > SMALLEST  # a parameter that moves nothing stands for no candidate
     own = orthogonal(np.linalg.qr(jacobian[:, moving] / lengths[moving])[0], columns)
     lengths = np.linalg.norm(own, axis=0)
-    distinct = lengths > SAME
-    coefficients = residual @ own / np.where(distinct, lengths, 1.0) ** 2
+    coefficients = residual @ own / np.where(lengths > SAME, lengths, 1.0) ** 2
     left = np.array([whitened(residual - c * one, a, parts) for c, one in zip(coefficients, own.T, strict=True)]).T
     scores = backwards(own, a, parts) * left
     power, terms = float(residual @ residual), {}
-    for i, name in enumerate(names):
-        if not (distinct[i] and power > 0.0):
+    for i, name in enumerate(candidates):
+        if not (lengths[i] > SAME and power > 0.0):
             terms[name] = MissingTerm(0.0, np.inf, 1.0, 0.0)
             continue
-        coefficient = float(coefficients[i])
-        score = float(long_run(scores[:, i : i + 1], parts)[0, 0])
-        deviation = math.sqrt(score) / float(lengths[i]) ** 2
+        coefficient, size = float(coefficients[i]), float(sizes[i])
+        deviation = math.sqrt(float(long_run(scores[:, i : i + 1], parts)[0, 0])) / float(lengths[i]) ** 2
         chance = math.erfc(abs(coefficient) / deviation / math.sqrt(2.0)) if deviation > 0.0 else 0.0
-        share = (coefficient * lengths[i]) ** 2 / power
-        terms[name] = MissingTerm(coefficient / float(sizes[i]), deviation / float(sizes[i]), chance, float(share))
+        share = float((coefficient * lengths[i]) ** 2 / power)
+        terms[name] = MissingTerm(coefficient / size, deviation / size, chance, share)
     return terms

@@ -207,9 +207,7 @@ def experiment(
         raise ValueError("the system's base angle stands still; give its speed, any one where no signal turns with it")
     if len(set(ready.free)) < len(ready.free):
         raise ValueError(f"free names a number twice: {', '.join(ready.free)}")
-    for path in ready.free:
-        if ready._of_output(path) is not None:
-            continue
+    for path in (path for path in ready.free if ready._of_output(path) is None):
         if path not in (able := _able(ready)):
             raise ValueError(f"{shown(path)} is no number that can be free; those are {', '.join(able)}")
         leaf = leaf_of(driven, path)
@@ -225,12 +223,8 @@ def experiment(
 
 def _able(setup: Experiment) -> list[str]:
     """Paths of the numbers that may be free."""
-    parts = [f"{path}." for path in setup.inputs]
-    own = [
-        path
-        for path, *_, value in numbers(setup.driven)
-        if isinstance(value, float) and not path.startswith(tuple(parts))
-    ]
+    parts = tuple(f"{path}." for path in setup.inputs)
+    own = [p for p, *_, value in numbers(setup.driven) if isinstance(value, float) and not p.startswith(parts)]
     return own + [f"{signal}.{what}" for signal in (*setup.inputs, *setup.outputs) for what in OF_OUTPUT]
 
 
@@ -255,10 +249,12 @@ class Record:
         if samples >= len(self):
             return [self]
         each = samples // parts
-        return [
-            Record(self.inputs[:, i : i + each], self.outputs[:, i : i + each], self.step, self.begin + int(i))
-            for i in np.linspace(0, len(self) - each, parts).astype(int)
-        ]
+        begins = np.linspace(0, len(self) - each, parts).astype(int).tolist()
+        return [self.part(i, i + each) for i in begins]
+
+    def part(self, first: int, stop: int) -> "Record":
+        """Samples `first` up to `stop`."""
+        return Record(self.inputs[:, first:stop], self.outputs[:, first:stop], self.step, self.begin + first)
 
     def pieces(self, of: Experiment, values: Floats, parts: int) -> Floats:
         """Polynomials (inputs, pieces, 6) of the inputs, delayed."""

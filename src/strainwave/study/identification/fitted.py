@@ -223,11 +223,8 @@ def bounds(system: Any, free: Sequence[str]) -> tuple[Floats, Floats]:
 
     Amplitudes without phases are the same for B and for -B.
     """
-    start = {path: value for path, _, _, value in numbers(system)}
-    kept = [
-        start[path] if path in start and (path.rpartition(".")[2] in ("J", "B") or path.startswith("law.")) else 0.0
-        for path in free
-    ]
+    start = {path: value for path, _, name, value in numbers(system) if name in ("J", "B") or path.startswith("law.")}
+    kept = [start.get(path, 0.0) for path in free]
     return np.where(np.greater(kept, 0.0), 0.0, -np.inf), np.where(np.less(kept, 0.0), 0.0, np.inf)
 
 

@@ -17,15 +17,7 @@ from ...base.quantities import checked, number, reals, shown
 from ...base.results import Floats
 from ...model.laws.friction import Coulomb, LoadFriction, LuGre, QuadraticDamping, Stribeck, Viscous
 from ...model.laws.hysteresis import Parallel
-from .friction_model import (
-    FrictionFit,
-    FrictionSolution,
-    Runs,
-    Terms,
-    lack_of_fit,
-    predicted,
-    solve_terms,
-)
+from .friction_model import FrictionFit, FrictionSolution, Runs, Terms, lack_of_fit, predicted, solve_terms
 from .intervals import Spread, derived_freedom, restricted, spread
 from .law_fit import Candidate, LackOfFit, compared
 from .loops.loop_model import states
@@ -149,7 +141,7 @@ def fit_friction(
         scatter = scatter._replace(covariance=scatter.covariance * max(lack.ratio, 1.0))
     stiffness = None
     if presliding is not None:
-        p = dict(zip(chosen.terms.names(), chosen.p.tolist(), strict=True))
+        p = chosen.terms.named(chosen.p)
         stiffness = presliding_stiffness(presliding, p["T_c"] + p.get("rise", 0.0))
     return _result(runs, chosen, scatter, unidentified, comparison, reason, smooth, stiffness, lack)
 
@@ -236,7 +228,7 @@ def _fitted(terms: Terms, runs: Runs) -> FrictionSolution | None:
     if len(runs.speed) <= len(terms.names()) + 1:
         return None
     fit = solve_terms(terms, runs)
-    p = dict(zip(terms.names(), fit.p.tolist(), strict=True))
+    p = terms.named(fit.p)
     good = p["T_c"] >= max(0.0, -p.get("drift", 0.0)) and p.get("rise", 0.0) >= 0.0 and p.get("D", 0.0) >= 0.0
     good &= p.get("B", 0.0) >= abs(p.get("B_asymmetry", 0.0))
     good &= p.get("v_s", 0.0) <= SETTLED * float(np.max(np.abs(runs.speed)))
@@ -286,9 +278,8 @@ def _result(
     comparison: tuple[Candidate, ...], reason: str, width: float, stiffness: Presliding | None,
     lack: LackOfFit | None,
 ) -> FrictionFit:  # fmt: skip
-    names = list(fit.terms.names())
-    p = dict(zip(names, fit.p.tolist(), strict=True))
-    rows = dict(zip(names, np.eye(len(names)), strict=True))
+    p = fit.terms.named(fit.p)
+    rows = dict(zip(p, np.eye(len(p)), strict=True))
     combinations = {"T_c": rows["T_c"]}
     if "rise" in p:
         combinations |= {"T_s": rows["T_c"] + rows["rise"], "v_s": rows["v_s"]}

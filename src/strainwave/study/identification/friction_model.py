@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import fdtrc, gammaincc
 
-from ...base.records import Labelled
+from ...base.records import Along
 from ...base.results import Floats
 from .law_fit import Candidate, LackOfFit, LawFit
 
@@ -57,6 +57,7 @@ class FrictionFit(LawFit):
     """
 
     rows: ClassVar[str] = "run"
+    places: ClassVar[Along] = {"run": {"speed": "rad/s"}}
     units: ClassVar[dict[str, str]] = UNITS
     unknown: ClassVar[str] = "no runs were repeated: whether the law fits is not known"
     by_logarithm: ClassVar[tuple[str, ...]] = ("v_s", "sigma_0")
@@ -67,10 +68,6 @@ class FrictionFit(LawFit):
     def _name(self, path: str) -> str:
         name = str(path).rpartition(".")[2]
         return super()._name({"sigma_2": "B"}.get(name, name))
-
-    def coordinates(self) -> Labelled:
-        """Speed of every run."""
-        return {"speed": ("run", self.speed, "rad/s")}
 
     def headline(self) -> str:
         """What was fitted."""
@@ -95,6 +92,19 @@ class Runs(NamedTuple):
         return Runs(*(column[keep] for column in self))
 
 
+UNKNOWNS = (
+    "B",
+    "rise",
+    "mu",
+    "offset",
+    "B_asymmetry",
+    "D",
+    "drift",
+    "v_s",
+)  # of the terms, and the speed of `stribeck`
+WORDS = ("viscous", "Stribeck", "load-proportional", "sides differ", "viscous sides differ", "quadratic", "drift")
+
+
 class Terms(NamedTuple):
     """What a candidate has beside dry friction."""
 
@@ -108,16 +118,14 @@ class Terms(NamedTuple):
 
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of a vector of them: the linear ones, then v_s."""
-        given = ("B", self.viscous), ("rise", self.stribeck), ("mu", self.load), ("offset", self.offset)
-        beside = ("B_asymmetry", self.viscous_sides), ("D", self.quadratic), ("drift", self.drift)
-        more = (*given, *beside, ("v_s", self.stribeck))
-        return ("T_c", *(name for name, there in more if there))
+        return ("T_c", *(name for name, there in zip(UNKNOWNS, (*self, self.stribeck), strict=True) if there))
+
+    def named(self, p: Floats) -> dict[str, float]:
+        """A vector of the unknowns by their names."""
+        return dict(zip(self.names(), p.tolist(), strict=True))
 
     def __str__(self) -> str:
-        said = (
-            "viscous", "Stribeck", "load-proportional", "sides differ", "viscous sides differ", "quadratic", "drift",
-        )  # fmt: skip
-        return ", ".join(["Coulomb", *(name for name, there in zip(said, self, strict=True) if there)])
+        return ", ".join(["Coulomb", *(name for name, there in zip(WORDS, self, strict=True) if there)])
 
 
 class FrictionSolution(NamedTuple):

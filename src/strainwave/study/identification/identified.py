@@ -226,9 +226,8 @@ class Identified(Fitted):
             many = min(samples, *(len(values) for values in first))
             nothing[:, :many] = [values[:many] for values in first]
             y = fitted_start(setup, self.values, Record(table, nothing, step), many, self.parts)
-        record = Record(table, nothing, step)
+        pieces = Record(table, nothing, step).pieces(setup, self.values, self.parts)
         lanes = setup.lanes([self.values], step, self.parts)
-        pieces = record.pieces(setup, self.values, self.parts)
         outputs = lanes.run(y[:, None], pieces, setup.seen(), samples, self.parts, step)[:, :, 0]
         if not np.all(np.isfinite(outputs)):
             at = int(np.flatnonzero(~np.all(np.isfinite(outputs), axis=0))[0])
@@ -238,7 +237,7 @@ class Identified(Fitted):
             )
         given = setup.of_outputs(self.values)
         outputs = given["offset"][:, None] + given["gain"][:, None] * outputs
-        return {name: row for name, row in zip(setup.outputs.values(), outputs, strict=True)}
+        return dict(zip(setup.outputs.values(), outputs, strict=True))
 
     def _first(self, start: Any) -> Any:
         if isinstance(start, tuple | list | np.ndarray):
@@ -253,10 +252,8 @@ class Identified(Fitted):
         return rows
 
     def __str__(self) -> str:
-        lines = [
-            f"Identified: {type(self.system).__name__}, {len(self.names)} numbers from {self.residual.shape[1]} samples"
-        ]
-        width = max(map(len, self.names))
+        samples, width = self.residual.shape[1], max(map(len, self.names))
+        lines = [f"Identified: {type(self.system).__name__}, {len(self.names)} numbers from {samples} samples"]
         for path in self.names:
             low, high = self.interval(path)
             lines.append(f"  {path:<{width}}  {self.value(path):.6g}  (95 %: {low:.6g} to {high:.6g})")

@@ -279,12 +279,7 @@ def _liveliest(records: Sequence[Record], noise: Floats) -> Window:
         return float(np.sum(np.array([change_of(row) for row in seen]) / noise))
 
     found = max(windows_of(records, LOOKED_AT), key=change)
-    own = found.record
-    part = Record(
-        own.inputs[:, found.first : found.stop], own.outputs[:, found.first : found.stop], own.step,
-        own.begin + found.first,
-    )  # fmt: skip
-    return Window(part, 0, len(part))
+    return Window(found.record.part(found.first, found.stop), 0, len(found))
 
 
 def _result(
@@ -344,11 +339,9 @@ def _late(of: Experiment, values: Floats, step: float) -> list[str]:
 
 
 def _notes(system: System, converged: bool) -> tuple[str, ...]:
-    notes = []
-    if not converged:
-        notes.append("the iteration has not converged: start from the numbers found, or fix some of them")
+    open_ = "the iteration has not converged: start from the numbers found, or fix some of them"
     try:
         checked(system)
     except (TypeError, ValueError) as error:
-        notes.append(f"the system found is none that can be: {error}")
-    return tuple(notes)
+        return (*[open_][: not converged], f"the system found is none that can be: {error}")
+    return () if converged else (open_,)

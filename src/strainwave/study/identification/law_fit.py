@@ -15,7 +15,7 @@ import numpy as np
 
 from ...base.arguments import silent, typed
 from ...base.quantities import joined, number, numbers, shown
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...base.units import ARCSEC
@@ -230,6 +230,7 @@ class LawComparison(Result):
     """
 
     rows: ClassVar[str] = "candidate"
+    arrays: ClassVar[Along] = {"candidate": {"numbers": "", "fitted": "", "held_out": ""}}
 
     names: tuple[str, ...]
     numbers: Floats
@@ -246,10 +247,6 @@ class LawComparison(Result):
     def coordinates(self) -> Labelled:
         """Names."""
         return {"candidate": ("candidate", np.array(self.names), "")}
-
-    def variables(self) -> Labelled:
-        """Numbers of parameters and residuals."""
-        return self._along("candidate", numbers="", fitted="", held_out="")
 
     def __str__(self) -> str:
         width = max(len("candidate"), *map(len, self.names))
@@ -316,8 +313,7 @@ def compare_laws(
             f"held_out is {shown(held_out)} of {len(channels['time'])} samples; leave {2 * MOST_OF_START} at least in "
             "both parts"
         )
-    first = {name: values[:cut] for name, values in channels.items()}
-    later = {name: values[cut:] for name, values in channels.items()}
+    first, later = [{n: v[part] for n, v in channels.items()} for part in (slice(cut), slice(cut, None))]
     identified, left, left_out = dict[str, Identified](), dict[str, float](), dict[str, str]()
     for i, (name, (system, free)) in enumerate(candidates.items()):
         progress(name, i / len(candidates))
@@ -332,11 +328,8 @@ def compare_laws(
     if not identified:
         raise ValueError("; ".join(f"{name}: {why}" for name, why in left_out.items()))
     names = sorted(left, key=lambda name: (bool(identified[name].notes), not np.isfinite(left[name]), left[name]))
-    return LawComparison(
-        tuple(names),
-        np.array([float(len(identified[name].names)) for name in names]),
-        np.array([float(identified[name].rms[0]) for name in names]),
-        np.array([left[name] for name in names]),
-        tuple(identified[name] for name in names),
-        left_out,
-    )
+    fits = tuple(identified[name] for name in names)
+    columns = np.array(
+        [(len(fit.names), fit.rms[0], left[name]) for name, fit in zip(names, fits, strict=True)], float
+    ).T
+    return LawComparison(tuple(names), *columns, fits, left_out)

@@ -18,7 +18,7 @@ from scipy.ndimage import uniform_filter1d
 
 from ...base.arguments import refuse_fields, typed
 from ...base.quantities import LARGEST, SMALLEST, joined, numbers, reals, shown
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from .run import CANONICAL, Run
@@ -180,6 +180,7 @@ class Log(Result):
     doubts: tuple[str, ...] = ()
 
     rows: ClassVar[str] = "time"
+    places: ClassVar[Along] = {"time": {"time": "s"}}
 
     def __post_init__(self) -> None:
         refuse_fields(self)
@@ -201,8 +202,7 @@ class Log(Result):
     @property
     def step(self) -> float:
         """Mean time from sample to sample [s], gaps left out."""
-        steps = np.diff(self.time)
-        return float(np.mean(steps[steps < HOLE * np.median(steps)]))
+        return float(np.mean(self._steps))
 
     @property
     def rate(self) -> float:
@@ -212,8 +212,13 @@ class Log(Result):
     @property
     def jitter(self) -> float:
         """Standard deviation of the steps from sample to sample [s], gaps left out; 0 of a uniform log."""
+        return float(np.std(self._steps))
+
+    @property
+    def _steps(self) -> Floats:
+        """Steps [s] of time that are no gaps."""
         steps = np.diff(self.time)
-        return float(np.std(steps[steps < HOLE * np.median(steps)]))
+        return steps[steps < HOLE * np.median(steps)]
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
@@ -352,27 +357,14 @@ class Log(Result):
         value, turned = self.channel(channel)[rows], self.channel(angle)[rows]
         return Run(self.time[rows], turned, value, self.units[channel])
 
-    def coordinates(self) -> Labelled:
-        """Times of the samples."""
-        return {"time": ("time", self.time, "s")}
-
     def variables(self) -> Labelled:
         """The channels over the time."""
         return {name: ("time", values, self.units[name]) for name, values in self.channels.items()}
 
     def __str__(self) -> str:
-        rows = [
-            f"  {name}: {np.min(v):.4g} .. {np.max(v):.4g} {self.units[name]}".rstrip()
-            for name, v in self.channels.items()
-        ]
-        return on_screen(
-            "\n".join(
-                [
-                    f"Log: {len(self)} samples, {self.time[0]:.6g} .. {self.time[-1]:.6g} s, {self.rate:.6g} Hz, "
-                    f"{len(self.gaps)} gaps",
-                    *rows,
-                    *(f"  note: {note}" for note in self.notes),
-                    *(f"  doubt: {doubt}" for doubt in self.doubts),
-                ]
-            )
-        )
+        ends = f"{self.time[0]:.6g} .. {self.time[-1]:.6g} s"
+        lines = [f"Log: {len(self)} samples, {ends}, {self.rate:.6g} Hz, {len(self.gaps)} gaps"]
+        for name, v in self.channels.items():
+            lines.append(f"  {name}: {np.min(v):.4g} .. {np.max(v):.4g} {self.units[name]}".rstrip())
+        told = [("note", note) for note in self.notes] + [("doubt", doubt) for doubt in self.doubts]
+        return on_screen("\n".join([*lines, *(f"  {kind}: {text}" for kind, text in told)]))

@@ -30,6 +30,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
+from ...numerics.operating_point import bracketed_root
 from ..steady import finished_or_interrupted
 from .follow import Followed, Path, follow
 from .mover import Motion, Mover, move_findings, mover_of, refuse_heavy, standing_torque
@@ -44,7 +45,6 @@ LONGEST = 20.0  # durations of the profile that the run goes on at most
 RESONANT = math.sqrt(0.5)  # damping ratio from which on a vibration has no resonance
 
 WITHIN = 8  # places in a step at which the error is looked at
-HALVINGS = 60
 
 
 class Quintic(NamedTuple):
@@ -105,18 +105,11 @@ def settling(error: Quintic, final: float, window: float, begin: float, end: flo
     at = int(outside[-1])
     if at + 1 == len(t) or t[at + 1] > end:
         return None
-    return _crossing(error, final, window, float(t[at]), float(t[at + 1])) - begin
 
+    def beyond(time: float) -> float:
+        return abs(float(error.at(np.array([time]))[0]) - final) - window
 
-def _crossing(error: Quintic, rest: float, window: float, low: float, high: float) -> float:
-    """Time [s] between two at which the error enters the window, by bisection."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if abs(float(error.at(np.array([middle]))[0]) - rest) > window:
-            low = middle
-        else:
-            high = middle
-    return high
+    return bracketed_root(beyond, float(t[at]), float(t[at + 1]), xtol=0.0) - begin
 
 
 @typed

@@ -232,16 +232,11 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
             f"{drive.motor.control} answers no deviation of the motor's angle, so that the load falls behind or sags; "
             "give a position loop, or a speed loop with K_i"
         )
-    end, motor = drive.load.end(), drive.motor
-    repeating = [torque for torque in (motor.excitation, end.excitation) if repeats(torque)]
-    if any(term.amplitude for torque in repeating for term in terms_of(torque)):
+    torques = drive.motor.excitation, drive.load.end().excitation
+    if any(term.amplitude for torque in torques if repeats(torque) for term in terms_of(torque)):
         remarks = (*remarks, LINES_LEFT_OUT)
-    if repeats(motor.excitation):
-        motor = motor._replace(excitation=mean_torque(motor.excitation))
-    if repeats(end.excitation):
-        end = end._replace(excitation=mean_torque(end.excitation))
-    drive = drive._replace(motor=motor, load=drive.load.with_end(end))
-    train = drive._replace(omega=1.0)
+    means = [mean_torque(torque) if repeats(torque) else torque for torque in torques]
+    train = drive._replace(omega=1.0).with_motor(excitation=means[0]).with_load(excitation=means[1])
     if payload is not None:
         train = checked(payload).on(train)
     if limits is not None:

@@ -4,7 +4,7 @@ Every part begins where the one before has ended, and begins and ends at rest. A
 """
 
 from itertools import pairwise
-from math import cbrt, sqrt
+from math import cbrt, inf, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,14 +45,7 @@ class Trapezoid(NamedTuple):
 
     def path(self) -> Path:
         """Path from angle 0 on."""
-        if self.time:
-            ramp = self.ramp * self.time
-            return _symmetric(self.angle, ramp, 0.0, self.time - 2.0 * ramp)
-        q = abs(self.angle)
-        if q < self.speed * self.speed / self.acceleration:  # the speed is not reached
-            return _symmetric(self.angle, sqrt(q / self.acceleration), 0.0, 0.0)
-        ramp = self.speed / self.acceleration
-        return _symmetric(self.angle, ramp, 0.0, q / self.speed - ramp)
+        return _moved(self, 0.0, inf)
 
     def check(self) -> None:
         """Refuse an angle of 0, shares that leave no time, and limits together with a time (ValueError)."""
@@ -81,17 +74,7 @@ class SCurve(NamedTuple):
 
     def path(self) -> Path:
         """Path from angle 0 on."""
-        if self.time:
-            ramp = self.ramp * self.time
-            return _symmetric(self.angle, ramp, self.rounding * ramp, self.time - 2.0 * ramp)
-        q, v, a, j = abs(self.angle), self.speed, self.acceleration, self.jerk
-        rise = min(a / j, sqrt(v / j))
-        ramp = rise + max(v / a, rise)
-        if q < v * ramp:  # the speed is not reached
-            rise = min(a / j, cbrt(q / (2.0 * j)))
-            ramp = max(2.0 * rise, 0.5 * rise + sqrt(0.25 * rise * rise + q / a))
-            return _symmetric(self.angle, ramp, rise, 0.0)
-        return _symmetric(self.angle, ramp, rise, q / v - ramp)
+        return _moved(self, self.rounding, self.jerk)
 
     def check(self) -> None:
         """Refuse an angle of 0, shares that leave no time, and limits together with a time (ValueError)."""
@@ -190,6 +173,21 @@ def path_of(profile: Any, start: float | None = None) -> Path:
             f"the profile begins at {path.angle[0]:g} rad, where no float tells its angles apart; begin nearer to 0"
         )
     return path
+
+
+def _moved(part: Trapezoid | SCurve, rounding: float, j: float) -> Path:
+    """Path of a part from angle 0 on: in its time, or within its limits, the jerk [rad/s^3] one of them."""
+    if part.time:
+        ramp = part.ramp * part.time
+        return _symmetric(part.angle, ramp, rounding * ramp, part.time - 2.0 * ramp)
+    q, v, a = abs(part.angle), part.speed, part.acceleration
+    rise = min(a / j, sqrt(v / j))
+    ramp = rise + max(v / a, rise)
+    if q < v * ramp:  # the speed is not reached
+        rise = min(a / j, cbrt(q / (2.0 * j)))
+        ramp = max(2.0 * rise, 0.5 * rise + sqrt(0.25 * rise * rise + q / a))
+        return _symmetric(part.angle, ramp, rise, 0.0)
+    return _symmetric(part.angle, ramp, rise, q / v - ramp)
 
 
 def _symmetric(angle: float, ramp: float, rise: float, cruise: float) -> Path:

@@ -13,7 +13,7 @@ import numpy as np
 from ...base.arguments import typed
 from ...base.facts import Fact, lines
 from ...base.protocols import lines_of
-from ...base.records import Labelled, Result
+from ...base.records import Along, Result
 from ...base.results import Floats
 from ...base.sentences import number
 from ...base.units import RPM
@@ -241,6 +241,13 @@ class Move(Result):
     K_t: float | None = None
 
     rows: ClassVar[str] = "time"
+    arrays: ClassVar[Along] = {
+        "time": {
+            "reference": "rad", "reference_speed": "rad/s", "pointing_error": "rad", "motor_torque": "N*m",
+            "gear_torque": "N*m", "motor_speed": "rad/s",
+        },
+    }  # fmt: skip
+    places: ClassVar[Along] = {"time": {"time": "s"}}
 
     @property
     def motor_work(self) -> float:
@@ -261,16 +268,6 @@ class Move(Result):
     def failures(self) -> tuple[str, ...]:
         """Sentences on the limits by which the move fails."""
         return tuple(finding.sentence for finding in gravest(self.findings) if finding.fails)
-
-    def coordinates(self) -> Labelled:
-        """Times of the samples."""
-        return {"time": ("time", self.time, "s")}
-
-    def variables(self) -> Labelled:
-        """Reference, pointing error, torques and speed over the time."""
-        way = self._along("time", reference="rad", reference_speed="rad/s", pointing_error="rad")
-        motor = self._along("time", motor_torque="N*m", gear_torque="N*m", motor_speed="rad/s")
-        return {**way, **motor}
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a move, once."""

@@ -195,14 +195,14 @@ def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: 
             torques, train.reference, train.N, train.loop_inertia, constant,
             settled(motor.drag), settled(end.drag), shares,
         )  # fmt: skip
-    return train._replace(motor=motor._replace(control=control, excitation=torques))
+    return train.with_motor(control=control, excitation=torques)
 
 
 def on_segment(train: DriveTrain, segment: Any) -> DriveTrain:
     """The train with a motion of its reference, and with what is fed forward of it."""
     torques = train.motor.excitation
     if isinstance(torques, FedTorque):
-        train = train._replace(motor=train.motor._replace(excitation=torques._replace(reference=segment)))
+        train = train.with_motor(excitation=torques._replace(reference=segment))
     return train._replace(reference=segment)
 
 

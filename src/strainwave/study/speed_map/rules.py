@@ -9,7 +9,7 @@ and speeds of a speed map against the limits of its gear and its motor.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 from math import pi, sqrt
 from typing import Any, NamedTuple
 
@@ -259,15 +259,27 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
     )
 
 
-def vendor_rule(load: float, K1: float, J_l: float, bands: Bands, span: Span) -> VendorRule:
-    """Compare the rule for a stiffness K1 [N*m/rad] and a load inertia J_l [kg*m^2] with the bands of a load."""
-    frequency = sqrt(K1 / J_l) / (2.0 * pi)
-    speed = 30.0 * frequency * RPM
-    band = (1.0 - MARGIN) * speed, (1.0 + MARGIN) * speed
-    own = clipped([band], span)
-    free = complement(own, span)
-    safe, needless, misleading = common(free, bands.allowed), common(own, bands.allowed), common(free, bands.forbidden)
-    return VendorRule(load, frequency, speed, band, safe, needless, misleading)
+def vendor_rules(projects: Sequence[Project], loads: Floats, bands: Sequence[Bands], span: Span) -> list[VendorRule]:
+    """Compare the rule for the stiffness of the gear and the inertia of the load with the bands of every load."""
+    rules = []
+    for project, load, own in zip(projects, loads.tolist(), bands, strict=True):
+        drive, gear = project.drive, project.gear
+        K1 = drive.J_l * drive.omega_0_held**2 if gear is None else float(gear.law.stiffness(0.0))
+        if K1 > 0.0:
+            frequency = sqrt(K1 / drive.J_l) / (2.0 * pi)
+            speed = 30.0 * frequency * RPM
+            band = (1.0 - MARGIN) * speed, (1.0 + MARGIN) * speed
+            inside = clipped([band], span)
+            outside = complement(inside, span)
+            parts = (outside, own.allowed), (inside, own.allowed), (outside, own.forbidden)
+            rules.append(VendorRule(load, frequency, speed, band, *(common(*both) for both in parts)))
+    return rules
+
+
+def windows(forbidden: Sequence[Floats], span: Span, between: bool) -> Floats:
+    """Speeds allowed under all loads, and `between` them: what bands of neighbouring loads enclose is forbidden."""
+    pairs = pairwise([*forbidden[:1], *forbidden]) if between else ((bands, bands) for bands in forbidden)
+    return complement(clipped([band for first, second in pairs for band in swept(first, second)], span), span)
 
 
 def listed(intervals: Floats) -> str:

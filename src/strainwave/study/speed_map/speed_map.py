@@ -23,21 +23,7 @@ from ..analysis.avoid import out_of_reach
 from ..analysis.knobs import units_of
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
-from .rules import (
-    Bands,
-    Rules,
-    Span,
-    VendorRule,
-    bands_of,
-    beyond_ratings,
-    clipped,
-    complement,
-    holds,
-    rules_of,
-    swept,
-    vendor_rule,
-    with_ratings,
-)
+from .rules import Rules, Span, bands_of, beyond_ratings, holds, rules_of, vendor_rules, windows, with_ratings
 from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, under_load, untried
 
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
@@ -161,10 +147,10 @@ def speed_map(
         subharmonic=subharmonic,
         forbidden=tuple(one.forbidden for one in bands),
         allowed=tuple(one.allowed for one in bands),
-        windows=_windows([one.forbidden for one in bands], span, name != POSTURE),
+        windows=windows([one.forbidden for one in bands], span, name != POSTURE),
         jumps=tuple(JumpSpeed(i, *jump) for i, loaded in enumerate(by_load) for jump in loaded.jumps),
         lines=tuple(lines),
-        vendor=tuple(_vendor_rules(variants, values, bands, span)),
+        vendor=tuple(vendor_rules(variants, values, bands, span)),
         rules=rules,
         quasi_static=np.array([loaded.quasi_static for loaded in by_load]),
         scatter=scatter,
@@ -322,23 +308,6 @@ def _unreachable(result: SpeedMap) -> tuple[str, ...]:
         f"{result.load_text(int(load))}, and by {slow / ARCSEC:.4g} arcsec where the drive turns slowly; "
         "raise the limit, or reduce the kinematic error.",
     )
-
-
-def _windows(forbidden: list[Floats], span: Span, between: bool) -> Floats:
-    """Speeds allowed under all loads, and `between` them: what bands of neighbouring loads enclose is forbidden."""
-    pairs = pairwise([*forbidden[:1], *forbidden]) if between else ((bands, bands) for bands in forbidden)
-    spans = [band for first, second in pairs for band in swept(first, second)]
-    return complement(clipped(spans, span), span)
-
-
-def _vendor_rules(variants: list[Any], values: Floats, bands: list[Bands], span: Span) -> list[VendorRule]:
-    rules = []
-    for variant, value, own in zip(variants, values.tolist(), bands, strict=True):
-        drive = variant.drive
-        K1 = drive.J_l * drive.omega_0_held**2 if variant.gear is None else float(variant.gear.law.stiffness(0.0))
-        if K1 > 0.0:
-            rules.append(vendor_rule(value, K1, drive.J_l, own, span))
-    return rules
 
 
 def _scatter(

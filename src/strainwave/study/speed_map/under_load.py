@@ -33,8 +33,7 @@ from ..analysis.avoid import quasi_static, searched
 from ..analysis.resonances import OperatingPoint, active_orders, equation_orders, operating_point
 from .motions import OMEGA, Motions, UnderLoad
 from .rules import Rules, Span, gaps
-from .search import Found, search
-from .starts import Settling
+from .search import Found, Settling, search
 
 AMPLITUDES, HARMONICS = 24, 7
 MOST_DAMPED = 0.5  # damping ratio of what is still a resonance

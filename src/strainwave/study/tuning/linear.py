@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import states_of
 from ...base.results import Floats, SolveError
-from ...drive.margins import MotorLoop, around_poles, control_response, linear_control
+from ...drive.margins import MotorLoop, around_poles, control_response
 from ...drive.operating_point import operating_state
 from ...drive.state_space import Complexes
 from ...model.train.drive_train import DriveTrain
@@ -70,10 +69,7 @@ class OpenLoop:
         self.seen = self.angle - train.N * error if hasattr(train.motor.control, "at_load") else self.angle
         self.motor, self.torque = self.plant.B[:, 0], self.plant.B[:, self.plant.inputs.index("load torque")]
         self.memory = sum(" z" in name for name in self.plant.states)
-        sizes = np.abs(loop.corners)
-        sizes = sizes[sizes > AT_REST * np.max(sizes)]
-        even = np.geomspace(np.min(sizes) / BEYOND, np.max(sizes) * BEYOND, POINTS)
-        self.grid = np.unique(np.concatenate([even, around_poles(loop.corners, ABOUT)]))
+        self.grid = loop.frequencies(POINTS, BEYOND, ABOUT)
         self.answer = self._answer(self.grid)
 
     @property
@@ -121,12 +117,6 @@ class OpenLoop:
         against = (by_angle * self.seen + by_speed * self.rate + inertia * self.rate @ self.plant.A) / heavy
         top = np.hstack([self.plant.A - np.outer(self.motor, against), -np.outer(self.motor, C[0] / heavy)])
         return np.vstack([top, np.hstack([B @ np.vstack([self.seen, self.rate]), A])])
-
-
-def control_parts(control: Any) -> tuple[Any, ...]:
-    """A control, linear about rest, as `linear_control` gives it."""
-    count = states_of(control)
-    return linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
 
 
 def _open(parts: tuple[Any, ...], omega: Floats, answer: Complexes) -> Complexes:

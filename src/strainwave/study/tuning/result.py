@@ -114,9 +114,7 @@ class TunedLoop(Result):
     def variables(self) -> Labelled:
         """Gains, goals and peak sensitivity of the points on the front."""
         names = (*self.gains, *self.goals, "peak_sensitivity")
-        units = (
-            [gain_unit(self.control, name) for name in self.gains] + [GOALS[name].unit for name in self.goals] + ["1"]
-        )
+        units = [*(gain_unit(self.control, n) for n in self.gains), *(GOALS[n].unit for n in self.goals), "1"]
         table = np.array([(*p.gains, *p.goals, p.figures.peak_sensitivity) for p in self.front])
         return {name: ("point", table[:, i], units[i]) for i, name in enumerate(names)}
 

@@ -17,11 +17,12 @@ from ...base.arguments import typed
 from ...base.quantities import numbers
 from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
+from ...drive.margins import control_parts
 from ...drive.project import Project
 from ...drive.train_curve import FEW, Crest, largest_crest
 from ...drive.two_turns import BeatCrest, drive_curve, largest_beat
 from ..move.move import move
-from .linear import UNSTABLE, LoopFigures, OpenLoop, control_parts
+from .linear import UNSTABLE, LoopFigures, OpenLoop
 
 CRESTS, APART = 3, 0.1  # of a drive that are kept, and the least relative distance of their speeds
 SHORT = 1e-4  # s: a move that is settled at its end counts as settled then
@@ -276,7 +277,7 @@ def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:
 
 def having(drive: Project, control: Any) -> Project:
     """A drive with another loop of its motor."""
-    train = drive.train and drive.train._replace(motor=drive.train.motor._replace(control=control))
+    train = drive.train and drive.train.with_motor(control=control)
     return replace(drive, train=train, whole=train)
 
 

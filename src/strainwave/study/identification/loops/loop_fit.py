@@ -20,7 +20,7 @@ from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ..fitted import derivatives
 from ..intervals import Spread, derived_freedom, orthogonal, restricted
 from ..law_fit import Candidate, LackOfFit, compared
-from .loop_model import FULL, LoopFit, Shape, way_of_one
+from .loop_model import FULL, LoopFit, Shape, ways
 from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
 from .loop_solve import RANK, Solution, left_out, scatter, shifts_of_begins, solve, started
@@ -42,7 +42,7 @@ class Twisted:
     """A candidate law that is twisted slowly from torque to torque, from rest; offsets and start left out."""
 
     def __init__(self, shape: Shape, p: Floats) -> None:
-        self.shape, self.given = shape, dict(zip(shape.names(), p.tolist(), strict=True))
+        self.shape, self.given = shape, shape.named(p)
         self.spring, self.x, self.a = _spring(shape, p, 0.0), 0.0, 0.0
 
     def _at(self, x: float, direction: float) -> tuple[float, float]:
@@ -52,7 +52,7 @@ class Twisted:
             return value, 0.0
         twist = self.given["yield_twist"]
         way = max(direction * (x - self.x), 0.0) / twist
-        a = direction * way_of_one(direction * self.a, way, self.shape.n, self.given.get("kappa", 0.0))
+        a = direction * float(ways(direction * self.a, way, self.shape.n, self.given.get("kappa", 0.0)))
         return value + self.given["K"] * twist * a, a
 
     def to(self, target: float, direction: float, *, stay: bool = True) -> float:
@@ -221,7 +221,7 @@ def _candidates(loop: Loop) -> tuple[list[Solution], dict[str, str]]:
 def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
     plain = Shape(slopes, False, 1, False)
     first = solve(loop, plain, started(loop, plain))
-    values = dict(zip(plain.names(), first.p.tolist(), strict=True))
+    values = plain.named(first.p)
     values |= {"kappa": 0.2, "half_gap": 0.01 * (0.5 * float(np.ptp(loop.torsion)))}
 
     def fitted(shape: Shape) -> Solution:
@@ -233,7 +233,7 @@ def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
 
 def _untold(loop: Loop, fit: Solution) -> str:
     """Why the outermost corner of a fit is not told by the samples; empty where it is."""
-    p = dict(zip(fit.shape.names(), fit.p.tolist(), strict=True))
+    p = fit.shape.named(fit.p)
     corner, inner, outer = ("x2", "K2", "K3") if fit.shape.slopes == 3 else ("x1", "K1", "K2")
     way = np.abs(fit.torsion - p.get("torsion_offset", 0.0)) - p.get("half_gap", 0.0)
     reached = float(np.max(np.abs(loop.torque - p["torque_offset"])))
@@ -264,7 +264,7 @@ def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[Candidat
 
 def _spring(shape: Shape, unknowns: Floats, reached: float) -> Any:
     """Spring of a candidate, with as many slopes as it has, and its gap; up to a torque [N*m] that was reached."""
-    p = dict(zip(shape.names(), unknowns.tolist(), strict=True))
+    p = shape.named(unknowns)
     gap = p.get("half_gap", 0.0)
     if shape.slopes == 1:
         return Backlash(p["K1"], gap) if gap else Linear(p["K1"])
@@ -276,7 +276,7 @@ def _spring(shape: Shape, unknowns: Floats, reached: float) -> Any:
 
 def _law(fit: Solution, reached: float) -> Any:
     """Law of a candidate: its spring, its element."""
-    p, spring = dict(zip(fit.shape.names(), fit.p.tolist(), strict=True)), _spring(fit.shape, fit.p, reached)
+    p, spring = fit.shape.named(fit.p), _spring(fit.shape, fit.p, reached)
     if not fit.shape.n:
         return checked(spring)
     kappa = p.get("kappa", 0.0)
@@ -286,7 +286,7 @@ def _law(fit: Solution, reached: float) -> Any:
 
 def _numbers(fit: Solution, p: Floats, rated: float) -> dict[str, float]:
     """Numbers of a result that follow from the unknowns (p,)."""
-    values = dict(zip(fit.shape.names(), p.tolist(), strict=True))
+    values = fit.shape.named(p)
     numbers: dict[str, float] = {name: values[name] for name in ("K1", "K2", "K3") if name in values}
     if "x1" in values:
         numbers["T1"] = values["K1"] * values["x1"]

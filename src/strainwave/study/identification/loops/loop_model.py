@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....base.above import above
-from ....base.records import Labelled
+from ....base.records import Along
 from ....base.results import Floats
 from ....model.laws.hysteresis import Parallel
 from ....model.laws.springs import Play
@@ -43,6 +43,10 @@ class Shape(NamedTuple):
         # a straight line does not tell the offsets of both axes apart
         offsets = ("torque_offset",) if self.slopes == 1 and not self.gap else ("torsion_offset", "torque_offset")
         return (*spring, *gap, *element, *offsets)
+
+    def named(self, p: Floats) -> dict[str, float]:
+        """A vector of the unknowns by their names."""
+        return dict(zip(self.names(), p.tolist(), strict=True))
 
     def __str__(self) -> str:
         spring = {1: "one slope", 2: "two slopes", 3: "three slopes"}[self.slopes]
@@ -77,24 +81,6 @@ def ways(a: Any, s: Any, n: int, kappa: float) -> Any:
     return np.where(s < to_zero, rising, settled)
 
 
-def way_of_one(a: float, s: float, n: int, kappa: float) -> float:
-    """`ways` of one number, without arrays."""
-    if a < 0.0:
-        root = math.sqrt(kappa)
-        if kappa < STEP:
-            to_zero = -a
-        else:
-            to_zero = math.log1p(-kappa * a) / kappa if n == 1 else -math.atan(root * a) / root
-        if s < to_zero:
-            if kappa < STEP:
-                return a + s
-            if n == 1:
-                return (1.0 - (1.0 - kappa * a) * math.exp(-kappa * s)) / kappa
-            return math.tan(root * s + math.atan(root * a)) / root
-        a, s = 0.0, s - to_zero
-    return 1.0 - (1.0 - a) * math.exp(-s) if n == 1 else math.tanh(s + math.atanh(min(a, FULL)))
-
-
 def states(path: Path, torsion: Floats, n: int, twist: float, kappa: float, start: float) -> Floats:
     """State z/yield_twist (n,) of the element at every sample, along the positive torsion."""
     at, begins = start, np.empty(len(path.direction))
@@ -102,7 +88,7 @@ def states(path: Path, torsion: Floats, n: int, twist: float, kappa: float, star
         begins[j] = direction * at
         if j + 1 < len(begins):
             way = direction * (path.begin[j + 1] - path.begin[j]) / twist
-            at = direction * min(way_of_one(float(begins[j]), max(float(way), 0.0), n, kappa), FULL)
+            at = direction * min(float(ways(begins[j], max(way, 0.0), n, kappa)), FULL)
     direction = path.direction[path.branch]
     way = np.maximum(direction * (torsion - path.begin[path.branch]), 0.0) / twist
     return np.asarray(direction * ways(begins[path.branch], way, n, kappa))
@@ -122,7 +108,7 @@ def torque(shape: Shape, p: Floats, path: Path, torsion: Floats, names: tuple[st
     Its derivatives are those over all unknowns, or over those that are named.
     """
     names = shape.names() if names is None else names
-    values = dict(zip(shape.names(), p.tolist(), strict=True))
+    values = shape.named(p)
     columns: dict[str, Floats] = {}
     value, slope = _spring(shape, values, torsion - values.get("torsion_offset", 0.0), columns)
     columns["torsion_offset"] = -slope
@@ -219,6 +205,7 @@ class LoopFit(LawFit):
     """
 
     rows: ClassVar[str] = "sample"
+    places: ClassVar[Along] = {"sample": {"torsion": "rad"}}
     units: ClassVar[dict[str, str]] = UNITS
     said: ClassVar[dict[str, str]] = SAID
     unknown: ClassVar[str] = "the samples are too few to tell whether the law fits"
@@ -252,10 +239,6 @@ class LoopFit(LawFit):
         parts = ("gear.law", *(part.partition(":")[0] for part in (gap, beside) if part))
         measured = ", ".join(f"{part}: measured" for part in parts)
         return f"gear: {{{ratio}law: {entry(spring)}, {rated}}}\n{gap}{beside}sources: {{{measured}}}\n"
-
-    def coordinates(self) -> Labelled:
-        """Measured torsion of every sample."""
-        return {"torsion": ("sample", self.torsion, "rad")}
 
     def headline(self) -> str:
         """What was fitted."""

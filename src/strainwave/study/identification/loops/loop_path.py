@@ -128,12 +128,8 @@ def _path(x: Floats, turns: list[int], noise: float) -> tuple[Path, Floats]:
 
 def _extreme(x: Floats, turn: int, noise: float) -> tuple[float, float]:
     """Torsion [rad] at a reversal and its noise: the extreme sample, or a parabola or a tent through the noise."""
-    close = np.abs(x - x[turn]) < NEAR * noise
-    low, high = turn, turn
-    while low > 0 and close[low - 1]:
-        low -= 1
-    while high < len(x) - 1 and close[high + 1]:
-        high += 1
+    far = np.flatnonzero(np.abs(x - x[turn]) >= NEAR * noise)
+    low, high = int(np.max(far[far < turn], initial=-1)) + 1, int(np.min(far[far > turn], initial=len(x))) - 1
     if high - low < 6:
         return float(x[turn]), noise
     for _ in range(2):  # the first window ends where the noise lets it; the second one is centred

@@ -25,7 +25,10 @@ BLOCKS = 12
 THINNED = 400  # samples of a start
 TWISTS = (0.01, 0.03, 0.1, 0.3)  # of the largest torsion: yield twists tried at a start
 CORNERS = (0.08, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8)  # of the largest torsion: x1 and x2 tried at a start
-POSITIVE = ("K1", "K2", "K3", "x1", "x2", "K", "yield_twist")
+POSITIVE = 1e-12, math.inf
+BOUNDS = dict.fromkeys(("K1", "K2", "K3", "x1", "x2", "K", "yield_twist"), POSITIVE) | {
+    "half_gap": (0.0, math.inf), "kappa": (0.0, 20.0), "start": (-FULL, FULL),
+}  # fmt: skip
 
 BINS = 24  # of the torsion's range, over which residuals of two cycles are compared
 ALIKE = 0.02  # of the range: branches that begin as close together do the same
@@ -77,7 +80,8 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
         scale = np.sqrt(np.sum(solution.jacobian**2, axis=0)) + 1e-300
         J = solution.jacobian / scale
         gradient = J.T @ solution.residual
-        J = J * _free(shape, solution.p, gradient)
+        held = np.isin(shape.names(), ["half_gap", "kappa"]) & (solution.p == 0.0)  # at a bound that it would leave
+        J = J * ~(held & (gradient < 0.0))
         gram, gradient = J.T @ J, J.T @ solution.residual
         for _ in range(12):
             step = np.linalg.solve(gram + damping * np.eye(len(p)), gradient) / scale
@@ -95,27 +99,12 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
     return solution
 
 
-def _free(shape: Shape, p: Floats, gradient: Floats) -> Floats:
-    """1 for every unknown that may move, 0 where it stands at its bound and would leave it."""
-    held = {"half_gap": 0.0, "kappa": 0.0}
-    stuck = [
-        held.get(name) == value and pull < 0.0 for name, value, pull in zip(shape.names(), p, gradient, strict=True)
-    ]
-    return 1.0 - np.array(stuck, float)
-
-
 def _inside(shape: Shape, p: Floats) -> Floats:
     """Unknowns moved to where the law is one."""
-    names, p = shape.names(), p.copy()
-    place = {name: i for i, name in enumerate(names)}
-    for name in POSITIVE:
-        if name in place:
-            p[place[name]] = max(p[place[name]], 1e-12)
-    if "x2" in place:
-        p[place["x2"]] = max(p[place["x2"]], 1.001 * p[place["x1"]])
-    for name, low, high in (("half_gap", 0.0, math.inf), ("kappa", 0.0, 20.0), ("start", -FULL, FULL)):
-        if name in place:
-            p[place[name]] = min(max(p[place[name]], low), high)
+    names = shape.names()
+    p = np.clip(p, *np.array([BOUNDS.get(name, (-math.inf, math.inf)) for name in names]).T)
+    if "x2" in names:
+        p[names.index("x2")] = max(p[names.index("x2")], 1.001 * p[names.index("x1")])
     return p
 
 

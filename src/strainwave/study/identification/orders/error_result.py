@@ -158,11 +158,11 @@ class Direction(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """Least squares of one direction: (mean, drift, cos, sin, ...), the matrix (X'X)^-1, residual, and X's basis."""
+    """Least squares of one direction: (mean, drift, cos, sin, ...), the matrix (X'X)^-1, what is left, basis of X."""
 
     values: Floats
     inverse: Floats
-    residual: Floats
+    left: Direction
     drift: bool
     basis: Floats
 
@@ -172,15 +172,16 @@ class Fit(NamedTuple):
         place = slice(start, start + 2)
         return self.values[place], self.inverse[place, place]
 
-    def one_more(self, angle: Floats, order: int) -> Part | None:
+    def one_more(self, order: int) -> Part | None:
         """The same of a line that would be fitted beside the others; None where the samples do not tell it apart."""
+        angle, residual = self.left
         X = np.column_stack([np.cos(order * angle), np.sin(order * angle)])
         X -= self.basis @ (self.basis.T @ X)
         gram = X.T @ X
         if not np.linalg.eigvalsh(gram)[0] > len(angle) / WORST_CONDITION:
             return None
         inverse = np.linalg.inv(gram)
-        return inverse @ (X.T @ self.residual), inverse
+        return inverse @ (X.T @ residual), inverse
 
 
 def fit_lines(run: Direction, orders: Sequence[int], drift: bool) -> Fit:
@@ -208,7 +209,7 @@ def fit_lines(run: Direction, orders: Sequence[int], drift: bool) -> Fit:
             "measure evenly over whole turns, or fit fewer orders"
         )
     values = vt.T @ ((u.T @ e) / s)
-    return Fit(values, (vt.T / s**2) @ vt, e - X @ values, drift, u)
+    return Fit(values, (vt.T / s**2) @ vt, Direction(theta, e - X @ values), drift, u)
 
 
 def together(parts: Sequence[Part]) -> Part:

@@ -32,7 +32,7 @@ PATIENCE = 3  # lines in a row that noise may explain as long as others leak int
 
 def false_alarms(fits: Sequence[Fit], orders: Sequence[int], floor: Floor, trials: int) -> list[float]:
     """Probabilities that noise alone makes the fitted lines of these orders, at one of so many orders looked at."""
-    samples = sum(len(fit.residual) for fit in fits)
+    samples = sum(len(fit.left.angle) for fit in fits)
     squares = (squared_amplitude([fit.line(i) for fit in fits], samples) for i in range(len(orders)))
     estimates = zip(squares, *floor.estimates(orders), strict=True)
     return [probability(square / float(mean), float(freedom), trials) for square, mean, freedom in estimates]
@@ -60,7 +60,7 @@ def found_orders(runs: Sequence[Direction], drift: bool, highest: int, false_ala
     idle = 0
     while idle < PATIENCE and len(chosen) < highest:
         fits = [fit_lines(run, chosen, drift) for run in runs]
-        following = _next(_left(runs, fits), fits, chosen, highest, false_alarm, least)
+        following = _next(fits, chosen, highest, false_alarm, least)
         if following is None:
             break
         order, sure = following
@@ -68,7 +68,8 @@ def found_orders(runs: Sequence[Direction], drift: bool, highest: int, false_ala
         chosen = sorted([*chosen, order])
     while chosen:
         fits = [fit_lines(run, chosen, drift) for run in runs]
-        alarms = false_alarms(fits, chosen, noise_floor(_left(runs, fits), highest, chosen, least), highest)
+        floor = noise_floor([fit.left for fit in fits], highest, chosen, least)
+        alarms = false_alarms(fits, chosen, floor, highest)
         worst = int(np.argmax(alarms))
         if alarms[worst] < false_alarm:
             break
@@ -76,14 +77,11 @@ def found_orders(runs: Sequence[Direction], drift: bool, highest: int, false_ala
     return chosen
 
 
-def _left(runs: Sequence[Direction], fits: Sequence[Fit]) -> list[Direction]:
-    return [Direction(run.angle, fit.residual) for run, fit in zip(runs, fits, strict=True)]
-
-
 def _next(
-    left: Sequence[Direction], fits: Sequence[Fit], chosen: list[int], highest: int, false_alarm: float, least: float
-) -> tuple[int, bool] | None:
+    fits: Sequence[Fit], chosen: list[int], highest: int, false_alarm: float, least: float
+) -> tuple[int, bool] | None:  # fmt: skip
     """Order of the strongest line beyond noise and True; else that which noise explains least, and False."""
+    left = [fit.left for fit in fits]
     samples = sum(len(run.angle) for run in left)
     unknowns = sum(len(fit.values) + 2 for fit in fits)
     if sum(float(r @ r) for _, r in left) <= ROUNDED * least * samples or samples <= unknowns + FEWEST:
@@ -93,7 +91,7 @@ def _next(
     ratios[np.array(chosen, int) - 1] = 0.0
     candidates = []
     for order in (1 + np.argsort(ratios)[::-1][:CANDIDATES]).tolist():
-        parts = [fit.one_more(run.angle, order) for run, fit in zip(left, fits, strict=True)]
+        parts = [fit.one_more(order) for fit in fits]
         whole = [part for part in parts if part is not None]
         if order not in chosen and len(whole) == len(parts):
             square = squared_amplitude(whole, samples)
@@ -173,13 +171,10 @@ def error_scan(
         runs.append(_direction("backward ", *backward, sign))
     limit = min(0.5 * len(run.angle) / run.turns for run in runs)
     looked_at = _sought(highest, limit)
-    if orders is None:
-        chosen = found_orders(runs, drift, looked_at, false_alarm, _resolution(runs))
-        trials = looked_at
-    else:
-        chosen = _given(orders, limit)
-        trials = len(chosen)
-    return _scan(runs, [fit_lines(run, chosen, drift) for run in runs], chosen, trials, false_alarm, noise)
+    least = _resolution(runs)
+    chosen = found_orders(runs, drift, looked_at, false_alarm, least) if orders is None else _given(orders, limit)
+    trials = looked_at if orders is None else len(chosen)
+    return _scan([fit_lines(run, chosen, drift) for run in runs], chosen, trials, false_alarm, noise, least)
 
 
 def _direction(prefix: str, angle: Any, error: Any, sign: float) -> Direction:
@@ -238,21 +233,20 @@ def _given(orders: Sequence[int], limit: float) -> list[int]:
 
 
 def _scan(
-    runs: list[Direction], fits: list[Fit], orders: list[int], trials: int, false_alarm: float, noise: str
-) -> ErrorScan:
+    fits: list[Fit], orders: list[int], trials: int, false_alarm: float, noise: str, least: float
+) -> ErrorScan:  # fmt: skip
     """Put the fits of one or two directions together."""
-    left = _left(runs, fits)
-    samples = sum(len(run.angle) for run in runs)
-    neighbours = float(np.average([correlation(run.error) for run in left], weights=[len(run.angle) for run in left]))
+    left = [fit.left for fit in fits]
+    sizes = [len(run.angle) for run in left]
+    samples, neighbours = sum(sizes), float(np.average([correlation(run.error) for run in left], weights=sizes))
     coloured = noise == "autocorrelated" or (noise == "auto" and abs(neighbours) > 3.0 / math.sqrt(samples))
-    least = _resolution(runs)
     floors = [noise_floor([run], max(orders, default=1), orders, least) for run in left]
     common_noise = noise_floor(left, max(trials, *orders, 1), orders, least)
     white = not (coloured and all(floor.enough for floor in floors))
 
     def variances(order: int) -> list[float]:
         if white:
-            white_noise = (np.sum(fit.residual**2) / (len(fit.residual) - len(fit.values)) for fit in fits)
+            white_noise = (np.sum(fit.left.error**2) / (len(fit.left.error) - len(fit.values)) for fit in fits)
             return [max(float(variance), least) for variance in white_noise]
         return [floor.variance(order) for floor in floors]
 
@@ -260,7 +254,7 @@ def _scan(
     lines = tuple(_line(i, k, fits, variances(k), alarms[i]) for i, k in enumerate(orders))
     # mean [rad] at the middle of the scan, drift [rad/rad]
     means, drifts = [fit.values[0] for fit in fits], [fit.values[1] if fit.drift else 0.0 for fit in fits]
-    slopes = [2.0 * drift / (run.angle[-1] - run.angle[0]) for drift, run in zip(drifts, runs, strict=True)]
+    slopes = [2.0 * drift / (run.angle[-1] - run.angle[0]) for drift, run in zip(drifts, left, strict=True)]
     reversal = None
     if len(fits) == 2:
         difference = fits[0].values[1 + fits[0].drift :] - fits[1].values[1 + fits[1].drift :]
@@ -276,7 +270,7 @@ def _scan(
         "white" if white else "autocorrelated",
         common_noise.threshold(false_alarm, trials),
         samples,
-        min(run.turns for run in runs),
+        min(run.turns for run in left),
         reversal,
     )
 

@@ -8,8 +8,8 @@ from math import exp, log, nan, pi
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
 from scipy.optimize import least_squares
+from scipy.signal import cont2discrete
 
 from ....base.arguments import typed
 from ....base.facts import Fact
@@ -68,15 +68,13 @@ class Modelled(NamedTuple):
 
     def of(self, values: dict[str, float]) -> Complexes:
         """Response (n,) with other numbers, those that are not given being the train's."""
-        train, load, omega = self.train, self.train.load, self.measured.omega
-        end = load.end()
-        load = load.with_end(end._replace(J=values.get("J_l", end.J)))
-        motor = train.motor._replace(J=values.get("J_m", train.motor.J))
+        train, omega = self.train, self.measured.omega
         law = Linear(values["K"]) if "K" in values else train.law
-        train = train._replace(motor=motor, load=load, law=law, B=values.get("B", train.B))
+        train = train._replace(law=law, B=values.get("B", train.B)).with_motor(J=values.get("J_m", train.motor.J))
+        train = train.with_load(J=values.get("J_l", train.load.end().J))
         factor = values.get("gain", 1.0) * np.exp(-1j * omega * values.get("delay", 0.0))
         if self.measured.quantity == "plant":
-            free = state_space(train._replace(motor=motor._replace(control=FREE)), speed=self.speed)
+            free = state_space(train.with_motor(control=FREE), speed=self.speed)
             return np.asarray(factor * _speed_over_torque(free, omega, self.measured.hold))
         L = factor * MotorLoop(train, None, self.speed)(omega)
         return np.asarray(L if self.measured.quantity == "open loop" else L / (1.0 + L))
@@ -96,12 +94,10 @@ def _speed_over_torque(free: StateSpace, omega: Floats, hold: float) -> Complexe
     place = free.inputs.index("motor torque")
     if not hold:
         return np.asarray(free.response(omega)[0, place])
-    n = len(free.A)
-    both = np.zeros((n + 1, n + 1))
-    both[:n, :n], both[:n, n] = free.A * hold, free.B[:, place] * hold
-    step = expm(both)
+    n, column = len(free.A), free.B[:, [place]]
+    A, B, *_ = cont2discrete((free.A, column, free.C[:1], free.D[:1, [place]]), hold)
     turn = np.exp(1j * omega * hold)[:, None, None] * np.eye(n)
-    return np.asarray(np.linalg.solve(turn - step[:n, :n], step[:n, n:].astype(complex))[:, :, 0] @ free.C[0])
+    return np.asarray(np.linalg.solve(turn - A, B.astype(complex))[:, :, 0] @ free.C[0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 from ....base.arguments import typed
 from ....base.facts import Fact
 from ....base.quantities import array_of, complex_numbers, number, numbers
-from ....base.records import Labelled, Result
+from ....base.records import Along, Labelled, Result
 from ....base.results import Floats
 from ....model.train.controls import HERTZ
 from ..identified import even_step
@@ -60,6 +60,7 @@ class MeasuredBode(Result):
     """
 
     rows: ClassVar[str] = "frequency"
+    places: ClassVar[Along] = {"frequency": {"omega": "rad/s"}}
 
     omega: Floats
     value: Complexes
@@ -81,10 +82,6 @@ class MeasuredBode(Result):
         return (
             np.asarray(np.unwrap(np.angle(self.value)) * 180.0 / pi) if self.phased else np.full(len(self.omega), nan)
         )
-
-    def coordinates(self) -> Labelled:
-        """Frequencies."""
-        return {"omega": ("frequency", self.omega, "rad/s")}
 
     def variables(self) -> Labelled:
         """Values and their deviations."""

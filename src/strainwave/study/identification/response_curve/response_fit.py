@@ -12,7 +12,7 @@ from ....base.arguments import typed
 from ....base.law import springs_only
 from ....base.protocols import with_parts
 from ....base.quantities import SMALLEST, complex_numbers, number, numbers, positive_count
-from ....base.records import Labelled
+from ....base.records import Along
 from ....base.results import Branch, Floats, SolveError
 from ....base.sentences import on_screen
 from ....compile.tree import leaves as numbers_in
@@ -80,17 +80,13 @@ class ResponseFit(Fitted):
     fold_deviation: Floats
     harmonics: int
 
-    def variables(self) -> Labelled:
-        """First harmonics measured and computed, and the jumps."""
-        points = self._along("point", measured="rad", computed="rad", up="", solved="")
-        folds = self._along("jump", folds="rad/s", fold_deviation="rad/s")
-        return {**points, **self._along(("jump", "end"), jumps="rad/s"), **folds}
-
-    def coordinates(self) -> Labelled:
-        """Frequencies."""
-        return self._along("point", omega="rad/s")
-
     rows: ClassVar[str] = "point"
+    arrays: ClassVar[Along] = {
+        "point": {"measured": "rad", "computed": "rad", "up": "", "solved": ""},
+        ("jump", "end"): {"jumps": "rad/s"},
+        "jump": {"folds": "rad/s", "fold_deviation": "rad/s"},
+    }
+    places: ClassVar[Along] = {"point": {"omega": "rad/s"}}
 
     def curve(self) -> Branch:
         """Response curve of the fitted system over the frequencies measured."""
