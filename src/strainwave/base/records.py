@@ -58,12 +58,8 @@ class Result:
         """Coordinates of the dataset by name: dimensions, values, unit."""
         return self._columns(self.places)
 
-    def _along(self, dims: str | tuple[str, ...], **units: str) -> Labelled:
-        """Fields as arrays with dimensions, each name with its unit."""
-        return self._columns({dims: units})
-
     def _columns(self, along: Along) -> Labelled:
-        return {name: (dims, getattr(self, name), u) for dims, units in along.items() for name, u in units.items()}
+        return {n: (dims, getattr(self, n), u) for dims, units in along.items() for n, u in units.items()}
 
     def to_xarray(self) -> "xr.Dataset":
         """Arrays with named dimensions and coordinates, their units in `attrs["units"]`; single numbers in `attrs`.

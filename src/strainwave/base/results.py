@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .archive import as_file, atomic
 from .arguments import typed
 from .quantities import array_of, index, whole
-from .records import Labelled, Result, Waves
+from .records import Along, Labelled, Result, Waves
 from .sentences import on_screen
 from .series import oscillation
 
@@ -139,6 +139,7 @@ class Trajectory(Result):
         return float(max(np.max(np.abs(x)), np.max(self.largest[component, use][1:], initial=0.0)))
 
     rows: ClassVar[str] = "t"
+    arrays: ClassVar[Along] = {("state", "t"): {"y": "", "rate": ""}}
 
     def coordinates(self) -> Labelled:
         """Times and the names of the states: x and x' of two, else by number."""
@@ -146,8 +147,8 @@ class Trajectory(Result):
 
     def variables(self) -> Labelled:
         """States and their rates over the time; two states count as an angle and its speed."""
-        found: dict[str, Any] = {"y": (("state", "t"), self.y, ""), "rate": (("state", "t"), self.rate, "")}
-        return found | ({"x": ("t", self.y[0], "rad"), "v": ("t", self.y[1], "rad/s")} if len(self.y) == 2 else {})
+        two = {"x": ("t", self.y[0], "rad"), "v": ("t", self.y[1], "rad/s")} if len(self.y) == 2 else {}
+        return {**super().variables(), **two}
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything as other results do, or t and y as CSV (`.csv`); the file appears when it is complete."""
@@ -225,6 +226,7 @@ class Orbit(Result):
         return float(oscillation(self.coefficients[:, 0][None])[0])
 
     rows: ClassVar[str] = "harmonic"
+    arrays: ClassVar[Along] = {("coefficient", "state"): {"coefficients": ""}, "multiplier": {"multipliers": "1"}}
 
     def coordinates(self) -> Labelled:
         """Harmonics with their frequencies, states, and coefficients by name."""
@@ -239,8 +241,7 @@ class Orbit(Result):
     def variables(self) -> Labelled:
         """Amplitudes of the first state by harmonic (0 is the mean), coefficients of all states, multipliers."""
         amplitudes = [self.amplitude(k) for k in range(len(self.coefficients) // 2 + 1)]
-        states = self._along(("coefficient", "state"), coefficients="")
-        return {"amplitude": ("harmonic", amplitudes, "rad"), **states, **self._along("multiplier", multipliers="1")}
+        return {"amplitude": ("harmonic", amplitudes, "rad"), **super().variables()}
 
     def state(self, phase: Floats | float) -> Floats:
         """States (states, ...) at the base phase [rad], for instance the start of a trajectory at phase 0."""

@@ -168,12 +168,11 @@ class Need(NamedTuple):
 def motor_findings(
     limits: MotorLimits, torque: float | None, speed: float | None, holding: float = 0.0,
     remedies: tuple[str, str] = (STRONGER, SLOWER),
-) -> tuple[Finding, ...]:  # fmt: skip
+) -> Iterator[Finding]:  # fmt: skip
     """Compare a motor's largest torque [N*m] and speed [rad/s] with its limits, where both are known.
 
     `holding` is the part of the torque that loads and friction take at steady speed, `remedies` what helps beyond.
     """
-    findings = []
     rpm = None if speed is None else speed / RPM
     by_curve = limits.fastest < limits.speed
     parts = (("torque", torque, limits.torque, "N*m"), ("speed", rpm, limits.fastest / RPM, "rpm"))
@@ -189,8 +188,7 @@ def motor_findings(
             further = "give the curve further, " if of_curve else ""
             end = f"above its limit of {bound:.4g} {unit}{of_curve}{alone}; {further}{remedy}"
         sentence = f"The {name} of the motor reaches {value:.4g} {unit}, {end}."
-        findings.append(Finding(f"motor {name}", value, bound, unit, sentence))
-    return tuple(findings)
+        yield Finding(f"motor {name}", value, bound, unit, sentence)
 
 
 def torque_finding(limits: MotorLimits, limit: str, needs: Iterable[Need], remedy: str) -> Finding:
@@ -257,12 +255,11 @@ class Payload(NamedTuple):
         """The train with this payload on its load."""
         mass, radius, inertia, phase, gravity = checked(self)
         end = train.load.end()
-        pull = mass * gravity * radius
-        drag = end.drag
+        pull, J, drag = mass * gravity * radius, end.J + mass * radius * radius + inertia, end.drag
         if pull:
             law = AngleTorque(pull, 1, phase)
             drag = law if drag == NO_DRAG and type(drag) is type(NO_DRAG) else Parallel(law, drag)
-        loaded: DriveTrain = checked(train.with_load(J=end.J + mass * radius * radius + inertia, drag=drag))
+        loaded: DriveTrain = checked(train.with_load(J=J, drag=drag))
         return loaded
 
     def check(self) -> None:

@@ -188,7 +188,7 @@ class Jumps(Result):
         runs = (*self.on_run_up, *self.on_run_down)
         return {
             self.parameter: ("jump", np.array([j.value for j in runs]), "rad/s" if self.parameter == "omega" else ""),
-            **{name: ("jump", np.array([getattr(j, name) for j in runs]), "rad") for name in ("before", "after")},
+            **{n: ("jump", np.array([getattr(j, n) for j in runs]), "rad") for n in ("before", "after")},
             "up": ("jump", np.arange(len(runs)) < len(self.on_run_up), ""),
             "cause": ("jump", np.array([j.cause for j in runs], str), ""),
             "run_up": ("visited on the run-up", self.run_up, ""),

@@ -251,6 +251,9 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     def spare(y: Floats) -> Floats:
         return np.abs(pull(y)) - T
 
+    def back(y: Floats) -> Floats:
+        return np.asarray(-sign * y[3])
+
     core, middle = core_of(train.motor.control), float(state[2])
     state[2] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # its torque is twice what breaks it away
     time, places, times = 0.0, [float(state[2]) - middle], [0.0]
@@ -259,7 +262,7 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
         if passed == inf:
             return nan, nan, False, slips - 1
         sign = float(np.sign(pull(state)))
-        lasted, state = _until(_sliding(train, sign), state, span, lambda y, way=sign: np.asarray(-way * y[3]))
+        lasted, state = _until(_sliding(train, sign), state, span, back)
         state[3], time = 0.0, time + passed + lasted
         places, times = [*places, float(state[2]) - middle], [*times, time]
         ways = np.abs(np.diff(places))

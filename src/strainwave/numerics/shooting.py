@@ -68,8 +68,8 @@ class Variational(NamedTuple):
 
 def period_map(system: System, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
     """State after one period, the monodromy matrix (2, 2), sizes of the states; None if the solution stops before."""
-    start, method = [*y0, 1.0, 0.0, 0.0, 1.0], Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0, duration))
-    end = simulate(Variational(system), start, (0.0, duration), method=method)
+    start = [*y0, 1.0, 0.0, 0.0, 1.0]
+    end = simulate(Variational(system), start, (0.0, duration), method=_method(y0, duration, rtol))
     if not end.status:
         return None
     size = _size(end.y[:2, -1], duration)
@@ -81,7 +81,7 @@ def differenced_map(system: System, y0: Floats, duration: float, rtol: float) ->
 
     Of laws with memory, which need not be smooth: the matrix is good to about six digits.
     """
-    method = Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0, duration))
+    method = _method(y0, duration, rtol)
 
     def end(start: Floats) -> Floats | None:
         run = simulate(system, start, (0.0, duration), method=method)
@@ -104,6 +104,10 @@ def differenced_map(system: System, y0: Floats, duration: float, rtol: float) ->
 def _size(y: Floats, duration: float) -> float:
     """Size of a motion whose state of two numbers or more repeats after a time [s]; of one number that of this."""
     return max(abs(float(y[0])), *(abs(float(v)) * duration / (2.0 * np.pi) for v in y[1:2]), 1e-9)
+
+
+def _method(y: Floats, duration: float, rtol: float) -> Dopri5:
+    return Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y, duration))
 
 
 def shoot(system: System, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, throw: bool = False) -> Orbit:
@@ -182,7 +186,7 @@ def closed_state(system: System, y: Floats, period: int, rtol: float) -> tuple[F
 
 def _gone_on(system: System, y: Floats, time: float, rtol: float) -> Floats:
     """State after a time [s]; the state itself where the motion ends before."""
-    run = simulate(system, y, (0.0, time), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y, time)))
+    run = simulate(system, y, (0.0, time), method=_method(y, time, rtol))
     return run.y[:, -1] if run.status else y
 
 
@@ -206,7 +210,7 @@ def _nearer(mapped: Any, y: Floats, now: tuple[Floats, Floats, Floats], step: Fl
 def _sampled(system: Any, omega: float, period: int, rtol: float, y: Floats, matrix: Floats, status: Status) -> Orbit:
     duration = 2.0 * np.pi * period / omega
     times = np.linspace(0.0, duration, SAMPLES + 1)
-    run = simulate(system, y, times, method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y, duration)))
+    run = simulate(system, y, times, method=_method(y, duration, rtol))
     if not run.status:
         run, status = simulate(system, np.zeros(len(y)), times[:3]), Status.DIVERGED
     spectrum = np.fft.rfft(run.y[:, :SAMPLES], axis=1).T * (2.0 / min(SAMPLES, run.y.shape[1]))

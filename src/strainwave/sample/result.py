@@ -9,7 +9,7 @@ Saltelli et al. 2008, Global Sensitivity Analysis: The Primer, secs. 1.2.5, 1.2.
 Econometrica 88(5), 1859-1898 (leave-out estimation of variance components).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -366,24 +366,22 @@ class Variability:
     __repr__ = __str__
 
 
-def _speed_lines(spread: SpeedSpread) -> list[str]:
+def _speed_lines(spread: SpeedSpread) -> Iterator[str]:
     values = ", ".join(
         f"{q:.0%}: {v:.5g} +- {e:.1g}" for q, v, e in zip(spread.shares, spread.quantiles, spread.errors, strict=True)
     )
-    lines = [f"  at {spread.omega:g} rad/s, peak |x| [rad] {values}"]
+    yield f"  at {spread.omega:g} rad/s, peak |x| [rad] {values}"
     if spread.diverged or spread.unsettled:
-        lines.append(f"    {spread.diverged} drives left every bound, {spread.unsettled} did not settle")
+        yield f"    {spread.diverged} drives left every bound, {spread.unsettled} did not settle"
     for row in spread.ranking.rows:
-        lines.append(
+        yield (
             f"    {row.path}: {row.index:.3f} +- {row.index_error:.3f} of the variance, regression "
             f"{row.coefficient:+.3f} +- {row.coefficient_error:.3f}"
         )
-    lines.append(f"    a linear model explains {spread.ranking.linear_share:.3f} of the variance")
-    return lines
+    yield f"    a linear model explains {spread.ranking.linear_share:.3f} of the variance"
 
 
-def _jump_lines(spread: JumpSpread) -> list[str]:
-    lines = []
+def _jump_lines(spread: JumpSpread) -> Iterator[str]:
     n = len(spread.up)
     ways = zip(("up", "down"), (spread.up, spread.down), spread.quantiles(), spread.errors(), strict=True)
     for name, values, quantiles, errors in ways:
@@ -392,7 +390,6 @@ def _jump_lines(spread: JumpSpread) -> list[str]:
             f"{q:.0%}: {v:.6g}" + (f" +- {e:.1g}" if np.isfinite(e) else "")
             for q, v, e in zip(spread.shares, quantiles, errors, strict=True)
         )
-        lines.append(f"  jump {name}: {jumping} of {n} drives{', at [rad/s] ' + text if jumping else ''}")
+        yield f"  jump {name}: {jumping} of {n} drives{', at [rad/s] ' + text if jumping else ''}"
     if spread.failed:
-        lines.append(f"  {spread.failed} of {n} response curves could not be used")
-    return lines
+        yield f"  {spread.failed} of {n} response curves could not be used"

@@ -136,8 +136,8 @@ def settle(
         return _motion(system, period, _lap(system, start, period, method), None)
     lap = _lap(system, start, period, method)
     state, matrix, status = closed_state(system, np.array(start), period, method.rtol)
-    scale = _scale(system, lap)
-    if not status or np.linalg.norm((state - start) * scale) > FARTHEST * np.linalg.norm(start * scale):
+    scale, away = _scale(system, lap), state - start
+    if not status or np.linalg.norm(away * scale) > FARTHEST * np.linalg.norm(start * scale):
         return _motion(system, period, lap, None)
     return _motion(system, period, _lap(system, tuple(state.tolist()), period, method), matrix)
 

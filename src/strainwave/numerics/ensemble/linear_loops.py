@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...base.arguments import number_of, typed
 from ...base.quantities import States, numbers
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ...compile.tree import leaves, mapped
@@ -49,6 +49,7 @@ class LoopResponse(Result):
     """
 
     rows: ClassVar[str] = "omega"
+    places: ClassVar[Along] = {"omega": {"omega": "rad/s"}}
 
     omega: Floats
     error_of_torque: Complexes
@@ -66,10 +67,6 @@ class LoopResponse(Result):
         """Time constant [s] of the slowest motion; infinite where it does not decay."""
         size = float(np.max(np.abs(self.poles), initial=0.0))
         return float("inf") if size >= 1.0 - STILL else (0.0 if size == 0.0 else -self.period / float(np.log(size)))
-
-    def coordinates(self) -> Labelled:
-        """Frequencies."""
-        return {"omega": ("omega", self.omega, "rad/s")}
 
     def variables(self) -> Labelled:
         """Both responses as sizes and phases."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ...base.arguments import typed
 from ...base.protocols import System, lacking, need
 from ...base.quantities import States, checked, number, numbers, positive_count, reals, samples_of, shown
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ...base.units import ARCSEC
@@ -53,6 +53,10 @@ class LoopRun(Result):
     """
 
     rows: ClassVar[str] = "time"
+    places: ClassVar[Along] = {"time": {"time": "s"}}
+    arrays: ClassVar[Along] = {
+        "time": {"error": "rad", "torque": "N*m", "gear_torque": "N*m"}, ("state", "time"): {"states": ""},
+    }  # fmt: skip
 
     time: Floats
     error: Floats
@@ -61,19 +65,6 @@ class LoopRun(Result):
     states: Floats
     memory: Any
     steps: int
-
-    def coordinates(self) -> Labelled:
-        """Times of the samples."""
-        return {"time": ("time", self.time, "s")}
-
-    def variables(self) -> Labelled:
-        """Error, torques and states."""
-        return {
-            "error": ("time", self.error, "rad"),
-            "torque": ("time", self.torque, "N*m"),
-            "gear_torque": ("time", self.gear_torque, "N*m"),
-            "states": (("state", "time"), self.states, ""),
-        }
 
     @typed
     def rms(self, settle: float = 0.0) -> float:

@@ -310,7 +310,7 @@ class Analysis(Result):
         model = "error equation" if self.train_curve is None else "whole drive train"
         tops = [(drive.largest(), drive, torque) for torque, drive in self.curves]
         known = [(float(d.peak[at]), float(d.omega[at]), d.method, torque) for at, d, torque in tops if at is not None]
-        peaks = [Largest(peak, omega, model, method, torque) for peak, omega, method, torque in known]
+        peaks = [Largest(p, omega, model, method, torque) for p, omega, method, torque in known]
         best = max(peaks, key=lambda largest: largest.peak, default=None)
         if (ramp := self.run_alone) is not None:
             run = Largest(*ramp.largest(ramp.run.pointing), "run-up of the whole drive train", "integration")

@@ -96,7 +96,7 @@ def with_tops(
     """
     places = sorted(regime.omega for regime in all_regimes if regime.resonance.q == 1)
     rows = [(regime, close.get(regime.resonance, exact)) for regime in all_regimes]
-    tops = [_top(r, places, system, response) if r.resonance.q == 1 else None for r, response in rows]
+    tops = [_top(r, places, system, curve) if r.resonance.q == 1 else None for r, curve in rows]
     largest = {r.resonance.p: top[1] for r, top in zip(all_regimes, tops, strict=True) if top is not None}
     topped = []
     for (regime, response), top in zip(rows, tops, strict=True):
@@ -178,7 +178,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         avoid = over_all(avoid, by_load)
     study = _with_gravity(project, study, (drive, *(case.drive for case in by_load)), progress) if advice else study
     motors = {} if project.motor_named else project.motors()
-    other_motors = motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87))
+    other_motors = tuple(motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87)))
     progress("hysteresis and varying stiffness", 0.88)
     largest = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
     loop, no_loop = loop_of(system.law, largest.peak_torque, project.rated_torque)

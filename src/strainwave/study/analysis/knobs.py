@@ -156,7 +156,7 @@ def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
     def turned(powers: dict[str, int], share: float, wider: float) -> Subject | str:
         if bandwidth * wider * lag > FASTEST:
             return f"the bandwidth would be above half the inverse lag, {FASTEST / lag / HERTZ:.4g} Hz"
-        gains = {name: getattr(loop, name) * (1.0 + share) ** power for name, power in powers.items()}
+        gains = {n: getattr(loop, n) * (1.0 + share) ** power for n, power in powers.items()}
         other = train.with_motor(control=with_core(control, loop._replace(**gains)))
         moves = control is not loop or isinstance(loop, CascadeLoop)
         if moves and (pole := fastest_growth(other)).real > ROUNDING * abs(pole):
@@ -198,15 +198,15 @@ def _preload(subject: Subject, torque: float) -> Knob | None:
     if subject.load_torque is not None or not is_spring(system):
         return None
 
-    def further(excitation: Any, by: float) -> Any:
-        return with_more(excitation, by if mean_torque(excitation).mean >= 0.0 else -by)
+    def further(excitation: Any, share: float) -> Any:
+        return with_more(excitation, share * (torque if mean_torque(excitation).mean >= 0.0 else -torque))
 
     def turned(share: float) -> Subject:
         if train is None:
-            return subject._replace(system=system._replace(excitation=further(system.excitation, share * torque)))
-        return subject._replace(train=train.with_load(excitation=further(train.load.end().excitation, share * torque)))
+            return subject._replace(system=system._replace(excitation=further(system.excitation, share)))
+        return subject._replace(train=train.with_load(excitation=further(train.load.end().excitation, share)))
 
-    if not _bends(system, system._replace(excitation=further(system.excitation, CHANGES[0] * torque))):
+    if not _bends(system, system._replace(excitation=further(system.excitation, CHANGES[0]))):
         return None
     mean = sum(term.mean for term in subject.load_torques)
     return Knob("preload", abs(float(mean)), "N·m", turned, MORE, by=torque)

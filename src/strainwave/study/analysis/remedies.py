@@ -89,7 +89,7 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
     changed = subject.of_drive(other)._replace(speeds=(low, high))
     if subject.train is not None:
         train = subject.train._replace(N=ratio, B=other.B, law=other.law)
-        changed = changed._replace(train=train.with_motor(J=J_m))  # its loop has the gains that it has
+        changed = changed._replace(train=train.with_motor(J=J_m))  # its loop keeps its gains
     error = _error_of(subject.whole.error, old, gear, drive.N, ratio)
     return changed.having(changed.whole._replace(error=error))
 

@@ -3,7 +3,7 @@
 The same drive with other motors, where nothing says which it has: ideally held, free, and in a position loop.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
@@ -73,13 +73,11 @@ class MotorCase:
 
 def motor_cases(
     trains: Mapping[str, DriveTrain], speeds: Speeds, progress: Callable[[str], None]
-) -> tuple[MotorCase, ...]:  # fmt: skip
+) -> Iterator[MotorCase]:  # fmt: skip
     """Follow the motions of a train with every motor through a range of motor speeds [rad/s], told before each."""
-    found = []
     for name, train in trains.items():
         progress(name)
-        found.append(MotorCase(name, drive_curve(train, speeds, coexisting=depends(train.law) == 1)))
-    return tuple(found)
+        yield MotorCase(name, drive_curve(train, speeds, coexisting=depends(train.law) == 1))
 
 
 def spread(cases: tuple[MotorCase, ...]) -> float:

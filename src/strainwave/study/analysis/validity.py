@@ -11,7 +11,7 @@ Multiple scales against integration: one run of each from the same start, compar
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,7 @@ from ...base.arguments import typed
 from ...base.law import springs_only
 from ...base.protocols import orders_of, with_parts
 from ...base.quantities import number, numbers, shown
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, SolveError, Status, Trajectory
 from ...base.sentences import on_screen
 from ...numerics.integration.methods import Dopri5
@@ -66,6 +66,11 @@ class ValidityMap(Result):
     error: Floats
     motion: Floats
 
+    arrays: ClassVar[Along] = {
+        ("order", "omega", "amplitude"): {"error": ""},
+        ("omega", "amplitude"): {"motion": "rad"},
+    }
+
     def holds(self, percent: float) -> NDArray[np.bool_]:
         """Whether each order holds to so many percent: the shape of `error`.
 
@@ -85,13 +90,6 @@ class ValidityMap(Result):
             "order": ("order", np.array(ORDERS), ""),
             "omega": ("omega", self.speeds, "rad/s"),
             "amplitude": ("amplitude", self.amplitudes, ""),
-        }
-
-    def variables(self) -> Labelled:
-        """Errors of both orders, and the true amplitude."""
-        return {
-            **self._along(("order", "omega", "amplitude"), error=""),
-            **self._along(("omega", "amplitude"), motion="rad"),
         }
 
     def __str__(self) -> str:

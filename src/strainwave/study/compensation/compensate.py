@@ -1,6 +1,6 @@
 """`compensate`: a controller on a drive against its plain loop, and a bench of several at several speeds."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -261,7 +261,7 @@ def _one(
     settle, end = times_of(bench, speed, rate)
     before, after = [steady_run(bench, one, speed, settle, end) for one in (bench.loop, controller)]
     progress("the drive", 0.3 if robust or units else 1.0)
-    robustness = _robustness(bench, design, speed, settle, end) if robust else ()
+    robustness = tuple(_robustness(bench, design, speed, settle, end)) if robust else ()
     scatter = units_of(bench, controller, speed, settle, end, units, seed) if units else None
     progress("units of the type", 1.0)
     result = Compensation(
@@ -307,18 +307,16 @@ def _torque(found: LoopEnsemble) -> TorqueUse:
     return TorqueUse(float(found.torque_rms[0]), float(found.torque_peak[0]), float(found.limited[0]))
 
 
-def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, end: float) -> tuple[Robustness, ...]:
-    cases = []
+def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, end: float) -> Iterator[Robustness]:
     for share in SHARES:
         if stiffer(bench.plant.law, share) is None:
-            return ()
+            return
         other = bench.with_stiffness(share)
         both = bench.loop, design.on(other, speed)
         before, after = [steady_run(other, one, speed, settle, end) for one in both]
         decays = after.stable[0] and other.growth(both[1], speed) < 0.0
         rms = float(after.rms[0]) if decays else float("inf")
-        cases.append(Robustness(share, float(before.rms[0]), rms))
-    return tuple(cases)
+        yield Robustness(share, float(before.rms[0]), rms)
 
 
 def _excluded(bench: Bench, after: LoopEnsemble) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from ...base.arguments import typed
 from ...base.facts import Fact
 from ...base.quantities import LARGEST, number, several, shown
+from ...base.records import Along
 from ...base.results import Floats, SolveError
 from ...base.units import ARCSEC
 from ...drive.project import Project
@@ -91,8 +92,8 @@ class CompensatedMove(OnTheWay):
     """
 
     rows: ClassVar[str] = "time"
-    axis: ClassVar[str] = "s"
-    over: ClassVar[dict[str, str]] = {"error": "rad", "torque": "N*m"}
+    places: ClassVar[Along] = {"time": {"time": "s"}}
+    arrays: ClassVar[Along] = {("controller", "time"): {"error": "rad", "torque": "N*m"}}
 
     time: Floats
     error: Floats

@@ -23,21 +23,14 @@ DIFFER = 0.02  # of an rms: runs of the same loop with other samples, noise and 
 class OnTheWay(Result):
     """What controllers make of a way through speeds: arrays (controllers, n) over one axis of n places.
 
-    A subclass has the fields `names` or a property of that name, the axis `rows`, and those that `axis` and `over`
-    give units.
+    A subclass has the fields `names` or a property of that name, `places` with the axis, and `arrays`.
     """
 
-    axis: ClassVar[str]
-    over: ClassVar[dict[str, str]]
     names: Any
 
     def coordinates(self) -> Labelled:
         """The axis, and names of the controllers."""
-        return {**self._along(self.rows, **{self.rows: self.axis}), "controller": ("controller", list(self.names), "")}
-
-    def variables(self) -> Labelled:
-        """What is given for every controller along the axis."""
-        return self._along(("controller", self.rows), **self.over)
+        return {**super().coordinates(), "controller": ("controller", list(self.names), "")}
 
 
 class Residual(NamedTuple):
@@ -90,6 +83,7 @@ class Units(Result):
     """
 
     rows: ClassVar[str] = "lane"
+    arrays: ClassVar[Along] = {"lane": {"stiffness": "", "amplitude": ""}}
 
     before: LoopEnsemble
     after: LoopEnsemble
@@ -105,7 +99,7 @@ class Units(Result):
     def variables(self) -> Labelled:
         """Residuals by unit."""
         residuals = {"before": ("lane", self.before.rms, "rad"), "after": ("lane", self.after.rms, "rad")}
-        return {**residuals, **self._along("lane", stiffness="", amplitude="")}
+        return {**residuals, **super().variables()}
 
     def __str__(self) -> str:
         low, middle, high = [value / ARCSEC for value in self.quantiles()]
@@ -253,7 +247,7 @@ class CompensationBench(Result):
         """The best controller at every speed, with a load's encoder or without one."""
         rows = [row for row in self.results if load_encoder or not row[0].load_encoder]
 
-        def rank(one: Compensation) -> tuple[bool, bool, float]:  # stable ones first, then those within the limits
+        def rank(one: Compensation) -> tuple[bool, bool, float]:  # stable, then within limits
             return not one.stable, bool(one.excluded), one.after.rms
 
         return tuple(min(column, key=rank) for column in zip(*rows, strict=True))
@@ -281,7 +275,7 @@ class CompensationBench(Result):
         places = {"before": "before.rms", "after": "after.rms", "peak": "after.peak", "torque": "torque.peak"}
         units = {"before": "rad", "after": "rad", "peak": "rad", "torque": "N*m", "stable": ""}
         values = {n: [list(map(attrgetter(places.get(n, n)), row)) for row in self.results] for n in units}
-        return {n: (("controller", "speed"), np.array(values[n]), unit) for n, unit in units.items()}
+        return {n: (("controller", "speed"), np.array(values[n]), u) for n, u in units.items()}
 
     def __str__(self) -> str:
         lines = ["CompensationBench: rms of the pointing error about its mean [arcsec]", *self.residuals(WIDTH)]

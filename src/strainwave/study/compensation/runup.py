@@ -10,6 +10,7 @@ from ...base.arguments import typed
 from ...base.facts import Fact
 from ...base.quantities import interval
 from ...base.quantities import number as checked
+from ...base.records import Along
 from ...base.results import Floats
 from ...base.sentences import number
 from ...base.units import RPM
@@ -54,8 +55,8 @@ class CompensatedRunup(OnTheWay):
     """
 
     rows: ClassVar[str] = "speed"
-    axis: ClassVar[str] = "rad/s"
-    over: ClassVar[dict[str, str]] = {"up": "rad", "down": "rad"}
+    places: ClassVar[Along] = {"speed": {"speed": "rad/s"}}
+    arrays: ClassVar[Along] = {("controller", "speed"): {"up": "rad", "down": "rad"}}
 
     speed: Floats
     up: Floats

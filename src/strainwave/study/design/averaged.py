@@ -18,7 +18,7 @@ How the largest oscillation answers to the numbers of a drive, by averaging.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -336,13 +336,11 @@ CHANGES: dict[str, Callable[[Drives, float], Drives]] = {
 }
 
 
-def sensitivities(designs: list[tuple[str, float, Drives]]) -> tuple[Sensitivity, ...]:
+def sensitivities(designs: list[tuple[str, float, Drives]]) -> Iterator[Sensitivity]:
     """Slopes of designs: name of the gear, inertia of the motor, and the drive; damping and loop stay as they are."""
-    slopes = []
     for gear, motor, drives in designs:
         base = float(largest(drives).oscillation[0])
         for name, changed in CHANGES.items():
             up = float(largest(changed(drives, 1.0 + STEP)).oscillation[0])
             down = float(largest(changed(drives, 1.0 - STEP)).oscillation[0])
-            slopes.append(Sensitivity(gear, motor, name, (up - down) / (2.0 * STEP * base)))
-    return tuple(slopes)
+            yield Sensitivity(gear, motor, name, (up - down) / (2.0 * STEP * base))

@@ -7,7 +7,7 @@ the whole drive.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -133,7 +133,7 @@ class _Search:
             tuple(map(self._candidate, best)),
             {name: _told(check) for name, check in self.misses.items()},
             nearest,
-            sensitivities([(o.gear.name, o.J_m, drives) for o, drives in chosen]),
+            tuple(sensitivities([(o.gear.name, o.J_m, drives) for o, drives in chosen])),
             self.drives,
             len(self.known),
             tuple(self._remarks()),
@@ -329,22 +329,17 @@ class _Search:
             return _lacking([self.misses[gear.name].name for gear in gears])
         return f"No gear serves. The nearest is {best[0]}: {_told(best[1])}"
 
-    def _remarks(self) -> list[str]:
-        sentences = list(self.spec.remarks)
+    def _remarks(self) -> Iterator[str]:
+        yield from self.spec.remarks
         if self.spec.accuracy is None and self.spec.kinematic_error is None:
-            sentences.append(
+            yield (
                 "The kinematic error is each gear's accuracy class, shared by the orders 1, 2, 4 as 1 : 4 : 1 by "
                 "assumption; units of one type differ by a factor of about 3."
             )
         if self.stopped:
-            sentences.append(
-                f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging."
-            )
+            yield (f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging.")
         if len(self.known) >= MOST_BALANCED:
-            sentences.append(
-                f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging."
-            )
-        return sentences
+            yield (f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging.")
 
 
 def _error(gear: Gear, spec: Specification) -> KinematicError:

@@ -163,7 +163,7 @@ def _missing(
     candidates: Mapping[str, Any], jacobian: Floats, residual: Floats, a: Floats, parts: list[slice]
 ) -> dict[str, MissingTerm]:  # fmt: skip
     """Score tests of all candidates, each beside the parameters alone, with the filter of the residual."""
-    given = [array_of(f"candidate {name}", column, len(residual)) for name, column in candidates.items()]
+    given = [array_of(f"candidate {name}", v, len(residual)) for name, v in candidates.items()]
     columns = np.array(given).reshape(len(given), len(residual)).T
     sizes = np.linalg.norm(columns, axis=0)
     columns = columns / np.where(sizes > 0.0, sizes, 1.0)

@@ -224,7 +224,7 @@ def experiment(
 def _able(setup: Experiment) -> list[str]:
     """Paths of the numbers that may be free."""
     parts = tuple(f"{path}." for path in setup.inputs)
-    own = [p for p, *_, value in numbers(setup.driven) if isinstance(value, float) and not p.startswith(parts)]
+    own = [p for p, *_, v in numbers(setup.driven) if isinstance(v, float) and not p.startswith(parts)]
     return own + [f"{signal}.{what}" for signal in (*setup.inputs, *setup.outputs) for what in OF_OUTPUT]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...base.arguments import number_of, typed
 from ...base.quantities import joined, numbers, several, shown
-from ...base.records import Labelled
+from ...base.records import Along, Labelled
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...numerics.driven import Between
@@ -141,6 +141,7 @@ class Identified(Fitted):
     """
 
     rows: ClassVar[str] = "number"
+    arrays: ClassVar[Along] = {("output", "sample"): {"residual": ""}}
 
     outputs: tuple[str, ...]
     rms: Floats
@@ -272,4 +273,4 @@ class Identified(Fitted):
     def variables(self) -> Labelled:
         """Values, deviations and residuals."""
         numbers = {"value": ("number", self.values, ""), "deviation": ("number", self.deviations, "")}
-        return {**numbers, **self._along(("output", "sample"), residual="")}
+        return {**numbers, **super().variables()}

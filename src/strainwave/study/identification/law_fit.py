@@ -313,7 +313,7 @@ def compare_laws(
             f"held_out is {shown(held_out)} of {len(channels['time'])} samples; leave {2 * MOST_OF_START} at least in "
             "both parts"
         )
-    first, later = [{n: v[part] for n, v in channels.items()} for part in (slice(cut), slice(cut, None))]
+    first, later = [{n: v[s] for n, v in channels.items()} for s in (slice(cut), slice(cut, None))]
     identified, left, left_out = dict[str, Identified](), dict[str, float](), dict[str, str]()
     for i, (name, (system, free)) in enumerate(candidates.items()):
         progress(name, i / len(candidates))
@@ -329,7 +329,5 @@ def compare_laws(
         raise ValueError("; ".join(f"{name}: {why}" for name, why in left_out.items()))
     names = sorted(left, key=lambda name: (bool(identified[name].notes), not np.isfinite(left[name]), left[name]))
     fits = tuple(identified[name] for name in names)
-    columns = np.array(
-        [(len(fit.names), fit.rms[0], left[name]) for name, fit in zip(names, fits, strict=True)], float
-    ).T
-    return LawComparison(tuple(names), *columns, fits, left_out)
+    sizes, rms = np.array([(len(fit.names), fit.rms[0]) for fit in fits], float).T
+    return LawComparison(tuple(names), sizes, rms, np.array([left[name] for name in names]), fits, left_out)

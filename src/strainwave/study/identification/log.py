@@ -364,7 +364,7 @@ class Log(Result):
     def __str__(self) -> str:
         ends = f"{self.time[0]:.6g} .. {self.time[-1]:.6g} s"
         lines = [f"Log: {len(self)} samples, {ends}, {self.rate:.6g} Hz, {len(self.gaps)} gaps"]
-        for name, v in self.channels.items():
-            lines.append(f"  {name}: {np.min(v):.4g} .. {np.max(v):.4g} {self.units[name]}".rstrip())
+        for n, v in self.channels.items():
+            lines.append(f"  {n}: {np.min(v):.4g} .. {np.max(v):.4g} {self.units[n]}".rstrip())
         told = [("note", note) for note in self.notes] + [("doubt", doubt) for doubt in self.doubts]
         return on_screen("\n".join([*lines, *(f"  {kind}: {text}" for kind, text in told)]))

@@ -96,20 +96,20 @@ def settling(error: Quintic, final: float, window: float, begin: float, end: flo
     first = int(np.searchsorted(error.begin, begin, side="right")) - 1
     steps = np.arange(max(first, 0), int(np.searchsorted(error.begin, end, side="left")))
     shares = np.linspace(0.0, 1.0, WITHIN + 2)
-    which, s = np.repeat(steps, len(shares)), np.tile(shares, len(steps))
-    t = error.begin[which] + s * error.length[which]
-    off = np.abs(error.of_share(s, which) - final) - window
+    k, s = np.repeat(steps, len(shares)), np.tile(shares, len(steps))
+    t = error.begin[k] + s * error.length[k]
+    off = np.abs(error.of_share(s, k) - final) - window
     outside = np.flatnonzero((off > 0.0) & (t >= begin) & (t <= end))
     if not len(outside):
         return 0.0
-    at = int(outside[-1])
-    if at + 1 == len(t) or t[at + 1] > end:
+    i = int(outside[-1])
+    if i + 1 == len(t) or t[i + 1] > end:
         return None
 
     def beyond(time: float) -> float:
         return abs(float(error.at(np.array([time]))[0]) - final) - window
 
-    return bracketed_root(beyond, float(t[at]), float(t[at + 1]), xtol=0.0) - begin
+    return bracketed_root(beyond, float(t[i]), float(t[i + 1]), xtol=0.0) - begin
 
 
 @typed
@@ -213,8 +213,8 @@ def move(
         whole = Quintic.through(run.t, *run.pointing(), run.steps)
         plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
         t = whole.dense(WITHIN)
-        passed = passes(crossed, mover.train, path, t, whole.at(t) - plain.at(t))
-    return _result(mover, path, run, window, spans, passed, _rests(mover, path, run, decay, method))
+        passed = tuple(passes(crossed, mover.train, path, t, whole.at(t) - plain.at(t)))
+    return _result(mover, path, run, window, spans, passed, [*_rests(mover, path, run, decay, method)])
 
 
 def _driven(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mover:
@@ -345,13 +345,12 @@ def _waits(path: Path, run: Followed) -> list[float]:
     return [begin for begin, _ in path.motions()[1:]] + [float(run.t[-1])]
 
 
-def _rests(mover: Mover, path: Path, run: Followed, decay: float, method: Method) -> list[float]:
+def _rests(mover: Mover, path: Path, run: Followed, decay: float, method: Method) -> Iterator[float]:
     """Error at rest [rad] after every motion.
 
     It is that of the equilibrium there, or, where this depends on the way, that to which the drive comes when it waits
     for longer than it does by the time [s] in which its vibration decays.
     """
-    rests = []
     for (_, end), until in zip(path.motions(), _waits(path, run), strict=True):
         angle = float(path.at(np.array([end]))[0][0])
         standing = _standing(mover.train, end, angle)
@@ -362,5 +361,4 @@ def _rests(mover: Mover, path: Path, run: Followed, decay: float, method: Method
             if not on.status:
                 raise SolveError(f"the motion cannot be followed to its rest: {on.message}")
             state = tuple(on.y[:, -1])
-        rests.append(float(mover.train.pointing_error(state)))
-    return rests
+        yield float(mover.train.pointing_error(state))

@@ -129,19 +129,17 @@ def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
         )
 
 
-def passes(crossed: list[Any], train: DriveTrain, path: Path, t: Floats, ripple: Floats) -> tuple[Pass, ...]:
+def passes(crossed: list[Any], train: DriveTrain, path: Path, t: Floats, ripple: Floats) -> Iterator[Pass]:
     """Costs of crossings, from what of the pointing error (n,) [rad] the kinematic error causes at times [s]."""
     error, N = train.error, train.N
     slow = float(np.max(np.abs(error.value(N * path.at(t)[0] if is_beating(error) else TURN))))
     ends = [end for _, end in path.motions()]
-    costs = []
     for i, (time, speed, order, frequency) in enumerate(crossed):
         following = [crossed[i + 1][0]] if i + 1 < len(crossed) else []
         inside = (t >= time) & (t <= min([*following, *(end for end in ends if end >= time)]))
         largest = float(np.max(np.abs(ripple[inside]), initial=0.0))
         turns = in_turns(order, train) if order % 1 else ""
-        costs.append(Pass(time, speed, order, frequency, largest, slow, turns))
-    return tuple(costs)
+        yield Pass(time, speed, order, frequency, largest, slow, turns)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ and speeds of a speed map against the limits of its gear and its motor.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from math import pi, sqrt
@@ -103,7 +103,7 @@ class Bands(NamedTuple):
     allowed: Floats
 
 
-def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: list[Span], apart: float) -> Bands:
+def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[Span], apart: float) -> Bands:
     """Apply the rules to all stable motions under a load.
 
     Parameters
@@ -259,10 +259,11 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
     )
 
 
-def vendor_rules(projects: Sequence[Project], loads: Floats, bands: Sequence[Bands], span: Span) -> list[VendorRule]:
+def vendor_rules(
+    projects: Sequence[Project], loads: Floats, bands: Sequence[Bands], span: Span
+) -> Iterator[VendorRule]:
     """Compare the rule for the stiffness of the gear and the inertia of the load with the bands of every load."""
-    rules = []
-    for project, load, own in zip(projects, loads.tolist(), bands, strict=True):
+    for project, load, ruled in zip(projects, loads.tolist(), bands, strict=True):
         drive, gear = project.drive, project.gear
         K1 = drive.J_l * drive.omega_0_held**2 if gear is None else float(gear.law.stiffness(0.0))
         if K1 > 0.0:
@@ -271,9 +272,8 @@ def vendor_rules(projects: Sequence[Project], loads: Floats, bands: Sequence[Ban
             band = (1.0 - MARGIN) * speed, (1.0 + MARGIN) * speed
             inside = clipped([band], span)
             outside = complement(inside, span)
-            parts = (outside, own.allowed), (inside, own.allowed), (outside, own.forbidden)
-            rules.append(VendorRule(load, frequency, speed, band, *(common(*both) for both in parts)))
-    return rules
+            parts = (outside, ruled.allowed), (inside, ruled.allowed), (outside, ruled.forbidden)
+            yield VendorRule(load, frequency, speed, band, *(common(*both) for both in parts))
 
 
 def windows(forbidden: Sequence[Floats], span: Span, between: bool) -> Floats:

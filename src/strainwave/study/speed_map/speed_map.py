@@ -1,7 +1,7 @@
 """`speed_map`: which motor speeds are allowed under every load, from the nonlinear response of the whole drive."""
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import replace
@@ -281,18 +281,16 @@ def _lines(cases: list[Case], found: list[UnderLoad], orders: tuple[float, ...])
     return [line for case in cases for line in campbell(case, largest, orders)]
 
 
-def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> list[Span]:
+def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> Iterator[Span]:
     """Speeds over which every excited resonance bends: from small amplitudes to the peaks that lie on its line."""
     tops = []
     for run, _ in own.runs:
         at = int(np.argmax(run[:, OSCILLATION]))
         tops += [run[at]] if run[at, OSCILLATION] > 2.0 * own.quasi_static else []
-    found = []
     for line in lines:
         if line.excited:
             near = [float(top[OMEGA]) for top in tops if abs(top[OMEGA] / line.at(top[OSCILLATION]) - 1.0) < NEAR]
-            found.append((min([float(line.speed[0]), *near]), max([float(line.speed[0]), *near])))
-    return found
+            yield min([float(line.speed[0]), *near]), max([float(line.speed[0]), *near])
 
 
 def _unreachable(result: SpeedMap) -> tuple[str, ...]:

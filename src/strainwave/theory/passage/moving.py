@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 from ..slow_flow.averaging import AveragedFlow, Exact
@@ -107,6 +107,8 @@ class Passage(Result):
     message: str = field(repr=False)
 
     rows: ClassVar[str] = "t"
+    places: ClassVar[Along] = {"t": {"t": "s"}}
+    arrays: ClassVar[Along] = {"t": {"omega": "rad/s", "amplitude": "rad", "envelope": "rad"}}
 
     @property
     def jumped(self) -> bool:
@@ -118,15 +120,11 @@ class Passage(Result):
         """Speed [rad/s] of the first jump; None without one."""
         return self.jumps[0].omega if self.jumps else None
 
-    def coordinates(self) -> Labelled:
-        """Times of the history."""
-        return self._along("t", t="s")
-
     def variables(self) -> Labelled:
         """Speed, amplitude and largest |x| over time; speeds of the jumps, their folds and estimates."""
         jumps = np.array([(j.omega, j.fold, j.estimate) for j in self.jumps]).reshape(-1, 3)
         return {
-            **self._along("t", omega="rad/s", amplitude="rad", envelope="rad"),
+            **super().variables(),
             "jump": ("jump", jumps[:, 0], "rad/s"),
             "fold": ("jump", jumps[:, 1], "rad/s"),
             "estimate": ("jump", jumps[:, 2], "rad/s"),
@@ -152,6 +150,12 @@ class Passages(Result):
     rate_without_jump: float | None
 
     rows: ClassVar[str] = "rate"
+    places: ClassVar[Along] = {"rate": {"rate": "rad/s^2"}}
+    arrays: ClassVar[Along] = {
+        "rate": {
+            "largest": "rad", "at": "rad/s", "peak": "rad", "jumped": "", "jump": "rad/s", "settling": "s", "valid": "",
+        }
+    }  # fmt: skip
 
     @property
     def rate(self) -> Floats:
@@ -192,15 +196,6 @@ class Passages(Result):
     def valid(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Where the answer can be relied on (n,)."""
         return np.array([p.valid for p in self.passages], bool)
-
-    def coordinates(self) -> Labelled:
-        """The rates."""
-        return self._along("rate", rate="rad/s^2")
-
-    def variables(self) -> Labelled:
-        """Largest amplitude and |x|, their speed, the jump, settling time and validity at every rate."""
-        found = self._along("rate", largest="rad", at="rad/s", peak="rad", jumped="", jump="rad/s", settling="s")
-        return {**found, **self._along("rate", valid="")}
 
     def __len__(self) -> int:
         return len(self.passages)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
 
@@ -61,14 +61,8 @@ class StatesAtSpeeds(Result):
     stable: Booleans
 
     rows: ClassVar[str] = "state"
-
-    def coordinates(self) -> Labelled:
-        """The speed of every state."""
-        return self._along("state", omega="rad/s")
-
-    def variables(self) -> Labelled:
-        """Amplitude, phase and stability of every state."""
-        return self._along("state", amplitude="rad", phase="rad", stable="")
+    places: ClassVar[Along] = {"state": {"omega": "rad/s"}}
+    arrays: ClassVar[Along] = {"state": {"amplitude": "rad", "phase": "rad", "stable": ""}}
 
     def __str__(self) -> str:
         count = len(np.unique(self.omega))

@@ -7,7 +7,7 @@ take from the sum of squares, over the variance of the noise: the logarithm of a
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -369,13 +369,12 @@ def named(line: FoundLine, turning: Clocks | None, runs: Sequence[Run]) -> Found
     return line._replace(pairs=tuple(sorted(pairs, key=lambda pair: abs(pairs[pair] - line.place))))
 
 
-def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[Run]) -> list[str]:
+def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[Run]) -> Iterator[str]:
     """What runs are too short to tell of lines over the angle, and how long they must be."""
     turns, lasting = max(run.turns for run in runs), f"{max(run.turns for run in runs):.3g} turns"
-    notes = []
     short = [line for line in lines if not line.joint and turns * line.place / LARGEST < HALF]
     if turning is None and short:
-        notes.append(
+        yield (
             f"{lasting} cannot tell lines that are nearer than {HALF / turns:.2g} orders: order "
             f"{', '.join(f'{line.place:.4g}' for line in short)} may be two, of the wave generator against "
             "either spline; give the ratio, and run over half of their beat at least, which is a quarter of an output "
@@ -383,14 +382,13 @@ def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[
         )
     for line in lines:
         if line.second >= ROOM:
-            notes.append(
+            yield (
                 f"order {line.place:.4g} may have a second line beside it, of up to {line.second:.2g} times its size"
             )
         if len(line.pairs) > 1 and turning is not None:
             beat = turning.beat(next((pair for pair in line.pairs if pair[0]), (0, 1)))
-            notes.append(
+            yield (
                 f"order {line.place:.6g} is one line or more of the pairs {', '.join(map(str, line.pairs))} (turns of "
                 f"motor and output): {lasting} cannot tell; they beat every {beat:.4g} turns, half of which part them "
                 "and one of which gives each an interval of its own"
             )
-    return notes

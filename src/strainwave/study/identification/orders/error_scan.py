@@ -246,8 +246,8 @@ def _scan(
 
     def variances(order: int) -> list[float]:
         if white:
-            white_noise = (np.sum(fit.left.error**2) / (len(fit.left.error) - len(fit.values)) for fit in fits)
-            return [max(float(variance), least) for variance in white_noise]
+            whole = (float(np.sum(f.left.error**2)) / (len(f.left.error) - len(f.values)) for f in fits)
+            return [max(variance, least) for variance in whole]
         return [floor.variance(order) for floor in floors]
 
     alarms = false_alarms(fits, orders, common_noise, trials)

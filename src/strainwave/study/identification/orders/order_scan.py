@@ -1,7 +1,7 @@
 """Orders of a measured quantity from runs over any part of a turn, at one speed or several."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -98,7 +98,7 @@ def order_scan(
     too_long = abs(joint.delay) > LONGEST
     if too_long:
         fits, joint = _fitted(runs, over_angle, limit, delayed, standing)
-    lines = _lines(over_angle, fits, joint, several)
+    lines = [*_lines(over_angle, fits, joint, several)]
     lines += [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
     forward, backward = _ways(over_angle, speeds, fits, joint, several)
     left = np.concatenate([fit.residual for fit in fits])
@@ -109,7 +109,7 @@ def order_scan(
         speeds,
         float(np.sqrt(np.mean(left * left))),
         base,
-        _notes(lines, speeds, several, too_long),
+        tuple(_notes(lines, speeds, several, too_long)),
         runs[0].unit,
         _freedom(joint),
         forward,
@@ -163,25 +163,23 @@ def _ways(
 
 def _notes(
     lines: Sequence[OrderLine], speeds: Floats, several: bool, beyond: bool
-) -> tuple[str, ...]:  # fmt: skip
+) -> Iterator[str]:  # fmt: skip
     """What the runs cannot tell, and where an amplitude grows."""
-    notes = []
     if beyond:
-        notes.append(f"no delay up to {1e3 * LONGEST:g} ms fits the runs; none is taken")
+        yield f"no delay up to {1e3 * LONGEST:g} ms fits the runs; none is taken"
     if not several:
-        notes.append(
+        yield (
             "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
         )
     for line in lines:
         if line.kind != "frequency" and len(line.by_run) > 1 and line.same < RARE / len(lines):
             i, middle = int(np.argmax(line.by_run)), float(np.median(line.by_run))
             if line.by_run[i] > 1.5 * middle:
-                notes.append(
+                yield (
                     f"order {line.order:g} has {line.by_run[i]:.4g} at {speeds[i]:.4g} rad/s and {middle:.4g} in the "
                     f"middle of all runs: a resonance may lie near "
                     f"{line.order * abs(speeds[i]) / (2.0 * math.pi):.4g} Hz"
                 )
-    return tuple(notes)
 
 
 def _checked(given: Any) -> list[Run]:
@@ -245,21 +243,17 @@ def _differ(joint: Joint) -> bool:
 
 def _lines(
     placed: Sequence[FoundLine], fits: Sequence[RunFit], joint: Joint, several: bool
-) -> list[OrderLine]:  # fmt: skip
-    lines = []
+) -> Iterator[OrderLine]:  # fmt: skip
     for i, (line, c) in enumerate(zip(placed, joint.values, strict=True)):
         place = slice(2 * i, 2 * i + 2)
         covariance = joint.covariance[place, place] * _birge(joint) ** 2
         whole, why = polar(complex(c), covariance), _why(line, several=several)
         by_run, errors = np.array([fit.amplitude(i) for fit in fits]).T
         same, freedom = _same(by_run, errors)[0], _freedom(joint)
-        lines.append(
-            OrderLine(
-                line.place, line.error, *whole, line.kind, why, line.false_alarm, math.nan, by_run, errors, same,
-                freedom, line.pairs,
-            )
+        yield OrderLine(
+            line.place, line.error, *whole, line.kind, why, line.false_alarm, math.nan, by_run, errors, same,
+            freedom, line.pairs,
         )  # fmt: skip
-    return lines
 
 
 def _same(values: Floats, errors: Floats) -> tuple[float, float, float]:
