@@ -337,9 +337,9 @@ class _Search:
                 "assumption; units of one type differ by a factor of about 3."
             )
         if self.stopped:
-            yield (f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging.")
+            yield f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging."
         if len(self.known) >= MOST_BALANCED:
-            yield (f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging.")
+            yield f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging."
 
 
 def _error(gear: Gear, spec: Specification) -> KinematicError:

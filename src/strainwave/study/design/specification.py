@@ -134,7 +134,8 @@ class Specification:
         encoder = getattr(self.loop, "encoder", "motor")
         if not (isinstance(encoder, str) and encoder == "motor") or hasattr(self.loop, "at_load"):
             raise ValueError("loop has an encoder of the load, and a design has that of the motor; leave encoder out")
-        if self.kinematic_error and any(order % 1 for order in checked(self.kinematic_error).orders()):
+        error = None if self.kinematic_error is None else checked(self.kinematic_error)
+        if error is not None and any(order % 1 for order in error.orders()):
             raise ValueError(
                 "kinematic_error has a line of the output's turn, and gears of a design differ in ratio; leave it out"
             )
