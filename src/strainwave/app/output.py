@@ -8,7 +8,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,7 +42,8 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
         If the folder cannot be made or written; nothing is left behind.
     """
     folder = folder.resolve()
-    new_folders = _make(folder)
+    new_folders = [p for p in (folder, *folder.parents) if not p.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
     try:
         part = Path(tempfile.mkdtemp(prefix=".strainwave.", dir=folder))
     except OSError as error:
@@ -52,11 +53,8 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
     try:
         yield part
         files = sorted(part.iterdir(), key=lambda f: (f.name == LAST, f.name))
-        for file in files:
-            if (folder / file.name).is_dir():
-                raise IsADirectoryError(
-                    errno.EISDIR, "a folder stands where a result is to go", str(folder / file.name)
-                )
+        for path in filter(Path.is_dir, (folder / file.name for file in files)):
+            raise IsADirectoryError(errno.EISDIR, "a folder stands where a result is to go", str(path))
         for file in files:
             os.replace(file, folder / file.name)
         WRITTEN.append(folder)
@@ -75,20 +73,11 @@ def sentence(error: OSError) -> str:
     return "; ".join(filter(None, (text, REMEDIES.get(error.errno or 0))))
 
 
-def _make(folder: Path) -> list[Path]:
-    """Create a folder with its parents and return those that are new."""
-    missing = [p for p in (folder, *folder.parents) if not p.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    return missing[::-1]
-
-
 def _remove(folders: list[Path]) -> None:
-    """Remove new folders of this run, as far as they are empty."""
-    for folder in reversed(folders):
-        try:
+    """Remove new folders of this run, the innermost first, as far as they are empty."""
+    with suppress(OSError):
+        for folder in folders:
             folder.rmdir()
-        except OSError:
-            return
 
 
 def write_all(folder: Path, contents: Mapping[str, Any]) -> None:

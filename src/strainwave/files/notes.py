@@ -10,7 +10,7 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import reduce
 from typing import Any
 
@@ -258,7 +258,7 @@ def _natural_frequency(project: Project) -> Iterator[str]:
 
 def _speeds(project: Project, omega_0: float) -> Iterator[str]:
     """Speeds of the wrong shaft, or else far from every resonance."""
-    speeds, orders = project.speeds, _orders(project)
+    speeds, orders = project.speeds, sorted({one.order for some in exciting(project) for one in some if one.amplitude})
     if not orders:
         return
     (low, high), N = (speeds.given[0], speeds.given[-1]), project.drive.N
@@ -284,12 +284,10 @@ def _speeds(project: Project, omega_0: float) -> Iterator[str]:
         )
 
 
-def _orders(project: Project) -> list[int]:
-    """Orders of the excitation that have an amplitude, the lowest first."""
+def exciting(project: Project) -> tuple[Sequence[Any], Sequence[Any]]:
+    """Lines of the kinematic error, and terms of the torques."""
     lines = () if project.kinematic_error is None else project.kinematic_error.lines
-    terms = [term for torque in (project.motor_torque, project.load_torque) if torque for term in torque.terms]
-    alive = [line.order for line in lines if line.amplitude] + [term.order for term in terms if term.amplitude]
-    return sorted(set(alive))
+    return lines, [term for torque in (project.motor_torque, project.load_torque) if torque for term in torque.terms]
 
 
 def _error(project: Project) -> Iterator[str]:

@@ -40,8 +40,7 @@ def reproduce(as_json: bool) -> None:
         return
     notes: list[str] = []
     for table, parameters, meaning in TABLES:
-        rows = []
-        last = ""
+        rows, last = [], ""
         for cell in result.cells:
             if (cell.table, cell.parameters) != (table, parameters):
                 continue

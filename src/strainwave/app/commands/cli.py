@@ -126,10 +126,9 @@ def _sentence(error: Exception) -> str:
 
 def _stdout_fails() -> bool:
     try:
-        print(flush=True)
+        return bool(print(flush=True))
     except OSError:
         return True
-    return False
 
 
 @click.group(

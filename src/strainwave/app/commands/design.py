@@ -2,7 +2,6 @@
 
 import csv
 import io
-import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -59,16 +58,11 @@ def _write(result: Design, output: Path) -> list[str]:
 
 
 def as_csv(header: list[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Write a table with words as CSV."""
+    """Write a table with words as CSV; a number that is not known is empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows([_cell(cell) for cell in row] for row in rows)
+    writer.writerows(
+        [f"{cell:.8g}".replace("nan", "") if isinstance(cell, float) else cell for cell in row] for row in rows
+    )
     return text.getvalue()
-
-
-def _cell(value: object) -> object:
-    """A cell of a table: empty for a number that is not known."""
-    if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.8g}"
-    return value

@@ -9,7 +9,6 @@ import click
 from ...base.quantities import number, parse, shown
 from ...base.units import ARCSEC
 from ...files.export.export import export as exported
-from ...files.order_tables.format import TableResidual
 from ...files.order_tables.order_table import OrderTable, named
 from ...files.reading import read_project
 from ..console import Progress, to_json
@@ -32,30 +31,32 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
         raise ValueError(f"the file is {shown(output.name)}; give it a name that ends in .{form}")
     if form in ("mat", "html") and step is not None:
         raise ValueError(f"--step is the length of a step of C and FMU, and {form} has none; leave it out")
-    if str(project) == "catalogue":
-        if form != "html":
-            raise ValueError("the catalogue is exported as a page; take --to html")
-        from ..page.catalogue import TITLE, write_catalogue
+    if str(project) == "catalogue" and form != "html":
+        raise ValueError("the catalogue is exported as a page; take --to html")
+    title, notes = _export(project, form, output, step)
+    summary = {"title": title, "format": form, "file": str(output), "notes": list(notes)}
+    click.echo(to_json(summary) if as_json else "\n".join([f"{title}: {form} in {output}", *notes]))
 
-        write_catalogue(output)
-        summary = {"title": TITLE, "format": form, "file": str(output), "notes": []}
-        click.echo(to_json(summary) if as_json else f"{TITLE}: {form} in {output}")
-        return
+
+def _export(project: Path, form: Any, output: Path, step: str | None) -> tuple[str, tuple[str, ...]]:
+    """Write the file; its title and notes."""
+    if str(project) == "catalogue":
+        from ..page import catalogue
+
+        catalogue.write_catalogue(output)
+        return catalogue.TITLE, ()
     drive = read_project(project)
-    length = None if step is None else parse(step, "s")
-    notes: tuple[str, ...] = ()
+    if form not in ("mat", "html"):
+        return drive.title, exported(drive, output, to=form, step=None if step is None else parse(step, "s")).notes
     if form == "html":
         from ..page.page import write_page
 
         write_page(drive, output)
-    elif form == "mat":
-        with Progress(drive.title) as progress:
-            progress.show("response curve", 0.0)
-            drive.response().save(output)
-    else:
-        notes = exported(drive, output, to=form, step=length).notes
-    summary = {"title": drive.title, "format": form, "file": str(output), "notes": list(notes)}
-    click.echo(to_json(summary) if as_json else "\n".join([f"{drive.title}: {form} in {output}", *notes]))
+        return drive.title, ()
+    with Progress(drive.title) as progress:
+        progress.show("response curve", 0.0)
+        drive.response().save(output)
+    return drive.title, ()
 
 
 @click.command("order-table")
@@ -95,14 +96,9 @@ def order_table(
         data = {"file": source.name, "written": str(target), "format": kind.name, "orders": list(table.orders)}
         click.echo(to_json(data | {"residual": residual._asdict()}))
         return
-    click.echo(f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}")
-    click.echo("\n".join(f"  {line}" for line in _said(residual)))
-    click.echo(f"  written: {target} ({kind.title})")
-
-
-def _said(residual: TableResidual) -> list[str]:
     rows = residual.sentences()
     if residual.unit == "rad":
         rms, peak = written(residual.rms / ARCSEC, 3), written(residual.peak / ARCSEC, 3)
         rows.insert(1, f"that is {rms} arcsec rms, {peak} arcsec peak")
-    return rows
+    click.echo(f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}")
+    click.echo("\n".join(f"  {line}" for line in [*rows, f"written: {target} ({kind.title})"]))

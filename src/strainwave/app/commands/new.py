@@ -156,9 +156,8 @@ def _answers(options: Mapping[str, str | None]) -> dict[str, str]:
         try:
             answers[question.name] = _read(question, question.default if value is None else value, answers)
         except ValueError as error:
-            if value is not None:
-                raise click.UsageError(f"{question.option}: {error}") from None
-            raise click.UsageError(f"{question.option} must be given: {error}") from None
+            option = question.option if value is not None else f"{question.option} must be given"
+            raise click.UsageError(f"{option}: {error}") from None
     return answers
 
 
@@ -227,9 +226,8 @@ def _gear(text: str) -> str:
         if len(matches) == 1:
             return matches[0]
         others = f" and {len(matches) - MOST_SHOWN} more" if len(matches) > MOST_SHOWN else ""
-        raise ValueError(
-            f"{text!r} is a part of {', '.join(matches[:MOST_SHOWN])}{others}; write one of them"
-        ) from None
+        some = f"{', '.join(matches[:MOST_SHOWN])}{others}"
+        raise ValueError(f"{text!r} is a part of {some}; write one of them") from None
 
 
 def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
@@ -245,19 +243,15 @@ def _of_catalogue(name: str, answers: dict[str, str]) -> str:
     """Field of a project file that takes a number of the catalogue (ValueError if the catalogue lacks the number)."""
     gear_name = answers["gear"]
     record = gear(gear_name)
-    if name == "accuracy":
-        return ""  # it is of use where kinematic error or budget follow from it
-    if name == "motor_inertia":
-        if record.input_inertia is None:
-            raise ValueError(f"the catalogue has no inertia of the wave generator of {gear_name}; write it in kg*cm^2")
-        return ""
+    if name == "motor_inertia" and record.input_inertia is None:
+        raise ValueError(f"the catalogue has no inertia of the wave generator of {gear_name}; write it in kg*cm^2")
+    if name in ("accuracy", "motor_inertia"):
+        return ""  # an accuracy is of use where kinematic error or budget follow from it
     if name == "speed_to":
         return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
     if record.accuracy is None and not answers["accuracy"]:
-        other = (
-            "it in arcsec, or none" if name == "budget" else "the amplitude of order 2 in arcsec, or give --accuracy"
-        )
-        raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {other}")
+        remedy = {"budget": "it in arcsec, or none"}.get(name, "the amplitude of order 2 in arcsec, or give --accuracy")
+        raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {remedy}")
     if name == "kinematic_error":
         return "catalogue"
     return answers["accuracy"] or f"{(record.accuracy or 0.0) / ARCSEC:.3g} arcsec"
@@ -300,13 +294,15 @@ def catalogue(
     **least: str | None,
 ) -> None:  # fmt: skip
     """List gears of the catalogue or of a file, or show one."""
-    listed_gears = None if file is None else read_gears(file)
+    own = None if file is None else read_gears(file)
     if name is not None:
-        _one(gear(name) if listed_gears is None else _own(listed_gears, name, file), as_json)
+        if own is not None and name not in own:
+            raise ValueError(f"{file} has no gear {name!r}; it has {', '.join(own)[:200]}")
+        _one(gear(name) if own is None else own[name], as_json)
         return
     units = {"torque": "N*m", "stiffness": "N*m/rad", "speed": "rad/s"}
     bounds = {key: quantity(f"--{key}", text, units[key]) for key, text in least.items() if text is not None}
-    gears = list(listed_gears.values()) if listed_gears is not None else select()
+    gears = select() if own is None else list(own.values())
     chosen = select(gears, series=series, size=size, ratio=ratio, **bounds)
     if not chosen:
         known = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
@@ -320,8 +316,8 @@ def catalogue(
     rows = [(_marked(g), *(getattr(g, field) for field in fields)) for g in chosen]
     caption = (
         "K in N·m/rad, T and rated torque in N·m; largest speed with grease; – is not tabulated; * a doubtful number; "
+        "`strainwave catalogue NAME` shows the rest"
     )
-    caption += "`strainwave catalogue NAME` shows the rest"
     print_table("1 gear" if len(chosen) == 1 else f"{len(chosen)} gears", columns, rows, caption)
 
 
@@ -329,12 +325,6 @@ def _marked(gear: Gear) -> str:
     """Name of a gear, with its ratio where that is not its end, and a star where a number of its record is doubtful."""
     star = " *" if any(getattr(gear, name) is not None for name, _ in gear.doubts) else ""
     return gear.name + ("" if gear.name.endswith(f"-{gear.ratio}") else f", ratio {gear.ratio}") + star
-
-
-def _own(gears: dict[str, Gear], name: str, file: Path | None) -> Gear:
-    if name not in gears:
-        raise ValueError(f"{file} has no gear {name!r}; it has {', '.join(gears)[:200]}")
-    return gears[name]
 
 
 def _one(gear: Gear, as_json: bool) -> None:
@@ -351,15 +341,12 @@ def _one(gear: Gear, as_json: bool) -> None:
         ratio = int(arrangement.ratio(gear.ratio))
         sense = "with" if ratio > 0 else "against"
         click.echo(f"{'arrangement':<22}{arrangement}: ratio {abs(ratio)}, {sense} the motor ({how})")
-    fit = _fit(gear)
-    if fit is not None:
+    if (fit := _fit(gear)) is not None:
         click.echo(f"{'cubic fit':<22}K {number(fit['K'], 4)} N*m/rad, alpha {number(fit['alpha'], 4)} 1/rad**2, "
                    f"rms error {100.0 * fit['relative_rms']:.2g} % up to {number(fit['reach'], 4)} rad")  # fmt: skip
     unknown = [key for key in NUMBERS if getattr(gear, key) is None]
-    click.echo(f"not tabulated: {', '.join(unknown) or 'nothing'}")
-    click.echo(f"source: {gear.source}")
-    for note in gear.notes:
-        click.echo(f"note: {note}")
+    texts = [f"not tabulated: {', '.join(unknown) or 'nothing'}", f"source: {gear.source}"]
+    click.echo("\n".join([*texts, *(f"note: {note}" for note in gear.notes)]))
 
 
 def _fit(gear: Gear) -> dict[str, float] | None:

@@ -93,9 +93,8 @@ def is_range(text: str, name: str, parts: list[str]) -> bool:
     """Whether LOW:HIGH:COUNT:log has even ratios (click.BadParameter if it is no range)."""
     logarithmic = len(parts) == 4 and parts[3] == "log"
     if len(parts) != 3 and not logarithmic:
-        raise click.BadParameter(
-            f"{text!r} is no range; write it as {name}=LOW:HIGH:COUNT or {name}=LOW:HIGH:COUNT:log"
-        )
+        form = f"{name}=LOW:HIGH:COUNT"
+        raise click.BadParameter(f"{text!r} is no range; write it as {form} or {form}:log")
     return logarithmic
 
 
@@ -110,9 +109,9 @@ def spaced(text: str, ends: tuple[float, float], count: str, most: int, logarith
 
 def found(data: "xr.Dataset") -> dict[str, Any]:
     """Ranges of the largest error, oscillation and torque, with the places of their ends; how many points jump."""
-    whole = data.load()
+    whole, errors = data.load(), list(map(str, data.attrs["errors"].splitlines()))
     if "peak" not in whole or not bool(whole["peak"].notnull().any()):
-        raise RuntimeError(f"none of {whole['point_status'].size} points could be computed: {_errors(whole)[0]}")
+        raise RuntimeError(f"none of {whole['point_status'].size} points could be computed: {errors[0]}")
     ranges: dict[str, Any] = {}
     for name in filter(whole.__contains__, WHAT):
         values = whole[name]
@@ -128,12 +127,8 @@ def found(data: "xr.Dataset") -> dict[str, Any]:
         "jumping": int((whole["jumps"] > 0.0).sum()),
         "truncated": int((whole["truncated"] > 0.0).sum()),
         "failed": whole.attrs["failed_points"],
-        "errors": _errors(whole),
+        "errors": errors,
     }
-
-
-def _errors(data: "xr.Dataset") -> list[str]:
-    return [str(line) for line in data.attrs["errors"].splitlines()]
 
 
 def _at(value: "xr.DataArray") -> str:

@@ -20,10 +20,10 @@ import numpy as np
 from ...base.protocols import state_count
 from ...base.quantities import Parameter, convert, parameters, parse, shown
 from ...base.results import Floats
-from ...base.units import NUMBER
 from ...drive.project import Project
 from ...files.notes import remarks
 from ...files.reading import read_project
+from ...files.variants.names import quantity as parted
 from ...files.variants.replaced import tuning
 from ..console import WHAT_X_IS, Progress, number, to_json
 from ..view import sign
@@ -33,7 +33,7 @@ from .options import json_option, output_option, project_argument, retune_option
 if TYPE_CHECKING:
     import xarray as xr
 
-MEASURES = {"peak": "Peak", "rms": "Rms", "mean": "Mean", "extremes": "Extremes"}
+MEASURES = ("peak", "rms", "mean", "extremes")  # and classes of these names
 MOST_VALUES, DIGITS = 10_000_000, 5
 TOGETHER = " & "  # between the paths of one factor
 
@@ -129,9 +129,9 @@ def bare(grids: list[str], units: dict[str, tuple[str, str]]) -> list[str]:
 
 def _of_file_alone(project: Project, text: str, known: list[Parameter]) -> bool:
     """Whether a grid is over a name of the project file that is no parameter of the equation."""
-    paths = text.partition("=")[0].strip().split(TOGETHER)
+    path = text.partition("=")[0].strip()
     own = {parameter.path for parameter in known}
-    return len(paths) == 1 and paths[0] not in own and project_sweep.of_file(project, paths[0])
+    return TOGETHER not in path and path not in own and project_sweep.of_file(project, path)
 
 
 def in_equation(text: str, project: Project) -> str:
@@ -159,27 +159,22 @@ def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
     paths = path.split(TOGETHER)
     if unknown := [name for name in paths if name not in units]:
         raise click.BadParameter(f"{unknown[0]!r} is not a parameter of this drive; it has {_listed(known)}")
-    if whole := [parameter.path for parameter in known if parameter.path in paths and _is_whole(parameter)]:
+    if whole := [p.path for p in known if p.path in paths and isinstance(p.value, int)]:
         raise click.BadParameter(
             f"{whole[0]!r} is a whole number, which trajectories side by side share; write a project file for each, or "
             f"sweep {_listed(known)}"
         )
-    if len(paths) > 1:
-        units[path] = ""
+    unit = "" if len(paths) > 1 else units[path]
     parts = [part.strip() for part in values.split(":")]
     if len(parts) == 1:
-        return path, np.array([quantity(part, units[path]) for part in values.split(",")])
+        return path, np.array([quantity(part, unit) for part in values.split(",")])
     logarithmic = project_sweep.is_range(text, path, parts)
-    ends = quantity(parts[0], units[path]), quantity(parts[1], units[path])
+    ends = quantity(parts[0], unit), quantity(parts[1], unit)
     return path, project_sweep.spaced(text, ends, parts[2], MOST_VALUES, logarithmic)
 
 
-def _is_whole(parameter: Parameter) -> bool:
-    return isinstance(parameter.value, int)
-
-
 def _listed(known: list[Parameter]) -> str:
-    return ", ".join(parameter.path for parameter in known if not _is_whole(parameter))
+    return ", ".join(parameter.path for parameter in known if not isinstance(parameter.value, int))
 
 
 def typed_unit(text: str, known: list[Parameter]) -> tuple[str, tuple[str, str]]:
@@ -191,9 +186,8 @@ def typed_unit(text: str, known: list[Parameter]) -> tuple[str, tuple[str, str]]
 
 def _unit_of(text: str) -> str:
     """What follows the number of a quantity."""
-    plain = " ".join(text.split())
-    found = NUMBER.match(plain)
-    return plain[found.end() :].strip() if found else ""
+    value, unit = parted(text)
+    return "" if value is None else unit
 
 
 def quantity(text: str, unit: str) -> float:
@@ -218,10 +212,9 @@ def named(text: str) -> Any:
     if name == "amplitude" and order.isdecimal() and int(order) > 0:
         return measures.Amplitude(int(order))
     if text not in MEASURES:
-        raise click.BadParameter(
-            f"{text!r} is no measure; there are {', '.join(MEASURES)}, amplitude:1, amplitude:2, ..."
-        )
-    return getattr(measures, MEASURES[text])()
+        known = ", ".join(MEASURES)
+        raise click.BadParameter(f"{text!r} is no measure; there are {known}, amplitude:1, amplitude:2, ...")
+    return getattr(measures, text.capitalize())()
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """The CSV files beside the report: every curve with the units in its column names."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,6 @@ import numpy as np
 from ...base.results import Branch, Floats
 from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse
-from ...study.analysis.time_case import TimeCase
 from ..console import number
 from ..output import slug, write_csv
 from ..view import View
@@ -15,32 +15,37 @@ from ..view import View
 
 def write(view: View, folder: Path) -> list[str]:
     """Write the CSV files of the run-up, the response curves and the time responses; return their names."""
-    analysis, speeds, names = view.analysis, view.speeds, list[str]()
-    for name, motions in (("run-up.csv", analysis.run_up.up), ("run-down.csv", analysis.run_up.down)):
+    tables = {name: columns for name, columns in _tables(view) if len(columns[0][1])}
+    for name, columns in tables.items():
+        write_csv(folder / f"{name}.csv", columns)
+    return [f"{name}.csv" for name in tables]
+
+
+def _tables(view: View) -> Iterator[tuple[str, list[tuple[str, Floats]]]]:
+    """Names of the files without their ending, and their columns."""
+    analysis, speeds, exact = view.analysis, view.speeds, view.analysis.exact.curve
+    for name, motions in (("run-up", analysis.run_up.up), ("run-down", analysis.run_up.down)):
         good = [m for m in motions if m.status]
-        if good:
-            columns = speed_columns(speeds, np.array([m.omega for m in good]))
-            columns += [("peak_x_rad", np.array([m.peak for m in good]))]
-            write_csv(folder / name, [*columns, ("periodic", np.array([m.closed for m in good], float))])
-            names.append(name)
-    exact = analysis.exact.curve
-    sizes = {"oscillation_of_x_rad": exact.oscillation, "peak_x_rad": exact.peak}
-    curves = [("exact-response.csv", _columns(speeds, exact, sizes))]
-    curves += [(f"drive-response{_under(load)}.csv", drive_columns(speeds, found)) for load, found in analysis.curves]
-    for name, table in curves:
-        if len(table[0][1]):
-            write_csv(folder / name, table)
-            names.append(name)
+        sizes = {"peak_x_rad": [m.peak for m in good], "periodic": [m.closed for m in good]}
+        columns = speed_columns(speeds, np.array([m.omega for m in good]))
+        yield name, columns + [(key, np.array(values, float)) for key, values in sizes.items()]
+    of_equation = {"oscillation_of_x_rad": exact.oscillation, "peak_x_rad": exact.peak}
+    yield "exact-response", _columns(speeds, exact, of_equation)
+    for torque, found in analysis.curves:
+        under = "" if torque is None else f"-at-{number(torque, 5).replace('−', '-')}-Nm"
+        yield f"drive-response{under}", drive_columns(speeds, found)
     for regime in analysis.regimes:
         for i, branch in enumerate(regime.response.branches if regime.response else ()):
-            name = f"response-{slug(regime.label)}{'' if i == 0 else f'-branch-{i + 1}'}.csv"
             polar = ("amplitude_rad", branch.amplitude), ("phase_rad", branch.phase)
-            stable = ("stable", branch.stable.astype(float))
-            write_csv(folder / name, [("omega_rad_per_s", branch.omega), *polar, stable])
-            names.append(name)
+            columns = [("omega_rad_per_s", branch.omega), *polar, ("stable", branch.stable.astype(float))]
+            yield f"response-{slug(regime.label)}{'' if i == 0 else f'-branch-{i + 1}'}", columns
     for i, case in enumerate(analysis.cases, 1):
-        names += _write_case(folder, f"case-{i}-{slug(case.name)}", case)
-    return names
+        name, c = f"case-{i}-{slug(case.name)}", case.cycle
+        theory = [] if case.comparison is None else [("x_multiple_scales_rad", case.comparison.theory.x)]
+        yield f"{name}-from-rest", [("t_s", case.transient.t), ("x_integration_rad", case.transient.y[0]), *theory]
+        if c is not None:
+            steady = [("t_s", c.t), ("x_rad", c.x), ("v_rad_per_s", c.v), ("u_rad", c.u), ("torque_Nm", c.torque)]
+            yield f"{name}-steady", steady
 
 
 def speed_columns(speeds: Speeds, omega: Floats) -> list[tuple[str, Floats]]:
@@ -70,23 +75,3 @@ def _columns(speeds: Speeds, curve: Branch, sizes: dict[str, Floats]) -> list[tu
     return [
         *speed_columns(speeds, curve.omega), *sizes.items(), *amplitudes, ("stable", curve.stable.astype(float)),
     ]  # fmt: skip
-
-
-def _under(torque: float | None) -> str:
-    """End of a file's name for a torque of the load."""
-    return "" if torque is None else f"-at-{number(torque, 5).replace('−', '-')}-Nm"
-
-
-def _write_case(folder: Path, name: str, case: TimeCase) -> list[str]:
-    run, compared = case.transient, case.comparison
-    columns = [("t_s", run.t), ("x_integration_rad", run.y[0])]
-    if compared is not None:
-        columns.append(("x_multiple_scales_rad", compared.theory.x))
-    write_csv(folder / f"{name}-from-rest.csv", columns)
-    names = [f"{name}-from-rest.csv"]
-    if case.cycle is not None:
-        c = case.cycle
-        steady = [("t_s", c.t), ("x_rad", c.x), ("v_rad_per_s", c.v), ("u_rad", c.u), ("torque_Nm", c.torque)]
-        write_csv(folder / f"{name}-steady.csv", steady)
-        names.append(f"{name}-steady.csv")
-    return names

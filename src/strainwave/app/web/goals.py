@@ -1,8 +1,9 @@
 """What helps: numbers that meet the limit, gains of the motor's loop, a controller."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,7 @@ def goal(project: Project, name: str) -> dict[str, Any]:
         raise Refused("the project has no limit of the oscillation; add one")
     excess = cache(partial(_excess, project, name, row["unit"]))
     now, ends = math.log(row["value"]), (math.log(row["low"]), math.log(row["high"]))
-    found = [value for end in ends if (value := _crossing(excess, now, end)) is not None]
+    found = [value for end in ends for value in _crossing(excess, now, end)]
     near = min(found, key=lambda value: abs(math.log(value) - now), default=None)
     return {"name": name, "value": near, "unit": row["unit"]}
 
@@ -58,19 +59,15 @@ def _excess(project: Project, name: str, unit: str, x: float) -> float:
         return math.inf
 
 
-def _crossing(excess: Callable[[float], float], begin: float, end: float) -> float | None:
-    """The first number on the way, of four digits, that meets the limit beside one that does not; None without one."""
-    x = begin
-    for step in range(1, STEPS + 1):
-        before, after = excess(x), excess(at := begin + (end - begin) * step / STEPS)
-        if math.isfinite(before) and math.isfinite(after) and (before <= 0.0) != (after <= 0.0):
-            return _met(excess, x, at)
-        x = at
-    return None
+def _crossing(excess: Callable[[float], float], begin: float, end: float) -> Iterator[float]:
+    """The first number on the way, of four digits, that meets the limit beside one that does not, if there is one."""
+    for x, at in pairwise(begin + (end - begin) * step / STEPS for step in range(STEPS + 1)):
+        if np.all(np.isfinite([excess(x), excess(at)])) and (excess(x) <= 0.0) != (excess(at) <= 0.0):
+            return (yield from _met(excess, x, at))
 
 
-def _met(excess: Callable[[float], float], begin: float, end: float) -> float | None:
-    """The last number within the limit on the way to the crossing, rounded away from that; None if this is above."""
+def _met(excess: Callable[[float], float], begin: float, end: float) -> Iterator[float]:
+    """The last number within the limit on the way to the crossing, rounded away from that; none if this is above."""
     good, bad = (begin, end) if excess(begin) <= 0.0 else (end, begin)
     met = [good]
 
@@ -83,7 +80,8 @@ def _met(excess: Callable[[float], float], begin: float, end: float) -> float | 
     exact = math.exp(min(met, key=lambda y: abs(y - bad)))
     digit = 10.0 ** (math.floor(math.log10(exact)) - 3)
     value = float(f"{digit * (math.floor if good < bad else math.ceil)(exact / digit):.4g}")
-    return value if excess(math.log(value)) <= 0.0 else None
+    if excess(math.log(value)) <= 0.0:
+        yield value
 
 
 def tuned(project: Project, progress: Progress) -> dict[str, Any]:
@@ -127,27 +125,21 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
         "after_arcsec": runs[1].error[last] / ARCSEC,
         "title": result.title,
         "speed": result.speed / RPM,
-        "before": _residual(result.before),
-        "after": _residual(result.after),
+        **{
+            name: {f"{key}_arcsec": value / ARCSEC for key, value in getattr(result, name)._asdict().items()}
+            for name in ("before", "after")
+        },
         "torque": result.torque.peak,
         "gear_torque": result.gear_torque,
         "stable": result.stable,
         "excluded": result.excluded,
         "other_gears": [
-            {
-                "stiffness": one.stiffness,
-                "before_rms_arcsec": one.before / ARCSEC,
-                "after_rms_arcsec": one.after / ARCSEC,
-            }
-            for one in result.robustness
+            {"stiffness": r.stiffness, "before_rms_arcsec": r.before / ARCSEC, "after_rms_arcsec": r.after / ARCSEC}
+            for r in result.robustness
         ],
         "assumed": [AT_RESONANCE, *map(without_calls, result.remarks)],
         "remarks": [*result.warnings, result.condition],
     }
-
-
-def _residual(residual: Any) -> dict[str, float]:
-    return {f"{name}_arcsec": value / ARCSEC for name, value in residual._asdict().items()}
 
 
 def _curve(found: DriveResponse | None, scale: float) -> dict[str, Any] | None:

@@ -16,7 +16,6 @@ from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...files.logs.names import canonical, named
 from ...files.logs.read import columns_of, read_log
-from ...files.logs.table import Column
 from ...files.variants.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ...study.identification.identified import channels_of
 from ...study.identification.log import Log
@@ -41,19 +40,18 @@ def log_of(name: str, content: bytes, chosen: LogColumns) -> dict[str, Any]:
         If there is no table in it.
     """
     with _filed(name, content) as path:
-        columns = columns_of(path, None, None)[0]
-        table = {"columns": [_column(one) for one in columns], "as": ["time", *CANONICAL]}
+        columns = [(one.name, one.unit, named(one.name)) for one in columns_of(path, None, None)[0]]
+        rows = [
+            {"name": name, "unit": unit or told.unit, "channel": canonical(told.name) or ""}
+            for name, unit, told in columns
+        ]
+        table = {"columns": rows, "as": ["time", *CANONICAL]}
         try:
             log = read_log(path, chosen.columns or None, chosen.units, rate=chosen.rate)
         except (ValueError, RuntimeError) as error:
             why = re.sub(CALLS, "it in the table of columns", _sentence(error, path))
             return table | {"why": why.replace("log:1:1: file:", "it")}
         return table | {"why": ""} | _told(log)
-
-
-def _column(column: Column) -> dict[str, str]:
-    found = named(column.name)
-    return {"name": column.name, "unit": column.unit or found.unit, "channel": canonical(found.name) or ""}
 
 
 def identified(
@@ -66,14 +64,13 @@ def identified(
     residual = fit.found.residual[0]
     measured = with_torsion(channels_of(log), project.drive.N)["torsion"]
     step = max(1, len(residual) // MOST_SHOWN)
+    curves = {"measured": measured, "computed": measured - residual, "residual": residual}
     return {
         "headline": fit.headline(),
         "usable": fit.usable,
         "numbers": [_number(fit, name) for name in fit.names],
         "time": fit.found.step * np.arange(len(residual))[::step],
-        "measured_arcsec": measured[::step] / ARCSEC,
-        "computed_arcsec": (measured - residual)[::step] / ARCSEC,
-        "residual_arcsec": residual[::step] / ARCSEC,
+        **{f"{name}_arcsec": values[::step] / ARCSEC for name, values in curves.items()},
         "rms_arcsec": fit.found.rms[0] / ARCSEC,
         "project": yaml_of(fit.project) if fit.usable else None,
         "remarks": fit.quality()[1:],
@@ -82,10 +79,10 @@ def identified(
 
 def _number(fit: IdentifiedDrive, name: str) -> dict[str, Any]:
     low, high = fit.interval(name)
-    unit, factor = sign(fit.unit(name)), 1.0
+    unit, size = sign(fit.unit(name)), 1.0
     if name.endswith(("amplitude", "offset")) and unit == "rad":
-        unit, factor = "arcsec", 1.0 / ARCSEC
-    return {"name": name, "value": fit.value(name) * factor, "low": low * factor, "high": high * factor, "unit": unit}
+        unit, size = "arcsec", ARCSEC
+    return {"name": name, "value": fit.value(name) / size, "low": low / size, "high": high / size, "unit": unit}
 
 
 def unpacked(path: Path) -> int:

@@ -11,7 +11,7 @@ from ...files.fields.kinds import Place, Row
 from ...files.fields.kinds import read as read_kind
 from ...files.fields.rows import inside, row_at
 from ...files.fields.schema import ProjectSpec
-from ...files.variants.names import keys_of, label_of, nominal_of, numbers_of, of_record, quantity
+from ...files.variants.names import keys_of, known, label_of, numbers_of, of_record, quantity
 from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
 from ..view import sign
@@ -101,11 +101,7 @@ def parameters(project: Project) -> list[dict[str, Any]]:
 
 def _described(project: Project, content: dict[str, Any], name: str) -> dict[str, Any] | None:
     """One number with its unit, as the file writes it, and its range; None where it is no plain quantity."""
-    value: float | None
-    try:
-        value, unit = of_record(content, project.gear).get(name) or nominal_of(content, project.gear, name)
-    except ValueError:
-        value, unit = quantity(MORE[name]) if name in MORE else (None, "")
+    value, unit = known(content, project.gear, name) or quantity(MORE.get(name, ""))
     if value is None:
         return None
     if name.startswith("gear.") and project.gear is not None and name[5:] in OF_RECORD:

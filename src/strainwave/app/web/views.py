@@ -4,8 +4,10 @@ The curve that follows a slider: fewer points, over the shortest period that all
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +18,7 @@ from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ...files.notes import load_remark, unsaid
+from ...files.notes import exciting, load_remark, unsaid
 from ...files.variants.replaced import replaced, tuning
 from ...files.variants.sureness import how_sure
 from ...model.excitation import Harmonics
@@ -65,7 +67,10 @@ def solved(project: Project, whole: bool = False) -> Curve:
     while True:
         found = own.response(h, coexisting=False, points=POINTS)
         if found.curve.tail <= MATTERS or h >= MOST:
-            return Curve(_as_fast(found, g) if own.motor == "held" else found, own, scale / g)
+            if own.motor == "held":  # one that is g times as fast gives a g-th of the torque
+                sizes = {name: getattr(found, name) for name in ("motor_torque", "motor_mean", "motor_rms")}
+                found = replace(found, **{name: g * size for name, size in sizes.items() if size is not None})
+            return Curve(found, own, scale / g)
         h = min(2 * h + 1, MOST)
 
 
@@ -99,56 +104,49 @@ def _slower(torque: Harmonics | None, g: int) -> Harmonics | None:
 
 def _orders_of(project: Project) -> list[int]:
     """Orders of the excitation on the base angle; of torques those with an amplitude."""
-    lines = () if project.kinematic_error is None else project.kinematic_error.lines
-    terms = [term for torque in (project.motor_torque, project.load_torque) if torque for term in torque.terms]
+    lines, terms = exciting(project)
     return [line.order for line in lines] + [term.order for term in terms if term.amplitude]
-
-
-def _as_fast(found: DriveResponse, g: int) -> DriveResponse:
-    """The response with the torque of the motor itself; a motor that is g times as fast gives a g-th of it."""
-    sizes = {name: getattr(found, name) for name in ("motor_torque", "motor_mean", "motor_rms")}
-    return replace(found, **{name: g * size for name, size in sizes.items() if size is not None})
 
 
 def response(project: Project, whole: bool = False) -> dict[str, Any]:
     """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
     found, own, scale = solved(project, whole)
-    speeds, curve = project.speeds, found.curve
-    top = found.top
+    speeds, curve, top, sizes = project.speeds, found.curve, found.top, found.oscillation / ARCSEC
     bands = found.sweep.bands if found.sweep else ()
     limit, motor_limits = project.limit, project.motor_limits or MotorLimits()
-    unstable = [(low * scale, high * scale) for low, high in without_stable(found)]
     low, high = project.other_loads
     judged = own.judged(found, round(speeds.scale / scale))
     motor, torque = judged.motor, found.usage.peak_torque
-    limits = [one for one in _torque_limits(project) if one["name"] != "rated torque"]
-    carried = judged.used.peak_torque
-    exceeded = next((one | {"reached": carried} for one in limits if carried > one["torque"]), None)
+    limits, carried = _torque_limits(project), judged.used.peak_torque
+    passed = [one | {"reached": carried} for one in limits if carried > one["torque"] and one["name"] != "rated torque"]
     return {
         "title": project.title,
         "speed_name": speeds.name,
         "speed_unit": speeds.unit,
         "error_name": found.name,
         "speed": scale * found.omega,
-        "oscillation_arcsec": found.oscillation / ARCSEC,
+        "oscillation_arcsec": sizes,
         "peak_arcsec": found.peak / ARCSEC,
         "torque": found.torque,
         "mean_torque": found.mean_torque,
         "stable": found.stable,
-        "folds": [{"speed": scale * fold.omega, "oscillation_arcsec": _at(found, fold.omega)} for fold in curve.folds],
+        "folds": [
+            {"speed": scale * omega, "oscillation_arcsec": sizes[np.argmin(np.abs(found.omega - omega))]}
+            for omega in (fold.omega for fold in curve.folds)
+        ],
         "jumps": [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in bands],
         "avoid": [(low * scale, high * scale) for low, high in judged.verdict.speeds],
-        "unstable": unstable,
+        "unstable": [(low * scale, high * scale) for low, high in without_stable(found)],
         "limit_arcsec": None if limit is None else limit / ARCSEC,
         "largest": {
             "speed": float(scale * found.omega[top]),
-            "oscillation_arcsec": float(found.oscillation[top] / ARCSEC),
+            "oscillation_arcsec": sizes[top],
             "torque": torque,
             "torque_speed": scale * found.usage.at_peak,
         },
         "beat": _beat(found),
-        "torque_limits": _torque_limits(project),
-        "torque_exceeded": exceeded,
+        "torque_limits": limits,
+        "torque_exceeded": passed[0] if passed else None,
         "load_torques": [low, project.mean_load_torque, high],
         "passes": judged.passes,
         "assumed": bool(project.assumed),
@@ -227,10 +225,6 @@ def _turning(project: Project) -> tuple[DriveResponse, float]:
     return found, round(project.speeds.scale / scale)
 
 
-def _at(found: DriveResponse, omega: float) -> float:
-    return float(found.oscillation[int(np.argmin(np.abs(found.omega - omega)))] / ARCSEC)
-
-
 def _torque_limits(project: Project) -> list[dict[str, Any]]:
     gear = project.gear
     named = {"rated torque": project.rated_torque}
@@ -281,15 +275,12 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
 def moved(project: Project) -> dict[str, Any]:
     """The project's move, or a quarter turn in 0.6 s."""
     found = move(project, None if project.move is not None else USUAL_MOVE)
-    every = max(1, len(found.time) // MOST_SHOWN)
     usual = [] if project.move is not None else ["the project has no move: a quarter turn in 0.6 s along an S-curve"]
-    return {
-        "time": found.time[::every],
-        "reference_deg": np.degrees(found.reference)[::every],
-        "error_arcsec": found.pointing_error[::every] / ARCSEC,
-        "motor_torque": found.motor_torque[::every],
-        "gear_torque": found.gear_torque[::every],
-        "motor_speed": found.motor_speed[::every] / RPM,
+    curves = {
+        "time": found.time, "reference_deg": np.degrees(found.reference), "error_arcsec": found.pointing_error / ARCSEC,
+        "motor_torque": found.motor_torque, "gear_torque": found.gear_torque, "motor_speed": found.motor_speed / RPM,
+    }  # fmt: skip
+    return {name: values[:: max(1, len(found.time) // MOST_SHOWN)] for name, values in curves.items()} | {
         "duration": found.duration,
         "settling_time": found.settling_time,
         "window_arcsec": found.window / ARCSEC,
@@ -321,10 +312,8 @@ def mapped(project: Project, search: bool, loads: list[float], progress: Progres
         "forbidden": [band / RPM for band in found.forbidden],
         "allowed": found.windows / RPM,
         "lines": [
-            {
-                "load": line.load, "order": line.order, "mode": line.mode, "excited": line.excited,
-                "speed": line.speed / RPM, "amplitude_arcsec": line.amplitude / ARCSEC,
-            }
+            {name: getattr(line, name) for name in ("load", "order", "mode", "excited")}
+            | {"speed": line.speed / RPM, "amplitude_arcsec": line.amplitude / ARCSEC}
             for line in found.lines
         ],
         "rule": found.rule,
@@ -337,8 +326,8 @@ def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress
     """Largest oscillation over two numbers of the project, row by row; points without a motion are None."""
     (first, across), (second, along) = axes
     rows: list[list[float | None]] = [[None] * len(across) for _ in along]
-    why: dict[str, int] = {}
-    cells = sorted(((i, j) for i in range(len(along)) for j in range(len(across))), key=_fineness)
+    why = Counter[str]()
+    cells = sorted(product(range(len(along)), range(len(across))), key=_fineness)
     head = {"axes": [{"name": first, "values": across}, {"name": second, "values": along}], "remarks": []}
     for k, (i, j) in enumerate(cells):
         part = head | {"largest_oscillation_arcsec": rows} if k % len(across) == 1 else None
@@ -348,7 +337,7 @@ def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress
             found = solved(drive).found
             rows[i][j] = float(found.oscillation[found.top] / ARCSEC)
         except (ValueError, SolveError) as error:
-            why[str(error)] = why.get(str(error), 0) + 1
+            why[str(error)] += 1
     missing = [f"{count} points have no value: {sentence}" for sentence, count in why.items()]
     return head | {
         "largest_oscillation_arcsec": rows,

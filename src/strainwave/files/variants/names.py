@@ -1,6 +1,7 @@
 """Names of the numbers of a project file, as a sweep and a scatter use them, and where they stand in its content."""
 
 import re
+from contextlib import suppress
 from functools import reduce
 from typing import Any
 
@@ -82,6 +83,13 @@ def of_record(content: dict[str, Any], gear: Gear | None) -> dict[str, tuple[flo
     if accuracy and inside(content.get("excitation"), "accuracy") == CATALOGUE:
         record["excitation.accuracy"] = accuracy / ARCSEC, "arcsec"
     return record
+
+
+def known(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[float, str] | None:
+    """Number and unit of a name, of the file or of the record of its gear; None where there is none."""
+    with suppress(ValueError):
+        return of_record(content, gear).get(name) or nominal_of(content, gear, name)
+    return None
 
 
 SIGNALS = {"torsion": "x", "motor_angle": "reference", "load_torque": "load.excitation"}

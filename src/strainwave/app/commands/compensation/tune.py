@@ -1,6 +1,7 @@
 """`strainwave tune`: the best gains of a motor's loop, as numbers, CSV, figure and project file."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,9 @@ def tune(
     drive = read_project(project)
     margin = None if phase_margin is None else quantity("--phase-margin", phase_margin, "rad", "positive")
     torques = [quantity("--load", text, "N*m") for text in loads] or None
-    if output is not None:
-        _refuse_equal_names(drive)
+    profiles = () if drive.move is None else [name for name in drive.move.files if name]  # that both files name
+    if output is not None and (name := next(filter({CSV, SVG, JSON, YAML, NOTCHED}.__contains__, profiles), "")):
+        raise ValueError(f"the profile {name!r} of the move has the name of a file of this command; rename the profile")
     with Progress(drive.title) as progress:
         more = tuple(scattered(drive, units, seed)) if units else ()
         result = tuned(
@@ -61,25 +63,15 @@ def tune(
         )  # fmt: skip
         progress.show("writing", 0.99)
         if output is not None:
-            _write(drive, result, output)
+            _write(drive, result, output, profiles)
     click.echo(reported(drive.title, result.facts(), as_json, *([] if output is None else [f"written: {output}"])))
 
 
-def _refuse_equal_names(project: Project) -> None:
-    """Refuse a profile beside the project that a file of the results would replace (ValueError)."""
-    files = () if project.move is None else project.move.files
-    name = next((name for name in files if name in (CSV, SVG, JSON, YAML, NOTCHED)), None)
-    if name is not None:
-        raise ValueError(f"the profile {name!r} of the move has the name of a file of this command; rename the profile")
-
-
-def _write(project: Project, result: TunedLoop, output: Path) -> None:
+def _write(project: Project, result: TunedLoop, output: Path, profiles: Sequence[str]) -> None:
     columns = [(f"{name}{_ending(unit)}", values) for name, (_, values, unit) in result.variables().items()]
-    drawn = stacked(
-        named(result.panels(), project.title), 280.0, "response before and after, goal over peak sensitivity"
-    )
-    beside = () if project.move is None else filter(None, project.move.files)  # profiles that both files name
-    files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in beside}
+    label = "response before and after, goal over peak sensitivity"
+    drawn = stacked(named(result.panels(), project.title), 280.0, label)
+    files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in profiles}
     files |= {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)}
     files[YAML] = project_text(result.applied(project))
     if result.notch is not None:

@@ -14,7 +14,6 @@ from ....files.reading import read_project
 from ....files.yaml_text import FileError, Problem, complaint
 from ....plot.panels import named
 from ....plot.svg import stacked
-from ....study.identification.law_fit import LackOfFit
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop as loop_fitted
 from ....study.identification.loops.loop_model import LoopFit
@@ -125,6 +124,7 @@ def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, de
 
 def data(found: LoopFit) -> dict[str, Any]:
     """The numbers with their intervals, in SI."""
+    lack = found.lack_of_fit
     numbers = {
         name: {"value": value, "low": found.interval(name).low, "high": found.interval(name).high}
         for name, value in found.values.items()
@@ -139,32 +139,24 @@ def data(found: LoopFit) -> dict[str, Any]:
         "energy_J": found.energy,
         "residual_rms_N_m": found.residual_rms,
         "samples": len(found.torque),
-        "lack_of_fit": _lack(found.lack_of_fit),
+        "lack_of_fit": lack and {
+            "found": lack.found, "noise_N_m": lack.pure, "missed_N_m": lack.missed, "ratio": lack.ratio,
+            "probability": lack.probability,
+        },
         "remarks": found.remarks,
         "project": found.yaml,
-    }
-
-
-def _lack(lack: LackOfFit | None) -> dict[str, Any] | None:
-    if lack is None:
-        return None
-    numbers = {"noise_N_m": lack.pure, "missed_N_m": lack.missed, "ratio": lack.ratio, "probability": lack.probability}
-    return {"found": lack.found} | numbers
+    }  # fmt: skip
 
 
 def _print(file: Path, found: LoopFit, output: Path | None) -> None:
-    rows = [
-        (name, value, number(low, 5), number(high, 5), sign(unit)) for name, value, low, high, unit in found.table()
-    ]
+    rows = [(name, size, number(low, 5), number(high, 5), sign(unit)) for name, size, low, high, unit in found.table()]
     if found.misses:
         click.echo(f"{found.misses[:1].upper()}{found.misses[1:]}.")
     print_table(
         f"{file.name}: {len(found.torque)} samples, {found.cycles:.3g} cycles",
         ("number", "value", "from", "to", "unit"), rows, "interval of 95 %",
     )  # fmt: skip
-    candidates = [
-        (row.name, row.unknowns, number(row.error, 4), "taken" if row.chosen else "") for row in found.comparison
-    ]
+    candidates = [(r.name, r.unknowns, number(r.error, 4), "taken" * bool(r.chosen)) for r in found.comparison]
     print_table("candidates, by their error in blocks of samples left out", ("law", "unknowns", "N·m", ""), candidates)
     for sentence in found.sentences():
         click.echo(f"{sentence[:1].upper()}{sentence[1:]}.")

@@ -7,7 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ....base.results import Floats, SolveError
+from ....base.results import SolveError
 from ....compile.tree import part
 from ....drive.project import Project
 from ....files.logs.read import read_log
@@ -83,7 +83,7 @@ def identify_drive(
 
 def data(result: IdentifiedDrive) -> dict[str, Any]:
     """The numbers with their intervals, in SI."""
-    discrepancy = result.found.discrepancy
+    discrepancy, deviations = result.found.discrepancy, np.sqrt(np.diag(result.found.covariance))
     return {
         "headline": result.headline(),
         "usable": result.usable,
@@ -92,7 +92,7 @@ def data(result: IdentifiedDrive) -> dict[str, Any]:
             name: {"value": result.value(name), "low": result.interval(name).low, "high": result.interval(name).high}
             for name in result.names
         },
-        "correlation": _correlation(result.found.covariance),
+        "correlation": result.found.covariance / np.outer(deviations, deviations),
         "residual_rms_rad": float(result.found.rms[0]),
         "torsion_rms_rad": float(result.found.size[0]),
         "samples": result.found.residual.shape[1],
@@ -103,20 +103,12 @@ def data(result: IdentifiedDrive) -> dict[str, Any]:
     }
 
 
-def _correlation(covariance: Floats) -> list[list[float]]:
-    deviations = np.sqrt(np.diag(covariance))
-    rows: list[list[float]] = (covariance / np.outer(deviations, deviations)).tolist()
-    return rows
-
-
 def _print(guess: Project, result: IdentifiedDrive) -> None:
     rows = []
     for name, path in zip(result.names, result.found.names, strict=True):
-        low, high = result.interval(name)
         first = "" if path.startswith(("x.", "reference.", "load.excitation.")) else number(part(guess.whole, path), 5)
-        rows.append(
-            (name, first, number(result.value(name), 6), number(low, 6), number(high, 6), sign(result.unit(name)))
-        )
+        sizes = (number(size, 6) for size in (result.value(name), *result.interval(name)))
+        rows.append((name, first, *sizes, sign(result.unit(name))))
     click.echo(result.headline())
     columns = ("number", "given", "found", "from", "to", "unit")
     print_table(f"{guess.title}: {len(rows)} numbers", columns, rows, "interval of 95 %, if the model is right")

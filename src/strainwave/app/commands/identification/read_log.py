@@ -13,9 +13,11 @@ from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
 from ...console import in_options, number, print_table, to_json
 from ...output import staged
+from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
 
 CSV, SVG = "log.csv", "log.svg"
+SIZES = ("least", "largest", "mean", "rms")  # of a channel
 
 
 @click.command()
@@ -51,8 +53,9 @@ def read_log(
         click.echo(f"written: {output / CSV}, {output / SVG}")
 
 
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+def _sizes(values: Floats) -> list[float]:
+    """Least and largest value, mean and root mean square."""
+    return [float(size) for size in (np.min(values), np.max(values), np.mean(values), np.sqrt(np.mean(values**2)))]
 
 
 def _data(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> dict[str, Any]:
@@ -65,10 +68,8 @@ def _data(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> dict[str, Any]
         "jitter_s": log.jitter,
         "ratio": log.ratio,
         "channels": {
-            name: {
-                "unit": log.units[name], "least": np.min(v), "largest": np.max(v), "mean": np.mean(v), "rms": _rms(v),
-            }
-            for name, v in log.channels.items()
+            name: {"unit": log.units[name], **dict(zip(SIZES, _sizes(values), strict=True))}
+            for name, values in log.channels.items()
         },
         "gaps": [gap._asdict() for gap in log.gaps],
         "segments": [
@@ -84,12 +85,9 @@ def _data(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> dict[str, Any]
 
 
 def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
-    rows = [
-        (name, log.units[name].replace("*", "·") or "–", *map(float, (np.min(v), np.max(v), np.mean(v))), _rms(v))
-        for name, v in log.channels.items()
-    ]
+    rows = [(name, sign(log.units[name]) or "–", *_sizes(values)) for name, values in log.channels.items()]
     title = f"{file.name}: {len(log)} samples, {log.time[0]:.6g} to {log.time[-1]:.6g} s, {number(log.rate, 6)} Hz"
-    print_table(title, ("channel", "unit", "least", "largest", "mean", "rms"), rows)
+    print_table(title, ("channel", "unit", *SIZES), rows)
     if parts:
         body = [(part.kind, part.start, part.stop, part.speed, part.acceleration) for part in parts]
         shaft = "load" if {"load_angle", "load_speed"} & set(log.channels) else "motor"
@@ -97,11 +95,8 @@ def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
         print_table("", columns, body)
     if log.ratio is not None:
         click.echo(f"the motor turns {number(log.ratio, 6)} times as far as the load")
-    for gap in log.gaps[:5]:
-        click.echo(f"gap: {gap.start:.6g} to {gap.stop:.6g} s")
-    if len(log.gaps) > 5:
-        click.echo(f"gap: {len(log.gaps) - 5} more")
-    for note in log.notes:
-        click.echo(f"note: {in_options(note)}")
-    for doubt in log.doubts:
-        click.echo(f"doubt: {in_options(doubt)}")
+    gaps = [f"{gap.start:.6g} to {gap.stop:.6g} s" for gap in log.gaps[:5]]
+    gaps += [f"{len(log.gaps) - 5} more"] if len(log.gaps) > 5 else []
+    for kind, texts in {"gap": gaps, "note": log.notes, "doubt": log.doubts}.items():
+        for text in texts:
+            click.echo(f"{kind}: {in_options(text)}")

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....base.units import ARCSEC
 from ....files.logs.read import read_log
-from ....files.scan_file import ScanFile, read_scan
+from ....files.scan_file import read_scan
 from ....files.variants.identify_drive import with_torsion
 from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import Turn, order_map
@@ -18,7 +18,6 @@ from ....plot.fits import order_scan_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.identified import channels_of
 from ....study.identification.log import Log
-from ....study.identification.orders.error_result import ErrorScan
 from ....study.identification.orders.error_scan import error_scan as error_scanned
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as orders_scanned
@@ -74,8 +73,11 @@ def error_scan(
         backward = (factor * run.angle, run.error)
     elif forward.backward is not None:
         backward = (factor * forward.angle, forward.backward)
-    search = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
-    scan = _scan(file, forward, factor, backward, search)
+    search: dict[str, Any] = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
+    try:
+        scan = error_scanned(factor * forward.angle, forward.error, backward=backward, **search)
+    except ValueError as error:
+        raise FileError(complaint(file, [Problem(forward.last, 1, "angle", str(error))])) from None
     if as_json:
         told = {"file": file.name, "turn": turn or shaft, "unit": "rad"} | asdict(scan)
         click.echo(to_json(told | {"peak_to_peak": scan.peak_to_peak}))
@@ -93,15 +95,6 @@ def _factor(shaft: str, turn: str, ratio: int | None) -> float:
         raise ValueError(f"the angle is the {shaft}'s and the orders count on the {turn}'s turn; give --ratio")
     N = order_map(ratio).N
     return float(N) if shaft == "output" else 1.0 / N
-
-
-def _scan(
-    file: Path, run: ScanFile, factor: float, backward: tuple[Any, Any] | None, search: dict[str, Any]
-) -> ErrorScan:
-    try:
-        return error_scanned(factor * run.angle, run.error, backward=backward, **search)
-    except ValueError as error:
-        raise FileError(complaint(file, [Problem(run.last, 1, "angle", str(error))])) from None
 
 
 def project_lines(lines: Iterable[Any]) -> str:
@@ -173,9 +166,8 @@ def _with_torsion(log: Log, ratio: float | None) -> Log:
 
 
 def _likely(log: Log, file: Path) -> str:
-    for name in LIKELY:
-        if name in log.channels:
-            return name
+    if name := next(filter(log.channels.__contains__, LIKELY), ""):
+        return name
     raise ValueError(
         f"{file.name} has {', '.join(log.channels)}; name one of these with --channel, or give --ratio for the torsion "
         "between motor_angle and load_angle"
@@ -194,11 +186,9 @@ def data(found: OrderScan, channel: str) -> dict[str, Any]:
         "channel": channel,
         "unit": found.unit,
         "speeds_rad_per_s": found.speeds,
-        "lines": [_line(line) for line in found.lines],
-        "forward": [_line(line) for line in found.forward],
-        "backward": [_line(line) for line in found.backward],
+        **{name: list(map(_line, getattr(found, name))) for name in ("lines", "forward", "backward")},
         "delay_s": found.delay,
-        "delay_error_s": None if np.isinf(found.delay_error) else found.delay_error,
+        "delay_error_s": found.delay_error,
         "residual_rms": found.residual,
         "multiples_of": found.base or None,
         "notes": list(found.notes),
@@ -211,7 +201,7 @@ def _line(line: OrderLine) -> dict[str, Any]:
         "order": line.order, "order_error": line.order_error, "kind": line.kind, "why": line.why,
         "amplitude": line.amplitude, "amplitude_low": low, "amplitude_high": high, "phase_rad": line.phase,
         "phase_error_rad": line.phase_error, "false_alarm": line.false_alarm,
-        "pairs": line.pairs, "frequency_hz": None if np.isnan(line.frequency) else line.frequency,
+        "pairs": line.pairs, "frequency_hz": line.frequency,
     }  # fmt: skip
 
 

@@ -61,25 +61,10 @@ CHANGED(fmi2SetupExperiment, my->time = start, component c, int has_tolerance, d
 CHANGED(fmi2Reset, begin(my, 0.0), component c)
 CHANGED(fmi2SetTime, my->time = time, component c, double time)
 
-FMI(status, fmi2GetReal)(component c, const unsigned references[], size_t count, double values[])
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!c || !get_value(&((instance *)c)->my, references[i], &values[i])) {
-            return failed(c, "there is no real variable of this value reference");
-        }
-    }
-    return OK;
-}
-
-FMI(status, fmi2SetReal)(component c, const unsigned references[], size_t count, const double values[])
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!c || !set_value(&((instance *)c)->my, references[i], values[i])) {
-            return failed(c, "only inputs and states can be set, to finite values");
-        }
-    }
-    return OK;
-}
+EACH(fmi2GetReal, get_value(MINE, references[i], &values[i]), "there is no real variable of this value reference",
+     component c, const unsigned references[], size_t count, double values[])
+EACH(fmi2SetReal, set_value(MINE, references[i], values[i]), UNSET, component c, const unsigned references[],
+     size_t count, const double values[])
 
 /* Other kinds of variables: none. */
 #define NO_VARIABLES(kind, type)                                                                                      \
@@ -121,59 +106,39 @@ REFUSED(fmi2GetIntegerStatus, component c, int kind, int *value)
 REFUSED(fmi2GetBooleanStatus, component c, int kind, int *value)
 REFUSED(fmi2GetStringStatus, component c, int kind, const char **value)
 
-FMI(status, fmi2GetFMUstate)(component c, void **state)
-{
-    instance *one = c;
-    if (!one || (!*state && !(*state = one->functions->allocate(1, sizeof(kept))))) {
+CHANGED(fmi2GetFMUstate, {
+    if (!*state && !(*state = ((instance *)c)->functions->allocate(1, sizeof *my))) {
         return ERROR;
     }
-    memcpy(*state, &one->my, sizeof(kept));
-    return OK;
-}
+    memcpy(*state, my, sizeof *my);
+}, component c, void **state)
 
-FMI(status, fmi2SetFMUstate)(component c, void *state)
-{
-    if (!c || !state) {
+CHANGED(fmi2SetFMUstate, {
+    if (!state) {
         return ERROR;
     }
-    memcpy(&((instance *)c)->my, state, sizeof(kept));
-    return OK;
-}
+    memcpy(my, state, sizeof *my);
+}, component c, void *state)
 
-FMI(status, fmi2FreeFMUstate)(component c, void **state)
-{
-    if (!c) {
-        return ERROR;
-    }
+CHANGED(fmi2FreeFMUstate, {
+    (void)my;
     if (state && *state) {
         ((instance *)c)->functions->release(*state);
         *state = NULL;
     }
-    return OK;
-}
+}, component c, void **state)
 
-FMI(status, fmi2DoStep)(component c, double time, double span, int no_way_back)
-{
-    instance *one = c;
-    if (!one) {
-        return ERROR;
+CHANGED(fmi2DoStep, {
+    my->time = time;
+    const char *wrong = advance(my, span);
+    if (wrong) {
+        return failed(c, wrong);
     }
-    one->my.time = time;
-    const char *wrong = advance(&one->my, span);
-    return wrong ? failed(one, wrong) : OK;
-}
+}, component c, double time, double span, int no_way_back)
 
-FMI(status, fmi2NewDiscreteStates)(component c, event_info *info)
-{
-    memset(info, 0, sizeof *info);
-    return c ? OK : ERROR;
-}
-
-FMI(status, fmi2CompletedIntegratorStep)(component c, int no_way_back, int *event_mode, int *terminate)
-{
-    *event_mode = *terminate = 0;
-    return c ? OK : ERROR;
-}
+CHANGED(fmi2NewDiscreteStates, (void)my; memset(info, 0, sizeof *info), component c, event_info *info)
+CHANGED(fmi2CompletedIntegratorStep, (void)my; *event_mode = *terminate = 0, component c, int no_way_back,
+        int *event_mode, int *terminate)
 
 static status copied(const component c, size_t count, double *to, const double *from)
 {
@@ -184,30 +149,13 @@ static status copied(const component c, size_t count, double *to, const double *
     return OK;
 }
 
-FMI(status, fmi2SetContinuousStates)(component c, const double x[], size_t count)
-{
-    return c ? copied(c, count, ((instance *)c)->my.state.y, x) : ERROR;
-}
+CHANGED(fmi2SetContinuousStates, return copied(c, count, my->state.y, x), component c, const double x[], size_t count)
+CHANGED(fmi2GetContinuousStates, return copied(c, count, x, my->state.y), component c, double x[], size_t count)
 
-FMI(status, fmi2GetContinuousStates)(component c, double x[], size_t count)
-{
-    return c ? copied(c, count, x, ((instance *)c)->my.state.y) : ERROR;
-}
-
-FMI(status, fmi2GetDerivatives)(component c, double rates[], size_t count)
-{
+CHANGED(fmi2GetDerivatives, {
     plant_state rate;
-    if (!c) {
-        return ERROR;
-    }
-    plant_rates(&plant_default, &((instance *)c)->my.in, &((instance *)c)->my.state, &rate);
+    plant_rates(&plant_default, &my->in, &my->state, &rate);
     return copied(c, count, rates, rate.y);
-}
+}, component c, double rates[], size_t count)
 
-FMI(status, fmi2GetNominalsOfContinuousStates)(component c, double nominals[], size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        nominals[i] = 1.0;
-    }
-    return c ? OK : ERROR;
-}
+EACH(fmi2GetNominalsOfContinuousStates, nominals[i] = 1.0, "", component c, double nominals[], size_t count)

@@ -60,57 +60,35 @@ CHANGED(fmi3EnterInitializationMode, my->time = start, component c, bool has_tol
         bool has_stop, double stop)
 CHANGED(fmi3Reset, begin(my, 0.0), component c)
 
-FMI(status, fmi3GetFloat64)(component c, const unsigned references[], size_t count, double values[], size_t n)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!c || n != count || !get_value(&((instance *)c)->my, references[i], &values[i])) {
-            return failed(c, "there is no variable of this value reference");
-        }
-    }
-    return OK;
-}
+EACH(fmi3GetFloat64, n == count && get_value(MINE, references[i], &values[i]),
+     "there is no variable of this value reference", component c, const unsigned references[], size_t count,
+     double values[], size_t n)
+EACH(fmi3SetFloat64, n == count && set_value(MINE, references[i], values[i]), UNSET, component c,
+     const unsigned references[], size_t count, const double values[], size_t n)
 
-FMI(status, fmi3SetFloat64)(component c, const unsigned references[], size_t count, const double values[], size_t n)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!c || n != count || !set_value(&((instance *)c)->my, references[i], values[i])) {
-            return failed(c, "only inputs and states can be set, to finite values");
-        }
-    }
-    return OK;
-}
-
-FMI(status, fmi3DoStep)(component c, double time, double span, bool no_way_back, bool *event, bool *terminate,
-                        bool *early, double *last)
-{
-    instance *one = c;
-    if (!one) {
-        return ERROR;
-    }
+CHANGED(fmi3DoStep, {
     *event = *terminate = *early = false;
-    one->my.time = time;
-    const char *wrong = advance(&one->my, span);
-    *last = one->my.time;
-    return wrong ? failed(one, wrong) : OK;
-}
+    my->time = time;
+    const char *wrong = advance(my, span);
+    *last = my->time;
+    if (wrong) {
+        return failed(c, wrong);
+    }
+}, component c, double time, double span, bool no_way_back, bool *event, bool *terminate, bool *early, double *last)
 
-FMI(status, fmi3GetFMUState)(component c, void **state)
-{
-    if (!c || (!*state && !(*state = malloc(sizeof(kept))))) {
+CHANGED(fmi3GetFMUState, {
+    if (!*state && !(*state = malloc(sizeof *my))) {
         return ERROR;
     }
-    memcpy(*state, &((instance *)c)->my, sizeof(kept));
-    return OK;
-}
+    memcpy(*state, my, sizeof *my);
+}, component c, void **state)
 
-FMI(status, fmi3SetFMUState)(component c, void *state)
-{
-    if (!c || !state) {
+CHANGED(fmi3SetFMUState, {
+    if (!state) {
         return ERROR;
     }
-    memcpy(&((instance *)c)->my, state, sizeof(kept));
-    return OK;
-}
+    memcpy(my, state, sizeof *my);
+}, component c, void *state)
 
 FMI(status, fmi3FreeFMUState)(component c, void **state)
 {

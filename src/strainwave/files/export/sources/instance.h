@@ -32,17 +32,31 @@ typedef void *component;
 #define PREFIXED(a, b) JOINED(a, b)
 #define FMI(type, name) EXPORTED type PREFIXED(PREFIX, name)
 
-/* A call that changes an instance, of which `my` is what it keeps. */
+/* A call on an instance, of which `my` is what it keeps. */
 #define CHANGED(name, change, ...)                                                                                    \
     FMI(status, name)(__VA_ARGS__)                                                                                    \
     {                                                                                                                 \
         if (!c) {                                                                                                     \
             return ERROR;                                                                                             \
         }                                                                                                             \
-        kept *my = &((instance *)c)->my;                                                                              \
+        kept *my = MINE;                                                                                              \
         change;                                                                                                       \
         return OK;                                                                                                    \
     }
+
+/* A call that reads or writes variables by their references, one after the other. */
+#define EACH(name, done, message, ...)                                                                                \
+    FMI(status, name)(__VA_ARGS__)                                                                                    \
+    {                                                                                                                 \
+        for (size_t i = 0; i < count; i++) {                                                                          \
+            if (!c || !(done)) {                                                                                      \
+                return failed(c, message);                                                                            \
+            }                                                                                                         \
+        }                                                                                                             \
+        return OK;                                                                                                    \
+    }
+#define MINE (&((instance *)c)->my)
+#define UNSET "only inputs and states can be set, to finite values"
 
 /* A call that changes nothing here. */
 #define NOTHING(name, ...)                                                                                            \
