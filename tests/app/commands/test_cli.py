@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.output import staged
+from strainwave.app.console import staged
 
 PROJECT = """\
 title: A small drive

@@ -179,7 +179,7 @@ import sys, time
 from pathlib import Path
 from strainwave import __main__
 from strainwave.app.commands import cli
-from strainwave.app.output import staged
+from strainwave.app.console import staged
 
 def writing():
     with staged(Path(sys.argv[1])) as part:

@@ -10,10 +10,9 @@ from assumed_axis import axis
 import strainwave as sw
 from strainwave.app.report.report import _filters
 from strainwave.app.report.sections.advice import SpeedsToAvoid
-from strainwave.app.report.sections.derived import facts
+from strainwave.app.report.sections.derived import Stability, certificates, facts
 from strainwave.app.report.sections.opening import Opening, warnings
 from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
-from strainwave.app.report.sections.trust import Stability, certificates
 from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.report.verdict import _worst
 from strainwave.app.view import AngleUnit, View

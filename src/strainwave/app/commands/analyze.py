@@ -9,8 +9,7 @@ import click
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.yaml_text import FileError
-from ..console import Progress, in_options, to_json
-from ..output import staged
+from ..console import Progress, in_options, staged, to_json
 from ..report.report import Report, verdicts_page, write
 from .options import file_type, json_option, output_option
 

@@ -92,7 +92,7 @@ class Sentences(click.Group):
         except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt as stop:
-            output = sys.modules.get("strainwave.app.output")
+            output = sys.modules.get("strainwave.app.console")
             kept = ", ".join(map(str, output.WRITTEN)) if output is not None else ""
             default = f"interrupted; written: {kept}" if kept else "interrupted; nothing was written: run it again"
             click.echo(f"strainwave: {str(stop) or default}", err=True)
@@ -114,7 +114,7 @@ class Sentences(click.Group):
 def _sentence(error: Exception) -> str:
     """One line about an error."""
     if isinstance(error, OSError) and error.strerror:
-        from ..output import sentence
+        from ..console import sentence
 
         if error.filename is None and error.errno in (errno.ENOSPC, errno.EIO) and _stdout_fails():
             return f"standard output: {error.strerror.lower()}; files that the command has written are whole"

@@ -23,14 +23,11 @@ from ...plot import axes
 from ...plot.drive import HEIGHT, comparison_panels, drive_panels, reference
 from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
-from ..console import WHAT_X_IS, Progress, finished, number, reported, to_json
-from ..output import staged, write_all, write_csv
-from ..report.curve_files import drive_columns
-from ..report.report import comparison_page
+from ..console import WHAT_X_IS, Progress, as_csv, finished, number, reported, staged, to_json, write_all, write_csv
+from ..report.report import comparison_page, drive_columns
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
 from ..view import angle_unit, quantity, writer
-from .design import as_csv
 from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option, written_type
 
 FIGURES = (".svg", ".png")

@@ -4,27 +4,29 @@ The page of a comparison: one table and one figure of several drives, in a file 
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+import numpy as np
+
 from ... import __version__
 from ...base.arguments import silent
-from ...base.results import SolveError
+from ...base.results import Branch, Floats, SolveError
 from ...base.sentences import Angle, Speed, listed
+from ...base.units import Speeds
 from ...compile.jit import light_as_python
+from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
-from ..console import WHAT_X_IS, number, percent, to_json
-from ..output import staged
+from ..console import WHAT_X_IS, number, percent, slug, staged, to_json, write_csv
 from ..page.page import page_of
 from ..view import View, equation_alone
-from . import curve_files
 from .section import Part, Section, asked, sections_of
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix
@@ -120,7 +122,7 @@ def write_view(
 ) -> Report:
     """Write the report of an analysis, if there is a folder; errors as `write`."""
     parts = [asked(section, view) for section in sections]
-    files = [] if folder is None else [*curve_files.write(view, folder), "results.json", *PAGES]
+    files = [] if folder is None else [*write_curves(view, folder), "results.json", *PAGES]
     results = together([*(part.data for part in parts), {"files": files}])
     computing, refusal = _computing(view.project) if live and folder is not None else ("", "")
     if folder is not None:
@@ -302,3 +304,67 @@ def _row(row: dict[str, Any]) -> str:
         for key, _ in COLUMNS
     )
     return f"<tr{' class=over' if _over(row) else ''}>{cells}</tr>"
+
+
+def write_curves(view: View, folder: Path) -> list[str]:
+    """Write the CSV files of the run-up, the response curves and the time responses; return their names."""
+    tables = {name: columns for name, columns in _tables(view) if len(columns[0][1])}
+    for name, columns in tables.items():
+        write_csv(folder / f"{name}.csv", columns)
+    return [f"{name}.csv" for name in tables]
+
+
+def _tables(view: View) -> Iterator[tuple[str, list[tuple[str, Floats]]]]:
+    """Names of the files without their ending, and their columns."""
+    analysis, speeds, exact = view.analysis, view.speeds, view.analysis.exact.curve
+    for name, motions in (("run-up", analysis.run_up.up), ("run-down", analysis.run_up.down)):
+        good = [m for m in motions if m.status]
+        sizes = {"peak_x_rad": [m.peak for m in good], "periodic": [m.closed for m in good]}
+        columns = speed_columns(speeds, np.array([m.omega for m in good]))
+        yield name, columns + [(key, np.array(values, float)) for key, values in sizes.items()]
+    of_equation = {"oscillation_of_x_rad": exact.oscillation, "peak_x_rad": exact.peak}
+    yield "exact-response", _columns(speeds, exact, of_equation)
+    for torque, found in analysis.curves:
+        under = "" if torque is None else f"-at-{number(torque, 5).replace('−', '-')}-Nm"
+        yield f"drive-response{under}", drive_columns(speeds, found)
+    for regime in analysis.regimes:
+        for i, branch in enumerate(regime.response.branches if regime.response else ()):
+            polar = ("amplitude_rad", branch.amplitude), ("phase_rad", branch.phase)
+            columns = [("omega_rad_per_s", branch.omega), *polar, ("stable", branch.stable.astype(float))]
+            yield f"response-{slug(regime.label)}{'' if i == 0 else f'-branch-{i + 1}'}", columns
+    for i, case in enumerate(analysis.cases, 1):
+        name, c = f"case-{i}-{slug(case.name)}", case.cycle
+        theory = [] if case.comparison is None else [("x_multiple_scales_rad", case.comparison.theory.x)]
+        yield f"{name}-from-rest", [("t_s", case.transient.t), ("x_integration_rad", case.transient.y[0]), *theory]
+        if c is not None:
+            steady = [("t_s", c.t), ("x_rad", c.x), ("v_rad_per_s", c.v), ("u_rad", c.u), ("torque_Nm", c.torque)]
+            yield f"{name}-steady", steady
+
+
+def speed_columns(speeds: Speeds, omega: Floats) -> list[tuple[str, Floats]]:
+    """Speed of the base angle, and of the motor where the base angle is its own."""
+    named = [("omega_rad_per_s", omega)]
+    return [*named, ("motor_speed_rpm", speeds.scale * omega)] if speeds.by_motor else named
+
+
+def drive_columns(speeds: Speeds, drive: DriveResponse) -> list[tuple[str, Floats]]:
+    """Columns of the motions of a drive in arc order; the error is the pointing error, or x without a reference."""
+    error = "pointing_error" if drive.has_reference else "x"
+    sizes = {
+        f"oscillation_of_{error}_rad": drive.oscillation, f"peak_{error}_rad": drive.peak,
+        "peak_x_across_gear_rad": drive.across, "peak_torque_in_gear_Nm": drive.torque,
+    }  # fmt: skip
+    if drive.curve.envelope is not None:
+        sizes[f"smallest_oscillation_of_{error}_rad"] = drive.curve.envelope[:, 1]
+    sizes_of_motor = {"peak": drive.motor_torque, "rms": drive.motor_rms}
+    motor = [(f"{name}_torque_of_motor_Nm", size) for name, size in sizes_of_motor.items() if size is not None]
+    return [*_columns(speeds, drive.curve, sizes), *motor]
+
+
+def _columns(speeds: Speeds, curve: Branch, sizes: dict[str, Floats]) -> list[tuple[str, Floats]]:
+    """Columns of a response curve in arc order: speed, sizes, first harmonics of x, stability."""
+    harmonics = range(1, min(9, curve.coefficients.shape[1] // 2) + 1)
+    amplitudes = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in harmonics]
+    return [
+        *speed_columns(speeds, curve.omega), *sizes.items(), *amplitudes, ("stable", curve.stable.astype(float)),
+    ]  # fmt: skip

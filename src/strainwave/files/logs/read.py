@@ -18,8 +18,7 @@ from ...base.quantities import joined, number, several, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
 from ..yaml_text import as_path
-from .binary import BINARY
-from .conditioning import aligned, averaged, regular, trimmed, unwrapped
+from .conditioning import BINARY, aligned, averaged, regular, trimmed, unwrapped
 from .names import canonical, converted, epoch_unit, expected, named, si_unit
 from .table import Column, place_of, read_table, refuse, unit_of
 

@@ -22,8 +22,7 @@ from ....study.identification.orders.error_scan import error_scan as error_scann
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as orders_scanned
 from ....study.identification.run import Run
-from ...console import to_json
-from ...output import write_all
+from ...console import to_json, write_all
 from ..options import dialect_options, file_type, json_option, output_option, reading_options
 
 SHAFTS: dict[str, Turn] = {"load_angle": "output", "motor_angle": "motor"}

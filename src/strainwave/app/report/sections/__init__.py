@@ -2,12 +2,10 @@
 
 from ..section import Section
 from .advice import Compensation, SpeedsToAvoid
-from .derived import DerivedQuantities, Hysteresis, ParametricResonances
+from .derived import DerivedQuantities, Hysteresis, ParametricResonances, Provenance, Stability, Trust
 from .opening import Opening, Warnings
 from .resonances import Resonances
-from .single_speeds import BeatOfTurns, SingleSpeeds
-from .speed_range import SpeedRange
-from .trust import Provenance, Stability, Trust
+from .speed_range import BeatOfTurns, SingleSpeeds, SpeedRange
 from .whole_train import Motors, RunUpOfTrain, WholeTrain
 
 SECTIONS: tuple[Section, ...] = (
