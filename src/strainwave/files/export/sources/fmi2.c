@@ -62,17 +62,16 @@ CHANGED(fmi2Reset, begin(my, 0.0), component c)
 CHANGED(fmi2SetTime, my->time = time, component c, double time)
 
 EACH(fmi2GetReal, get_value(MINE, references[i], &values[i]), "there is no real variable of this value reference",
-     component c, const unsigned references[], size_t count, double values[])
-EACH(fmi2SetReal, set_value(MINE, references[i], values[i]), UNSET, component c, const unsigned references[],
-     size_t count, const double values[])
+     REFERENCES, double values[])
+EACH(fmi2SetReal, set_value(MINE, references[i], values[i]), UNSET, REFERENCES, const double values[])
 
 /* Other kinds of variables: none. */
 #define NO_VARIABLES(kind, type)                                                                                      \
-    FMI(status, fmi2Get##kind)(component c, const unsigned references[], size_t count, type values[])                 \
+    FMI(status, fmi2Get##kind)(REFERENCES, type values[])                                                             \
     {                                                                                                                 \
         return count ? failed(c, "all variables are real") : OK;                                                      \
     }                                                                                                                 \
-    FMI(status, fmi2Set##kind)(component c, const unsigned references[], size_t count, const type values[])           \
+    FMI(status, fmi2Set##kind)(REFERENCES, const type values[])                                                       \
     {                                                                                                                 \
         return count ? failed(c, "all variables are real") : OK;                                                      \
     }
@@ -94,12 +93,9 @@ NOTHING(fmi2CancelStep, component c)
 REFUSED(fmi2SerializedFMUstateSize, component c, void *state, size_t *size)
 REFUSED(fmi2SerializeFMUstate, component c, void *state, char bytes[], size_t size)
 REFUSED(fmi2DeSerializeFMUstate, component c, const char bytes[], size_t size, void **state)
-REFUSED(fmi2GetDirectionalDerivative, component c, const unsigned unknown[], size_t unknowns, const unsigned known[],
-        size_t knowns, const double given[], double found[])
-REFUSED(fmi2SetRealInputDerivatives, component c, const unsigned references[], size_t count, const int orders[],
-        const double values[])
-REFUSED(fmi2GetRealOutputDerivatives, component c, const unsigned references[], size_t count, const int orders[],
-        double values[])
+REFUSED(fmi2GetDirectionalDerivative, UNKNOWNS, const double given[], double found[])
+REFUSED(fmi2SetRealInputDerivatives, REFERENCES, const int orders[], const double values[])
+REFUSED(fmi2GetRealOutputDerivatives, REFERENCES, const int orders[], double values[])
 REFUSED(fmi2GetStatus, component c, int kind, status *value)
 REFUSED(fmi2GetRealStatus, component c, int kind, double *value)
 REFUSED(fmi2GetIntegerStatus, component c, int kind, int *value)

@@ -61,10 +61,9 @@ CHANGED(fmi3EnterInitializationMode, my->time = start, component c, bool has_tol
 CHANGED(fmi3Reset, begin(my, 0.0), component c)
 
 EACH(fmi3GetFloat64, n == count && get_value(MINE, references[i], &values[i]),
-     "there is no variable of this value reference", component c, const unsigned references[], size_t count,
-     double values[], size_t n)
-EACH(fmi3SetFloat64, n == count && set_value(MINE, references[i], values[i]), UNSET, component c,
-     const unsigned references[], size_t count, const double values[], size_t n)
+     "there is no variable of this value reference", REFERENCES, double values[], size_t n)
+EACH(fmi3SetFloat64, n == count && set_value(MINE, references[i], values[i]), UNSET, REFERENCES, const double values[],
+     size_t n)
 
 CHANGED(fmi3DoStep, {
     *event = *terminate = *early = false;
@@ -101,11 +100,11 @@ FMI(status, fmi3FreeFMUState)(component c, void **state)
 
 /* Other kinds of variables: none. */
 #define NO_VARIABLES(kind, type)                                                                                      \
-    FMI(status, fmi3Get##kind)(component c, const unsigned references[], size_t count, type values[], size_t n)       \
+    FMI(status, fmi3Get##kind)(REFERENCES, type values[], size_t n)                                                   \
     {                                                                                                                 \
         return count ? failed(c, "all variables are of the type Float64") : OK;                                       \
     }                                                                                                                 \
-    FMI(status, fmi3Set##kind)(component c, const unsigned references[], size_t count, const type values[], size_t n) \
+    FMI(status, fmi3Set##kind)(REFERENCES, const type values[], size_t n)                                             \
     {                                                                                                                 \
         return count ? failed(c, "all variables are of the type Float64") : OK;                                       \
     }
@@ -128,43 +127,33 @@ NOTHING(fmi3EnterStepMode, component c)
 NOTHING(fmi3Terminate, component c)
 
 /* What the model description says that this unit cannot do. */
-REFUSED(fmi3GetBinary, component c, const unsigned references[], size_t count, size_t sizes[], const uint8_t *values[],
-        size_t n)
-REFUSED(fmi3SetBinary, component c, const unsigned references[], size_t count, const size_t sizes[],
-        const uint8_t *const values[], size_t n)
-REFUSED(fmi3GetClock, component c, const unsigned references[], size_t count, bool values[])
-REFUSED(fmi3SetClock, component c, const unsigned references[], size_t count, const bool values[])
+REFUSED(fmi3GetBinary, REFERENCES, size_t sizes[], const uint8_t *values[], size_t n)
+REFUSED(fmi3SetBinary, REFERENCES, const size_t sizes[], const uint8_t *const values[], size_t n)
+REFUSED(fmi3GetClock, REFERENCES, bool values[])
+REFUSED(fmi3SetClock, REFERENCES, const bool values[])
 REFUSED(fmi3GetNumberOfVariableDependencies, component c, unsigned reference, size_t *count)
 REFUSED(fmi3GetVariableDependencies, component c, unsigned dependent, size_t elements[], unsigned independents[],
         size_t others[], int kinds[], size_t count)
 REFUSED(fmi3SerializedFMUStateSize, component c, void *state, size_t *size)
 REFUSED(fmi3SerializeFMUState, component c, void *state, uint8_t bytes[], size_t size)
 REFUSED(fmi3DeserializeFMUState, component c, const uint8_t bytes[], size_t size, void **state)
-REFUSED(fmi3GetDirectionalDerivative, component c, const unsigned unknown[], size_t unknowns, const unsigned known[],
-        size_t knowns, const double seed[], size_t seeds, double found[], size_t n)
-REFUSED(fmi3GetAdjointDerivative, component c, const unsigned unknown[], size_t unknowns, const unsigned known[],
-        size_t knowns, const double seed[], size_t seeds, double found[], size_t n)
-REFUSED(fmi3GetOutputDerivatives, component c, const unsigned references[], size_t count, const int32_t orders[],
-        double values[], size_t n)
+REFUSED(fmi3GetDirectionalDerivative, UNKNOWNS, const double seed[], size_t seeds, double found[], size_t n)
+REFUSED(fmi3GetAdjointDerivative, UNKNOWNS, const double seed[], size_t seeds, double found[], size_t n)
+REFUSED(fmi3GetOutputDerivatives, REFERENCES, const int32_t orders[], double values[], size_t n)
 REFUSED(fmi3EnterConfigurationMode, component c)
 REFUSED(fmi3ExitConfigurationMode, component c)
 REFUSED(fmi3EnterEventMode, component c)
 REFUSED(fmi3UpdateDiscreteStates, component c, bool *again, bool *terminate, bool *nominals, bool *values,
         bool *defined, double *time)
 REFUSED(fmi3EvaluateDiscreteStates, component c)
-REFUSED(fmi3GetIntervalDecimal, component c, const unsigned references[], size_t count, double intervals[],
-        int qualifiers[])
-REFUSED(fmi3GetIntervalFraction, component c, const unsigned references[], size_t count, uint64_t counters[],
-        uint64_t resolutions[], int qualifiers[])
-REFUSED(fmi3GetShiftDecimal, component c, const unsigned references[], size_t count, double shifts[])
-REFUSED(fmi3GetShiftFraction, component c, const unsigned references[], size_t count, uint64_t counters[],
-        uint64_t resolutions[])
-REFUSED(fmi3SetIntervalDecimal, component c, const unsigned references[], size_t count, const double intervals[])
-REFUSED(fmi3SetIntervalFraction, component c, const unsigned references[], size_t count, const uint64_t counters[],
-        const uint64_t resolutions[])
-REFUSED(fmi3SetShiftDecimal, component c, const unsigned references[], size_t count, const double shifts[])
-REFUSED(fmi3SetShiftFraction, component c, const unsigned references[], size_t count, const uint64_t counters[],
-        const uint64_t resolutions[])
+REFUSED(fmi3GetIntervalDecimal, REFERENCES, double intervals[], int qualifiers[])
+REFUSED(fmi3GetIntervalFraction, REFERENCES, uint64_t counters[], uint64_t resolutions[], int qualifiers[])
+REFUSED(fmi3GetShiftDecimal, REFERENCES, double shifts[])
+REFUSED(fmi3GetShiftFraction, REFERENCES, uint64_t counters[], uint64_t resolutions[])
+REFUSED(fmi3SetIntervalDecimal, REFERENCES, const double intervals[])
+REFUSED(fmi3SetIntervalFraction, REFERENCES, const uint64_t counters[], const uint64_t resolutions[])
+REFUSED(fmi3SetShiftDecimal, REFERENCES, const double shifts[])
+REFUSED(fmi3SetShiftFraction, REFERENCES, const uint64_t counters[], const uint64_t resolutions[])
 REFUSED(fmi3EnterContinuousTimeMode, component c)
 REFUSED(fmi3CompletedIntegratorStep, component c, bool no_way_back, bool *event, bool *terminate)
 REFUSED(fmi3SetTime, component c, double time)

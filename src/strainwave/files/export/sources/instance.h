@@ -56,6 +56,8 @@ typedef void *component;
         return OK;                                                                                                    \
     }
 #define MINE (&((instance *)c)->my)
+#define REFERENCES component c, const unsigned references[], size_t count
+#define UNKNOWNS component c, const unsigned unknown[], size_t unknowns, const unsigned known[], size_t knowns
 #define UNSET "only inputs and states can be set, to finite values"
 
 /* A call that changes nothing here. */
