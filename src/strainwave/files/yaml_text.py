@@ -134,9 +134,8 @@ def read_text(
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return _wide(data)
     if b"\0" in data[:8192]:
-        return Problem(
-            1, 1, "file", f"is binary, not text; give a {kind}" + (" in YAML" if kind == "project file" else "")
-        )
+        form = " in YAML" if kind == "project file" else ""
+        return Problem(1, 1, "file", f"is binary, not text; give a {kind}{form}")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -189,19 +188,17 @@ def read(text: str) -> Located:
         return tree
     try:
         _document(_counted(YAML(typ="safe", pure=True).parse(text)), tree)
+        return tree
     except Unreadable as stop:
-        tree.problems.append(stop.args[0])
-        tree.content = None
+        problem = stop.args[0]
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        tree.problems.append(Problem(line, column, "file", _syntax(str(error.problem or error.context), text, line)))
-        tree.content = None
+        problem = Problem(line, column, "file", _syntax(str(error.problem or error.context), text, line))
     except (YAMLError, ValueError, LookupError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        tree.problems.append(Problem(1, 1, "file", f"is not YAML ({reason[:80]}); see the example projects"))
-        tree.content = None
-    return tree
+        problem = Problem(1, 1, "file", f"is not YAML ({reason[:80]}); see the example projects")
+    return Located(problems=[*tree.problems, problem], values=tree.values, keys=tree.keys)
 
 
 def read_again(text: str) -> Located:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from strainwave.app.resonance_figures import _even, envelope
+from strainwave.app.report.sections.resonances import _even, envelope
 from strainwave.study.analysis.avoid import turns
 
 

@@ -15,7 +15,6 @@ from click.testing import CliRunner
 from test_extension import Dogleg
 
 from strainwave.app.commands.cli import cli
-from strainwave.app.page import catalogue
 from strainwave.app.page import page as html
 from strainwave.app.page import sliders as page_sliders
 from strainwave.app.page.sliders import _quantity, sliders
@@ -311,12 +310,12 @@ def test_a_range_that_ends_between_folds_says_that_there_is_another_motion(tmp_p
 @pytest.mark.interpreted
 def test_the_catalogue_has_the_numbers_of_the_project_file_that_it_gives(tmp_path):
     rng, path = np.random.default_rng(6), tmp_path / "project.yaml"
-    data, own = catalogue.data_of_catalogue()
+    data, own = html.data_of_catalogue()
     positions, compared, names = [], 0, [gear["name"] for gear in data["gears"]]
     for motor in (0, 1) * 4:
-        values = [one.value * float(f) for one, f in zip(catalogue.SLIDERS, rng.uniform(0.7, 1.3, 7), strict=True)]
+        values = [one.value * float(f) for one, f in zip(html.SLIDERS, rng.uniform(0.7, 1.3, 7), strict=True)]
         positions.append([values, int(rng.integers(len(data["gears"]))), motor])
-    positions.append([[one.value for one in catalogue.SLIDERS], names.index("CSG-25-100"), 0])
+    positions.append([[one.value for one in html.SLIDERS], names.index("CSG-25-100"), 0])
     rows = of_page(data, own, positions, "catalogue.js", asked=ROWS)
     for (_, gear, _), (found, row, text) in zip(positions, rows, strict=True):
         record = gear_of(names[gear])
@@ -529,7 +528,7 @@ def test_the_page_of_the_catalogue_sorts_chooses_and_gives_a_project_file(offlin
     assert offline.inner_text("#progress") == ""
     rows = offline.locator("#rows tr")
     column = lambda i: rows.evaluate_all("(rows, i) => rows.map((row) => row.cells[i].textContent)", i)  # noqa: E731
-    assert rows.count() == len(catalogue.data_of_catalogue()[0]["gears"])
+    assert rows.count() == len(html.data_of_catalogue()[0]["gears"])
     largest = [float(text) for text in column(6) if text != "–"]
     assert largest == sorted(largest)
     offline.get_by_role("button", name="rated torque").click()

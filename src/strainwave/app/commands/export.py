@@ -41,10 +41,10 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
 def _export(project: Path, form: Any, output: Path, step: str | None) -> tuple[str, tuple[str, ...]]:
     """Write the file; its title and notes."""
     if str(project) == "catalogue":
-        from ..page import catalogue
+        from ..page.page import TITLE, write_catalogue
 
-        catalogue.write_catalogue(output)
-        return catalogue.TITLE, ()
+        write_catalogue(output)
+        return TITLE, ()
     drive = read_project(project)
     if form not in ("mat", "html"):
         return drive.title, exported(drive, output, to=form, step=None if step is None else parse(step, "s")).notes

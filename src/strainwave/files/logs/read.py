@@ -127,33 +127,25 @@ def in_si(
             f"units has {shown(unknown[0])}, and the channels are {joined(columns)}; name one of these, or "
             f"the column that is {shown(unknown[0])}, too"
         )
-    result: dict[str, Column] = {}
-    si: dict[str, str] = {}
-    assumed = []
+    result, si, assumed = dict[str, Column](), dict[str, str](), list[str]()
     for channel, column in columns.items():
         unit, kind = units.get(channel, unit_of(column)), expected(channel)
         if unit == "" and channel == "time" and (unit := epoch_unit(column.values)):
             notes.append(f"time begins with {column.values[0]:.14g}, which was read as {unit} since 1970")
         if unit == "":
-            if kind:
-                assumed.append(f"{channel} in {kind}")
-            result[channel], si[channel] = column, kind
-            continue
-        if not kind and isinstance(unit, str):
-            kind = si_unit(unit) or ""
-            if not kind and channel in units:
+            assumed += [f"{channel} in {kind}"] if kind else []
+        elif isinstance(unit, str) and not (kind := kind or si_unit(unit) or ""):
+            if channel in units:
                 raise ValueError(f"units has {unit!r} for {channel!r}, which is no unit of a channel; leave it out")
-            if not kind:
-                notes.append(f"{channel} is in {unit!r}, which is left as it is")
-                result[channel], si[channel] = column, unit
-                continue
-        try:
-            values = converted(column.values, unit, kind)
-        except ValueError as error:
-            raise refuse(
-                path, f"{error}; give units={{{channel!r}: {kind!r}}} if the file is wrong", what=channel
-            ) from None
-        result[channel], si[channel] = replace(column, values=np.asarray(values, float)), kind
+            notes.append(f"{channel} is in {unit!r}, which is left as it is")
+            kind = unit
+        else:
+            try:
+                column = replace(column, values=np.asarray(converted(column.values, unit, kind), float))
+            except ValueError as error:
+                said = f"{error}; give units={{{channel!r}: {kind!r}}} if the file is wrong"
+                raise refuse(path, said, what=channel) from None
+        result[channel], si[channel] = column, kind
     if assumed:
         notes.append(f"no unit is given for {', '.join(assumed)}: units= says what else they are")
     return result, si

@@ -21,8 +21,8 @@ from ....plot.svg import figure, stacked
 from ....study.analysis.in_time import DriveMotion
 from ....study.analysis.time_case import TimeCase
 from ...console import number, percent
-from ...resonance_figures import time_figure
 from ...view import View, place, sizes, under_load
+from .resonances import time_figure
 
 
 class SpeedRange:

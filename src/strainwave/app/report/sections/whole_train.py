@@ -20,13 +20,11 @@ from ....plot.svg import figure
 from ....study.analysis.avoid import turns
 from ....study.analysis.resonances import equation_orders
 from ....study.analysis.train_study import Ramp, TrainStudy, spread
-from ...console import number, percent
-from ...resonance_figures import envelope
+from ...console import number
 from ...view import View, sign, sizes, under_load
-from .resonances import jump_speeds
+from .resonances import envelope, jump_speeds
 from .speed_range import curve_data
 
-ROUNDING = 1e-6  # relative difference that is called none
 MATTERS = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
 APART = 0.1  # relative difference of train and error equation that is warned of
 
@@ -51,11 +49,6 @@ class WholeTrain:
         known = parameters(study.train.motor.control)
         each = ", ".join(f"{p.path.removeprefix('loop.')} = {number(p.value)} {sign(p.unit)}" for p in known)
         return f"Motor control: {each}. " if each else ""
-
-    def angle(self, train: dict[str, Any]) -> str:
-        """The angle of the load that the operating point is for, where a torque follows it."""
-        at = train["operating_point"]["load_angle_rad"]
-        return "" if at is None else f", at a load angle of {number(at)}"
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
         """Whether a part of its curve is unstable, and how far the error equation is from it."""
@@ -86,15 +79,6 @@ class RunUpOfTrain:
         """Data of the train, with what the error equation makes of it; None without a train."""
         study = view.analysis.train
         return study and view.told(train_data(view, study) | {"reduction": reduction(view)})
-
-    def heat(self, joules: dict[str, float]) -> str:
-        """What each element turned into heat, the largest first."""
-        lost = sorted(((J, name) for name, J in joules.items() if J), reverse=True)
-        return ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
-
-    def apart(self, share: float) -> str:
-        """A relative difference, where it is more than rounding."""
-        return percent(share, 3) if abs(share) > ROUNDING else "none"
 
 
 def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
