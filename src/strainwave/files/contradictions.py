@@ -5,7 +5,6 @@ from functools import reduce
 from typing import Any
 
 from ..base.law import depends, spring_stiffness
-from ..base.protocols import Law
 from ..base.quantities import checked
 from ..model.gears.gear import Gear
 from ..model.orders import BY_FIXED
@@ -71,10 +70,9 @@ def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]
 def _friction(gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     """What keeps the friction of the meshing from following from the gear's record."""
     example = "write it as a share of the torque, for example 8 %"
-    if gear is None:
-        yield ("load_friction",), f"no source gives the efficiency of an explicit gear; {example}"
-        return
     try:
+        if gear is None:
+            raise ValueError("no source gives the efficiency of an explicit gear")
         checked(gear.friction)
     except ValueError as error:
         yield ("load_friction",), f"{str(error).partition(';')[0]}; {example}"
@@ -84,10 +82,8 @@ def _arrangement(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, s
     """A member that cannot be fixed at this ratio."""
     fixed = getattr(spec.gear, "fixed", None)
     if fixed == "wave_generator" and gear is not None:
-        yield (
-            ("gear", "fixed"),
-            f"is wave_generator, and {gear.name} has it on the motor; write ratio and law in full",
-        )
+        said = f"is wave_generator, and {gear.name} has it on the motor; write ratio and law in full"
+        yield ("gear", "fixed"), said
     elif fixed is not None and isinstance(spec.gear, ExplicitGear):
         try:
             BY_FIXED[fixed].teeth(spec.gear.ratio)
@@ -108,17 +104,13 @@ def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     if spec.damping is None:
         return
     if spec.damping.B is None and not float(spring_stiffness(law, 0.0)) > 0.0:
-        way = "ratio" if spec.damping.ratio is not None else "quality"
-        yield ("damping", way), f"has no meaning for a law {_without_spring(law)}; write B: 10 N*m*s/rad"
+        way, held = "ratio" if spec.damping.ratio is not None else "quality", float(law.stiffness(0.0)) > 0.0
+        what = "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (backlash)"
+        yield ("damping", way), f"has no meaning for a law {what}; write B: 10 N*m*s/rad"
     if depends(law) > 1:
         for group, varies in (("stiffness", spec.stiffness is not None), ("damping", spec.damping.varies)):
             if varies:
                 yield (group,), f"varies, which takes a spring, and the law has friction or memory: {BOTH}"
-
-
-def _without_spring(law: Law) -> str:
-    held = float(law.stiffness(0.0)) > 0.0
-    return "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (backlash)"
 
 
 BOTH = "leave one of them out, or write the equation in Python (strainwave.simulate takes any system)"
@@ -155,10 +147,8 @@ def _pairs(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     if ratio is None or not any(isinstance(line.order, OrderPair) for line in lines):
         return
     if _forced(spec):
-        yield (
-            field,
-            "has a line of the output's turn, and the speeds are the forcing's; write 'shaft: motor' under speed",
-        )
+        said = "has a line of the output's turn, and the speeds are the forcing's; write 'shaft: motor' under speed"
+        yield field, said
     orders = [round(ratio * line.line(ratio).order, 6) for line in lines]
     for i, order in enumerate(orders):
         if order == 0.0:
@@ -186,11 +176,9 @@ def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]
 
 def train_fields(spec: ProjectSpec) -> list[Keys]:
     """Fields of the file that only the whole drive train has."""
-    found: list[Keys] = []
-    for group, names in (("motor", ("loop", "drag")), ("load", ("drag", "coupling", "couplings"))):
-        part = getattr(spec, group)
-        found += [(group, name) for name in names if part is not None and getattr(part, name) is not None]
-    return [*found, ("load_friction",)] if spec.load_friction else found
+    fields = [("motor", "loop"), ("motor", "drag"), ("load", "drag"), ("load", "coupling"), ("load", "couplings")]
+    given: list[Keys] = [(g, name) for g, name in fields if getattr(getattr(spec, g), name, None) is not None]
+    return [*given, ("load_friction",)] if spec.load_friction else given
 
 
 def _whole_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:

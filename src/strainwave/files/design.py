@@ -154,9 +154,9 @@ def read_specification(path: str | Path) -> Specification:
     path = as_path(path)
     located = read(text_of(path, KIND, error=ProjectError))
     spec, problems = read_file(located.content, SpecificationSpec, located)
+    if not problems:
+        problems = [Problem(*located.place(keys), name(keys), said) for keys, said in _contradictions(spec)]
     refuse(path, problems, ProjectError)
-    wrong = [Problem(*located.place(keys), name(keys), said) for keys, said in _contradictions(spec)]
-    refuse(path, wrong, ProjectError)
     return _resolved(spec, path)
 
 
@@ -187,14 +187,11 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
         loop=spec.motor.loop,
         damping_ratio=spec.damping.ratio,
         duty=tuple(DutySegment(part.torque, part.speed, part.duration) for part in spec.duty),
-        mean_torque=spec.torque.mean,
-        peak_torque=spec.torque.peak,
-        momentary_torque=spec.torque.momentary,
+        **{f"{name}_torque": getattr(spec.torque, name) for name in ("mean", "peak", "momentary")},
         preload=spec.torque.preload,
         average_speed=spec.torque.average_speed,
         life=spec.life,
-        largest_size=spec.largest.size,
-        largest_mass=spec.largest.mass,
+        **{f"largest_{name}": getattr(spec.largest, name) for name in ("size", "mass")},
         ratios=tuple(spec.ratios),
         series=tuple(spec.series),
         accuracy=None if accuracy == CATALOGUE else accuracy,
@@ -230,10 +227,7 @@ def design_text(specification: Specification, candidate: Candidate) -> str:
     file = ProjectSpec(
         title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
         gear=c.gear,
-        motor=MotorSpec(
-            inertia=c.motor_inertia,
-            **({"mode": "held"} if spec.loop is None else {"loop": spec.loop}),
-        ),
+        motor=MotorSpec(inertia=c.motor_inertia, **({"mode": "held"} if spec.loop is None else {"loop": spec.loop})),
         load=LoadSpec(inertia=c.load_inertia),
         damping=DampingSpec(B=c.B),
         speed=SpeedSpec(**{"from": low, "to": high, "shaft": "load"}),

@@ -32,7 +32,7 @@ from ..model.train.shafts import NO_DRAG
 from .fields.groups import ASSUMED, CATALOGUE, MEASURED, YOURS
 from .fields.rows import inside
 from .fields.schema import ProjectSpec
-from .variants.names import Keys, keys_of, numbers_of
+from .variants.names import keys_of, numbers_of
 
 FACTOR = 10.0  # beyond what gears have
 STIFFNESS = 340.0, 1.45e6  # N*m/rad
@@ -151,7 +151,6 @@ def _stiffness(project: Project) -> Iterator[str]:
     stiffness, rated = float(spring_stiffness(project.drive.law, 0.0)), project.rated_torque
     if not stiffness > 0.0:
         return
-    usual = f"{STIFFNESS[0]:g} to {STIFFNESS[1]:.3g} N*m/rad"
     if rated is not None and not TWIST[0] / FACTOR <= rated / stiffness <= TWIST[1] * FACTOR:
         twist = convert(rated / stiffness, "rad", "arcmin")
         yield (
@@ -160,8 +159,8 @@ def _stiffness(project: Project) -> Iterator[str]:
         )
     elif rated is None and not STIFFNESS[0] / FACTOR <= stiffness <= STIFFNESS[1] * FACTOR:
         yield (
-            f"The stiffness of the gear at rest is {stiffness:.4g} N*m/rad, and gears of the catalogue have {usual}; "
-            "check its unit."
+            f"The stiffness of the gear at rest is {stiffness:.4g} N*m/rad, and gears of the catalogue have "
+            f"{STIFFNESS[0]:g} to {STIFFNESS[1]:.3g} N*m/rad; check its unit."
         )
 
 
@@ -232,13 +231,12 @@ def _torque(project: Project) -> Iterator[str]:
     gear, rated = project.gear, project.rated_torque
     limit = None if gear is None else gear.ratcheting_torque
     skip = "the teeth skip, and no number computed here is a result; check the torque and its unit"
+    reaches = f"The torque of the load reaches {largest:g} N*m"
     if limit is not None and largest > limit:
-        yield f"The torque of the load reaches {largest:g} N*m, beyond the ratcheting torque of {limit:g} N*m: {skip}."
+        yield f"{reaches}, beyond the ratcheting torque of {limit:g} N*m: {skip}."
     elif limit is None and rated is not None and largest > RATCHETING * rated:
-        yield (
-            f"The torque of the load reaches {largest:g} N*m, {largest / rated:.3g} times the rated torque, and gears "
-            f"ratchet from 5 to 16 times on: {skip}."
-        )
+        times = f"{largest / rated:.3g} times the rated torque, and gears ratchet from 5 to 16 times on"
+        yield f"{reaches}, {times}: {skip}."
 
 
 def _natural_frequency(project: Project) -> Iterator[str]:
@@ -247,13 +245,11 @@ def _natural_frequency(project: Project) -> Iterator[str]:
     if not omega_0:
         return
     hertz = omega_0 / (2.0 * math.pi)
-    if not HERTZ[0] <= hertz <= HERTZ[1]:
-        yield (
-            f"The natural frequency is {hertz:.3g} Hz, and drives have {HERTZ[0]:g} Hz to 2 kHz; check the units of "
-            "stiffness and inertia."
-        )
-        return
-    yield from _speeds(project, omega_0)
+    if HERTZ[0] <= hertz <= HERTZ[1]:
+        yield from _speeds(project, omega_0)
+    else:
+        usual = f"drives have {HERTZ[0]:g} Hz to 2 kHz; check the units of stiffness and inertia."
+        yield f"The natural frequency is {hertz:.3g} Hz, and {usual}"
 
 
 def _speeds(project: Project, omega_0: float) -> Iterator[str]:
@@ -314,12 +310,9 @@ def _error(project: Project) -> Iterator[str]:
 
 def _damping(project: Project) -> Iterator[str]:
     """Damping that no gear has."""
-    ratio = project.damping_ratio
-    if ratio is not None and ratio > DAMPED:
-        yield (
-            f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); "
-            "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
-        )
+    if (ratio := project.damping_ratio or 0.0) > DAMPED:
+        usual = "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
+        yield f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); {usual}"
 
 
 NO_NUMBERS = ("scatter", "excitation.accuracy")
@@ -331,17 +324,13 @@ def sources_of(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) ->
     """Every number of a file, and those that stand in for what it leaves out, with the source of each."""
     named = (spec.sources or {}).items()
     declared = {("speed",) if name == "speed" else keys_of(content, name): word for name, word in named}
-    names = (name for name in numbers_of(content) if not name.startswith(NO_NUMBERS))
-    given = (
-        Source(name, str(reduce(inside, name.split("."), content)), word_of(declared, tuple(name.split("."))))
-        for name in names
-    )
+    given = list[Source]()
+    for name in numbers_of(content):
+        if not name.startswith(NO_NUMBERS):
+            keys = tuple(name.split("."))  # what is said of the narrowest group; a number of the file is its writer's
+            word = next((declared[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in declared), YOURS)
+            given.append(Source(name, str(reduce(inside, keys, content)), word))
     return *_implied(content, spec, gear), *given
-
-
-def word_of(said: dict[Keys, str], keys: Keys) -> str:
-    """What the file says of the narrowest group with a number; a number that it gives is its writer's."""
-    return next((said[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in said), YOURS)
 
 
 def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> Iterator[Source]:
@@ -383,12 +372,9 @@ def remarks(project: Project) -> tuple[str, ...]:
     train, sentences = project.train, list(project.notes)
     if train is None:
         return tuple(sentences)
-    for field, present in (
-        ("motor.drag", train.motor.drag != NO_DRAG),
-        ("load_friction", train.friction != NO_FRICTION),
-    ):
-        if present and train.motor.held:
-            sentences.append(f"{field} does not enter: an ideally held motor keeps its speed whatever opposes it.")
+    present = {"motor.drag": train.motor.drag != NO_DRAG, "load_friction": train.friction != NO_FRICTION}
+    for field in filter(present.__getitem__, present if train.motor.held else ()):
+        sentences.append(f"{field} does not enter: an ideally held motor keeps its speed whatever opposes it.")
     if train.motor.free and project.kinematic_error is not None:
         sentences.append(
             "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "

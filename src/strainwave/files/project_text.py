@@ -97,8 +97,7 @@ def _of_project(project: Project) -> str:
     if _reads_as(project, project.text):
         return project.text
     for gear in _gears(project):
-        text = _file(**gear, **_parts(project))
-        if _reads_as(project, text):
+        if _reads_as(project, text := _file(**gear, **_parts(project))):
             return text
     raise ValueError(
         f"no project file says what project {project.title!r} holds: its parts contradict each other (a changed drive "
@@ -130,11 +129,9 @@ def _gears(project: Project) -> Iterator[dict[str, Any]]:
     if isinstance(law, Play):
         additions["backlash"], law = schema.BacklashSpec(half_gap=law.half_gap), law.law
     if project.gear is not None:
-        yield {
-            "gear": schema.NamedGear(name=project.gear.name, fixed=fixed) if fixed else project.gear.name,
-            **additions,
-        }
-        yield {"gear": schema.NamedGear(name=project.gear.name, law=law, fixed=fixed), **additions}
+        name = project.gear.name
+        yield {"gear": schema.NamedGear(name=name, fixed=fixed) if fixed else name, **additions}
+        yield {"gear": schema.NamedGear(name=name, law=law, fixed=fixed), **additions}
     yield in_full
     yield {"gear": schema.ExplicitGear(ratio=ratio, law=law, rated_torque=rated, fixed=fixed), **additions}
 
@@ -177,13 +174,9 @@ def _kept(project: Project) -> Iterator[tuple[str, str]]:
 
 
 def _damping(project: Project) -> schema.DampingSpec:
-    varying, B = project.damping, project.drive.B
-    if varying is None:
-        return schema.DampingSpec(B=B)
-    numbers = varying._asdict() | {"B": B}
-    ripples = numbers.pop("variation")
-    lines = None if isinstance(ripples, NoVariation) else ripples
-    return schema.DampingSpec(ripples=lines, **numbers)
+    numbers = ({} if project.damping is None else project.damping._asdict()) | {"B": project.drive.B}
+    ripples = numbers.pop("variation", None)
+    return schema.DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **numbers)
 
 
 def _speeds(speeds: Speeds) -> schema.SpeedSpec:
@@ -244,9 +237,8 @@ def _speed(omega: Any) -> schema.SpeedSpec:
 
 def _torque(where: str, torque: object, means: tuple[float, float] | None = None) -> groups.TorqueSpec | None:
     if not isinstance(torque, Harmonic | Harmonics):
-        raise ValueError(
-            f"a project file holds torques as harmonics, and {where} has {shown(torque)}; use it in Python"
-        )
+        has = f"{where} has {shown(torque)}; use it in Python"
+        raise ValueError(f"a project file holds torques as harmonics, and {has}")
     terms = torque.terms if isinstance(torque, Harmonics) else (torque,)
     lines = [groups.TorqueLine.of(term) for term in terms if term.amplitude]
     span = means and groups.TorqueRange(**{"from": means[0], "to": means[1]})

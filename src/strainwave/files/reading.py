@@ -5,6 +5,7 @@ From the fields of a project file to the project in SI: speeds, excitation, damp
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import starmap
 from pathlib import Path
 from typing import TypeVar
 
@@ -33,7 +34,7 @@ from .fields.schema import ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes, posture_note, sources_of
 from .own_gears import read_gears
 from .python_law import with_python_laws
-from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, refuse, shown, text_of
+from .yaml_text import FileError, Keys, Located, Problem, as_path, complaint, name, read, refuse, shown, text_of
 
 T = TypeVar("T")
 ACCURACY_NOTE = (
@@ -231,20 +232,22 @@ def from_located(located: Located, text: str, path: Path) -> Project:
             elsewhere.append(str(error))
             return None
 
+    def problem(keys: Keys, sentence: str) -> Problem:
+        return Problem(*located.place(keys), name(keys), sentence)
+
     task = None if spec.move is None else of_files(spec.move.task)
     sheet = None if spec.motor is None else of_files(spec.motor.limits)
     if sheet is not None and (said := sheet.crossing()):
-        problems.append(Problem(*located.place(("motor", "continuous_torque")), "motor.continuous_torque", said))
+        problems.append(problem(("motor", "continuous_torque"), said))
     rows = of_files(lambda folder: postures_of(spec.postures, folder)) or ()
     try:
         gear = _gear(spec, path)
     except FileError as error:
         elsewhere.append(str(error))
     except ValueError as error:
-        problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
+        problems.append(problem(("gear", "name"), str(error)))
     else:
-        wrong_together = contradictions(spec, gear if isinstance(gear, Gear) else None, located.content)
-        problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in wrong_together]
+        problems += starmap(problem, contradictions(spec, gear if isinstance(gear, Gear) else None, located.content))
     if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), *elsewhere) if part))
     project = replace(resolved(spec, gear, path, text, sheet), move=task, postures=rows)
@@ -254,20 +257,19 @@ def from_located(located: Located, text: str, path: Path) -> Project:
         for row in rows:
             row.on(project)
     except ValueError as error:
-        refuse(path, [Problem(*located.place(("postures",)), "postures", str(error))], ProjectError)
+        refuse(path, [problem(("postures",), str(error))], ProjectError)
     if project.train is not None and (sentence := unstable(project.train, project.loop_inertia)):
-        refuse(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)], ProjectError)
+        refuse(path, [problem(("motor", "loop"), sentence)], ProjectError)
     return project
 
 
 def _gear(spec: ProjectSpec, path: Path) -> Gear | ExplicitGear | None:
     """The gear's record, or the gear that the file writes out; None of a file without."""
-    if isinstance(spec.gear, NamedGear):
-        if spec.gear.file is None:
-            return catalogue.gear(spec.gear.name)
-        file = path.parent / spec.gear.file
-        gears = read_gears(file)
-        if spec.gear.name not in gears:
-            raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
-        return gears[spec.gear.name]
-    return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else spec.gear
+    if not isinstance(spec.gear, NamedGear):
+        return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else spec.gear
+    if spec.gear.file is None:
+        return catalogue.gear(spec.gear.name)
+    gears = read_gears(path.parent / spec.gear.file)
+    if spec.gear.name not in gears:
+        raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
+    return gears[spec.gear.name]

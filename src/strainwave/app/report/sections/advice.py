@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....base.units import RPM
 from ....plot.svg import figure
-from ....study.analysis.avoid import AMPLIFIED, Avoid, LoadCase
+from ....study.analysis.avoid import AMPLIFIED, Avoid
 from ...console import number
 from ...view import View, sizes
 from ..remedies import remedies_data, remedies_figure
@@ -43,20 +43,21 @@ class SpeedsToAvoid:
         """The advice in sentences, of the remedies the best; the report has all."""
         advice = data["advice"] or {}
         best, *more = advice.get("remedy_sentence", "").split("; ")
-        return [
-            *(advice[key] for key in ("sentence", "about") if advice.get(key)),
-            *filter(None, [best + "." * bool(more)]),
-        ]
+        return list(filter(None, [*map(advice.get, ("sentence", "about")), best + "." * bool(more)]))
 
 
 def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
+    in_run_up = dict[str, Any]()  # where the curve leaves out some of its torques
+    if avoid.largest_passed is not None:
+        speed, size = avoid.largest_passed
+        in_run_up = {**sizes(size, "largest_oscillation_in_run_up"), "in_run_up_at_rad_per_s": speed}
     return {
         "rule": _rule(avoid) + (BEYOND if view.speeds.single else ""),
         "limit_rad": avoid.limit,
         "bands": [band_data(view, *band) for band in avoid.bands],
         **sizes(avoid.largest, "largest_oscillation"),
         "at_rad_per_s": avoid.at,
-        **_in_run_up(avoid),
+        **in_run_up,
         "slow_oscillation_rad": avoid.slow,
         "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
         "sentence": _avoid(view, avoid) + _limits(view, avoid),
@@ -71,22 +72,15 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
     }
 
 
-def _in_run_up(avoid: Avoid) -> dict[str, Any]:
-    """Largest oscillation of the run-up, where the curve leaves out some of its torques; empty otherwise."""
-    if avoid.largest_passed is None:
-        return {}
-    speed, size = avoid.largest_passed
-    return {**sizes(size, "largest_oscillation_in_run_up"), "in_run_up_at_rad_per_s": speed}
-
-
 def _about(view: View, avoid: Avoid) -> Sentence | str:
     """Say which torques of the load the speeds to avoid are for, and the speeds that the run-up adds."""
     cases, text = view.analysis.load_cases, ""
     if cases:
         ends = f"{number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
-        banded = [case for case in cases if case.bands]
-        free = f" At {_torques(cases)} N·m no speed is to be avoided." if len(banded) < len(cases) else ""
-        bands = ": " + Sentence("; ").join(_of_case(view, case) for case in banded) if banded else ""
+        torques = ", ".join(number(case.torque) for case in cases if not case.bands)
+        free = f" At {torques} N·m no speed is to be avoided." if torques else ""
+        each = [f"at {number(case.torque)} N·m " + _ranges(view, case.bands) for case in cases if case.bands]
+        bands = ": " + Sentence("; ").join(each) if each else ""
         text = f"These speeds are for every torque of the load from {ends}" + bands + "." + free + " "
     if avoid.largest_passed is None:
         return text
@@ -97,16 +91,6 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
             "adds " + speeds + "."
         )
     return text + "The run-up, with the torques at every angle of the load, adds " + speeds + "."
-
-
-def _of_case(view: View, case: LoadCase) -> Sentence:
-    """Speeds to avoid under one torque of the load."""
-    return f"at {number(case.torque)} N·m " + _ranges(view, case.bands)
-
-
-def _torques(cases: tuple[LoadCase, ...]) -> str:
-    """Torques [N*m] without speeds to avoid."""
-    return ", ".join(number(case.torque) for case in cases if not case.bands)
 
 
 def _limits(view: View, avoid: Avoid) -> Sentence:

@@ -103,9 +103,8 @@ def facts(view: View) -> list[Fact]:
                 name, note = f"Natural frequency of the spring alone, motor {mode}", "after it has yielded"
                 rows.append(Fact(name, "", of_spring, "rad/s", note))
         else:
-            rows.append(
-                Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", "no stiffness at the operating point")
-            )
+            why = "no stiffness at the operating point"
+            rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", why))
     return [*rows, *_damping_facts(damping(view)), *_static(view)]
 
 
@@ -222,9 +221,11 @@ class Hysteresis:
         loop = view.analysis.loop
         if loop is None:
             return {"hysteresis": None}
-        full = {"full_load_Nm": loop.torque, "full_load_is_rated": loop.rated} | sizes(
-            loop.full.loss, "hysteresis_loss"
-        )
+        full = {
+            "full_load_Nm": loop.torque,
+            "full_load_is_rated": loop.rated,
+            **sizes(loop.full.loss, "hysteresis_loss"),
+        }
         full |= {"torsion_from_end_to_end_rad": loop.full.span, "dissipated_J_per_cycle": loop.full.energy}
         return {"hysteresis": full | sizes(loop.small.span, "lost_motion")}
 
@@ -250,6 +251,7 @@ SOFTWARE = ("numpy", "scipy", "numba")
 MOTORS = {
     "held": "The motor turns at constant speed, as under an ideally stiff speed loop.",
     "free": "The motor is driven by its torque alone; no loop holds its speed.",
+    "train": "The motor has the loop and the friction that the file gives; a loop is computed without sampling.",
 }
 
 
@@ -266,32 +268,19 @@ class Trust:
 
 def assumptions(view: View) -> list[str]:
     """Assumptions of the model in sentences."""
-    project = view.project
-    texts = []
-    if view.analysis.train is None:
-        texts.append(MOTORS[project.motor])
-    else:
-        texts.append(
-            "The motor has the loop and the friction that the file gives; a loop is computed without sampling."
-        )
-    if project.gear is not None:
-        texts.append(
-            f"The stiffness is that of the datasheet of {project.gear.name}: a typical value; a single gear differs."
-        )
-    else:
-        texts.append("The torsion law is the one that the file writes out.")
-    texts += [
+    project, gear = view.project, view.project.gear
+    texts = [
+        MOTORS["train" if view.analysis.train is not None else project.motor],
+        "The torsion law is the one that the file writes out."
+        if gear is None
+        else f"The stiffness is that of the datasheet of {gear.name}: a typical value; a single gear differs.",
         "The gear is a spring and a damper without mass between motor and load; its parts count to either inertia.",
         "The kinematic error depends on the angle alone: load, temperature and wear do not change it.",
         "Shafts and housing are rigid, but for the couplings of the file.",
         "Skipping teeth are not computed: results above the ratcheting torque are void.",
     ]
-    if project.left_out:
-        texts.append(
-            f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
-            "the steady motions of the whole drive have them."
-        )
-    return texts
+    equation = f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
+    return texts + [equation + "the steady motions of the whole drive have them."] * bool(project.left_out)
 
 
 def certificates(view: View) -> list[dict[str, Any]]:
@@ -301,10 +290,8 @@ def certificates(view: View) -> list[dict[str, Any]]:
         size = f"{curve.coefficients.shape[1] // 2} harmonics"
         reference = "share of the motion in the harmonics that are left out"
         if (waves := curve.waves) is not None:
-            size, reference = (
-                f"{len(waves.pairs) - 1} waves",
-                "share of the motion in each wave that is left out, at most",
-            )
+            size = f"{len(waves.pairs) - 1} waves"
+            reference = "share of the motion in each wave that is left out, at most"
         rows.append(_certificate(f"response curve{name}, {size}", reference, curve.tail))
     if (beat := view.analysis.beat) is not None and beat.difference is not None:
         reference = "largest |error - mean| of each turn by integration, at the largest oscillation"

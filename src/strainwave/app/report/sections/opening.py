@@ -115,11 +115,8 @@ class Opening:
             for row in data["natural_frequencies"]:
                 text = f"natural frequency{small}, motor {row['motor']}{' (used)' if row['used'] else ''}"
                 rows.append((f"{number(row['hertz'])} Hz", text, False))
-        for key, name, mean in (
-            ("largest_oscillation", "oscillation", ""),
-            ("largest_error", "peak", ", mean included"),
-        ):
-            size = data[key]
+        for name, mean in (("oscillation", ""), ("peak", ", mean included")):
+            size = data["largest_error" if mean else "largest_oscillation"]
             run = " in a run-up" if size["of"].startswith("run-up") else equation_alone(view)
             error = data["error"] if mean else f"oscillation of the {data['error']}"
             speed = Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
@@ -129,13 +126,10 @@ class Opening:
         study, torque = view.analysis.train, data["largest_torque"]
         condition = " in a steady motion" if study is None or study.ramp is None else ", steady or in the run-up"
         size, excess = torque["torque_Nm"], ""
-        for name, end in (
-            ("ratcheting", "; the teeth skip, this is no result"),
-            ("momentary", ""),
-            ("repeated_peak", ""),
-        ):
+        for name in ("ratcheting", "momentary", "repeated_peak"):
             limit = torque[f"{name}_torque_Nm"]
             if not excess and limit is not None and size > limit:
+                end = "; the teeth skip, this is no result" if name == "ratcheting" else ""
                 excess = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
         text = f"largest torque through the gear{condition}, at " + Speed(torque["omega_rad_per_s"], digits=5)
         text += under_load(torque["load_torque_Nm"])
@@ -175,7 +169,6 @@ def _required_motor(view: View) -> dict[str, Any] | None:
     motor, limits = view.analysis.motor, view.project.motor_limits or MotorLimits()
     if motor is None:
         return None
-    torque, speed = limits.most, limits.fastest
     return view.place(motor.at) | {
         "torque_Nm": motor.torque,
         "holding_torque_Nm": motor.holding,
@@ -183,8 +176,8 @@ def _required_motor(view: View) -> dict[str, Any] | None:
         "in_run_up": motor.in_run_up,
         "run_up_torque_Nm": motor.run_up,
         "speed_rpm": view.speeds.rpm(view.speeds.given[-1]),
-        "max_torque_Nm": torque if math.isfinite(torque) else None,
-        "max_speed_rpm": speed / RPM if math.isfinite(speed) else None,
+        "max_torque_Nm": limits.most if math.isfinite(limits.most) else None,
+        "max_speed_rpm": limits.fastest / RPM if math.isfinite(limits.fastest) else None,
         "current_A": motor.torque / limits.K_t if math.isfinite(limits.K_t) else None,
     }
 
@@ -215,15 +208,12 @@ def _motor_numbers(view: View) -> list[tuple[str, str, bool]]:
 
 def _largest_torque(view: View) -> dict[str, Any]:
     """Largest torque through the gear in a steady motion or the run-up, beside the gear's limits."""
-    used, gear = view.analysis.usage, view.project.gear
+    used = view.analysis.usage
     loads = [load for load, drive in view.analysis.curves if drive.usage.peak_torque == used.peak_torque]
-    return view.place(used.at_peak) | {
-        "torque_Nm": used.peak_torque,
-        "load_torque_Nm": loads[0] if loads else None,
-        "repeated_peak_torque_Nm": gear.repeated_peak_torque if gear else None,
-        "ratcheting_torque_Nm": gear.ratcheting_torque if gear else None,
-        "momentary_torque_Nm": gear.momentary_torque if gear else None,
-    }
+    names = ("repeated_peak_torque", "ratcheting_torque", "momentary_torque")
+    of_gear = {f"{name}_Nm": getattr(view.project.gear, name, None) for name in names}
+    known = {"torque_Nm": used.peak_torque, "load_torque_Nm": loads[0] if loads else None}
+    return view.place(used.at_peak) | known | of_gear
 
 
 class Warnings:

@@ -80,10 +80,8 @@ def peak_verdict(row: dict[str, Any]) -> str:
         return ""
     size, speed = percent(abs(error["amplitude"]), 2), percent(abs(error["speed"]), 2)
     if error["predicted"]:
-        return (
-            "no computed curve to compare with; by its own estimate off by about "
-            f"{size} in amplitude and {speed} in speed"
-        )
+        estimate = f"off by about {size} in amplitude and {speed} in speed"
+        return f"no computed curve to compare with; by its own estimate {estimate}"
     large, high = "large" if error["amplitude"] > 0.0 else "small", "high" if error["speed"] > 0.0 else "low"
     difference = f"the amplitude is {size} too {large} and the resonance speed {speed} too {high}"
     return f"relative to the computed curve, {difference}"
@@ -132,7 +130,7 @@ def _jumps(analysis: Analysis) -> list[list[float]]:
     main = [i for i, regime in enumerate(analysis.regimes) if regime.resonance.q == 1]
     if not main:
         return jumps
-    tops = np.array([_top(analysis.regimes[i]) for i in main])
+    tops = np.array([r.omega if r.top is None else r.top[0] for r in map(analysis.regimes.__getitem__, main)])
     for value in jump_speeds(analysis.exact):
         jumps[main[int(np.argmin(np.abs(np.log(tops / value))))]].append(value)
     for i, regime in enumerate(analysis.regimes):
@@ -145,10 +143,6 @@ def jump_speeds(response: DriveResponse) -> list[float]:
     """Speeds [rad/s] at which a slow run-up or run-down jumps, ascending."""
     sweep = response.sweep
     return [] if sweep is None else sorted({jump.value for jump in (*sweep.on_run_up, *sweep.on_run_down)})
-
-
-def _top(regime: Regime) -> float:
-    return regime.omega if regime.top is None else regime.top[0]
 
 
 def _resonance(view: View, index: int, regime: Regime, jumps: list[float]) -> dict[str, Any]:
@@ -188,23 +182,24 @@ def _peak_error(regime: Regime, peak: tuple[float, float] | None) -> dict[str, A
     if regime.top is not None:
         omega, amplitude = regime.top
         return {"amplitude": peak[1] / amplitude - 1.0, "speed": peak[0] / omega - 1.0, "predicted": False}
-    if regime.at_peak is None:
+    if (found := regime.at_peak) is None:
         return None
-    shift = abs(regime.at_peak.speed)
-    return {"amplitude": regime.at_peak.amplitude, "speed": shift, "predicted": True}
+    return {"amplitude": found.amplitude, "speed": abs(found.speed), "predicted": True}
 
 
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
-    if certificate is None:
-        return None
-    return {
-        "order": certificate.order,
-        "valid": certificate.valid,
-        "predicted_error": certificate.amplitude,
-        "error_at_speed": certificate.amplitude_at_speed,
-        "speed_error": abs(certificate.speed),
-        "sentence": certificate.sentence,
-    }
+    return (
+        None
+        if certificate is None
+        else {
+            "order": certificate.order,
+            "valid": certificate.valid,
+            "predicted_error": certificate.amplitude,
+            "error_at_speed": certificate.amplitude_at_speed,
+            "speed_error": abs(certificate.speed),
+            "sentence": certificate.sentence,
+        }
+    )
 
 
 HEIGHT = 330.0

@@ -41,7 +41,9 @@ class SpeedRange:
 
     def sentences(self, view: View) -> list[str]:
         """Jumps of a slow run-up and run-down, and what was looked for beside the curve."""
-        return [*sweep_sentences(view.analysis.response), _others(view)]
+        message = view.analysis.response.curve.message
+        others = "The curve " + message + "." if message.startswith("reached both ends;") else ""
+        return [*sweep_sentences(view.analysis.response), others]
 
     def open_ends(self, view: View) -> list[str]:
         """What assumed numbers leave open, each and together."""
@@ -83,13 +85,7 @@ def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
         "jump_up": jump(sweep.jump_up if sweep else math.nan),
         "jump_down": jump(sweep.jump_down if sweep else math.nan),
         "bands": [
-            {
-                "low": place(speeds, band.low),
-                "high": place(speeds, band.high),
-                "jump_up": jump(band.jump_up),
-                "jump_down": jump(band.jump_down),
-                "whole": band.whole,
-            }
+            {end: jump(getattr(band, end)) for end in ("low", "high", "jump_up", "jump_down")} | {"whole": band.whole}
             for band in (sweep.bands if sweep else ())
         ],
         "hysteresis_rad_per_s": sweep.width if sweep else None,
@@ -134,14 +130,10 @@ def sweep_sentences(exact: DriveResponse) -> list[str]:
         return ["No motion on the curve is stable."]
     if sweep.finished_up and sweep.finished_down and not (sweep.on_run_up or sweep.on_run_down):
         return ["On a slow run-up or run-down the largest |error|, its mean included, does not jump."]
-    for name, jumps, whole in (
-        ("run-up", sweep.on_run_up, sweep.finished_up),
-        ("run-down", sweep.on_run_down, sweep.finished_down),
-    ):
-        steps = Sentence(" and ").join(
-            Sentence("from {} to {} at {}", Angle(j.before), Angle(j.after), Speed(j.value)) for j in jumps
-        )
-        does = "jumps " + steps if jumps else "does not jump"
+    up, down = (sweep.on_run_up, sweep.finished_up), (sweep.on_run_down, sweep.finished_down)
+    for name, (jumps, whole) in {"run-up": up, "run-down": down}.items():
+        steps = [Sentence("from {} to {} at {}", Angle(j.before), Angle(j.after), Speed(j.value)) for j in jumps]
+        does = "jumps " + Sentence(" and ").join(steps) if jumps else "does not jump"
         end = "." if whole else "; the curve has no stable motion all the way, so the drive leaves it."
         said.append(f"On a slow {name} the largest |error|, its mean included, " + does + end)
     return said
@@ -152,9 +144,8 @@ def _lines(view: View) -> str:
     analysis, response = view.analysis, view.analysis.response
     first, last = (analysis.load_cases[i].torque for i in (0, -1)) if analysis.load_cases else (0.0, 0.0)
     cases = f" Orange, thin: the same with other torques of the load, {number(first)} to {number(last)} N·m."
-    after = cases * bool(analysis.load_cases) + " Grey: speeds to avoid." * bool(
-        analysis.avoid and analysis.avoid.bands
-    )
+    shaded = analysis.avoid is not None and bool(analysis.avoid.bands)
+    after = cases * bool(analysis.load_cases) + " Grey: speeds to avoid." * shaded
     whole = "" if analysis.train_curve is None else " of the whole drive train"
     whole += under_load(view.project.mean_load_torque if analysis.load_cases else None)
     text = f"Blue, thick: the motions{whole} that repeat with the {view.speeds.base_angle}, by harmonic balance "
@@ -169,12 +160,6 @@ def _lines(view: View) -> str:
     without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
     reduced = f" Dash-dotted, thin, up to the top: {drive.HELD}."
     return f"{text}{without}.{reduced}{after}"
-
-
-def _others(view: View) -> str:
-    """Facts about motions beside the curve."""
-    message = view.analysis.response.curve.message
-    return "The curve " + message + "." if message.startswith("reached both ends;") else ""
 
 
 def _marks(view: View) -> str:

@@ -85,16 +85,16 @@ def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
     """What a train is made of, its operating point, its modes, its steady motions and its run-up."""
     control = study.train.motor.control
     state = tuple(study.state.tolist())
-    torque = float(study.train._replace(error=NoError()).torque(0.0, state))
-    point = {
-        "motor_speed_rpm": study.speed / RPM, "torque_in_gear_Nm": torque, "torsion_rad": state[0],
-        "load_angle_rad": 0.0 if follows_its_angle(study.train) else None,
-    }  # fmt: skip
     return {
         "parts": parts(view),
         "control": type(control).__name__,
         "gains": {p.path: p.value for p in parameters(control)},
-        "operating_point": point,
+        "operating_point": {
+            "motor_speed_rpm": study.speed / RPM,
+            "torsion_rad": state[0],
+            "torque_in_gear_Nm": float(study.train._replace(error=NoError()).torque(0.0, state)),
+            "load_angle_rad": 0.0 if follows_its_angle(study.train) else None,
+        },
         "modes": modes(view),
         "stable": bool(np.all(study.bode.poles.real < 1e-9 * np.max(np.abs(study.bode.poles)))),
         "steady": [
@@ -212,10 +212,8 @@ def about_appendix(view: View) -> str:
     """What the appendix is about, where that is not the whole drive, and how far it is from it; empty otherwise."""
     if view.analysis.train is None:
         return ""
-    found, motor = (
-        reduction(view),
-        "a motor driven by torque" if view.project.motor == "free" else "an ideally held motor",
-    )
+    found, free = reduction(view), view.project.motor == "free"
+    motor = "a motor driven by torque" if free else "an ideally held motor"
     said = f"Resonances, single speeds and stability are those of the error equation: {motor}, a rigid load."
     return f"{said} {view.told(found['sentence'])}" if found else said
 
@@ -282,12 +280,8 @@ class Motors:
         if not cases:
             return []
         ratio = spread(view.analysis.motors)
-        oscillations = listed(
-            Sentence(
-                f"{{}} at {{}} with {motor_in_words(case.name)}", Angle(case.oscillation), Speed(case.omega, digits=4)
-            )
-            for case in cases
-        )
+        places = [Sentence("{} at {} with ", Angle(case.oscillation), Speed(case.omega, digits=4)) for case in cases]
+        oscillations = listed(one + motor_in_words(case.name) for one, case in zip(places, cases, strict=True))
         decides = f"the choice changes it {number(ratio, 2)} times" if ratio > MATTERS else "the choice changes little"
         return [
             "The file names no motor: this report is about one that is ideally held. The error oscillates with "
