@@ -213,8 +213,7 @@ def comparison_page(rows: Sequence[dict[str, Any]], figure: str) -> str:
     numbered = [row | {"title": f"{i}: {row['title']}"} for i, row in enumerate(rows, 1)]  # as the figure has them
     ordered = sorted(numbered, key=lambda row: math.inf if _lost(row) else row["oscillation_arcsec"])
     head = "".join(f"<th{'' if key in TEXTS else ' class=n'}>{escape(name)}</th>" for key, name in COLUMNS)
-    body = "\n".join(_row(row) for row in ordered)
-    return _page(len(rows), summary(ordered), head, body, figure, NOTE)
+    return _page(len(rows), summary(ordered), head, map(_row, ordered), figure, NOTE)
 
 
 def verdicts_page(reports: dict[str, Report]) -> str:
@@ -222,9 +221,8 @@ def verdicts_page(reports: dict[str, Report]) -> str:
 
     The reports stand in folders beside the page, named by the keys.
     """
-    heads = ("drive", "pass or fail", *ANSWERS)
-    head = "".join(f"<th>{name}</th>" for name in heads)
-    body = "\n".join(_verdict(i, name, report) for i, (name, report) in enumerate(reports.items(), 1))
+    head = "".join(f"<th>{name}</th>" for name in ("drive", "pass or fail", *ANSWERS))
+    body = (_verdict(i, name, report) for i, (name, report) in enumerate(reports.items(), 1))
     views = [report.view for report in reports.values()]
     passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
     panels = comparison_panels(
@@ -261,14 +259,15 @@ def _verdict(i: int, name: str, report: Report) -> str:
     return f"<tr{'' if verdict['answer'] == 'all right' else ' class=over'}>{''.join(cells)}</tr>"
 
 
-def _page(count: int, sentence: str, head: str, body: str, figure: str, note: str) -> str:
+def _page(count: int, sentence: str, head: str, body: Iterable[str], figure: str, note: str) -> str:
+    rows = "\n".join(body)
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>Comparison of {count} drives</title>\n<style>{(HERE / 'page.css').read_text('utf-8')}{STYLE}</style>\n"
         "</head>\n<body>\n<main>\n"
         f"<h1>Comparison of {count} drives</h1>\n<p>{escape(sentence)}</p>\n"
-        f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>\n'
+        f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>\n'
         f'<figure>{figure}</figure>\n<p class="note">{escape(note)}</p>\n'
         f'<p class="note">strainwave {escape(__version__)}</p>\n</main>\n</body>\n</html>\n'
     )

@@ -80,8 +80,7 @@ def _headline(view: View, verdict: Verdict) -> str:
         why.append(f"the oscillation{case} is {size} its limit")
     passed = gravest(verdict.exceeded)
     first = [finding for finding in passed if finding.limit not in MOTOR][:1]
-    for finding in (*first, *(finding for finding in passed if finding.limit in MOTOR)):
-        why.append(f"{number(finding.value)} {_unit(finding)} are above {_named(finding)}")
+    why += map(_above, [*first, *(finding for finding in passed if finding.limit in MOTOR)])
     if avoid is None:
         why.append(NOTHING_STABLE)
     elif avoid.unstable:
@@ -121,14 +120,11 @@ def _oscillation(view: View) -> Sentence:
         return Sentence(NOTHING_STABLE)
     largest = analysis.largest_oscillation()
     where = place_said(largest)
+    against: str = "and the file has no limit of it"
     if avoid.limit is not None:
-        how = "above" if largest.peak > avoid.limit else "within"
-        against = Sentence("{} the limit of {}", how, Angle(avoid.limit))
+        against = ("above" if largest.peak > avoid.limit else "within") + " the limit of " + Angle(avoid.limit)
     elif avoid.slow > 0.0:
-        against = Sentence("{} times that of quasi-static rotation", number(largest.peak / avoid.slow, 2))
-        against += ", and the file has no limit of it"
-    else:
-        against = Sentence("and the file has no limit of it")
+        against = f"{number(largest.peak / avoid.slow, 2)} times that of quasi-static rotation, {against}"
     text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), where, against)
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
         text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
@@ -145,15 +141,16 @@ def torque_said(view: View, verdict: Verdict, with_motor: bool = True) -> str:
     size = f"the torque through the gear reaches {number(used.peak_torque, view.project.digits())} N·m"
     torques = [finding for finding in view.analysis.limits if finding.limit not in REST]
     if not torques:
-        said = f"{size}, and its largest torques are not known"
+        against = "and its largest torques are not known"
     elif passed := [finding for finding in exceeded if finding.limit not in REST]:
-        said = f"{size}, above {_named(passed[0])}"
+        against = f"above {_named(passed[0])}"
     else:
-        said = f"{size}, within {_named(min(torques, key=lambda finding: finding.bound))}"
-    for finding in exceeded:
-        if finding.limit in REST:
-            said += f"; {number(finding.value)} {_unit(finding)} are above {_named(finding)}"
-    return said
+        against = f"within {_named(min(torques, key=lambda finding: finding.bound))}"
+    return "; ".join([f"{size}, {against}", *(_above(finding) for finding in exceeded if finding.limit in REST)])
+
+
+def _above(finding: Finding) -> str:
+    return f"{number(finding.value)} {_unit(finding)} are above {_named(finding)}"
 
 
 def _named(finding: Finding) -> str:
@@ -170,15 +167,13 @@ def _remedy(view: View, verdict: Verdict) -> str:
     avoid = view.analysis.avoid
     if verdict.answer is Answer.ALL_RIGHT:
         return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
-    said = changes_said(view, verdict)
+    said: list[str] = [*changes_said(view, verdict)]
     if verdict.answer is Answer.BUT:
         keep = "Without a change: keep to {}." if said else "Keep to {}."
         said.append(Sentence(keep, ranges(verdict.allowed, -1)))
     elif over_limit(view) and not verdict.allowed:
-        said.append(Sentence("No speed of the range is without it."))
-    if avoid is not None and avoid.limit is None:
-        said.append(Sentence(ADD_LIMIT))
-    return Sentence(" ").join(said)
+        said.append("No speed of the range is without it.")
+    return Sentence(" ").join([*said, ADD_LIMIT] if avoid is not None and avoid.limit is None else said)
 
 
 def over_limit(view: View) -> bool:
@@ -206,10 +201,8 @@ def changes_said(
     of_motor = [finding.limit in MOTOR for finding in verdict.exceeded]
     if not all(of_motor):
         sentences.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
-    if any(of_motor):
-        text = "Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor."
-        sentences.append(Sentence(text))
-    return sentences
+    remedy = Sentence("Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor.")
+    return [*sentences, remedy] if any(of_motor) else sentences
 
 
 def _ends(change: Remedy) -> str:
@@ -380,9 +373,7 @@ def _margin(view: View) -> Sentence:
 def _jumps(view: View) -> Sentence:
     """The speeds at which a slow run-up or run-down jumps, under every load torque."""
     sweeps = [drive.sweep for _, drive in view.analysis.curves]
-    at = sorted(
-        {jump.value for sweep in sweeps if sweep is not None for jump in (*sweep.on_run_up, *sweep.on_run_down)}
-    )
+    at = sorted({jump.value for sweep in filter(None, sweeps) for jump in (*sweep.on_run_up, *sweep.on_run_down)})
     if not at:
         return Sentence("No jump on a slow run-up or run-down." if None not in sweeps else "")
     if len(at) > FEW:
@@ -394,7 +385,5 @@ def _jumps(view: View) -> Sentence:
 def _change(view: View) -> Sentence:
     """The smallest change that makes a failing drive pass."""
     said = changes_said(view, view.analysis.verdict, "{}; it leaves {}.")
-    if not said:
-        passes = view.analysis.verdict.answer is Answer.ALL_RIGHT
-        return Sentence("No change is needed." if passes and view.project.limit is not None else "")
-    return Sentence(" ").join(said)
+    passes = view.analysis.verdict.answer is Answer.ALL_RIGHT and view.project.limit is not None
+    return Sentence(" ").join(said) if said or not passes else Sentence("No change is needed.")

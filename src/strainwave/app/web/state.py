@@ -7,7 +7,7 @@ import io
 import json
 import math
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, reduce
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -274,12 +274,10 @@ def parts_of(project: Project) -> dict[str, dict[str, str]]:
             "move.profile.0.time": "0.6 s",
         },
     }
-    if project.speeds.shaft == "forcing":
-        del parts["motor loop"], parts["gravity"], parts["move"]
-    elif inside(content.get("motor"), "mode") == "free":
-        del parts["motor loop"]
-    places = {name: next(iter(part)).split(".")[:2] for name, part in parts.items()}
-    return {name: part for name, part in parts.items() if inside(content.get(places[name][0]), places[name][1]) is None}
+    forced, free = project.speeds.shaft == "forcing", inside(content.get("motor"), "mode") == "free"
+    without = {"motor loop", "gravity", "move"} if forced else {"motor loop"} if free else set()
+    places = {name: next(iter(part)).split(".")[:2] for name, part in parts.items() if name not in without}
+    return {name: parts[name] for name, keys in places.items() if reduce(inside, keys, content) is None}
 
 
 def first_sources(project: Project, values: dict[str, str]) -> dict[str, str]:

@@ -114,8 +114,8 @@ def names_of(bench: Bench, controllers: Sequence[str]) -> tuple[list[str], tuple
             f"{', '.join(blind)} measures the angle of the load, and the project has no encoder there; write "
             "'load_encoder: 24 bit' into its group 'controller'"
         )
-    sentence = f"Left out, as there is no encoder on the load: {', '.join(blind)}." if blind else ""
-    return [name for name in names if name not in blind], ((sentence,) if sentence else ())
+    sentences = (f"Left out, as there is no encoder on the load: {', '.join(blind)}.",) if blind else ()
+    return [name for name in names if name not in blind], sentences
 
 
 def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveTrain | None:

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 from math import atan2, cos, hypot, pi, sin
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,9 +96,8 @@ def data(run: Run) -> dict[str, Any]:
         "best": [_row(one) for one in run.best],
         "details": [_detail(one) for one in run.details],
         "order_tables": {
-            name: {
-                "source": one.table.source, "delay_s": one.table.delay, "rms_alone_arcsec": one.rms / ARCSEC,
-            } for name, one in run.tables
+            name: {"source": table.source, "delay_s": table.delay, "rms_alone_arcsec": rms / ARCSEC}
+            for name, (table, rms) in run.tables
         },
         "warnings": warnings(run),
         "remarks": remarks(run),
@@ -189,14 +189,13 @@ def _worse(run: Run) -> list[str]:
     texts = []
     for name, row in zip(run.found.names, run.found.results, strict=True):
         grown = [case for case in row if case.stable and grows(case.before.rms, case.after.rms)]
-        useless = [case for case in row if case.stable and not case.gains and case not in grown and name != PLAIN]
-        for problem, bad in (
-            ("the error grows", [case for case in row if not case.stable]),
-            ("the error is larger than under the plain loop", grown),
-            ("no gain", useless),
-        ):
-            if bad:
-                texts.append(f"{name}: {problem} at {', '.join(number(case.speed / RPM) for case in bad)} rpm")
+        problems = {
+            "the error grows": [case for case in row if not case.stable],
+            "the error is larger than under the plain loop": grown,
+            "no gain": [case for case in row if case.stable and not case.gains and case not in grown and name != PLAIN],
+        }
+        for problem, bad in filter(itemgetter(1), problems.items()):
+            texts.append(f"{name}: {problem} at {', '.join(number(case.speed / RPM) for case in bad)} rpm")
     texts += [text for row in run.found.results for case in row for text in case.warnings if case.gains]
     given = {text for row in run.found.results for case in row for text in case.warnings}
     return texts + [text for case in run.details if case.gains for text in case.warnings if text not in given]
