@@ -50,6 +50,11 @@ class WholeTrain:
         each = ", ".join(f"{p.path.removeprefix('loop.')} = {number(p.value)} {sign(p.unit)}" for p in known)
         return f"Motor control: {each}. " if each else ""
 
+    def angle(self, train: dict[str, Any]) -> str:
+        """The angle of the load that the operating point is for, where a torque follows it."""
+        at = train["operating_point"]["load_angle_rad"]
+        return "" if at is None else f", at a load angle of {number(at)}"
+
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
         """Whether a part of its curve is unstable, and how far the error equation is from it."""
         train, reduced = data["train"], data["reduction"]
@@ -79,6 +84,11 @@ class RunUpOfTrain:
         """Data of the train, with what the error equation makes of it; None without a train."""
         study = view.analysis.train
         return study and view.told(train_data(view, study) | {"reduction": reduction(view)})
+
+    def heat(self, joules: dict[str, float]) -> str:
+        """What each element turned into heat, the largest first."""
+        lost = sorted(((J, name) for name, J in joules.items() if J), reverse=True)
+        return ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
 
 
 def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
