@@ -2,12 +2,11 @@
 import { call, leave } from "/static/api.js";
 import { busy, jobOf, progressOf, stop, stopAll } from "/static/jobs.js";
 import { readLog } from "/static/log.js";
-import { answer, ask, button, clear, dark, element, legends, recolour, signed } from "/static/plots.js";
+import { answer, ask, button, byId, clear, dark, element, legends, recolour, signed } from "/static/plots.js";
 import { build, hideGoals, showGoal } from "/static/sliders.js";
 import { about, asked, BACK, FIRST, FORTH, recall, remember, setAbout, state, step, undoable } from "/static/state.js";
 import { take, VIEWS } from "/static/views.js";
 
-const byId = (id) => document.getElementById(id);
 let seeking = 0, timer = 0, typing = 0, resizing = 0;
 
 function say(text, bad) {
@@ -72,19 +71,21 @@ function soon() {
   timer = setTimeout(show, 25);
 }
 
+async function again() {
+  if (await load()) await show();
+}
+
 // A typed text is read by the server, which marks the field where it refuses it.
 function typed() {
   clearTimeout(typing);
-  typing = setTimeout(async () => { if (await load()) await show(); }, 250);
+  typing = setTimeout(again, 250);
 }
 
 function undo() {
   [byId("undo").disabled, byId("redo").disabled] = undoable().map((can) => !can);
 }
 
-async function turned(way) {
-  if (step(way) && await load()) await show();
-}
+const turned = (way) => step(way) && again();
 
 const showTab = () => byId("views").scrollTo({ left: byId("tab-" + state.view).offsetLeft - byId("views").offsetLeft - 40 }); // the page itself stays
 
@@ -152,7 +153,7 @@ async function changeGear(gear) {
     const words = Object.entries(state.values).filter(([name, text]) => name === "title" || !/^[-+−.\d]/.test(text));
     Object.assign(state, { gear, values: Object.fromEntries([...words, ...values, ...assumed]) });
   }
-  if (await load()) await show();
+  await again();
 }
 
 async function taken(text) {
@@ -231,7 +232,7 @@ async function begin() {
   });
   byId("open").addEventListener("click", () => byId("project-file").click());
   byId("project-file").addEventListener("change", (event) => event.target.files[0]?.text().then(taken));
-  byId("reset").addEventListener("click", async () => { state.values = {}; if (await load()) await show(); });
+  byId("reset").addEventListener("click", () => { state.values = {}; again(); });
   for (const what of ["project", "script", "page"]) byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
   byId("save-report").addEventListener("click", () => (busy("report") ? stop("report") : trying(() => take("report"))));
   document.addEventListener("job", ({ detail: name }) => {
@@ -256,10 +257,7 @@ async function begin() {
   });
   document.addEventListener("pause", seek);
   addEventListener("scroll", () => document.body.classList.toggle("scrolled", scrollY > 300), { passive: true });
-  document.addEventListener("values", async ({ detail }) => {
-    Object.assign(state.values, detail);
-    if (await load()) await show();
-  });
+  document.addEventListener("values", ({ detail }) => { Object.assign(state.values, detail); again(); });
   byId("sliders").addEventListener("submit", (event) => event.preventDefault());
   dark.addEventListener("change", () => { recolour(); show(); });
   addEventListener("hashchange", opened);

@@ -1,6 +1,6 @@
 // Jobs: one for each view, and one for the report. They go on while another view is shown, and keep their results.
 import { call, leave } from "/static/api.js";
-import { answer, ask, button, element, epoch } from "/static/plots.js";
+import { answer, ask, button, byId, element, epoch } from "/static/plots.js";
 import { asked, remember, state } from "/static/state.js";
 
 const jobs = new Map();
@@ -54,14 +54,14 @@ export const progressOf = (one) => one.stage + (one.seconds_left === null ? "" :
 
 // The controls of a view that a job fills, and its picture as far as it is known. `begin` gives {start, ...more}.
 export async function jobView(question, label, begin, paint) {
-  const controls = document.getElementById("controls"), view = state.view;
+  const controls = byId("controls"), view = state.view;
   if (!controls.querySelector("#begin")) {
     const bar = element("progress", { max: 1, value: 0, id: "progress" });
     bar.setAttribute("aria-label", "progress");
     const stage = element("span", { id: "stage" });
     stage.setAttribute("aria-live", "polite");
     const start = button("begin", label, async () => {
-      document.getElementById("status").textContent = "";
+      byId("status").textContent = "";
       try {
         const { start: asks, ...more } = begin();
         const one = await run(view, asks, more);
@@ -69,19 +69,19 @@ export async function jobView(question, label, begin, paint) {
         state.options.run = view; // the address is that of a computed picture
         await remember();
       } catch (error) {
-        Object.assign(document.getElementById("status"), { textContent: error.message, className: "bad" });
+        Object.assign(byId("status"), { textContent: error.message, className: "bad" });
       }
     });
     controls.append(start, button("cancel", "Cancel", () => stop(view)), bar, stage);
     if (state.options.run === view && !jobs.has(view)) start.click();
   }
   const one = jobs.get(view) ?? { state: "none", stage: "", share: 0, seconds_left: null };
-  const at = (id) => document.getElementById(id), changed = one.result && (one.drive !== drive(one.except) || one.outdated) && view !== "log";
-  at("begin").disabled = going(one);
-  at("cancel").disabled = !going(one);
-  at("progress").value = one.share;
-  at("stage").textContent = one.state === "failed" || one.state === "none" ? "" : one.state === "cancelled" ? "cancelled" : changed ? "something has changed since; compute again" : progressOf(one);
-  if (one.state === "failed") Object.assign(at("status"), { textContent: one.error, className: "bad" });
+  const changed = one.result && (one.drive !== drive(one.except) || one.outdated) && view !== "log";
+  byId("begin").disabled = going(one);
+  byId("cancel").disabled = !going(one);
+  byId("progress").value = one.share;
+  byId("stage").textContent = one.state === "failed" || one.state === "none" ? "" : one.state === "cancelled" ? "cancelled" : changed ? "something has changed since; compute again" : progressOf(one);
+  if (one.state === "failed") Object.assign(byId("status"), { textContent: one.error, className: "bad" });
   if (changed) {
     delete state.options.run;
     remember();

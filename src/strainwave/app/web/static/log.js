@@ -1,7 +1,7 @@
 // The view of a log: what is in it, which column is what, and the drive that it identifies.
 import { call } from "/static/api.js";
 import { forget, jobView } from "/static/jobs.js";
-import { answer, ask, between, BLUE, button, cells, clear, COLOURS, element, epoch, ORANGE, pictures, placed, RED, round, signed } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, byId, clear, COLOURS, element, epoch, ORANGE, pictures, placed, RED, round, signed, tabled } from "/static/plots.js";
 import { asked } from "/static/state.js";
 
 let file = null, found = null, chosen = {}, painted = 0, remarks = []; // what was dropped, what is in it, and what was said of its columns
@@ -23,7 +23,7 @@ function columnTable() {
     list.setAttribute("aria-label", `channel of column ${i + 1}`);
     const unit = element("input", { type: "text", size: 8, value: chosen.units?.[place] ?? "", placeholder: c.unit || "SI" });
     unit.setAttribute("aria-label", `unit of column ${i + 1}`);
-    return { list, unit, row: cells("td", [c.name || `column ${i + 1}`, list, unit]) };
+    return { list, unit, row: [c.name || `column ${i + 1}`, list, unit] };
   });
   const rate = element("input", { type: "text", size: 8, value: chosen.rate ?? "", inputMode: "decimal" });
   const read = button("read-so", "Read with these columns", () => {
@@ -32,11 +32,11 @@ function columnTable() {
     const columns = Object.fromEntries(named.map(([channel, i]) => [channel, i]));
     ask("log", { file, columns: { columns, units, ...(rate.value ? { rate: Number(rate.value.replace(",", ".")) } : {}) } });
   });
-  return element("details", { id: "columns", open: Boolean(found.why) }, element("summary", {}, "Columns of the log"), element("div", { className: "wide" }, element("table", {}, cells("th", ["column", "channel", "unit"]), ...boxes.map((box) => box.row))), element("p", {}, element("label", {}, "Samples per second, of a log without a time ", rate), " ", read));
+  return element("details", { id: "columns", open: Boolean(found.why) }, element("summary", {}, "Columns of the log"), element("div", { className: "wide" }, tabled(["column", "channel", "unit"], boxes.map((box) => box.row))), element("p", {}, element("label", {}, "Samples per second, of a log without a time ", rate), " ", read));
 }
 
 export async function log() {
-  const controls = document.getElementById("controls");
+  const controls = byId("controls");
   if (!controls.childElementCount) {
     const input = element("input", { type: "file", id: "log-file", accept: ".csv,.txt,.dat,.npz,.mat,.parquet,.mf4" });
     input.addEventListener("change", () => input.files[0] && ask("log", { file: input.files[0] }));
@@ -60,18 +60,18 @@ async function paintLog(r) {
   clear();
   painted = epoch;
   const draw = pictures();
-  for (const id of ["begin", "cancel", "progress", "stage"]) document.getElementById(id)?.remove();
-  const plots = document.getElementById("plots");
+  for (const id of ["begin", "cancel", "progress", "stage"]) byId(id)?.remove();
+  const plots = byId("plots");
   plots.append(columnTable());
   if (r.why) {
     answer(`${file.name} cannot be read yet: ${r.why}`, false);
     return [];
   }
   answer(`${file.name}: ${r.samples} samples, ${round(r.from_s)} to ${round(r.to_s)} s, ${round(r.rate_Hz)} Hz, ${r.channels.length} channels${r.ratio === null ? "" : `, ratio ${round(r.ratio)}`}.`);
-  const rows = r.orders.lines.map((l) => cells("td", [round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${signed(r.orders.unit)}`, l.kind]));
-  const head = cells("th", ["order", `amplitude of ${(r.orders.of ?? "").replaceAll("_", " ")}`, "kind"]);
+  const rows = r.orders.lines.map((l) => [round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${signed(r.orders.unit)}`, l.kind]);
+  const head = ["order", `amplitude of ${(r.orders.of ?? "").replaceAll("_", " ")}`, "kind"];
   const names = r.channels.map((c) => c.name), both = names.includes("motor_angle") && names.includes("load_angle");
-  plots.append(element("div", { className: "wide" }, rows.length ? element("table", { id: "orders" }, head, ...rows) : element("p", { textContent: both ? "" : r.orders.why })));
+  plots.append(element("div", { className: "wide" }, rows.length ? tabled(head, rows, { id: "orders" }) : element("p", { textContent: both ? "" : r.orders.why })));
   for (const [i, c] of [...(r.pointing ? [r.pointing] : []), ...r.channels].slice(0, 6).entries()) {
     await draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] }, hovertemplate: `%{x:.6g} s<br>%{y:.5g} ${signed(c.unit)}<extra></extra>` }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${signed(c.unit)}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name.replaceAll("_", " ")} over time, ${between(c.values, c.unit)}`, size: "second" });
   }
@@ -81,8 +81,8 @@ async function paintLog(r) {
 
 async function paintIdentified(r) {
   const draw = pictures();
-  const numbers = r.numbers.map((n) => cells("td", [n.name, `${signed(round(n.value, 5))} ${n.unit}`, signed(`${round(n.low, 5)} to ${round(n.high, 5)}`)]));
-  const table = element("table", { id: "identified" }, cells("th", ["number", "found", "95 % interval"]), ...numbers);
+  const numbers = r.numbers.map((n) => [n.name, `${signed(round(n.value, 5))} ${n.unit}`, signed(`${round(n.low, 5)} to ${round(n.high, 5)}`)]);
+  const table = tabled(["number", "found", "95 % interval"], numbers, { id: "identified" });
   const use = button("use", "Take these numbers into the drive", () => ask("project", r.project), { disabled: !r.usable });
   placed("prepend", element("div", { className: "wide", id: "identified-drive" }, table, use));
   const over = (y, name, colour, dash) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 1.5, dash }, hovertemplate: "%{x:.4g} s<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });

@@ -1,7 +1,7 @@
 // The views that a job fills: maps over two numbers and over speed and load, and the compensation.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, ask, between, BLUE, button, cells, COLOURS, element, GREEN, inward, pictures, placed, RED, round, signed, sure } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, byId, COLOURS, element, GREEN, inward, pictures, placed, RED, round, sentences, signed, sure, tabled } from "/static/plots.js";
 import { numberNow } from "/static/sliders.js";
 import { about, asked, state } from "/static/state.js";
 
@@ -11,8 +11,8 @@ const heat = { colorscale: "Cividis", colorbar: { title: { text: "arcsec", side:
 
 export function mapAxes() {
   return ["across", "along"].map((key) => {
-    const p = about.parameters.find((one) => one.name === document.getElementById("map-" + key).value);
-    const now = numberNow(p.name), [n, span] = ["count", "span"].map((key) => Number(document.getElementById("map-" + key).value));
+    const p = about.parameters.find((one) => one.name === byId("map-" + key).value);
+    const now = numberNow(p.name), [n, span] = ["count", "span"].map((key) => Number(byId("map-" + key).value));
     return { p, values: Array.from({ length: n }, (_, i) => Number((now * span ** ((2 * i) / (n - 1) - 1)).toPrecision(5))) };
   });
 }
@@ -20,7 +20,7 @@ export function mapAxes() {
 export const asTexts = (axes) => axes.map(({ p, values }) => ({ name: p.name, values: values.map((v) => `${v} ${p.unit}`.trim()) }));
 
 export async function map() {
-  const controls = document.getElementById("controls");
+  const controls = byId("controls");
   if (controls.childElementCount) return mapView();
   const able = about.parameters.filter((p) => p.value > 0 && !p.name.startsWith("speed.") && !p.name.startsWith("limit."));
   const choice = (key, usual, texts) => {
@@ -54,7 +54,7 @@ async function paintMap(r, { axes: [a, b] }) {
   if (limit) for (const line of EDGE) data.push({ type: "contour", x: a.values, y: b.values, z: logs, connectgaps: true, showscale: false, hoverinfo: "skip", contours: { coloring: "none", start: Math.log10(limit), end: Math.log10(limit), size: 1 }, line: { ...line } });
   data.push({ x: [numberNow(a.p.name)], y: [numberNow(b.p.name)], mode: "markers", marker: { symbol: "star", size: 16, color: "#fff", line: { color: "#000", width: 1.5 } }, hovertemplate: "the drive<extra></extra>" });
   await draw("map", { data, layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" });
-  const box = document.getElementById("plot-map"), cellOf = ({ p, values }) => values.reduce((best, value, i) => (Math.abs(Math.log(value / numberNow(p.name))) < Math.abs(Math.log(values[best] / numberNow(p.name))) ? i : best), 0);
+  const box = byId("plot-map"), cellOf = ({ p, values }) => values.reduce((best, value, i) => (Math.abs(Math.log(value / numberNow(p.name))) < Math.abs(Math.log(values[best] / numberNow(p.name))) ? i : best), 0);
   const taken = (...cell) => ask("values", Object.fromEntries([a, b].map(({ p }, i) => [p.name, `${cell[i]} ${p.unit}`.trim()])));
   box.removeAllListeners("plotly_click");
   box.on("plotly_click", ({ points: [point] }) => taken(point.x, point.y));
@@ -74,7 +74,7 @@ async function paintMap(r, { axes: [a, b] }) {
 }
 
 export async function speedMap() {
-  const controls = document.getElementById("controls");
+  const controls = byId("controls");
   if (!controls.childElementCount) {
     const search = element("input", { type: "checkbox", id: "search", checked: state.options.search !== "no" });
     search.addEventListener("change", () => { state.options.search = search.checked ? "yes" : "no"; outdated(); });
@@ -102,7 +102,7 @@ async function paintSpeedMap(r, { asks }) {
   const [first, end] = [r.load[0], r.load[r.load.length - 1]].map((load) => signed(round(load))), unit = signed(r.load_unit);
   const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
   const allowed = inward(r.allowed, about.digits);
-  const failures = r.failures.map((text) => signed(text) + " ").join("");
+  const failures = sentences(r.failures);
   answer(`${failures}Usable under ${loads}: ${allowed ? allowed + " rpm" : "no speed"}${r.forbidden.some((bands) => bands.length) ? ` (framed: ${signed(r.rule).replace(/^forbidden: /, "")})` : ""}.`, failures ? false : null);
   const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
   const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
@@ -156,9 +156,9 @@ async function paintTuning(r) {
   const limit = r.limit_arcsec !== null && r.after ? curve({ speed: [r.after.speed[0], r.after.speed.at(-1)], oscillation_arcsec: [r.limit_arcsec, r.limit_arcsec] }, "limit", GREEN, "dot") : [];
   const table = Object.fromEntries(["before", "after"].flatMap((key) => (r[key] ? [[`speed ${key} [${r.speed_unit}]`, r[key].speed], [`oscillation ${key} [arcsec]`, r[key].oscillation_arcsec]] : [])));
   await draw("tuning", { data: [...curve(r.before, "before", RED, "dash"), ...curve(r.after, "after", BLUE), ...limit], layout: { xaxis: { title: `speed [${r.speed_unit}]` }, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" } }, table, label: `Oscillation over the speed, before ${round(r.points[0].oscillation_arcsec)} and after ${round(r.points[2].oscillation_arcsec)} arcsec at most` });
-  const rows = r.points.map((p) => cells("td", [p.name, ...p.gains.map((gain) => round(gain)), round(p.oscillation_arcsec), round(p.peak_sensitivity, 3), `${round(p.gain_margin, 3)} ×`, `${round(p.phase_margin_deg, 3)}°`, round(p.motor_torque, 3)]));
+  const rows = r.points.map((p) => [p.name, ...p.gains.map((gain) => round(gain)), round(p.oscillation_arcsec), round(p.peak_sensitivity, 3), `${round(p.gain_margin, 3)} ×`, `${round(p.phase_margin_deg, 3)}°`, round(p.motor_torque, 3)]);
   const use = button("use", "Take these gains into the drive", () => ask("project", r.project));
-  placed("prepend", element("div", { className: "wide", id: "tuned" }, element("table", {}, cells("th", ["gains", ...r.gains, "largest [arcsec]", "peak sensitivity", "gain margin", "phase margin", "motor torque [N·m]"]), ...rows), use));
+  placed("prepend", element("div", { className: "wide", id: "tuned" }, tabled(["gains", ...r.gains, "largest [arcsec]", "peak sensitivity", "gain margin", "phase margin", "motor torque [N·m]"], rows), use));
   answer(`The recommended gains bring the largest oscillation from ${sure(r.points[0].oscillation_arcsec)} to ${sure(r.points[2].oscillation_arcsec)} arcsec.${r.binding.length ? ` What binds: ${r.binding.join(", ")}.` : ""}`);
   return r.remarks;
 }

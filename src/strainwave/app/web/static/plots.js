@@ -15,6 +15,8 @@ export function recolour() {
 recolour();
 const emOf = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
 
+export const byId = (id) => document.getElementById(id);
+
 export function element(tag, fields = {}, ...children) {
   const made = Object.assign(document.createElement(tag), fields);
   made.append(...children);
@@ -32,8 +34,8 @@ export const ask = (name, detail) => document.dispatchEvent(new CustomEvent(name
 
 // Put an element among the pictures, in place of the one with its id.
 export function placed(way, made) {
-  document.getElementById(made.id)?.remove();
-  document.getElementById("plots")[way](made);
+  byId(made.id)?.remove();
+  byId("plots")[way](made);
 }
 
 export const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
@@ -47,6 +49,7 @@ export function toward(way, value, digits = 4) {
 // Bands of speeds with their ends rounded inward; one without a speed between them is none.
 export const inward = (bands, digits) => bands.map(([a, b]) => [toward(Math.ceil, a, digits), toward(Math.floor, b, digits)]).filter(([a, b]) => Number(a) < Number(b)).map((ends) => ends.join(" to ")).join(", ");
 export const signed = (text) => (text ?? "").replaceAll("`", "").replaceAll("*", "·").replace(/(?<!\w)-(?=\d)/g, "−"); // units and numbers as they are printed
+export const sentences = (texts) => texts.map((text) => signed(text) + " ").join("");
 export const between = (values, unit) => {
   const shown = values.filter((value) => Number.isFinite(value));
   return shown.length ? signed(`from ${sure(Math.min(...shown))} to ${sure(Math.max(...shown))} ${unit}`) : "no value";
@@ -55,14 +58,13 @@ export const between = (values, unit) => {
 // The sentence that answers the question of a view. It says ✗ of what fails and of what was refused, whose picture is
 // that of the drive before: it is dimmed.
 export function answer(text, good, stale = false) {
-  const line = document.getElementById("answer");
+  const line = byId("answer");
   if (line.textContent !== text) line.textContent = text;
   line.className = good === null || good === undefined ? "" : good ? "good" : "bad";
-  document.getElementById("plots").classList.toggle("stale", stale);
+  byId("plots").classList.toggle("stale", stale);
 }
 
-// A row of a table.
-export const cells = (kind, contents) => element("tr", {}, ...contents.map((one) => element(kind, {}, one)));
+export const tabled = (head, rows, fields = {}) => element("table", fields, ...[head, ...rows].map((row, i) => element("tr", {}, ...row.map((one) => element(i ? "td" : "th", {}, one)))));
 
 // A long title has its unit on a line of its own, so that it fits a phone.
 const lines = (title) => (title.length > 32 ? title.replace(" [", "<br>[") : title);
@@ -98,8 +100,8 @@ function csvOf(table) {
 
 // Draw a picture; table holds the data that its CSV gives, by column names with units.
 export async function draw(name, { data, layout, table, label, size = "" }) {
-  const plots = document.getElementById("plots");
-  let box = document.getElementById("plot-" + name);
+  const plots = byId("plots");
+  let box = byId("plot-" + name);
   if (!box) {
     box = element("div", { id: "plot-" + name, className: "plot " + size });
     box.setAttribute("role", "img");
@@ -155,7 +157,7 @@ async function save(box, name, format) {
 
 // Pictures over the same speeds: their zoom and their crosshair are one.
 export function link(names) {
-  const boxes = names.map((name) => document.getElementById("plot-" + name));
+  const boxes = names.map((name) => byId("plot-" + name));
   for (const [i, box] of boxes.entries()) {
     if (box.linked) continue;
     box.linked = true;
@@ -194,5 +196,5 @@ export function legends() {
 export function clear() {
   epoch += 1;
   for (const box of document.querySelectorAll(".plot")) window.Plotly.purge(box);
-  document.getElementById("plots").replaceChildren();
+  byId("plots").replaceChildren();
 }

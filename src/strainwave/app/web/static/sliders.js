@@ -1,5 +1,5 @@
 // Sliders and fields, made from the description that the server gives of a project's numbers.
-import { ask, button, element, signed } from "/static/plots.js";
+import { ask, button, byId, element, signed } from "/static/plots.js";
 import { state } from "/static/state.js";
 
 const STEPS = 1000;
@@ -33,7 +33,7 @@ export const numberNow = (name) => rows.get(name).now();
 export function build({ parameters, parts, sources }, slid, typed) {
   const names = parameters.map((p) => p.name + p.unit + p.added).join() + parts.map((p) => p.name + p.present);
   const sourceOf = (p) => sources[p.name] ?? (p.group === "gear" ? sources.gear : undefined) ?? "";
-  const form = document.getElementById("sliders");
+  const form = byId("sliders");
   if (form.dataset.names === names) {
     for (const p of parameters) rows.get(p.name).show(p, sourceOf(p));
     return;
@@ -62,7 +62,7 @@ export function build({ parameters, parts, sources }, slid, typed) {
     return button(id, `${part.present ? "Remove" : "Add"} ${part.name}`, () => ask("part", { ...part, id }));
   });
   if (add.length) form.append(element("fieldset", {}, element("legend", { textContent: "parts" }), element("div", { className: "parts" }, ...add)));
-  if (focused) document.getElementById(focused)?.focus();
+  if (focused) byId(focused)?.focus();
 }
 
 function row(p, slid, typed) {

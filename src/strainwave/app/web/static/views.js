@@ -3,7 +3,7 @@ import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
-import { answer, ask, between, BLUE, button, cells, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, ORANGE, parts, pictures, PINK, RED, round, signed, sure, toward } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, byId, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, ORANGE, parts, pictures, PINK, RED, round, sentences, signed, sure, tabled, toward } from "/static/plots.js";
 import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
@@ -31,11 +31,11 @@ const others = () => [...pins, ...(ghost && ghost.drive !== current.drive ? [gho
 const beside = (key, unit) => others().map(({ name, r }) => ({ x: r.speed, y: r[key], name, mode: "lines", opacity: 0.7, line: { color: COLOURS[6], width: 1.5, dash: name === "before" ? "dot" : ["solid", "dash", "dashdot", "longdash"][pins.findIndex((one) => one.name === name) % 4] }, hovertemplate: `%{y:.4g} ${unit}<extra>%{fullData.name}</extra>` }));
 
 function pinControls(again) {
-  const controls = document.getElementById("controls");
+  const controls = byId("controls");
   const rows = pins.length ? [current, ...pins].map(({ name, r, values }, i) => [i ? name : "now", values, round(r.largest.oscillation_arcsec), round(r.largest.speed), round(r.largest.torque), round(r.required_motor?.torque)]) : [];
   const head = ["curve", "changed values", "largest [arcsec]", `at [${current.r.speed_unit}]`, "largest gear torque [N·m]", "largest motor torque [N·m]"];
-  document.getElementById("pins")?.remove();
-  if (rows.length) document.getElementById("plots").append(element("div", { id: "pins", className: "wide" }, element("table", {}, cells("th", head), ...rows.map((row) => cells("td", row)))));
+  byId("pins")?.remove();
+  if (rows.length) byId("plots").append(element("div", { id: "pins", className: "wide" }, tabled(head, rows)));
   if (controls.childElementCount) return;
   controls.append(
     button("pin", "Pin this curve", () => { pins.push({ ...current, name: `${pins.length + 1}: ${about.title}` }); again(); }),
@@ -48,8 +48,8 @@ function pinControls(again) {
 function small(r) {
   const most = Math.max(...r.oscillation_arcsec, r.limit_arcsec ?? 0) || 1, [low, high] = [Math.min(...r.speed), Math.max(...r.speed)];
   const at = (x, y) => `${((300 * (x - low)) / (high - low || 1)).toFixed(1)},${(58 - (56 * y) / most).toFixed(1)}`;
-  document.getElementById("small-curve").setAttribute("points", r.speed.map((x, i) => at(x, r.oscillation_arcsec[i] ?? most)).join(" "));
-  document.getElementById("small-limit").setAttribute("points", r.limit_arcsec === null ? "" : [low, high].map((x) => at(x, r.limit_arcsec)).join(" "));
+  byId("small-curve").setAttribute("points", r.speed.map((x, i) => at(x, r.oscillation_arcsec[i] ?? most)).join(" "));
+  byId("small-limit").setAttribute("points", r.limit_arcsec === null ? "" : [low, high].map((x) => at(x, r.limit_arcsec)).join(" "));
 }
 
 // After a pause: the range for assumed numbers, and the held motor, thin. Another drive or view ends it.
@@ -64,7 +64,7 @@ async function afterwards(picture, top, drive, mine, tell, varies) {
   if (gone()) return;
   const sure = s.why ? `The range for assumed numbers cannot be computed: ${signed(s.why)}.` : s.together && `How sure: ${s.together}.`;
   tell(sure, s.met);
-  const list = document.querySelector("#remarks ul") ?? document.getElementById("remarks").appendChild(element("ul"));
+  const list = document.querySelector("#remarks ul") ?? byId("remarks").appendChild(element("ul"));
   list.append(...(s.how_sure ?? []).map((textContent) => element("li", { textContent })));
   const of = varies && (await later("/api/loads"));
   if (of && !gone()) tell(sure, s.met, of);
@@ -118,7 +118,7 @@ async function response(again) {
   const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
   const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds none is, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
-  const failures = r.failures.map((text) => signed(text) + " ").join("");
+  const failures = sentences(r.failures);
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${toward(Math.floor, a, r.digits)} to ${toward(Math.ceil, b, r.digits)}`).join(", ")} ${r.speed_unit}.` : "";
   const range = `from ${signed(round(low))} to ${signed(round(high))} N·m`;
   const loads = (of) => {
@@ -130,7 +130,7 @@ async function response(again) {
   };
   // A drive that is within its limit with assumed numbers passes where their whole range is within it.
   const tell = (sure, met, of) => {
-    const passes = r.passes ?? of?.passes, more = (of?.failures ?? []).filter((text) => !r.failures.includes(text)).map((text) => signed(text) + " ").join("");
+    const passes = r.passes ?? of?.passes, more = sentences((of?.failures ?? []).filter((text) => !r.failures.includes(text)));
     if (unbounded) return answer(`${r.message[0].toUpperCase()}${r.message.slice(1)}.`, false);
     return answer(`${failures}${more}${said}${against}${leaves}${keep}${loads(of)} ${sure}`.trim(), passes && !met ? null : passes);
   };
@@ -143,7 +143,7 @@ async function response(again) {
 }
 
 function speedControl(again) {
-  const controls = document.getElementById("controls");
+  const controls = byId("controls");
   if (!controls.childElementCount) {
     const { low, high, unit } = about.speed;
     const field = element("input", { type: "number", step: "any", id: "speed", value: state.options.speed ?? round((low + high) / 2) });
@@ -152,7 +152,7 @@ function speedControl(again) {
     field.addEventListener("input", () => { state.options.speed = field.value; again(); });
     controls.append(element("label", {}, "Speed ", field, " " + unit));
   }
-  return Number(document.getElementById("speed").value);
+  return Number(byId("speed").value);
 }
 
 async function motion(again) {
@@ -173,9 +173,9 @@ async function motion(again) {
 }
 
 function moveControls() {
-  const controls = document.getElementById("controls"), name = "move.profile.0.type", kind = state.values[name];
+  const controls = byId("controls"), name = "move.profile.0.type", kind = state.values[name];
   const part = about.parts.find((one) => one.name === "move");
-  const shown = document.getElementById("move-type");
+  const shown = byId("move-type");
   if (shown && kind) {
     shown.value = kind;
     return;
@@ -196,7 +196,7 @@ async function move() {
   moveControls();
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
   const settled = `${r.settling_time === null ? "Not settled within the run" : `Settled ${r.settling_time === 0 ? "at once" : `in ${round(1e3 * r.settling_time, 3)} ms`}`} (±${round(r.window_arcsec)} arcsec about its rest, ${signed(sure(r.rest_arcsec))} arcsec off)`;
-  const failures = r.failures.map((text) => signed(text) + " ").join(""), above = r.limit_arcsec !== null && r.peak_arcsec > r.limit_arcsec;
+  const failures = sentences(r.failures), above = r.limit_arcsec !== null && r.peak_arcsec > r.limit_arcsec;
   answer(`${failures}${settled}. During the move of ${round(r.duration)} s the load is off by up to ${sure(r.peak_arcsec)} arcsec${above ? `, above the limit of ${round(r.limit_arcsec)} arcsec` : ""}.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes && (above ? null : true) : null);
   const line = (y, name, unit, colour, more) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2, ...more }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` });
   const over = (y, name, unit, colour, bound, bounds, middle = 0, begin = 0) => [line(y, name, unit, colour), ...(bound ? [1, -1].map((sign) => ({ ...line(r.time.map((t) => (t < begin ? null : middle + sign * bound)), bounds, unit, ORANGE, { width: 1.5, dash: "dash" }), showlegend: sign > 0 })) : [])];
@@ -221,7 +221,7 @@ function scriptView() {
   if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify-drive PROJECT LOG does the same");
   if (state.view === "tuning") throw new Error("the tuning has no script of the page; strainwave tune PROJECT does the same");
   const view = { view: state.view };
-  if (state.view === "motion") view.speed = Number(document.getElementById("speed").value);
+  if (state.view === "motion") view.speed = Number(byId("speed").value);
   if (state.view === "speed-map") Object.assign(view, mapOptions());
   if (state.view === "map") view.axes = asTexts(mapAxes());
   return view;
