@@ -232,12 +232,8 @@ async def _view(request: Request, work: Callable[..., Any], *args: Any) -> Respo
 
 @cache
 def _gears() -> list[dict[str, Any]]:
-    found = []
-    for name in catalogue.names():
-        gear = catalogue.gear(name)
-        if gear.K2 is not None and gear.T1 is not None:
-            found.append({"name": name, "series": gear.series, "size": gear.size, "ratio": gear.ratio})
-    return found
+    own = [gear for gear in map(catalogue.gear, catalogue.names()) if gear.K2 is not None and gear.T1 is not None]
+    return [{"name": gear.name, "series": gear.series, "size": gear.size, "ratio": gear.ratio} for gear in own]
 
 
 async def gears(_request: Request) -> Response:

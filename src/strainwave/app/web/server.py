@@ -133,13 +133,11 @@ def application(warm: bool = True) -> Starlette:
         yield
         if warming is not None:
             warming.cancel()
-        await app.state.jobs.close()
-        await app.state.workers.close()
-        await app.state.later.close()
+        for own in (app.state.jobs, app.state.workers, app.state.later):
+            await own.close()
 
-    own = [Route("/", asset), Route("/static/{name:str}", asset)]
     return Starlette(
-        routes=[*own, *routes],
+        routes=[Route("/", asset), Route("/static/{name:str}", asset), *routes],
         middleware=[Middleware(Guard)],
         exception_handlers={HTTPException: refused},
         lifespan=life,

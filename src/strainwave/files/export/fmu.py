@@ -58,14 +58,15 @@ def written(root: Element, comment: str = "") -> str:
 
 
 class Variable(NamedTuple):
-    """A variable of a unit; `start`, and the reference of the state that it is the derivative of, may be empty."""
+    """Attributes of a variable of a unit, in their order; the last is the reference of the state that it is of."""
 
     name: str
-    reference: str
-    causality: str
-    initial: str
-    unit: str
+    valueReference: str
+    variability: str = "continuous"
     description: str = ""
+    causality: str = "local"
+    initial: str = "calculated"
+    unit: str = ""
     start: str = ""
     derivative: str = ""
 
@@ -85,16 +86,20 @@ class Variables(NamedTuple):
 
 def variables(plant: Plant) -> Variables:
     """Inputs, outputs, states and their rates."""
-    inputs = [Variable(n, str(FIRST_INPUT + i), "input", "", u, what, "0.0") for i, (n, u, what) in enumerate(INPUTS)]
+    inputs = [
+        Variable(n, str(FIRST_INPUT + i), description=what, causality="input", initial="", unit=u, start="0.0")
+        for i, (n, u, what) in enumerate(INPUTS)
+    ]
     outputs = [
-        Variable(n, str(FIRST_OUTPUT + i), "output", "calculated", u, what) for i, (n, u, what) in enumerate(OUTPUTS)
+        Variable(n, str(FIRST_OUTPUT + i), description=what, causality="output", unit=u)
+        for i, (n, u, what) in enumerate(OUTPUTS)
     ]
     states, rates = [], []
     for i, (name, unit) in enumerate(plant.states()):
-        state, of_rate = f"state {name}", {"rad": "rad/s", "rad/s": "rad/s2"}.get(unit, "")
-        states.append(Variable(state, str(FIRST_STATE + i), "local", "exact", unit, "", repr(plant.start[i])))
-        reference = str(FIRST_RATE + i)
-        rates.append(Variable(f"der({state})", reference, "local", "calculated", of_rate, "", "", states[-1].reference))
+        state, reference, begin = f"state {name}", str(FIRST_STATE + i), repr(plant.start[i])
+        states.append(Variable(state, reference, initial="exact", unit=unit, start=begin))
+        of_rate = {"rad": "rad/s", "rad/s": "rad/s2"}.get(unit, "")
+        rates.append(Variable(f"der({state})", str(FIRST_RATE + i), unit=of_rate, derivative=reference))
     return Variables(inputs, outputs, states, rates)
 
 
@@ -128,20 +133,17 @@ def description_2(plant: Plant, name: str, token: str, sources: tuple[str, ...])
             child(files, "File", name=source)
     _common(root, plant)
     groups, listed = variables(plant), child(root, "ModelVariables")
-    places = {v.reference: str(i + 1) for i, v in enumerate(groups.all())}
+    places = {v.valueReference: str(i + 1) for i, v in enumerate(groups.all())}
     for v in groups.all():
-        attributes = {"description": v.description, "causality": v.causality, "initial": v.initial}
-        scalar = child(
-            listed, "ScalarVariable", name=v.name, valueReference=v.reference, variability="continuous", **attributes
-        )
+        scalar = child(listed, "ScalarVariable", **v._replace(unit="", start="", derivative="")._asdict())
         child(scalar, "Real", unit=v.unit, start=v.start, derivative=places.get(v.derivative, ""))
     structure, initial = child(root, "ModelStructure"), Element("InitialUnknowns")
-    states = " ".join(places[v.reference] for v in groups.states)  # no output depends on an input at once
+    states = " ".join(places[v.valueReference] for v in groups.states)  # no output depends on an input at once
     for kind, unknowns, known in (("Outputs", groups.outputs, states), ("Derivatives", groups.rates, "")):
         inside = child(structure, kind)
         for v in unknowns:
-            child(inside, "Unknown", index=places[v.reference], dependencies=known)
-            child(initial, "Unknown", index=places[v.reference], dependencies=known)
+            child(inside, "Unknown", index=places[v.valueReference], dependencies=known)
+            child(initial, "Unknown", index=places[v.valueReference], dependencies=known)
     structure.append(initial)
     return written(root)
 
@@ -154,18 +156,16 @@ def description_3(plant: Plant, name: str, token: str) -> str:
     )
     _common(root, plant)
     groups, listed = variables(plant), child(root, "ModelVariables")
-    time = Variable("time", "0", "independent", "", "s")
+    time = Variable("time", "0", causality="independent", initial="", unit="s")
     for v in (time, *groups.all()):
-        attributes = {"description": v.description, "causality": v.causality, "initial": v.initial, "unit": v.unit}
-        attributes |= {"start": v.start, "derivative": v.derivative}
-        child(listed, "Float64", name=v.name, valueReference=v.reference, variability="continuous", **attributes)
-    structure, states = child(root, "ModelStructure"), " ".join(v.reference for v in groups.states)
+        child(listed, "Float64", **v._asdict())
+    structure, states = child(root, "ModelStructure"), " ".join(v.valueReference for v in groups.states)
     known = [(v, states) for v in groups.outputs] + [(v, "") for v in groups.rates]
     for v, dependencies in known:
         kind = "Output" if dependencies else "ContinuousStateDerivative"
-        child(structure, kind, valueReference=v.reference, dependencies=dependencies)
+        child(structure, kind, valueReference=v.valueReference, dependencies=dependencies)
     for v, dependencies in known:
-        child(structure, "InitialUnknown", valueReference=v.reference, dependencies=dependencies)
+        child(structure, "InitialUnknown", valueReference=v.valueReference, dependencies=dependencies)
     return written(root)
 
 

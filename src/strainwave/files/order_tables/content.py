@@ -7,7 +7,7 @@ count, and `speed` its rate. An encoder on that shaft reads angle - zero.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 
@@ -23,12 +23,7 @@ Sign = Literal["correction", "error"]
 Direction = Literal["both", "forward", "backward"]
 Way = Literal["forward", "backward", "mean"]
 
-CHOICES = {
-    "unit": ("rad", "N*m"),
-    "turn": ("motor", "output"),
-    "sign": ("correction", "error"),
-    "direction": ("both", "forward", "backward"),
-}
+CHOICES = {"unit": get_args(Unit), "turn": get_args(Turn), "sign": get_args(Sign), "direction": get_args(Direction)}
 MOST_SOURCE = 2000  # letters
 NEARLY = 1e-9  # how far an order may be from a whole number
 
@@ -55,14 +50,14 @@ class OrderContent:
     def __post_init__(self) -> None:
         values: dict[str, Any] = {"lines": checked_lines("lines", self.lines)}
         for name, choices in CHOICES.items():
-            if not (isinstance(getattr(self, name), str) and getattr(self, name) in choices):
+            if not (isinstance(value := getattr(self, name), str) and value in choices):
                 text = ", ".join(map(repr, choices))
-                raise ValueError(f"{name} of an order table is {shown(getattr(self, name))}; it must be one of {text}")
+                raise ValueError(f"{name} of an order table is {shown(value)}; it must be one of {text}")
         for name in ("zero", "mean", "mean_backward", "delay"):
             values[name] = number(f"{name} of an order table", getattr(self, name))
-        for name, positive in (("ratio", True), ("load", False)):
-            if getattr(self, name) is not None:
-                values[name] = number(f"{name} of an order table", getattr(self, name), positive=positive)
+        for name in ("ratio", "load"):
+            if (value := getattr(self, name)) is not None:
+                values[name] = number(f"{name} of an order table", value, positive=name == "ratio")
         if values["delay"] < 0.0:
             raise ValueError(f"delay of an order table is {values['delay']:g} s; it must not be negative")
         if self.backward is not None:

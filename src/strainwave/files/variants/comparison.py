@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.arguments import typed
 from ...base.facts import Fact
-from ...base.quantities import index, shown
+from ...base.quantities import index
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted
 from ...base.sentences import number
@@ -180,9 +180,7 @@ def compare(projects: Sequence[Project], *, progress: Callable[[str, float], Non
     Interrupted
         On Ctrl-C after at least two projects, with the comparison of those.
     """
-    compared = list(projects) if isinstance(projects, Sequence) and not isinstance(projects, str) else [projects]
-    if not all(isinstance(project, Project) for project in compared):
-        raise TypeError(f"projects are {shown(projects)}; give a list, such as [read_project('a.yaml'), ...]")
+    compared = list(projects)
     if not 2 <= len(compared) <= MOST:
         raise ValueError(f"there are {len(compared)} projects; give 2 to {MOST} to compare")
     analyses: list[Analysis] = []

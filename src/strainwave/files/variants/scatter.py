@@ -7,11 +7,10 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from ...base.arguments import silent, typed
+from ...base.arguments import refuse, silent, typed
 from ...base.facts import Fact
-from ...base.protocols import lacking
 from ...base.quantities import number as checked_number
-from ...base.quantities import parse, positive_count, probabilities, shown, whole
+from ...base.quantities import parse, positive_count, probabilities, whole
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import number
@@ -223,6 +222,7 @@ def exceedance(
         raise ValueError(f"{project.path.name} has no limit; write for example 'limit: {{oscillation: 60 arcsec}}'")
     if project.train is not None:
         refuse_free(project.train)
+    torques = _torques(project)
     rows: list[tuple[float, float, float, float]] = []
     errors = dict[str, None]()
 
@@ -231,13 +231,10 @@ def exceedance(
         own = {name: values[: len(rows)] for name, values in factors.items()}
         rank = None if np.any(np.isnan(found)) else ranking(own, found, np.random.default_rng(seed))
         said = tuning(project, own, retune)
-        torques = _torques(project)
         return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, torques, project.speeds)
 
-    each = len(_torques(project))
-
     def tell(more: int) -> None:
-        progress(len(rows) * each + more, count * each)
+        progress(len(rows) * len(torques) + more, count * len(torques))
 
     load()  # of many drives, which pays where one response does not
     try:
@@ -310,8 +307,7 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
 def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
     """Factors (count,) of the numbers that scatter."""
     count, seed = positive_count("count", count, MOST_DRIVES), whole("seed", seed)
-    if lacking(project, "scatter"):
-        raise TypeError(f"project is {shown(project)}; give what read_project returns")
+    refuse("project", project, Project)
     if not project.scatter:
         raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
     return drawn(project.scatter, count, seed, project.correlation)

@@ -163,15 +163,14 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
                 continue
         if (size := computed[key]) is not None:
             sizes[case] = size
+    sides = [_ends(sizes, (plain, *alone[i : i + 2])) for i in range(0, len(alone), 2)]
     doubts = tuple(
-        Doubt(
-            what, tuple(names), value, next(iter(names.values()))[1:], _ends(sizes, (plain, *alone[2 * i : 2 * i + 2]))
-        )
-        for i, (what, value, names) in enumerate(groups)
+        Doubt(what, tuple(names), value, next(iter(names.values()))[1:], side)
+        for (what, value, names), side in zip(groups, sides, strict=True)
+        if isfinite(side[0])
     )
     some = np.isfinite(low)
     low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
-    doubts = tuple(doubt for doubt in doubts if isfinite(doubt.sizes[0]))
     drives = sum(size is not None for size in computed.values())
     load = f" over {len(torques)} loads" if len(torques) > 1 else ""
     load = sign(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
