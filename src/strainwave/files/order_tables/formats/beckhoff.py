@@ -21,6 +21,7 @@ INDEX = {"A": 0x32CB, "B": 0x36CB}
 ROW = re.compile(r"0x(32CB|36CB):([0-9A-F]{2}) +(INT16|UINT32|REAL32) +(\S+) +([0-9A-F]+)", re.IGNORECASE)
 LARGEST32 = float(np.finfo(np.float32).max)
 PACKING = {"INT16": "<h", "UINT32": "<I", "REAL32": "<f"}
+KINDS, WHAT = ("UINT32", "REAL32", "REAL32"), ("n", "phi, degrees", "r, N*m")  # of a coefficient
 
 
 @dataclass(frozen=True)
@@ -84,11 +85,9 @@ class Beckhoff(
         """Write index:subindex, type, value, the bytes in the order of the bus, and what it is."""
         numbers = held.numbers
         rows = [self._row(1, "INT16", 3, "control: use the start-up list"), self._row(2, "REAL32", 1.0, "gain")]
-        for k, (n, phi, r) in enumerate([*numbers, *[(0, 0.0, 0.0)] * (COEFFICIENTS - len(numbers))]):
-            for offset, (kind, value, what) in enumerate(
-                (("UINT32", n, "n"), ("REAL32", phi, "phi, degrees"), ("REAL32", r, "r, N*m"))
-            ):
-                rows.append(self._row(FIRST + 3 * k + offset, kind, value, f"coefficient {k} {what}"))
+        for k, triple in enumerate([*numbers, *[(0, 0.0, 0.0)] * (COEFFICIENTS - len(numbers))]):
+            for i, (kind, what, value) in enumerate(zip(KINDS, WHAT, triple, strict=True), FIRST + 3 * k):
+                rows.append(self._row(i, kind, value, f"coefficient {k} {what}"))
         return "\n".join([*(f"# {line}" for line in comments), *rows]) + "\n"
 
     def _row(self, sub: int, kind: str, value: float, what: str) -> str:
@@ -111,13 +110,11 @@ class Beckhoff(
         gain = values.get(2, 1.0)
         numbers = []
         for k in range(COEFFICIENTS + 1):
-            triple = [values.get(FIRST + 3 * k + i) for i in range(3)]
-            if None in triple:
-                if k < COEFFICIENTS:
-                    raise Unfit(1, f"coefficient {k}", "is not whole in the list; it may be cut off")
-                continue
-            n, phi, r = [value for value in triple if value is not None]
-            if r > 0.0:
+            n, phi, r = [values.get(FIRST + 3 * k + i, math.nan) for i in range(3)]
+            whole = not math.isnan(n + phi + r)
+            if not whole and k < COEFFICIENTS:
+                raise Unfit(1, f"coefficient {k}", "is not whole in the list; it may be cut off")
+            if whole and r > 0.0:
                 numbers.append((int(n), phi, gain * r))
         constant = sum(r * math.cos(math.radians(phi) - self._offset) for n, phi, r in numbers if n == 0)
         lines = _lines([triple for triple in numbers if triple[0] > 0], self._offset, fields.get("zero", 0.0))
@@ -200,13 +197,10 @@ class TwinCat(
     def _array(self, suffix: str, values: np.ndarray, direction: str) -> list[str]:
         count = len(values)
         type_name = "ST_PositionCompensationTable"
-        rows = [f"    {self.variable}{suffix} : ARRAY[0..{count}] OF {type_name}Element := ["]
-        for i in range(count + 1):
-            end = "" if i == count else ","
-            position, value = st_real(360.0 * i / count), st_real(float(values[i % count]))
-            rows.append(f"        (Position := {position}, Compensation := {value}){end}")
+        pairs = [(st_real(360.0 * i / count), st_real(float(values[i % count]))) for i in range(count + 1)]
         return [
-            *rows, "    ];",
+            f"    {self.variable}{suffix} : ARRAY[0..{count}] OF {type_name}Element := [",
+            ",\n".join(f"        (Position := {at}, Compensation := {value})" for at, value in pairs), "    ];",
             f"    {self.variable}{suffix}Parameter : {type_name}Parameter := (MinPosition := 0.0, "
             f"MaxPosition := 360.0, NoOfTableElements := {count + 1}, Direction := {direction}, Modulo := TRUE);",
         ]  # fmt: skip

@@ -12,7 +12,7 @@ from ....base.results import Floats
 from ....model.excitation import HIGHEST, Line
 from ..content import OrderContent
 from ..format import Exact, Held, OfPoints
-from ..points import Points, Unfit, acting, content_of, float_in, rows_of, said_by, two_ways, ways, whole_in
+from ..points import Points, Side, Unfit, acting, content_of, float_in, said_by, two_ways, ways, whole_in
 
 MOST, DIGITS = 256, 9
 DEGREE = math.pi / 180.0
@@ -141,7 +141,7 @@ def _points(table: Any, fields: dict[str, Any]) -> Points:
 
 
 LINE = re.compile(r"\{([0-9.]{1,12}), ([^,{}]{1,60}), ([^,{}]{1,60})\},?")
-SET = re.compile(r"static const double (forward|backward)\[([0-9]{1,6})\]\[3\] = \{")
+SET = re.compile(r"static const double (forward|backward)\[([0-9]{1,6})\]\[3\] = \{([^;]*)\};")
 MEAN = re.compile(r"static const double mean_(forward|backward) = ([^;]{1,60});")
 
 BODY = """
@@ -206,23 +206,16 @@ class HalComponent(Exact, name="hal", title="a HAL component", unit="rad"):
     def parse(self, text: str) -> OrderContent:
         """Read the lines of the component."""
         fields, _ = said_by(text)
-        sets: dict[str, list[Line]] = {}
-        counts: dict[str, int] = {}
-        side = ""
-        for number, plain in rows_of(text):
-            if (match := SET.fullmatch(plain)) is not None:
-                side = match.group(1)
-                sets[side], counts[side] = [], int(match.group(2))
-            elif (match := LINE.fullmatch(plain)) is not None and side:
-                order, amplitude, phase = [float_in(number, side, part) for part in match.groups()]
-                sets[side].append(Line(whole_in(number, "order", f"{order:.0f}", 0, HIGHEST), amplitude, phase))
         means = {side: float_in(1, f"mean_{side}", value) for side, value in MEAN.findall(text)}
-        for side in sets:
-            if len(sets[side]) != counts[side] or side not in means:
-                raise Unfit(1, side, f"has {len(sets[side])} lines where it names {counts[side]}; it may be cut off")
-        if "forward" not in sets or "\ncorrection = " not in text:
+        content: dict[str, Side] = {}
+        for side, count, body in SET.findall(text):
+            rows = [[float_in(1, side, cell) for cell in row] for row in LINE.findall(body)]
+            if len(rows) != int(count) or side not in means:
+                raise Unfit(1, side, f"has {len(rows)} lines where it names {count}; it may be cut off")
+            lines = (Line(whole_in(1, "order", f"{n:.0f}", 0, HIGHEST), size, phase) for n, size, phase in rows)
+            content[side] = means[side], tuple(line for line in lines if line.order > 0)
+        if "forward" not in content or "\ncorrection = " not in text:
             raise Unfit(1, "file", "is no whole component; it may be cut off, write it again")
-        content = {side: (means[side], tuple(line for line in lines if line.order > 0)) for side, lines in sets.items()}
         return two_ways({"unit": "rad"} | fields, content)
 
 
