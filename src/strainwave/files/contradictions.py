@@ -82,8 +82,8 @@ def _arrangement(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, s
     """A member that cannot be fixed at this ratio."""
     fixed = getattr(spec.gear, "fixed", None)
     if fixed == "wave_generator" and gear is not None:
-        said = f"is wave_generator, and {gear.name} has it on the motor; write ratio and law in full"
-        yield ("gear", "fixed"), said
+        why = f"is wave_generator, and {gear.name} has it on the motor; write ratio and law in full"
+        yield ("gear", "fixed"), why
     elif fixed is not None and isinstance(spec.gear, ExplicitGear):
         try:
             BY_FIXED[fixed].teeth(spec.gear.ratio)

@@ -174,9 +174,9 @@ def _kept(project: Project) -> Iterator[tuple[str, str]]:
 
 
 def _damping(project: Project) -> schema.DampingSpec:
-    numbers = ({} if project.damping is None else project.damping._asdict()) | {"B": project.drive.B}
-    ripples = numbers.pop("variation", None)
-    return schema.DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **numbers)
+    own = ({} if project.damping is None else project.damping._asdict()) | {"B": project.drive.B}
+    ripples = own.pop("variation", None)
+    return schema.DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **own)
 
 
 def _speeds(speeds: Speeds) -> schema.SpeedSpec:

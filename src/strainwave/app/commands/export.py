@@ -38,7 +38,7 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
     click.echo(to_json(summary) if as_json else "\n".join([f"{title}: {form} in {output}", *notes]))
 
 
-def _export(project: Path, form: Any, output: Path, step: str | None) -> tuple[str, tuple[str, ...]]:
+def _export(project: Path, to: Any, output: Path, step: str | None) -> tuple[str, tuple[str, ...]]:
     """Write the file; its title and notes."""
     if str(project) == "catalogue":
         from ..page.page import TITLE, write_catalogue
@@ -46,9 +46,9 @@ def _export(project: Path, form: Any, output: Path, step: str | None) -> tuple[s
         write_catalogue(output)
         return TITLE, ()
     drive = read_project(project)
-    if form not in ("mat", "html"):
-        return drive.title, exported(drive, output, to=form, step=None if step is None else parse(step, "s")).notes
-    if form == "html":
+    if to not in ("mat", "html"):
+        return drive.title, exported(drive, output, to=to, step=None if step is None else parse(step, "s")).notes
+    if to == "html":
         from ..page.page import write_page
 
         write_page(drive, output)

@@ -276,8 +276,8 @@ def parts_of(project: Project) -> dict[str, dict[str, str]]:
     }
     forced, free = project.speeds.shaft == "forcing", inside(content.get("motor"), "mode") == "free"
     without = {"motor loop", "gravity", "move"} if forced else {"motor loop"} if free else set()
-    places = {name: next(iter(part)).split(".")[:2] for name, part in parts.items() if name not in without}
-    return {name: parts[name] for name, keys in places.items() if reduce(inside, keys, content) is None}
+    paths = {name: next(iter(part)).split(".")[:2] for name, part in parts.items() if name not in without}
+    return {key: parts[key] for key, keys in paths.items() if reduce(inside, keys, content) is None}
 
 
 def first_sources(project: Project, values: dict[str, str]) -> dict[str, str]:

@@ -96,10 +96,10 @@ def variables(plant: Plant) -> Variables:
     ]
     states, rates = [], []
     for i, (name, unit) in enumerate(plant.states()):
-        state, reference, begin = f"state {name}", str(FIRST_STATE + i), repr(plant.start[i])
-        states.append(Variable(state, reference, initial="exact", unit=unit, start=begin))
-        of_rate = {"rad": "rad/s", "rad/s": "rad/s2"}.get(unit, "")
-        rates.append(Variable(f"der({state})", str(FIRST_RATE + i), unit=of_rate, derivative=reference))
+        state, own, begin = f"state {name}", str(FIRST_STATE + i), repr(plant.start[i])
+        states.append(Variable(state, own, initial="exact", unit=unit, start=begin))
+        rate = {"rad": "rad/s", "rad/s": "rad/s2"}.get(unit, "")
+        rates.append(Variable(f"der({state})", str(FIRST_RATE + i), unit=rate, derivative=own))
     return Variables(inputs, outputs, states, rates)
 
 
@@ -159,13 +159,13 @@ def description_3(plant: Plant, name: str, token: str) -> str:
     time = Variable("time", "0", causality="independent", initial="", unit="s")
     for v in (time, *groups.all()):
         child(listed, "Float64", **v._asdict())
-    structure, states = child(root, "ModelStructure"), " ".join(v.valueReference for v in groups.states)
+    tree, states = child(root, "ModelStructure"), " ".join(v.valueReference for v in groups.states)
     known = [(v, states) for v in groups.outputs] + [(v, "") for v in groups.rates]
-    for v, dependencies in known:
-        kind = "Output" if dependencies else "ContinuousStateDerivative"
-        child(structure, kind, valueReference=v.valueReference, dependencies=dependencies)
-    for v, dependencies in known:
-        child(structure, "InitialUnknown", valueReference=v.valueReference, dependencies=dependencies)
+    for v, needs in known:
+        kind = "Output" if needs else "ContinuousStateDerivative"
+        child(tree, kind, valueReference=v.valueReference, dependencies=needs)
+    for v, needs in known:
+        child(tree, "InitialUnknown", valueReference=v.valueReference, dependencies=needs)
     return written(root)
 
 

@@ -114,8 +114,8 @@ def names_of(bench: Bench, controllers: Sequence[str]) -> tuple[list[str], tuple
             f"{', '.join(blind)} measures the angle of the load, and the project has no encoder there; write "
             "'load_encoder: 24 bit' into its group 'controller'"
         )
-    sentences = (f"Left out, as there is no encoder on the load: {', '.join(blind)}.",) if blind else ()
-    return [name for name in names if name not in blind], sentences
+    said = (f"Left out, as there is no encoder on the load: {', '.join(blind)}.",) if blind else ()
+    return [name for name in names if name not in blind], said
 
 
 def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveTrain | None:
@@ -345,15 +345,15 @@ def tune(
     click.echo(reported(drive.title, result.facts(), as_json, *([] if output is None else [f"written: {output}"])))
 
 
-def _write_tuned(project: Project, result: TunedLoop, output: Path, profiles: Sequence[str]) -> None:
-    columns = [(f"{name}{_ending(unit)}", values) for name, (_, values, unit) in result.variables().items()]
+def _write_tuned(project: Project, tuned: TunedLoop, output: Path, profiles: Sequence[str]) -> None:
+    columns = [(f"{name}{_ending(unit)}", values) for name, (_, values, unit) in tuned.variables().items()]
     label = "response before and after, goal over peak sensitivity"
-    drawn = stacked(named(result.panels(), project.title), 280.0, label)
+    drawn = stacked(named(tuned.panels(), project.title), 280.0, label)
     files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in profiles}
-    files |= {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)}
-    files[YAML] = project_text(result.applied(project))
-    if result.notch is not None:
-        files[NOTCHED] = project_text(result.applied(project, notch=True))
+    files |= {CSV: columns, SVG: drawn, JSON: reported(project.title, tuned.facts(), True)}
+    files[YAML] = project_text(tuned.applied(project))
+    if tuned.notch is not None:
+        files[NOTCHED] = project_text(tuned.applied(project, notch=True))
     write_all(output, files)
 
 

@@ -185,7 +185,7 @@ def data(found: OrderScan, channel: str) -> dict[str, Any]:
         "channel": channel,
         "unit": found.unit,
         "speeds_rad_per_s": found.speeds,
-        **{name: list(map(_line, getattr(found, name))) for name in ("lines", "forward", "backward")},
+        **{key: list(map(_line, getattr(found, key))) for key in ("lines", "forward", "backward")},
         "delay_s": found.delay,
         "delay_error_s": found.delay_error,
         "residual_rms": found.residual,

@@ -41,23 +41,23 @@ class SpeedsToAvoid:
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
         """The advice in sentences, of the remedies the best; the report has all."""
-        advice = data["advice"] or {}
-        best, *more = advice.get("remedy_sentence", "").split("; ")
-        return list(filter(None, [*map(advice.get, ("sentence", "about")), best + "." * bool(more)]))
+        said = data["advice"] or {}
+        best, *rest = said.get("remedy_sentence", "").split("; ")
+        return list(filter(None, [*map(said.get, ("sentence", "about")), best + "." * bool(rest)]))
 
 
 def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
-    in_run_up = dict[str, Any]()  # where the curve leaves out some of its torques
+    run_up = dict[str, Any]()  # where the curve leaves out some of its torques
     if avoid.largest_passed is not None:
         speed, size = avoid.largest_passed
-        in_run_up = {**sizes(size, "largest_oscillation_in_run_up"), "in_run_up_at_rad_per_s": speed}
+        run_up = {**sizes(size, "largest_oscillation_in_run_up"), "in_run_up_at_rad_per_s": speed}
     return {
         "rule": _rule(avoid) + (BEYOND if view.speeds.single else ""),
         "limit_rad": avoid.limit,
         "bands": [band_data(view, *band) for band in avoid.bands],
         **sizes(avoid.largest, "largest_oscillation"),
         "at_rad_per_s": avoid.at,
-        **in_run_up,
+        **run_up,
         "slow_oscillation_rad": avoid.slow,
         "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
         "sentence": _avoid(view, avoid) + _limits(view, avoid),

@@ -279,8 +279,8 @@ def assumptions(view: View) -> list[str]:
         "Shafts and housing are rigid, but for the couplings of the file.",
         "Skipping teeth are not computed: results above the ratcheting torque are void.",
     ]
-    equation = f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
-    return texts + [equation + "the steady motions of the whole drive have them."] * bool(project.left_out)
+    said = f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
+    return texts + [said + "the steady motions of the whole drive have them."] * bool(project.left_out)
 
 
 def certificates(view: View) -> list[dict[str, Any]]:
