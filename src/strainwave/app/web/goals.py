@@ -1,7 +1,7 @@
 """What helps: numbers that meet the limit, gains of the motor's loop, a controller."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache, partial
 from itertools import pairwise
 from typing import Any
@@ -45,7 +45,7 @@ def goal(project: Project, name: str) -> dict[str, Any]:
         raise Refused("the project has no limit of the oscillation; add one")
     excess = cache(partial(_excess, project, name, row["unit"]))
     now, ends = math.log(row["value"]), (math.log(row["low"]), math.log(row["high"]))
-    found = [value for end in ends for value in _crossing(excess, now, end)]
+    found = [value for end in ends if (value := _crossing(excess, now, end)) is not None]
     near = min(found, key=lambda value: abs(math.log(value) - now), default=None)
     return {"name": name, "value": near, "unit": row["unit"]}
 
@@ -59,15 +59,17 @@ def _excess(project: Project, name: str, unit: str, x: float) -> float:
         return math.inf
 
 
-def _crossing(excess: Callable[[float], float], begin: float, end: float) -> Iterator[float]:
-    """The first number on the way, of four digits, that meets the limit beside one that does not, if there is one."""
+def _crossing(excess: Callable[[float], float], begin: float, end: float) -> float | None:
+    """The first number on the way, of four digits, that meets the limit beside one that does not; None without one."""
     for x, at in pairwise(begin + (end - begin) * step / STEPS for step in range(STEPS + 1)):
-        if np.all(np.isfinite([excess(x), excess(at)])) and (excess(x) <= 0.0) != (excess(at) <= 0.0):
-            return (yield from _met(excess, x, at))
+        before, after = excess(x), excess(at)
+        if math.isfinite(before) and math.isfinite(after) and (before <= 0.0) != (after <= 0.0):
+            return _met(excess, x, at)
+    return None
 
 
-def _met(excess: Callable[[float], float], begin: float, end: float) -> Iterator[float]:
-    """The last number within the limit on the way to the crossing, rounded away from that; none if this is above."""
+def _met(excess: Callable[[float], float], begin: float, end: float) -> float | None:
+    """The last number within the limit on the way to the crossing, rounded away from that; None if this is above."""
     good, bad = (begin, end) if excess(begin) <= 0.0 else (end, begin)
     met = [good]
 
@@ -80,8 +82,7 @@ def _met(excess: Callable[[float], float], begin: float, end: float) -> Iterator
     exact = math.exp(min(met, key=lambda y: abs(y - bad)))
     digit = 10.0 ** (math.floor(math.log10(exact)) - 3)
     value = float(f"{digit * (math.floor if good < bad else math.ceil)(exact / digit):.4g}")
-    if excess(math.log(value)) <= 0.0:
-        yield value
+    return value if excess(math.log(value)) <= 0.0 else None
 
 
 def tuned(project: Project, progress: Progress) -> dict[str, Any]:
