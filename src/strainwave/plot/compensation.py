@@ -1,6 +1,7 @@
 """Figures of a compensation: the error in time, controllers over the speed, orders before and after, many units."""
 
 from collections.abc import Mapping, Sequence
+from itertools import chain, cycle
 from math import ceil
 from typing import NamedTuple
 
@@ -139,10 +140,10 @@ def compensated_move_panels(move: CompensatedMove) -> list[Panel]:
     """Error of the load and torque of the motor over the time, under each controller."""
     error = Panel("angle of the load in the profile less its angle", TIME, angle("", move.error))
     torque = Panel("torque of the motor", TIME, Axis("", "N*m"))
-    for i, name in enumerate(move.names):
-        colour, dash = (BLACK, "") if i == 0 else LOOKS[(i - 1) % len(LOOKS)]
-        error.line(move.time, move.error[i], colour, name, dash)
-        torque.line(move.time, move.torque[i], colour, "", dash)
+    looks = chain([(BLACK, "")], cycle(LOOKS))
+    for name, (colour, dash), x, T in zip(move.names, looks, move.error, move.torque, strict=False):
+        error.line(move.time, x, colour, name, dash)
+        torque.line(move.time, T, colour, "", dash)
     for panel in (error, torque):
         panel.upright(move.duration, GREY, "", "1 3", 1.0)
     return [error, torque]
@@ -166,8 +167,7 @@ def monitored_panels(monitored: Monitored) -> list[Panel]:
     late = monitored.time >= monitored.settled_from
     samples = late if np.any(late) else slice(None)
     panel = Panel("", TIME, Axis("amplitude", "units of the signal"))
-    for i, (order, row) in enumerate(zip(monitored.orders, monitored.amplitude, strict=True)):
-        colour, dash = LOOKS[i % len(LOOKS)]
+    for (colour, dash), order, row in zip(cycle(LOOKS), monitored.orders, monitored.amplitude, strict=False):
         panel.line(monitored.time[samples], row[samples], colour, f"order {order:g}", dash, 1.1)
     return [panel]
 

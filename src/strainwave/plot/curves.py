@@ -184,20 +184,18 @@ def variability_panels(variability: Variability) -> list[Panel]:
 
     Bars are two standard errors long to each side; the dashed lines only lead the eye.
     """
-    by_speed = len(variability.speeds) > 1
+    speeds = variability.speeds
+    by_speed = len(speeds) > 1
     if by_speed:
-        across = np.array([s.omega for s in variability.speeds])
-        values, errors = (
-            np.array([s.quantiles for s in variability.speeds]),
-            np.array([s.errors for s in variability.speeds]),
-        )
+        across = np.array([s.omega for s in speeds])
+        values, errors = np.array([(s.quantiles, s.errors) for s in speeds]).swapaxes(0, 1)
     else:
-        running = variability.speeds[0].running
+        running = speeds[0].running
         across, values, errors = running.counts, running.values, running.errors
     panel = Panel("", Axis("speed", "rad/s") if by_speed else Axis("drives"), angle("peak |x|", values))
     panel.xlog = not by_speed
     colours = (BLUE, ORANGE, GREEN, PINK, OCHRE, GREY)
-    for i, share in enumerate(variability.speeds[0].shares):
+    for i, share in enumerate(speeds[0].shares):
         colour = colours[i % len(colours)]
         panel.bars(across, values[:, i] - 2.0 * errors[:, i], values[:, i] + 2.0 * errors[:, i], colour)
         panel.line(across, values[:, i], colour, dash=DASHES, width=0.6)

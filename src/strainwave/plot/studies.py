@@ -109,12 +109,8 @@ def speed_map_panels(grid: SpeedMap) -> list[Panel]:
 def _bands(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Forbidden speeds as a bar for every load, and the vendors' resonance speed."""
     step = float(np.min(np.diff(grid.loads))) if len(grid.loads) > 1 else 1.0
-    panel = Panel(
-        "Forbidden speeds; grey: oscillation, dark is large",
-        MOTOR,
-        Axis(grid.load_name, grid.load_unit.replace("^", "**")),
-        xlim=ends,
-    )
+    y = Axis(grid.load_name, grid.load_unit.replace("^", "**"))
+    panel = Panel("Forbidden speeds; grey: oscillation, dark is large", MOTOR, y, xlim=ends)
     for load, bands in zip(grid.loads.tolist(), grid.forbidden, strict=True):
         for band in bands:
             panel.band(band, load - BAR * step, load + BAR * step, BAND, "forbidden")
