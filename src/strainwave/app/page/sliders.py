@@ -174,19 +174,18 @@ def _slider(project: Project, content: dict[str, Any], name: str) -> tuple[Slide
     ends = (value / SPAN, value * SPAN) if value > 0.0 else (value - 5.0 * step, value + 5.0 * step)
     slider = Slider(name, label_of(content, name), value, unit, *ends, (), step)
     try:
-        drives = [_with(project, {slider: slider.at(ratio)}) for ratio in RATIOS]
+        drives = {ratio: _with(project, {slider: slider.at(ratio)}) for ratio in RATIOS}
     except ValueError:
         return None
-    ratios = [*RATIOS]
     for ratio in slider.ends:  # which may be refused, as a speed below the lowest is
         with suppress(ValueError):
-            drives.append(_with(project, {slider: slider.at(ratio)}))
-            ratios.append(ratio)
-    if any(drive.kind != drives[0].kind for drive in drives[1:]):
+            drives[ratio] = _with(project, {slider: slider.at(ratio)})
+    first, *others = drives.values()
+    if any(drive.kind != first.kind for drive in others):
         return None
-    numbers = np.array([drive.numbers for drive in drives])
-    close = EXACT * np.max([drive.sizes for drive in drives], axis=0)
-    share = np.array([slider.at(ratio) / step for ratio in ratios])
+    numbers = np.array([drive.numbers for drive in drives.values()])
+    close = EXACT * np.max([drive.sizes for drive in drives.values()], axis=0)
+    share = np.array([slider.at(ratio) / step for ratio in drives])
     places = {*np.flatnonzero(np.any(np.abs(numbers - numbers[0]) > close, axis=0)).tolist()}
     for powers in POWERS[: None if value > 0.0 else 3]:
         if value <= 0.0 and min(powers) < 0:
@@ -222,25 +221,19 @@ def _terms(project: Project, rows: list[Slider], group: tuple[int, ...], places:
     shape = tuple(map(len, ratios))
     if np.prod(shape) > MOST:
         return []
-    values = np.empty((*shape, len(places)))
-    for cell in product(*map(range, shape)):
+    values, cells = np.empty((*shape, len(places))), [*product(*map(range, shape))]
+    for cell in cells:
         changes = {row: row.at(ratio[i]) for row, ratio, i in zip(row_of, ratios, cell, strict=True)}
         values[cell] = _with(project, changes).numbers[places]
     for axis, (row, ratio) in enumerate(zip(row_of, ratios, strict=True)):
         table = np.array([[(row.at(r) / row.unity) ** p for p in (0, *row.powers)] for r in ratio])
         values = np.moveaxis(np.tensordot(np.linalg.inv(table), values, axes=(1, axis)), 0, axis)
+    every = [(0, *row.powers) for row in row_of]
+    powers = {cell: [(i, own[k]) for i, own, k in zip(group, every, cell, strict=True) if k] for cell in cells}
     terms = []
-    for j, place in enumerate(places):
-        factors = values[..., j]
-        sums = [
-            (
-                float(factors[cell]),
-                [(i, (0, *row.powers)[k]) for i, row, k in zip(group, row_of, cell, strict=True) if k],
-            )
-            for cell in product(*map(range, shape))
-            if abs(factors[cell]) > SMALL * np.max(np.abs(factors))
-        ]
-        terms.append((place, sums))
+    for place, sizes in zip(places, np.moveaxis(values, -1, 0), strict=True):
+        least = SMALL * np.max(np.abs(sizes))
+        terms.append((place, [(float(sizes[c]), powers[c]) for c in cells if abs(sizes[c]) > least]))
     return terms
 
 
