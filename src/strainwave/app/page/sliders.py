@@ -231,9 +231,9 @@ def _terms(project: Project, rows: list[Slider], group: tuple[int, ...], places:
     every = [(0, *row.powers) for row in row_of]
     powers = {cell: [(i, own[k]) for i, own, k in zip(group, every, cell, strict=True) if k] for cell in cells}
     terms = []
-    for place, sizes in zip(places, np.moveaxis(values, -1, 0), strict=True):
-        least = SMALL * np.max(np.abs(sizes))
-        terms.append((place, [(float(sizes[c]), powers[c]) for c in cells if abs(sizes[c]) > least]))
+    for place, size in zip(places, np.moveaxis(values, -1, 0), strict=True):
+        least = SMALL * np.max(np.abs(size))
+        terms.append((place, [(float(size[c]), powers[c]) for c in cells if abs(size[c]) > least]))
     return terms
 
 

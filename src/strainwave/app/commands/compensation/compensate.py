@@ -42,7 +42,6 @@ from .tables import Alone, Run, best_at, stated, worst
 
 ALL = "all"
 SHARES = (0.3, 0.9, 1.0, 1.1, 3.0)  # of the speed at which the largest order meets the resonance of the held motor
-CSV, JSON = "compensation.csv", "compensation.json"
 plant_options = together(
     click.option("--plant", type=file_type, help="Project file of the drive that is run, if another."),
     click.option("--softer", help='Run a drive whose gear is softer than the file says, as "20 %".'),
@@ -181,7 +180,8 @@ def _write(title: str, run: Run, output: Path, *, figured: bool) -> None:
     rows = tables.rows(run)
     drawn = _figures(title, run) if figured else {}
     orders = {f"order-table-{name}.json": alone.table for name, alone in run.tables}
-    texts = {CSV: as_csv(list(rows[0]), [row.values() for row in rows]), JSON: to_json(tables.data(run))}
+    table = as_csv(list(rows[0]), [row.values() for row in rows])
+    texts = {"compensation.csv": table, "compensation.json": to_json(tables.data(run))}
     write_all(output, texts | {f"{name}.svg": text for name, text in drawn.items()} | orders)
 
 
