@@ -12,8 +12,8 @@ from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 import strainwave as sw
-from strainwave.app.commands.move import write
 from strainwave.app.commands.response import facts
+from strainwave.app.commands.speed_map import write
 from strainwave.drive.two_turns import beat_said, largest_beat
 from strainwave.files.reading import from_text
 from strainwave.files.variants.project_sweep import sweep_project

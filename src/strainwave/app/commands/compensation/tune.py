@@ -1,0 +1,83 @@
+"""`strainwave tune`: the best gains of a motor's loop, as numbers, CSV, figure and project file."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ....drive.project import Project
+from ....files.project_text import project_text
+from ....files.reading import read_project
+from ....files.variants.scatter import scattered
+from ....plot.panels import named
+from ....plot.svg import stacked
+from ....study.tuning.result import TunedLoop
+from ....study.tuning.trial import GOALS
+from ....study.tuning.tune import tune as tuned
+from ...console import Copied, Progress, reported, write_all
+from ...view import quantity
+from ..options import json_option, output_option, project_argument
+
+CSV, SVG, JSON, YAML, NOTCHED = "tune.csv", "tune.svg", "tune.json", "tuned.yaml", "tuned-with-notch.yaml"
+
+
+@click.command()
+@project_argument
+@click.option(
+    "--goal", "goals", multiple=True, type=click.Choice(list(GOALS)), default=("pointing",),
+    help="What shall be small; of several the geometric mean counts.",
+)  # fmt: skip
+@click.option("--gain", "gains", multiple=True, help="Gain to change, as K_p; repeatable. Default: all.")
+@click.option("--peak-sensitivity", type=float, help="Largest |1/(1 + L)|. Default: 2 where no margin is given.")
+@click.option("--gain-margin", type=float, help="Least factor by which the gain may rise.")
+@click.option("--phase-margin", help='Least phase margin, as "45 deg".')
+@click.option(
+    "--load", "loads", multiple=True, help='Torque on the load, as "-40 N*m"; repeatable. Default: the file\'s.'
+)
+@click.option("--units", type=click.IntRange(0, 5000), default=0, help="More drives, drawn by the scatter of the file.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Seed of these drives.")
+@click.option("--share", type=float, default=1.0, help="Share of the drives for which goals and limits hold.")
+@click.option("--notch", is_flag=True, help="Try a notch filter at the resonance with the motor free, too.")
+@output_option(f"Folder for {YAML} with the recommended gains, {CSV}, {SVG} and {JSON}.")
+@json_option
+def tune(
+    project: Path, goals: tuple[str, ...], gains: tuple[str, ...], peak_sensitivity: float | None,
+    gain_margin: float | None, phase_margin: str | None, loads: tuple[str, ...], units: int, seed: int, share: float,
+    notch: bool, output: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Find gains of the loop for a small error and margins."""
+    drive = read_project(project)
+    margin = None if phase_margin is None else quantity("--phase-margin", phase_margin, "rad", "positive")
+    torques = [quantity("--load", text, "N*m") for text in loads] or None
+    profiles = () if drive.move is None else [name for name in drive.move.files if name]  # that both files name
+    if output is not None and (name := next(filter({CSV, SVG, JSON, YAML, NOTCHED}.__contains__, profiles), "")):
+        raise ValueError(f"the profile {name!r} of the move has the name of a file of this command; rename the profile")
+    with Progress(drive.title) as progress:
+        more = tuple(scattered(drive, units, seed)) if units else ()
+        result = tuned(
+            drive, goals=goals, gains=gains or None, peak_sensitivity=peak_sensitivity, gain_margin=gain_margin,
+            phase_margin=margin, loads=torques, units=more, share=share, notch=notch, progress=progress.show,
+        )  # fmt: skip
+        progress.show("writing", 0.99)
+        if output is not None:
+            _write(drive, result, output, profiles)
+    click.echo(reported(drive.title, result.facts(), as_json, *([] if output is None else [f"written: {output}"])))
+
+
+def _write(project: Project, tuned: TunedLoop, output: Path, profiles: Sequence[str]) -> None:
+    columns = [(f"{name}{_ending(unit)}", values) for name, (_, values, unit) in tuned.variables().items()]
+    label = "response before and after, goal over peak sensitivity"
+    drawn = stacked(named(tuned.panels(), project.title), 280.0, label)
+    files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in profiles}
+    files |= {CSV: columns, SVG: drawn, JSON: reported(project.title, tuned.facts(), True)}
+    files[YAML] = project_text(tuned.applied(project))
+    if tuned.notch is not None:
+        files[NOTCHED] = project_text(tuned.applied(project, notch=True))
+    write_all(output, files)
+
+
+def _ending(unit: str) -> str:
+    """A unit as the end of a column's name."""
+    return "_" + re.sub(r"\W+", "_", unit.replace("1/", "per ").replace("/", " per ")).strip("_") if unit != "1" else ""
