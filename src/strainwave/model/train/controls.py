@@ -3,9 +3,7 @@
 A control has the methods of a law, `torque(x, v)` or, with states of its own, `torque(x, v, z)` with `z_rate(x, v, z)`
 and `states`: x [rad] and v [rad/s] are the deviations of the motor's angle and speed from its reference, the torque
 [N*m] counts against them. It may have `inertia()` [kg*m^2], which counts against the deviation of the acceleration.
-`Held` alone has none of these: it prescribes the motion.
-
-Loops as they are specified, by bandwidth and damping, and the gains that this gives on an inertia.
+`Held` alone has none of these: it prescribes the motion. Loops are made by bandwidth and damping on an inertia, too.
 """
 
 from math import isclose, sqrt
