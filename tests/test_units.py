@@ -124,6 +124,7 @@ def test_a_decimal_prefix_costs_no_digit(text, unit, value):
         ("5 Nms/rad", "N*m/rad", "unknown unit 'Nms'"),
         ("5 J", "N*m", "unknown unit 'J'"),
         ("5 foo", "rad", "'5 foo' has the unknown unit 'foo'; write for example 23 arcsec"),
+        ("5 Unit", "rad", "unknown unit 'Unit'"),
         ("5 RAD", "rad", "unknown unit 'RAD'"),
         ("5 N*m/rad s", "N*m*s/rad", "is not one number and one unit"),
         ("5 rad^99", "rad", "is not one number and one unit"),

@@ -167,7 +167,7 @@ def _with_forces(given: str, to: str) -> str:
 @lru_cache(maxsize=1024)
 def _unknown(units: str) -> list[str]:
     """Names in units that are none of ours, with a prefix or without."""
-    known = set(dir(_registry()))
+    known = set(_registry())
     # Left alone, pint takes any final s as a plural: Nms would be N*m.
     return [n for n in re.findall("[A-Za-z]+", units) if n not in known and PREFIX.sub("", n, count=1) not in known]
 
