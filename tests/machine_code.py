@@ -12,7 +12,7 @@ def assembly(function, *arguments):
 
     Code that comes from the cache on disk cannot be read.
     """
-    jit._dispatcher(function, classes(arguments))  # lets compiled code know the models
+    jit.expose(*classes(arguments))
     dispatcher = jit._numba().njit(**jit.OPTIONS)(function)
     dispatcher(*arguments)
     return dispatcher.inspect_asm(dispatcher.signatures[-1])

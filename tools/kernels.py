@@ -52,9 +52,8 @@ def keep(folder: Path) -> None:
         save(self, kinds, code)
         classes, path, name = self.place(kinds, code.codegen)
         if path is not None and path.is_file():
-            _, *parts, _, loaded, environments = code._reduce()  # without the text of its types
             library = code.library.name, without_names(code.library.plain)
-            cache.write(folder / name, classes, (library, *parts, "", loaded, environments))
+            cache.write(folder / name, classes, (library, *cache.parts_of(code)[1:]))
 
     JITCodeLibrary._optimize_final_module, cache.CodeCache.save_overload = optimized, saved
     ir.Loc.__init__ = located

@@ -49,7 +49,7 @@ class CodeCache:
 
     def load_overload(self, kinds: Any, target: Any) -> Any:
         """Machine code for arguments of these kinds, None where there is none that fits."""
-        target.refresh()
+        import_module("numba.core.runtime").rtsys.initialize(target)
         classes, path, name = self.place(kinds, target.codegen())
         if path is None:
             return None
@@ -58,8 +58,8 @@ class CodeCache:
             if hashlib.sha256(written[DIGEST:]).digest() == written[:DIGEST]:  # damaged code would end the process
                 parts = _Unpickler(io.BytesIO(written[DIGEST:]), classes).load()
             elif name in (known := shipped(target.codegen().magic_tuple()[0])):
-                library, *others = _Unpickler(io.BytesIO(known[name]), classes).load()
-                parts = _made(library, target.codegen()), *others
+                library, described, *others = _Unpickler(io.BytesIO(known[name]), classes).load()
+                parts = _made(library, described, target.codegen()), described, *others
                 write(path, classes, parts)
             else:
                 return None
@@ -71,7 +71,7 @@ class CodeCache:
         """Keep machine code for arguments of these kinds."""
         classes, path, _ = self.place(kinds, code.codegen)
         if path is not None and not code.lifted and not code.library.has_dynamic_globals:
-            write(path, classes, code._reduce())
+            write(path, classes, parts_of(code))
 
     def flush(self) -> None:
         """Numba calls this before it compiles all again, which nothing here does."""
@@ -93,6 +93,23 @@ class CodeCache:
             for target in ((kinds, machine, sys.version_info[:2], stamp(machine[0])), kinds)
         ]
         return classes, cache_folder() / f"{self.function.__name__}-{names[0]}.code", names[1]
+
+
+def parts_of(code: Any) -> tuple[Any, ...]:
+    """Parts of compiled code that its run needs: neither LLVM code to link nor the text of its types.
+
+    Of environments it reads constants alone, and those without any would load their modules.
+    """
+    (name, kind, (machine, _)), described, *others, _, loaded, environments = code._reduce()
+    read = [environment for environment in environments if environment.consts]
+    return (name, kind, (machine, _names(described))), described, *others, "", loaded, read
+
+
+def _names(described: Any) -> bytes:
+    """LLVM code with the names of a function and nothing else: what is not defined there has no address."""
+    names = described.llvm_func_name, described.llvm_cpython_wrapper_name
+    text = "".join(f'define void @"{name}"() {{ ret void }}\n' for name in names)
+    return bytes(import_module("llvmlite.binding").parse_assembly(text).as_bitcode())
 
 
 def write(path: Path, classes: list[type], parts: tuple[Any, ...]) -> None:
@@ -127,13 +144,13 @@ def stamp(triple: str) -> str:
     return ", ".join([source_hash(), *versions, f"LLVM {llvm}", triple])
 
 
-def _made(library: tuple[str, bytes], codegen: Any) -> tuple[str, str, tuple[bytes, bytes]]:
+def _made(library: tuple[str, bytes], described: Any, codegen: Any) -> tuple[str, str, tuple[bytes, bytes]]:
     """Machine code of a library of LLVM code, as Numba keeps it."""
     name, code = library
     made = codegen.create_library(name)
     made._final_module = import_module("llvmlite.binding").parse_bitcode(code)
     made._optimize_final_module()
-    return name, "object", (codegen._tm.emit_object(made._final_module), made._final_module.as_bitcode())
+    return name, "object", (codegen._tm.emit_object(made._final_module), _names(described))
 
 
 def _read(module: str) -> bool:

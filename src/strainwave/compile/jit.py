@@ -213,13 +213,21 @@ _one_at_a_time = RLock()
 
 def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
     with _one_at_a_time:  # threads ask for their first kernels at once
-        _numba()
+        return _made(function, classes)
+
+
+def expose(*classes: type) -> None:
+    """Let compiled code know the maths functions, all kernels, and the methods of models of these classes.
+
+    Only what compiles needs it: machine code from the disk runs without it, and without half of Numba.
+    """
+    with import_module("numba.core.compiler_lock").global_compiler_lock:
+        _expose_own()
         for cls in (*_inside, *classes):
             _expose_methods(cls)
         while _kernels:  # those of modules imported since the last call
             _exposed.append(_kernels.pop())
             _expose(*_exposed[-1])
-        return _made(function, classes)
 
 
 @cache
@@ -227,7 +235,13 @@ def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
     """Compiled form of a function for models of these classes: Numba takes two classes of one name for the same."""
     body = getattr(function, "loops", function)
     dispatcher = _numba().njit(pipeline_class=compilers()[0], **OPTIONS)(body)
-    dispatcher._compiler.compile = watched(dispatcher._compiler.compile, function.__name__)
+    compile_ = dispatcher._compiler.compile
+
+    def known(*arguments: Any) -> Any:
+        expose(*classes)
+        return compile_(*arguments)
+
+    dispatcher._compiler.compile = watched(known, function.__name__)
     cache_writable()  # makes the folder
     dispatcher._cache = CodeCache(body)
     return dispatcher
@@ -266,29 +280,38 @@ class ForAllCallers(dict[Any, Any]):
 
 @cache
 def _numba() -> Any:
-    """Import Numba and teach it the maths functions, the methods of models and the primitives of this module."""
-    _without_searches()
-    numba, types, extending = map(import_module, ("numba", "numba.core.types", "numba.extending"))
+    """Import Numba."""
+    with _unfound():
+        numba, types = import_module("numba"), import_module("numba.core.types")
     _prefer_wide_vectors(numba.config)
     # Names of compiled functions hold a number, which code of another process must not have too.
     import_module("numba.core.bytecode").FunctionIdentity._unique_ids = count(int.from_bytes(os.urandom(6)))
     # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
     types.NamedTuple.__bool__ = lambda self: True
-    for made in (bodies, address.bodies, lanes.bodies, tree.bodies, maths_kernels.bodies):
-        for function, body in made(types, extending).items():
-            _expose(function, body)
     return numba
 
 
-def _without_searches() -> None:
-    """Load Numba without two modules that it would import as soon as it finds them, and that no kernel needs.
+@cache
+def _expose_own() -> None:
+    """Let compiled code know the maths functions and the primitives of this room."""
+    with _unfound():
+        import_module("numba.np.arraymath")
+    types, extending = import_module("numba.core.types"), import_module("numba.extending")
+    for made in (bodies, address.bodies, lanes.bodies, tree.bodies, maths_kernels.bodies):
+        for function, body in made(types, extending).items():
+            _expose(function, body)
+
+
+@contextmanager
+def _unfound() -> Iterator[None]:
+    """Keep two modules absent that Numba would import as soon as it finds them, and that no kernel needs.
 
     A compiled np.dot of a user finds BLAS later; coverage that measures is loaded before.
     """
     absent = [name for name in ("scipy.linalg.cython_blas", "coverage") if name not in sys.modules]
     sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type]
     try:
-        import_module("numba.np.arraymath")
+        yield
     finally:
         for name in absent:
             del sys.modules[name]

@@ -193,7 +193,7 @@ def test_a_slow_run_up_jumps_where_the_full_equation_jumps(order):
 def test_compiled_it_gives_what_python_gives_and_allocates_nothing(system, resonance, order):
     predictor = sw.slow_flow(system, resonance, order=order).predictor(SAMPLE, speeds=near(system))
     state = predictor.start(system.omega, 1.0, 0.2 * predictor.drive.size)
-    jit._dispatcher(last_of, classes((predictor, state)))
+    jit.expose(*classes((predictor, state)))
     compiled = jit._numba().njit(**jit.OPTIONS)(last_of)
     there, here = compiled(predictor, state, 300), last_of(predictor, state, 300)
     assert leaves(there) == pytest.approx(leaves(here), rel=1e-11, abs=1e-12 * predictor.drive.size)
