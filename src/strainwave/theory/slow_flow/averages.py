@@ -182,6 +182,7 @@ def grid_table(f: int, harmonics: tuple[int, ...], lines: Floats) -> Floats:
 
 BLOCK = 1 << 15  # samples at once: a quarter of a megabyte
 SEVERAL = 1000  # blocks in NumPy, a second of them, before they are compiled
+FEW = 24  # waves, which products with tables of them take sooner than Fourier's fast transform
 Places = tuple[Any, ...]  # multiples of each angle in some waves; those of the last are not negative
 
 
@@ -190,6 +191,9 @@ def samples(c: Complexes, places: Places, points: tuple[int, ...]) -> Floats:
 
     No wave comes twice, and in each angle there are more than two samples a period.
     """
+    if len(points) == 1 and len(places[0]) <= FEW:
+        cosine, sine = _turns(points[0], tuple(places[0].tolist()))
+        return np.asarray(c.real @ cosine - c.imag @ sine)
     spectrum = np.zeros((len(c), *points[:-1], points[-1] // 2 + 1), complex)
     spectrum[:, *places] = np.where(places[-1] == 0, 1.0, 0.5) * c
     return np.fft.irfftn(spectrum, points, tuple(range(1, spectrum.ndim)), "forward")
@@ -197,6 +201,9 @@ def samples(c: Complexes, places: Places, points: tuple[int, ...]) -> Floats:
 
 def means(values: Floats, places: Places) -> Complexes:
     """Means (motions, waves) of samples (motions, *points) times the conjugates of waves."""
+    if values.ndim == 2 and len(places[0]) <= FEW:
+        cosine, sine = _turns(values.shape[1], tuple(places[0].tolist()))
+        return np.asarray((values @ cosine.T - 1j * (values @ sine.T)) / values.shape[1])
     spectrum = np.fft.rfftn(values, axes=tuple(range(1, values.ndim)), norm="forward")
     return np.asarray(spectrum[:, *places])
 

@@ -233,11 +233,11 @@ class AveragedFlow(FirstOrder):
         return self.means.small(self.setting, z) if isinstance(self.means, LoopAverages) else []
 
     def _speed_slope(self, z: complex) -> complex:
-        s, d = self.setting, SPEED_STEP * self.setting.omega
+        s = self.setting
         if np.any(s.hard) or isinstance(self.means, LoopAverages):
             return super()._speed_slope(z)
-        up, down = s.at(s.omega + d), s.at(s.omega - d)  # the forced motion, and so the averages, stay
-        return complex(-1j * (up.fast - down.fast) * z - (0.5j / s.omega_0) * (up.soft - down.soft)) / (2.0 * d)
+        ratio = float(s.resonance.ratio or 0.0)  # the forced motion, and so the averages, stay
+        return complex(-1j * ratio * (z + ratio * s.omega / s.omega_0 * np.sum(s.error_lines[s.on_fast])))
 
     def phase_matters(self) -> bool:
         """Whether the flow depends on the phase, that is, whether the resonance appears at first order."""

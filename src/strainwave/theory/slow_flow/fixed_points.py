@@ -38,6 +38,14 @@ def is_stable(flow: Flow, z: complex) -> bool:
     return bool(attracts(flow.stability(z)))
 
 
+def are_stable(flow: Flow, omega: Floats, z: Complexes) -> Any:
+    """The same of steady states (n,) at speeds (n,) [rad/s]: at once, unless averages or loops know one speed alone."""
+    s = flow.setting
+    if remembers(s.system.law) or (isinstance(flow, AveragedFlow) and np.any(s.hard)):
+        return [is_stable(flow.at(float(speed)), complex(state)) for speed, state in zip(omega, z, strict=True)]
+    return attracts(flow.at(omega).stability(z))
+
+
 def attracts(matrices: Floats) -> Any:
     """Whether the slow eigenvalues of matrices (..., n, n) have negative real parts (beyond rounding).
 

@@ -19,7 +19,7 @@ import numpy as np
 from ...base.blas import one_thread
 from ...base.results import Floats
 from ...numerics.operating_point import bracketed_root
-from .fixed_points import Flow, is_stable, is_trivial
+from .fixed_points import Flow, are_stable, is_trivial
 from .results import SlowBranch, SlowResponse
 from .setting import Complexes
 from .states import states
@@ -250,12 +250,16 @@ def special(curve: Curve, a: Floats, b: Floats, measure: Any) -> Floats | None:
     length = float(np.linalg.norm(chord))
     if length == 0.0:
         return None
-    chord = chord / length
+    chord, beside = chord / length, np.zeros(3)
 
     def at(share: float) -> Floats:
+        nonlocal beside  # the way from the chord to the last point, which is nearly that of the next
         guess = _between(a, b, share)
-        point = curve.correct(guess, chord)
-        return guess if point is None else point
+        point = curve.correct(guess + beside, chord)
+        if point is None:
+            return guess
+        beside = point - guess
+        return point
 
     def value(share: float) -> float:
         point = at(share)
@@ -345,8 +349,7 @@ def _assembled(curve: Curve, arcs: list[Arc], trivial: tuple[tuple[float, bool],
 def _branch(curve: Curve, points: Floats, closed: bool) -> SlowBranch:
     z: Any = curve.size * (points[:, 0] + 1j * points[:, 1])
     omega = curve.width * points[:, 2]
-    flows = [curve.flow.at(float(w)) for w in omega]
-    stable = np.array([is_stable(flow, complex(point)) for flow, point in zip(flows, z, strict=True)])
+    stable = np.asarray(are_stable(curve.flow, omega, z))
     return SlowBranch(omega, np.abs(z), -np.angle(z), envelope(curve.flow, omega, z), stable, closed)
 
 

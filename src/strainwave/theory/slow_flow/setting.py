@@ -128,11 +128,12 @@ class Setting:
         k = np.multiply.outer(omega, np.array(self.orders, float))
         # J u'' + B u' + T(u) = tau - J omega^2 e'', and e'' of a line is -k^2 e_k
         forcing = self.torque_lines / self.system.J + k**2 * self.error_lines
-        p, q = self.resonance
         gap, least = self.omega_0**2 - k**2, 2.0 * NEAR * self.omega_0**2
-        gap = np.where(np.abs(gap) < least, np.copysign(least, gap), gap)  # see `sits_on`
-        hard = np.where(self.on_fast, 0.0, forcing / gap)
-        soft = np.sum(forcing[..., self.on_fast], axis=-1)
+        if (near := np.abs(gap) < least).any():
+            gap = np.where(near, np.copysign(least, gap), gap)  # see `sits_on`
+        hard, soft = forcing / gap, forcing[..., self.on_fast].sum(axis=-1)
+        hard[..., self.on_fast] = 0.0
+        p, q = self.resonance
         fast, system = p / q * omega if q else self.omega_0, self.system._replace(omega=omega)
         soft = complex(soft) if np.ndim(soft) == 0 else soft
         return replace(self, system=system, omega=omega, fast=fast, hard=hard, soft=soft)
