@@ -20,7 +20,7 @@ from ...base.protocols import lacking
 from ...base.results import Floats
 from ..balance.condensed.pencil import add_entries, to_complex, to_real
 
-SMOOTH = np.unique([2**a * 3**b * 5**c for a in range(14) for b in range(9) for c in range(6)])  # fast transforms
+SMOOTH = np.sort([2**a * 3**b * 5**c for a in range(14) for b in range(9) for c in range(6)])  # fast transforms
 OVERSAMPLED = 4  # samples of an angle in a period of its highest wave: a cube of these waves is exact
 CORNERED, SAMPLES = 16, 8192  # the same at most beside rounded corners, and samples wanted: fewer make false folds
 LARGEST_TABLE = 120_000  # entries of a table that is quicker than a fast transform
