@@ -280,14 +280,15 @@ def compiling() -> tuple[Compilation, ...]:
     return tuple(_under_way.values())
 
 
-def watched(compile_: Callable[..., Any], kernel: str) -> Callable[..., Any]:
-    """Numba's `compile` of a kernel, listed in `compiling` while it runs."""
+def watched(compile_: Callable[..., Any], kernel: str, prepare: Callable[[], None]) -> Callable[..., Any]:
+    """Numba's `compile` of a kernel, after what prepares it, listed in `compiling` while they run."""
 
     @wraps(compile_)
     def listed(*arguments: Any) -> Any:
         number = next(_numbers)
         _under_way[number] = Compilation(kernel, monotonic(), cache_writable())
         try:
+            prepare()
             return compile_(*arguments)
         finally:
             del _under_way[number]

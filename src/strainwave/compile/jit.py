@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from importlib import import_module
 from itertools import count
 from threading import RLock
@@ -25,7 +25,7 @@ from typing import Any, TypeVar
 from . import address, lanes, maths_kernels, tree
 from .address import ByAddress, kind_of
 from .cache import CodeCache, cache_writable, watched
-from .inner import compilers
+from .inner import compilers, unfound
 from .tree import classes as classes_of
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -236,12 +236,7 @@ def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
     body = getattr(function, "loops", function)
     dispatcher = _numba().njit(pipeline_class=compilers()[0], **OPTIONS)(body)
     compile_ = dispatcher._compiler.compile
-
-    def known(*arguments: Any) -> Any:
-        expose(*classes)
-        return compile_(*arguments)
-
-    dispatcher._compiler.compile = watched(known, function.__name__)
+    dispatcher._compiler.compile = watched(compile_, function.__name__, partial(expose, *classes))
     cache_writable()  # makes the folder
     dispatcher._cache = CodeCache(body)
     return dispatcher
@@ -281,7 +276,7 @@ class ForAllCallers(dict[Any, Any]):
 @cache
 def _numba() -> Any:
     """Import Numba."""
-    with _unfound():
+    with unfound():
         numba, types = import_module("numba"), import_module("numba.core.types")
     _prefer_wide_vectors(numba.config)
     # Names of compiled functions hold a number, which code of another process must not have too.
@@ -294,27 +289,12 @@ def _numba() -> Any:
 @cache
 def _expose_own() -> None:
     """Let compiled code know the maths functions and the primitives of this room."""
-    with _unfound():
+    with unfound():
         import_module("numba.np.arraymath")
     types, extending = import_module("numba.core.types"), import_module("numba.extending")
     for made in (bodies, address.bodies, lanes.bodies, tree.bodies, maths_kernels.bodies):
         for function, body in made(types, extending).items():
             _expose(function, body)
-
-
-@contextmanager
-def _unfound() -> Iterator[None]:
-    """Keep two modules absent that Numba would import as soon as it finds them, and that no kernel needs.
-
-    A compiled np.dot of a user finds BLAS later; coverage that measures is loaded before.
-    """
-    absent = [name for name in ("scipy.linalg.cython_blas", "coverage") if name not in sys.modules]
-    sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type]
-    try:
-        yield
-    finally:
-        for name in absent:
-            del sys.modules[name]
 
 
 def _prefer_wide_vectors(config: Any) -> None:
