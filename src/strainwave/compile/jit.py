@@ -142,7 +142,7 @@ def run(function: Callable[..., Any], *args: Any, light: bool | None = None, aft
     try:
         made = [arg.native() if isinstance(arg, ByAddress) else (arg, None) for arg in args]
         given = tuple(thing for thing, _ in made)
-        return _dispatcher(function, classes_of(given))(*given)
+        return _form(function, classes_of(given))(*given)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
         if after:  # it has run as Python before
             _runs[function, classes] = -sys.maxsize
@@ -172,7 +172,7 @@ def _address_of(function: Callable[..., Any], thing: Any, kind: Any, kinds: tupl
     key = function, kind, kinds
     if key not in _entries:
         with _one_at_a_time:
-            dispatcher, types = _dispatcher(function, classes_of((thing,))), import_module("numba.core.types")
+            dispatcher, types = _form(function, classes_of((thing,))), import_module("numba.core.types")
             signature = address.signature(types, _numba().typeof(thing), kinds)
             dispatcher.compile(signature)
             code = dispatcher.overloads[signature]
@@ -211,9 +211,15 @@ def _explain(error: Exception, classes: set[str]) -> str:
 _one_at_a_time = RLock()
 
 
-def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
+def _form(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
     with _one_at_a_time:  # threads ask for their first kernels at once
         return _made(function, classes)
+
+
+def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
+    """Compiled form of a function for models of these classes, with all known that its compilation asks for."""
+    expose(*classes)
+    return _form(function, classes)
 
 
 def expose(*classes: type) -> None:

@@ -150,7 +150,7 @@ def _optimised(module: Any, machine: Any, binding: Any) -> Any:
 def _plain_code(item: Wanted, types: Any) -> tuple[str, str, tuple[Any, ...]]:
     """Numba's code of a function, the name of the function in it, and the kinds of its arguments."""
     numba = importlib.import_module("numba")
-    jit.expose(*classes(item.arguments))
+    jit._dispatcher(item.function, classes(item.arguments))
     if item.kinds is None:
         kinds = tuple(map(numba.typeof, item.arguments))
     else:
