@@ -140,7 +140,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "limit_arcsec": None if limit is None else limit / ARCSEC,
         "largest": {
             "speed": float(scale * found.omega[top]),
-            "oscillation_arcsec": sizes[top],
+            "oscillation_arcsec": float(sizes[top]),
             "torque": torque,
             "torque_speed": scale * found.usage.at_peak,
         },
