@@ -31,7 +31,7 @@ CONTROLLER = "a name such as 'adaptive', or a NamedTuple with start() and update
 MOST_UNITS = 100_000
 PLAIN = "loop"  # name of the design that everything is compared with
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at
-SLOWER = 0.5  # of the rate of the plain loop: what a controller of another kind has learns
+SLOWER = 0.5  # of the rate of the plain loop: what is slower is waited for
 SLOWEST = 100.0  # of the longest run that is taken: what is slower is not waited for
 LONG = 60.0  # s
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
@@ -253,9 +253,10 @@ def _one(
     bench = bench.at(speed)
     slowest = refuse_unstable(bench, speed).slowest
     controller = design.on(bench, speed)
-    known = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked
-    growth = -np.inf if known else bench.growth(controller, speed)
     rate = own_rate(bench, speed, controller)
+    known = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked
+    known = known and bool(rate or controller.start() == bench.loop.start())  # it settles at its rate or as the loop
+    growth = -np.inf if known else bench.growth(controller, speed)
     if not rate and SLOWEST / (MOST_SAMPLES * bench.sampling.period) < -growth < SLOWER / slowest:
         rate = -growth
     settle, end = times_of(bench, speed, rate)
