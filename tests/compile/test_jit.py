@@ -99,8 +99,9 @@ def test_kernels_of_a_module_that_is_imported_later_are_known_to_code_made_befor
     assert done.returncode == 0, done.stderr[-500:]
 
 
-def test_law_that_prints_does_so_in_code_made_now_and_in_code_from_disk(tmp_path):
-    """What a function inside a kernel has of Python, the text that it prints, is given to the kernel."""
+@pytest.mark.parametrize("said", ["'torsion', x", "x"])
+def test_law_that_prints_does_so_in_code_made_now_and_in_code_from_disk(tmp_path, said):
+    """What a function inside a kernel has of Python is given to the kernel, with and without a text that it prints."""
     law = tmp_path / "loud.py"
     law.write_text(
         "from typing import NamedTuple\n"
@@ -109,18 +110,18 @@ def test_law_that_prints_does_so_in_code_made_now_and_in_code_from_disk(tmp_path
         "    K: float\n"
         "    def torque(self, x):\n"
         "        if x > 0.5:\n"
-        "            print('torsion', x)\n"
+        f"            print({said})\n"
         "        return self.K * x\n"
         "system = sw.Oscillator(1.0, 0.1, Loud(1.0), sw.Harmonic(0.1), 1.0)\n"
         "assert sw.simulate(system, (1.0, 0.0), 1e-3, method=sw.Rk4(steps_per_period=4)).status\n"
     )
     for _ in range(2):
-        environment = os.environ | {"STRAINWAVE_CACHE_DIR": str(tmp_path)}
+        env = os.environ | {"STRAINWAVE_CACHE_DIR": str(tmp_path)}
         done = subprocess.run(
-            [sys.executable, law], capture_output=True, text=True, check=False, env=environment, cwd=tmp_path
+            [sys.executable, law], capture_output=True, text=True, check=False, env=env, cwd=tmp_path, timeout=300
         )
         assert done.returncode == 0, done.stderr[-500:]
-        assert done.stdout.count("torsion 1.0\n") > 1
+        assert done.stdout.count("1.0\n") > 1
         assert not done.stderr
 
 

@@ -98,10 +98,12 @@ class CodeCache:
 def parts_of(code: Any) -> tuple[Any, ...]:
     """Parts of compiled code that its run needs: neither LLVM code to link nor the text of its types.
 
-    Of environments it reads constants alone, and those without any would load their modules.
+    Of environments it reads constants alone, and those of this package without any would load their modules. Those of
+    a user's methods stay: a `print` of a number has no constant and ends only with its environment.
     """
     (name, kind, (machine, _)), described, *others, _, loaded, environments = code._reduce()
-    read = [environment for environment in environments if environment.consts]
+    own = __package__.partition(".")[0]
+    read = [e for e in environments if e.consts or e.globals["__name__"].partition(".")[0] != own]
     return (name, kind, (machine, _names(described))), described, *others, "", loaded, read
 
 
