@@ -19,7 +19,7 @@ from ..base.arguments import refuse
 from ..base.law import breakpoints_of, is_spring, torsion
 from ..base.protocols import Balance, System, has_jacobian, omega_of, with_parts
 from ..base.quantities import Reals, States, number, numbers, positive_count, reals, shown
-from ..base.results import Floats, Orbit, SolveError, Status
+from ..base.results import Floats, Orbit, SolveError, Status, Trajectory
 from ..compile.tree import leaf_of
 from .balance.choice import balance_of
 from .balance.harmonics import grown, most_harmonics, starting_harmonics
@@ -69,7 +69,7 @@ class Variational(NamedTuple):
 def period_map(system: System, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
     """State after one period, the monodromy matrix (2, 2), sizes of the states; None if the solution stops before."""
     start = [*y0, 1.0, 0.0, 0.0, 1.0]
-    end = simulate(Variational(system), start, (0.0, duration), method=_method(y0, duration, rtol))
+    end = _span(Variational(system), start, duration, _method(y0, duration, rtol))
     if not end.status:
         return None
     size = _size(end.y[:2, -1], duration)
@@ -84,10 +84,10 @@ def differenced_map(system: System, y0: Floats, duration: float, rtol: float) ->
     method = _method(y0, duration, rtol)
 
     def end(start: Floats) -> Floats | None:
-        run = simulate(system, start, (0.0, duration), method=method)
+        run = _span(system, start, duration, method)
         return run.y[:, -1] if run.status else None
 
-    run = simulate(system, y0, (0.0, duration), method=method)
+    run = _span(system, y0, duration, method)
     if not run.status:
         return None
     sizes = np.max(np.abs(run.y), axis=1)
@@ -99,6 +99,14 @@ def differenced_map(system: System, y0: Floats, duration: float, rtol: float) ->
             return None
         columns.append((after - before) / (2.0 * np.max(step)))
     return run.y[:, -1], np.array(columns).T, sizes
+
+
+def _span(system: System, y: Any, duration: float, method: Dopri5) -> Trajectory:
+    """Motion over a time [s]; an interrupt (Ctrl-C) stops the search for an orbit too."""
+    run = simulate(system, y, (0.0, duration), method=method)
+    if run.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return run
 
 
 def _size(y: Floats, duration: float) -> float:
@@ -186,7 +194,7 @@ def closed_state(system: System, y: Floats, period: int, rtol: float) -> tuple[F
 
 def _gone_on(system: System, y: Floats, time: float, rtol: float) -> Floats:
     """State after a time [s]; the state itself where the motion ends before."""
-    run = simulate(system, y, (0.0, time), method=_method(y, time, rtol))
+    run = _span(system, y, time, _method(y, time, rtol))
     return run.y[:, -1] if run.status else y
 
 

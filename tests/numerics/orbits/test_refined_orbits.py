@@ -1,10 +1,15 @@
 """Orbits of laws with memory are refined by shooting: beside them SciPy's integration of the same equations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.base.results import Status
+from strainwave.numerics import shooting
+from strainwave.study.steady import settle
 
 
 @pytest.mark.slow
@@ -50,3 +55,14 @@ def test_shooting_from_far_away_finds_a_motion_on_which_an_integration_stays(B, 
     begin = orbit.state(0.0) if alpha > 0.1 else start
     settled = solve_ivp(rates, (0.0, 100.0 * period), begin, rtol=1e-10, atol=1e-12).y[:, -1]
     assert orbit.state(0.0) == pytest.approx(settled, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", [sw.Cubic(1.0, 0.5), sw.BoucWen(1.0, 0.3, 0.4)])
+def test_an_interrupt_while_an_orbit_is_closed_stops_the_study(law, monkeypatch):
+    def stopped(*args, **how):
+        return replace(sw.simulate(*args, **how), status=Status.INTERRUPTED)
+
+    monkeypatch.setattr(shooting, "simulate", stopped)
+    system = sw.Oscillator(1.0, 0.1, law, sw.Harmonic(0.2), 0.8)
+    with pytest.raises(KeyboardInterrupt):
+        settle(system, (0.1, 0.0, 0.0)[: 2 if isinstance(law, sw.Cubic) else 3], time=10.0)
