@@ -163,7 +163,7 @@ def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
             return "the loop would be unstable"
         return subject._replace(train=other)
 
-    faster, calmer = POWERS[type(loop)]
+    faster, calmer = next(powers for kind, powers in POWERS.items() if isinstance(loop, kind))
     if bandwidth > 0.0:
         yield Knob("bandwidth of the loop", bandwidth / HERTZ, "Hz", lambda s: turned(faster, s, 1.0 + s))
     if damping > 0.0:

@@ -168,6 +168,15 @@ def test_a_gain_without_which_there_is_no_bandwidth_or_damping_is_left_alone():
     assert names == [["bandwidth of the loop"], ["bandwidth of the loop"], []]
 
 
+def test_a_loop_of_a_users_class_is_changed_as_that_which_it_inherits_from():
+    class Own(PositionLoop):
+        pass
+
+    first, second, *_ = knobs(subject_of(Own(50.0, 0.5)), float, 100.0)
+    assert first.turned(1.0).train.motor.control == Own(200.0, 1.0)
+    assert second.turned(1.0).train.motor.control == Own(50.0, 1.0)
+
+
 def test_the_load_of_a_train_is_the_inertia_behind_its_couplings():
     subject = subject_of()
     knob = next(knob for knob in knobs(subject, float, 100.0) if knob.what == "inertia of the load")
