@@ -218,6 +218,7 @@ def _form(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
 
 def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
     """Compiled form of a function for models of these classes, with all known that its compilation asks for."""
+    _numba()
     expose(*classes)
     return _form(function, classes)
 

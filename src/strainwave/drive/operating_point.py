@@ -80,15 +80,17 @@ def operating_state(
     if slack:  # where little torque is to be carried, that of a twist as wide as the gap has more rounding
         wide = np.append(2.0 * max(breakpoints_of(held.law), default=0.0), state[1:])
         tolerance = max(tolerance, EXACT * float(np.max(np.abs(_rates(held, angle, wide)))))
+    largest = 1e-300  # a torque that vanishes as the load turns to its place is right to a share of what it was
     for _ in range(ROUNDS):
         # Its torque depends on where the load is: the state of a law with memory is that of its own slow load.
         torque = _torque_at_load(held, names, state, angle)
+        largest = max(largest, abs(torque))
         short = short or _loaded(held, names, state, near, torque, angle)
         beside = _beside_gap(held, held.torsion(angle, tuple(state)), torque) if slack and not short else held
         if not _settle(beside, angle, state, kept, tolerance):
             break
         now = _torque_at_load(held, names, state, angle)
-        if near or not (slack or any(memory)) or abs(now - torque) <= CLOSE * max(abs(torque), 1e-300):
+        if near or not (slack or any(memory)) or abs(now - torque) <= CLOSE * largest:
             return state
         turned += now * torque < 0.0
         if slack and turned > 1:  # each side of the gap leads to the other: the load rests between them

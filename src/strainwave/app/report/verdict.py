@@ -85,8 +85,7 @@ def _headline(view: View, verdict: Verdict) -> str:
         why.append(NOTHING_STABLE)
     elif avoid.unstable:
         why.append("at some speeds no motion of the curve is stable")
-    sweep = view.analysis.response.sweep
-    if not why and sweep is not None and sweep.jumping:
+    if not why and view.analysis.jumping:
         why.append("the motion jumps")
     if (worst := view.analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
         why.append(f"{worst.title} of {worst.rows} fails")
@@ -130,8 +129,7 @@ def _oscillation(view: View) -> Sentence:
         text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
     if said := out_of_reach(avoid.limit, avoid.slow):
         text += "; " + said
-    sweep = analysis.response.sweep
-    return text if sweep is None or not sweep.jumping else text + ", and the motion jumps"
+    return text + ", and the motion jumps" if analysis.jumping else text
 
 
 def torque_said(view: View, verdict: Verdict, with_motor: bool = True) -> str:

@@ -15,6 +15,7 @@ from ...base.records import Labelled, Result
 from ...base.results import Branch, SolveError, Status
 from ...base.sentences import Sentence, Speed, on_screen
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
+from ...drive.jumps import HysteresisBand
 from ...drive.response import loses_energy
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator, VaryingOscillator
@@ -296,6 +297,11 @@ class Analysis(Result):
     def curves(self) -> tuple[tuple[float | None, DriveResponse], ...]:
         """Every curve of the drive, with the constant torque [N*m] of the load where it has a range of them."""
         return tuple((case.torque, case.drive) for case in self.load_cases) or ((None, self.drive),)
+
+    @property
+    def jumping(self) -> tuple[tuple[float | None, HysteresisBand], ...]:
+        """Every band between jumps of a slow run-up or run-down, with the constant torque [N*m] of its curve."""
+        return tuple((torque, band) for torque, drive in self.curves if drive.sweep for band in drive.sweep.jumping)
 
     @property
     def loudest(self) -> DriveResponse:

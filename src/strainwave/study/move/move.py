@@ -109,7 +109,10 @@ def settling(error: Quintic, final: float, window: float, begin: float, end: flo
     def beyond(time: float) -> float:
         return abs(float(error.at(np.array([time]))[0]) - final) - window
 
-    return bracketed_root(beyond, float(t[i]), float(t[i + 1]), xtol=0.0) - begin
+    last, inside = float(t[i]), float(t[i + 1])
+    if not beyond(last) > 0.0 >= beyond(inside):  # both at the bound of a step, where they differ by rounding
+        return inside - begin
+    return bracketed_root(beyond, last, inside, xtol=0.0) - begin
 
 
 @typed

@@ -9,7 +9,7 @@ from ....base.units import RPM
 from ....plot.svg import figure
 from ....study.analysis.avoid import AMPLIFIED, Avoid
 from ...console import number
-from ...view import View, sizes
+from ...view import View, sizes, under_load
 from ..remedies import remedies_data, remedies_figure
 from ..verdict import MOTOR, band_data
 
@@ -156,9 +156,12 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
         speed, size = avoid.largest_passed
         text = "in the run-up the error oscillates with up to {}, at {}, about the mean of its turns"
         reasons.append(Sentence(text, Angle(size), _speed(speed)))
-    if sweep is not None and sweep.jumping:
-        jumps = listed("between " + _speed(b.low) + " and " + _speed(b.high) for b in sweep.jumping)
-        reasons.append("the motion jumps " + jumps)
+    jumping = [(None, band) for band in sweep.jumping] if sweep is not None else []
+    if jumps := [
+        "between " + _speed(band.low) + " and " + _speed(band.high) + under_load(torque)
+        for torque, band in jumping or view.analysis.jumping
+    ]:
+        reasons.append("the motion jumps " + listed(jumps))
     if avoid.unstable:
         intervals = listed("between " + _speed(low) + " and " + _speed(high) for low, high in avoid.unstable)
         reasons.append("no motion of the curve is stable " + intervals)
