@@ -119,8 +119,8 @@ def passes(curve: Curve, points: Floats, z: complex, omega: float) -> bool:
         with np.errstate(all="ignore"):
             share = np.sum((state - points[:-1]) * ahead, axis=1) / length**2
         foot = points[:-1] + share[:, None] * ahead
-        beside = (np.abs(share - 0.5) <= 0.6) & (np.linalg.norm(state - foot, axis=1) <= SAGS * length)
-        for i in np.flatnonzero(beside).tolist():
+        offset = (np.abs(share - 0.5) <= 0.6) & (np.linalg.norm(state - foot, axis=1) <= SAGS * length)
+        for i in np.flatnonzero(offset).tolist():
             guess, along = _between(points[i], points[i + 1], float(share[i])), ahead[i] / length[i]
             found = curve.correct(guess + along * float((state - guess) @ along), along)
             if found is not None and _are_one(found, state):
@@ -250,15 +250,15 @@ def special(curve: Curve, a: Floats, b: Floats, measure: Any) -> Floats | None:
     length = float(np.linalg.norm(chord))
     if length == 0.0:
         return None
-    chord, beside = chord / length, np.zeros(3)
+    chord, offset = chord / length, np.zeros(3)
 
     def at(share: float) -> Floats:
-        nonlocal beside  # the way from the chord to the last point, which is nearly that of the next
+        nonlocal offset  # the way from the chord to the last point, which is nearly that of the next
         guess = _between(a, b, share)
-        point = curve.correct(guess + beside, chord)
+        point = curve.correct(guess + offset, chord)
         if point is None:
             return guess
-        beside = point - guess
+        offset = point - guess
         return point
 
     def value(share: float) -> float:
