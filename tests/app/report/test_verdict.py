@@ -39,7 +39,7 @@ def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), po
     analysis = SimpleNamespace(
         avoid=avoid,
         posture=posture,
-        response=SimpleNamespace(sweep=SimpleNamespace(jumping=jumping)),
+        jumping=jumping,
         largest_oscillation=lambda: SimpleNamespace(peak=peak),
     )
     return _headline(SimpleNamespace(analysis=analysis), Verdict(answer, unstable, (), exceeded))

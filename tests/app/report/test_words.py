@@ -199,13 +199,13 @@ def test_jumps_are_told_of_the_computed_curve_first():
 
 
 def advised(
-    bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None, beyond=(), exceeded=(), run_up=None
+    bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None, beyond=(), exceeded=(), run_up=None, jumping=()
 ):  # fmt: skip
     avoid = Avoid(bands, largest, 140.0, slow, peaks, limit, largest_passed=run_up and (100.0, run_up))
     response = SimpleNamespace(sweep=sweep)
     analysis = SimpleNamespace(
         avoid=avoid, remedies=remedies, not_tried=(), response=response, speeds=(60.0, 200.0), load_cases=(),
-        train_curve=None, verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded),
+        train_curve=None, verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded), jumping=jumping,
     )  # fmt: skip
     return told(SpeedsToAvoid().data(view(analysis))["advice"])
 
@@ -221,6 +221,13 @@ def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
     )
     assert "nominal drive; with 'scatter' and 'limit' in the project file 'strainwave exceedance'" in advice["nominal"]
     assert advice["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
+
+
+def test_a_jump_under_another_torque_than_that_of_the_curve_is_said_with_its_torque():
+    jumping = ((-5.0, SimpleNamespace(low=135.0, high=136.0)),)
+    assert advised(((135.0, 136.0),), 1e-4, 1e-4, limit=5e-4, jumping=jumping)["sentence"] == (
+        "Avoid 1289 to 1299 rpm at the motor: there the motion jumps between 1289 and 1299 with −5 N·m on the load."
+    )
 
 
 def test_a_drive_without_a_resonance_in_its_range_has_no_speed_to_avoid():
