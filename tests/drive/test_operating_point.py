@@ -100,11 +100,13 @@ def test_gravity_repeats_after_as_many_turns_as_the_ratio():
 
 def test_a_torque_that_vanishes_where_the_load_turns_to_ends_the_search():
     """An integrator turns the load to the angle without gravity: what is carried there is rounding, not a torque."""
-    train = DRIVE.train(
-        control=sw.train.CascadeLoop(35.0, 0.028, 18e-3), motor_drag=sw.laws.Viscous(1.5e-4),
-        load_drag=sw.train.AngleTorque(GRAVITY),
-    )  # fmt: skip
-    for speed in (30.0, 100.0, 300.0):
+    memory = sw.BoucWen(K=9e3, ratio=0.0, yield_twist=1.2e-4, beta=0.6, gamma=0.4)
+    law = sw.Parallel(sw.catalogue.gear("SHG-20-80").law, memory)
+    control = sw.train.CascadeLoop(35.0, 0.028, 18e-3)
+    train = sw.Drive(J_m=1.1e-4, J_l=0.35, N=80.0, B=4.5, law=law).train(
+        control=control, motor_drag=sw.laws.Viscous(1.5e-4), load_drag=sw.train.AngleTorque(26.0)
+    )
+    for speed in (31.4159, 100.0, 314.0):
         state = dict(zip(train.state_names(), sw.study.operating_state(train, speed), strict=True))
         holding = 1.5e-4 * speed * 18e-3 / 0.028  # the integral that gives what the drag takes
         np.testing.assert_allclose(np.abs(list(state.values())), [0.0] * 4 + [holding, 0.0], rtol=1e-9, atol=1e-12)
