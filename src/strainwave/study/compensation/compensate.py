@@ -88,8 +88,8 @@ def compensate(
     Returns
     -------
     Compensation
-        Root mean square and largest pointing error [rad] `before` and `after`, motor torques [N*m]
-        (`torque_before`, `torque`), and whether the loop is `stable`.
+        Pointing error `before` and `after`, its `rms` and `peak` [rad]; torque of the motor `torque_before` and
+        `torque`, its `rms` and `peak` [N*m]; whether the loop is `stable`; `robustness` and `units` as asked.
 
     Raises
     ------

@@ -119,8 +119,8 @@ def passes(curve: Curve, points: Floats, z: complex, omega: float) -> bool:
         with np.errstate(all="ignore"):
             share = np.sum((state - points[:-1]) * ahead, axis=1) / length**2
         foot = points[:-1] + share[:, None] * ahead
-        offset = (np.abs(share - 0.5) <= 0.6) & (np.linalg.norm(state - foot, axis=1) <= SAGS * length)
-        for i in np.flatnonzero(offset).tolist():
+        beside = (np.abs(share - 0.5) <= 0.6) & (np.linalg.norm(state - foot, axis=1) <= SAGS * length)
+        for i in np.flatnonzero(beside).tolist():
             guess, along = _between(points[i], points[i + 1], float(share[i])), ahead[i] / length[i]
             found = curve.correct(guess + along * float((state - guess) @ along), along)
             if found is not None and _are_one(found, state):
