@@ -100,7 +100,7 @@ class Sentence(str):
 
     def told(self, written: Callable[[Quantity], str]) -> str:
         """Render the sentence with a function that writes a quantity; a speed in a user's unit is not called omega."""
-        pairs = zip(self.parts, (*self.parts[1:], ""), strict=True)
+        pairs = zip(self.parts, (*self.parts, "")[1:], strict=True)
         return "".join(
             (part.removesuffix("omega = ") if isinstance(after, Speed) else part)
             if isinstance(part, str) else written(part)

@@ -47,12 +47,13 @@ def run_up(payload=0.0):
     `payload` is the load's angle [rad] at the start.
     """
     low, high = 1100.0 / RPM, 2200.0 / RPM
-    length, begin = 40.0 * J / B, 8.0 * J / B
+    length, begin, onset = 40.0 * J / B, 8.0 * J / B, 8.0 * J / B
 
     def motor(t):
-        late = np.maximum(t - begin, 0.0)
-        rate = (high - low) / length
-        return low * t + 0.5 * rate * late * late, low + rate * late, np.where(t > begin, rate, 0.0)
+        early = np.clip(t - begin, 0.0, onset)  # while the acceleration begins
+        late, rate = np.maximum(t - begin - onset, 0.0), (high - low) / (length - 0.5 * onset)
+        angle = early**3 / (6.0 * onset) + 0.5 * late * (onset + late)
+        return low * t + rate * angle, low + rate * (0.5 * early**2 / onset + late), rate * early / onset
 
     def rates(t, y):
         angle, speed, acceleration = motor(t)

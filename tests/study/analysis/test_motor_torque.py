@@ -97,16 +97,19 @@ def test_gravity_itself_asks_over_a_turn_of_the_output_what_its_largest_torque_d
 def test_a_motor_that_gravity_alone_overloads_fails_the_analysis_which_names_both_torques():
     found = project(motor=", max_torque: 0.3 N*m, max_speed: 1500 rpm").analyze()
     ramp, motor = found.train.ramp, found.motor
-    times, (low, _, high) = ramp.run.train.reference.times, ramp.run.train.reference.speeds
-    rate = (high - low) / (times[2] - times[1])
+    times, speeds = np.array(ramp.run.train.reference)
+    rates = np.diff(speeds) / np.diff(times)
+    angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
 
     def reference(t):
-        run = max(0.0, t - times[1])
-        return low * t + 0.5 * rate * run * run, low + rate * run, rate if run else 0.0
+        k = min(int(np.searchsorted(times, t, side="right")), len(rates)) - 1
+        s = t - times[k]
+        return angles[k] + (speeds[k] + 0.5 * rates[k] * s) * s, speeds[k] + rates[k] * s, rates[k]
 
-    t, torque = motor_torque(reference, lambda angle: -PULL * math.sin(angle), times[2], 20_001)
+    t, torque = motor_torque(reference, lambda angle: -PULL * math.sin(angle), times[-1], 20_001)
     begun = torque[t >= times[1]]
     assert motor.run_up == ramp.motor().run_up == pytest.approx(np.max(np.abs(begun)), rel=1e-3)
+    rate = np.array([reference(at)[2] for at in t[t >= times[1]]])
     accelerating = (J_M + J_L / N**2) * rate  # the run-up's own choice: not asked of the motor
     assert ramp.motor().torque == pytest.approx(np.max(np.abs(begun - accelerating)), rel=1e-3)
     assert motor.torque == max(case.drive.motor.torque for case in found.load_cases)
