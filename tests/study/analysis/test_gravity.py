@@ -42,7 +42,7 @@ def gear_torque(u):
 
 
 def run_up(payload=0.0):
-    """Motor speeds [rpm] and oscillations [rad] of the ramp, by DOP853: x about its mean over a turn of the motor.
+    """Motor speeds [rpm] and oscillations [rad] of the ramp, by DOP853: x about the mean of its turns.
 
     `payload` is the load's angle [rad] at the start.
     """
@@ -65,11 +65,13 @@ def run_up(payload=0.0):
     t = np.linspace(0.0, begin + length, 20001)
     found = solve_ivp(rates, (0.0, t[-1]), (0.0, 0.0), "DOP853", t_eval=t, rtol=1e-8, atol=1e-12, max_step=1e-3)
     angle, speed, _ = motor(t)
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (found.y[0, 1:] + found.y[0, :-1]) * np.diff(angle))])
-    inside = (t >= begin) & (angle > math.pi) & (angle < angle[-1] - math.pi)
-    ends = (np.interp(angle[inside] + side, angle, total) for side in (math.pi, -math.pi))
-    mean = np.subtract(*ends) / (2.0 * math.pi)
-    return speed[inside] * RPM, np.abs(found.y[0, inside] - mean)
+    inside = t >= begin
+    x, turned = found.y[0, inside], angle[inside] - angle[inside][0]
+    starts = np.flatnonzero(np.diff(np.floor(turned / (2.0 * math.pi)), prepend=-1.0))
+    means, middles = np.add.reduceat(x, starts)[:-1] / np.diff(starts), 0.5 * (starts[1:] + starts[:-1] - 1)
+    between = slice(int(middles[0]), int(middles[-1]))  # a line through the mean of each turn at its middle
+    size = np.abs(x - np.interp(np.arange(len(x)), middles, means))
+    return speed[inside][between] * RPM, size[between]
 
 
 @pytest.mark.slow
