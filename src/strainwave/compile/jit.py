@@ -224,10 +224,7 @@ def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) ->
 
 
 def expose(*classes: type) -> None:
-    """Let compiled code know the maths functions, all kernels, and the methods of models of these classes.
-
-    Only what compiles needs it: machine code from the disk runs without it, and without half of Numba.
-    """
+    """Let code that is compiled, not read, know maths functions, kernels, and methods of models of these classes."""
     with import_module("numba.core.compiler_lock").global_compiler_lock:
         _expose_own()
         for cls in (*_inside, *classes):
