@@ -18,7 +18,8 @@ from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
 from ..analysis.knobs import units_of
 from .result import GainSensitivity, NotchAdvice, TunedLoop, gains_text
-from .trial import GOALS, Search, Setting, Trial, TuningLimits, TuningPoint, having, least_broken, loads_of
+from .search import COARSE, WORTH, Search, least_broken
+from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of
 
 ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
 SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
@@ -327,7 +328,7 @@ def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
         Trial(trial.drives, trial.setting, lambda x: loop.control(x, added)), (search.low, search.high),
         search.reference,
     )  # fmt: skip
-    x = notched.refined(least_broken(notched.trial, best))
+    x = notched.fine(notched.descend(least_broken(notched.trial, best), COARSE, WORTH))
     trial.computed += notched.trial.computed
     if notched.measure(x) > search.measure(best) - BETTER:
         return None
