@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from scipy.signal import StateSpace, step
 
 import strainwave as sw
@@ -127,10 +128,15 @@ def test_what_cannot_be_tuned_is_one_sentence(motor, given, said):
 
 
 def closed_form(gains, lag=5e-4):
-    """Largest |pointing error| [rad] over the speeds, of the linear drive: its torque times e' is left out."""
+    """Largest |pointing error| [rad] over the speeds, of the linear drive: its torque times e' is left out.
+
+    The gains are those of a speed loop, or of a cascade.
+    """
     s = 2j * np.linspace(500.0, 3000.0, 20_001) * math.pi / 30.0
-    control = (gains[0] * s + gains[1]) / (lag * s + 1.0)
-    gear, motor = K + B * s, J_M * s * s + control
+    stiffness = gains[0] * s + gains[1]
+    if len(gains) == 3:
+        stiffness = gains[1] * (1.0 + 1.0 / (gains[2] * s)) * (s + gains[0])
+    gear, motor = K + B * s, J_M * s * s + stiffness / (lag * s + 1.0)
     twist = -ERROR / (1.0 + gear / (J_L * s * s) + gear / (N * N * motor))
     return np.max(np.abs(gear * twist / (J_L * s * s)))
 
@@ -158,6 +164,24 @@ def test_no_step_of_one_or_two_gains_is_better_and_the_rule_is_worse(tuned):
     assert tuned.rule.figures.peak_sensitivity <= 2.0
     assert tuned.recommended.goals[0] < min(tuned.rule.goals[0], tuned.before.goals[0])
     assert max(tuned.response_after.oscillation) == pytest.approx(tuned.recommended.goals[0], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_valley_along_which_all_gains_change_is_followed_to_its_lowest_place():
+    whole = project("loop: {type: cascade, bandwidth: 40 Hz, damping: 1, lag: 0.5 ms}")
+    found, linear = sw.tune(whole), OpenLoop(whole.train)
+    best = closed_form(found.recommended.gains)
+    assert found.recommended.goals[0] == pytest.approx(best, rel=0.01)
+    for factor in (0.25, 0.5, 2.0, 4.0):  # of the position gain, with the others at their best
+
+        def goal(others, K_v=factor * found.recommended.gains[0]):
+            loop = sw.train.CascadeLoop(K_v, *np.exp(others))
+            peak = linear.figures(control_parts(around(loop, 5e-4))).peak_sensitivity
+            return 10.0 * peak if peak > 2.0 else closed_form(loop) / best
+
+        start = np.log(found.recommended.gains[1:])
+        simplex = start + np.array([[0.0, 0.0], [-0.1, 0.0], [0.0, 0.3]])
+        assert minimize(goal, start, method="Nelder-Mead", options={"initial_simplex": simplex}).fun > 0.99
 
 
 @pytest.mark.slow
