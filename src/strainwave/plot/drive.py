@@ -20,8 +20,9 @@ from ..drive.drive_response import DriveResponse
 from ..drive.loop_margin import Bode
 from ..drive.project import Project
 from ..study.analysis.analysis import Analysis
-from ..study.analysis.avoid import Avoid, LoadCase
+from ..study.analysis.avoid import Avoid
 from ..study.analysis.in_time import RunUp
+from ..study.analysis.load_cases import LoadCase
 from ..study.analysis.resonances import Regime
 from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE
 from .panels import HERTZ, Arrow, Axis, Note, Panel, angle, panels_of

@@ -14,7 +14,8 @@ from strainwave.app.commands import cli as command
 from strainwave.drive.project import Project
 from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import read_project
-from strainwave.study.analysis.avoid import LoadCase, load_cases, over_all, searched, speeds_to_avoid
+from strainwave.study.analysis.avoid import searched, speeds_to_avoid
+from strainwave.study.analysis.load_cases import LoadCase, load_cases, over_all, steady_motions
 from strainwave.study.analysis.resonances import operating_point
 
 RPM = 30.0 / math.pi
@@ -115,6 +116,31 @@ def test_the_bands_of_a_range_of_torques_hold_the_largest_error_of_run_ups_at_ra
         speed, size = run_up(payload)
         peak = speed[np.argmax(size)] / RPM
         assert any(low <= peak <= high for low, high in bands), f"payload at {payload:.2f} rad: {peak * RPM:.0f} rpm"
+
+
+def test_jumps_that_move_with_the_load_are_avoided_between_the_torques_that_are_computed(tmp_path):
+    (tmp_path / "worn.yaml").write_text(
+        """gear: CSF-25-80
+backlash: {half_gap: 15 arcsec}
+motor:
+  {inertia: 1.3 kg*cm^2, drag: {type: viscous, B: 3e-4 N*m*s/rad}, loop: {type: speed_loop, K_p: 0.06 N*m*s/rad,
+   K_i: 2 N*m/rad}}
+load: {inertia: 0.9 kg*m^2}
+damping: {B: 12 N*m*s/rad}
+speed: {from: 300 rpm, to: 2400 rpm, shaft: motor}
+excitation: {accuracy: catalogue, load_torque: {mean: {from: -12 N*m, to: 2 N*m}}}
+"""
+    )
+    project = read_project(tmp_path / "worn.yaml")
+    middle = LoadCase(-5.0, steady_motions(project.under(-5.0))[0], None, project.speeds.limits)
+    bands = over_all(None, load_cases(project, middle, lambda _: None)).bands
+    allowed = sw.speed_map(project, search=False, threads=1).windows
+    jumps = [band for torque in (-2.2, -1.8, -1.2, -0.9, -0.7)
+             for band in steady_motions(project.under(torque))[0].sweep.jumping]  # fmt: skip
+    assert len(jumps) == 5
+    for jump in jumps:
+        assert any(low <= jump.low and jump.high <= high for low, high in bands)
+        assert not any(low < jump.high and jump.low < high for low, high in allowed)
 
 
 def test_no_speed_is_allowed_under_a_torque_of_the_range_that_leaves_no_stable_motion(tmp_path):

@@ -16,7 +16,8 @@ from strainwave.drive.run import drive_run
 from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import from_text
 from strainwave.study.analysis import train_study as of_trains
-from strainwave.study.analysis.avoid import LoadCase, in_run, load_cases
+from strainwave.study.analysis.avoid import in_run
+from strainwave.study.analysis.load_cases import LoadCase, load_cases
 from strainwave.study.analysis.resonances import operating_point
 from strainwave.study.analysis.train_study import train_study
 

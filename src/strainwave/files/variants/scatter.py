@@ -21,7 +21,8 @@ from ...drive.train_curve import refuse_free
 from ...sample.quantiles import LEAST
 from ...sample.result import CONFIDENCE, Ranking, clopper_pearson, ranking
 from ...sample.sampling import MOST_DRIVES
-from ...study.analysis.avoid import WITH_MEMORY, band_above
+from ...study.analysis.avoid import band_above
+from ...study.analysis.load_cases import WITH_MEMORY
 from ...study.identification.intervals import Interval
 from ..fields.groups import Radians
 from ..yaml_text import read

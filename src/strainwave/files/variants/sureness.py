@@ -15,7 +15,7 @@ from ...base.sentences import listed, number, sign
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ...study.analysis.avoid import spread
+from ...study.analysis.load_cases import spread
 from ..fields.groups import ASSUMED
 from ..project_text import project_text
 from ..reading import from_text

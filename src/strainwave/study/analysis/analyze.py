@@ -32,9 +32,10 @@ from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
-from .avoid import HALF_POWER, LoadCase, between, in_run, load_cases, merged, over_all, searched, speeds_to_avoid
+from .avoid import HALF_POWER, between, in_run, merged, searched, speeds_to_avoid
 from .in_time import RunUp, beat_of, run_up
 from .knobs import Subject
+from .load_cases import LoadCase, load_cases, over_all
 from .remedies import what_helps, with_other_damping
 from .resonances import OperatingPoint, Regime, operating_point, regimes
 from .time_case import TimeCase, speeds_in_time, time_case, usage

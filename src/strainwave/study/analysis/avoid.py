@@ -4,8 +4,8 @@ A steady curve is under constant mean torques: under several where that of the l
 on an arm does. Where a torque follows the load's own angle, the run-up has it, and the speeds of its peaks are avoided.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, inf, log, sqrt
 from typing import Any, NamedTuple
@@ -20,11 +20,9 @@ from ...base.series import largest_of_samples, sizes_of_samples
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
-from ...drive.project import Project
 from ...drive.run import DriveRun
-from ...drive.train_curve import unfollowed
 from ...drive.two_turns import is_beating
-from .resonances import OperatingPoint, operating_point
+from .resonances import OperatingPoint
 
 HALF_POWER = sqrt(0.5)
 NARROW = 1e-3  # relative width of a band of speeds below which it is none: a step of the curve, or what rounding leaves
@@ -254,121 +252,6 @@ def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:
     return tuple((low, high) for low, high in bands_apart)
 
 
-LEAST, WITH_MEMORY, MOST = 9, 5, 13  # torques of a range with a curve each; of laws with friction or memory; at most
-ROUNDING = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class LoadCase:
-    """A drive under one torque of its range.
-
-    Attributes
-    ----------
-    torque : float
-        Constant torque on the load [N*m].
-    drive : DriveResponse
-        Its steady motions.
-    avoid : Avoid or None
-        Speeds to avoid; None where no motion is stable.
-    speeds : (float, float)
-        Range of the base-angle speed [rad/s].
-    """
-
-    torque: float
-    drive: DriveResponse
-    avoid: Avoid | None
-    speeds: Speeds
-
-    @property
-    def bands(self) -> tuple[Speeds, ...]:
-        """Speeds to avoid [rad/s] under this torque: all of them where no motion is stable."""
-        return (self.speeds,) if self.avoid is None else self.avoid.bands
-
-    @property
-    def unstable(self) -> tuple[Speeds, ...]:
-        """Those at which no motion is stable."""
-        return (self.speeds,) if self.avoid is None else self.avoid.unstable
-
-
-def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float], None]) -> tuple[LoadCase, ...]:
-    """Follow the motions at torques spread over those of the load, their ends among them, and where bands lie apart.
-
-    Parameters
-    ----------
-    project : Project
-        The drive, with torques of its load.
-    mean_case : LoadCase
-        The drive under its own mean torque.
-    progress : callable
-        Told every torque [N*m] before its curve is computed.
-
-    Raises
-    ------
-    SolveError
-        If the law cannot carry a torque of the range.
-    """
-    low, high = project.other_loads
-    cases = {mean_case.torque: mean_case}
-
-    def computed(torque: float) -> None:
-        progress(torque)
-        cases[torque] = _case(project.under(torque, project.is_beating), torque)
-
-    for torque in spread(project):
-        if abs(torque - mean_case.torque) > ROUNDING * (high - low):
-            computed(torque)
-    worst = worst_of(tuple(cases.values())) if project.has_memory else None
-    for a, b in pairwise(sorted(cases)):
-        if worst is not None and worst.torque in (a, b):
-            computed(0.5 * (a + b))
-    while not project.has_memory and len(cases) < MOST:
-        rows = sorted(cases)
-        apart = [(a, b) for a, b in pairwise(rows) if _gap(cases[a].bands, cases[b].bands) > 0.0]
-        if not apart:
-            break
-        a, b = max(apart, key=lambda pair: _gap(cases[pair[0]].bands, cases[pair[1]].bands))
-        computed(0.5 * (a + b))
-    return tuple(cases[torque] for torque in sorted(cases))
-
-
-def spread(project: Project) -> list[float]:
-    """Torques [N*m] spread over those of the load."""
-    return list(map(float, np.linspace(*project.other_loads, WITH_MEMORY if project.has_memory else LEAST)))
-
-
-def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
-    """Speeds to avoid under any torque of the range: bands of every torque, and all between those that belong.
-
-    `avoid` is that of the drive under its own mean torque; largest and peaks are those of all torques.
-    """
-    per_torque = [avoided for avoided in (avoid, *(case.avoid for case in cases)) if avoided is not None]
-    if not per_torque:
-        return None
-    every: tuple[Avoid | LoadCase, ...] = (*per_torque, *cases)
-    bands = [band for some in every for band in some.bands]
-    unstable = merged(band for some in every for band in some.unstable)
-    for a, b in pairwise(cases):
-        bands += hulls_between(a.bands, b.bands)
-    worst = max(per_torque, key=lambda avoided: avoided.largest)
-    return replace(
-        per_torque[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks, unstable=unstable
-    )
-
-
-def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
-    """The case with the largest oscillation; None where there are none."""
-    return max(cases, key=lambda case: 0.0 if case.avoid is None else case.avoid.largest, default=None)
-
-
-def _case(loaded: Project, torque: float) -> LoadCase:
-    system = loaded.system(reduced=True)
-    point, others = operating_point(system), searched(system.law)
-    curve = loaded.train_response(coexisting=others)
-    drive = curve or loaded.equation_response(coexisting=others)
-    avoid = None if unfollowed(loaded.train, curve) else speeds_to_avoid(system, drive, point, loaded.limit)
-    return LoadCase(torque, drive, avoid, loaded.speeds.limits)
-
-
 def searched(law: Any) -> bool:
     """Whether motions apart from a torque's curve are looked for: with memory or a gap that takes most of the time."""
     return depends(law) == 1 and bool(law.stiffness(0.0) > 0.0)
@@ -381,16 +264,6 @@ def hulls_between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iter
             if there:
                 near = min(there, key=lambda other: abs(log(_middle(other) / _middle(band))))
                 yield min(band[0], near[0]), max(band[1], near[1])
-
-
-def _gap(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> float:
-    """Largest relative distance between bands that belong together; 0 where they overlap."""
-    apart = 0.0
-    for here, there in ((first, second), (second, first)):
-        for low, high in here:
-            if there:
-                apart = max(apart, min(max(a / high, low / b) for a, b in there) - 1.0)
-    return max(0.0, apart)
 
 
 def _middle(band: Speeds) -> float:

@@ -25,8 +25,9 @@ from ...model.gears import catalogue
 from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.orders import order_pair
-from .avoid import Avoid, LoadCase, worst_of
+from .avoid import Avoid
 from .knobs import DAMPING, Knob, Subject, knobs
+from .load_cases import LoadCase, worst_of
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it

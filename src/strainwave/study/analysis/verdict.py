@@ -23,8 +23,9 @@ from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findin
 from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
-from .avoid import Avoid, LoadCase, Motions, Speeds, between, merged, out_of_reach, speeds_to_avoid
+from .avoid import Avoid, Motions, Speeds, between, merged, out_of_reach, speeds_to_avoid
 from .knobs import Knob, Subject
+from .load_cases import LoadCase
 from .remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
 from .resonances import operating_point
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -21,6 +22,7 @@ from ...drive.train_curve import in_turns
 from ...drive.two_turns import is_beating
 from ..analysis.avoid import out_of_reach
 from ..analysis.knobs import units_of
+from ..analysis.load_cases import is_jumping, steady_motions, with_ends_of_jumps
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import Rules, Span, bands_of, beyond_ratings, holds, rules_of, vendor_rules, windows, with_ratings
@@ -225,9 +227,21 @@ def _loads(
         return values, "load inertia", [loaded.with_load_inertia(J) for J in values.tolist()]
     if loads is None:
         low, high = project.other_loads
-        loads = np.linspace(low, high, LOADS) if low < high else [low]
+        loads = (
+            with_ends_of_jumps(project, np.linspace(low, high, LOADS), partial(_jumps, project))
+            if low < high
+            else [low]
+        )
     values = np.unique(numbers("loads [N*m]", loads))
     return values, "load torque", [project.under(torque, project.is_beating) for torque in values.tolist()]
+
+
+def _jumps(project: Project, torque: float) -> bool:
+    """Whether the curve under a torque jumps; a torque that the law cannot carry has no curve."""
+    try:
+        return is_jumping(steady_motions(project.under(torque, project.is_beating))[0])
+    except SolveError:
+        return False
 
 
 def _apart(loads: int) -> float:
