@@ -120,6 +120,8 @@ class Search:
         slopes = np.array([part[0] - values for part in beside]).T / DIFFERENCE
         tilts = np.array([part[2] - used for part in beside]).T / DIFFERENCE
         rows = np.block([[slopes, -of_goal], [tilts, np.zeros((len(used), count))]])
+        if not np.all(np.isfinite(rows)):  # a crest is lost, or the loop unstable, a little beside x
+            return 0.0 * x, inf
         cost, bent = np.append(0.0 * x, np.full(count, 1.0 / count)), 0.0 * used
         box = [*zip(np.maximum(self.low - x, -reach), np.minimum(self.high - x, reach), strict=True)]
         for _ in range(CORRECTIONS):
@@ -135,7 +137,8 @@ class Search:
 
     def _highest(self, x: Floats) -> list[Any]:
         """Places and crests that gains make about as high as the highest, whose slopes are known."""
-        every = [(place, crest) for place, some in self.trial.crests.items() for crest in some]
+        known = self.trial.crests if "pointing" in self.trial.setting.goals else {}
+        every = [(place, crest) for place, some in known.items() for crest in some]
         sizes = self._parts(x, every)[0][: len(every)]
         return [every[i] for i in np.flatnonzero(sizes > np.fmax.reduce(sizes, initial=-inf) + np.log(COUNTED))]
 
@@ -146,9 +149,8 @@ class Search:
         sizes = [crest.size_of(having(trial.loaded[i][k], control).train) or nan for (i, k), crest in crests]
         names = ["pointing"] * len(sizes) + [name for name in goals if name == "compliance"]
         of_goal = np.array([[name == goal for goal in goals] for name in names], float).reshape(-1, len(goals))
-        values = np.log([*sizes, *[linear.figures.compliance] * (len(names) - len(sizes))]) - of_goal @ np.log(
-            self.reference
-        )
+        sizes += [linear.figures.compliance] * (len(names) - len(sizes))
+        values = np.log(sizes) - of_goal @ np.log(self.reference)
         return values, of_goal, np.log([max(share, LITTLE) for share in linear.used(limits).values()])
 
     def descend(self, x: Floats, sizes: Sequence[float], worth: float, mixed: bool = False) -> Floats:
