@@ -9,6 +9,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 from unittest.mock import Mock
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from strainwave.base.records import Result
 pytestmark = pytest.mark.compiled
 
 ENDINGS = (".nc", ".zarr", ".npz", ".mat")
+FORMER = ZipFile(Path(__file__).with_name("saved") / "version-0.2.zip")  # results as version 0.2.0 saved them
 
 
 class Doubled(NamedTuple):
@@ -448,6 +450,28 @@ def test_a_response_saved_when_its_curve_was_a_result_of_its_own_is_read():
     again = archive._unpacked({**packed, "of": {"response": curve, **parts}}, arrays, Path("former.nc"))
     assert not list(differences(found, again))
     assert not list(differences(found.sweep, archive._unpacked(curve, arrays, Path("former.nc")).sweep))
+
+
+@pytest.mark.parametrize("name", sorted(FORMER.namelist()))
+def test_a_result_that_version_0_2_saved_is_read_with_its_arrays(name, tmp_path):
+    path = Path(FORMER.extract(name, tmp_path))
+    if name in ("Design.npz", "ProjectComparison.npz"):
+        with pytest.raises(ValueError, match="as another version of strainwave wrote it than this"):
+            sw.load(path)
+        return
+    found = sw.load(path)
+    assert str(found)
+    now = found.to_xarray().variables
+    with np.load(path) as saved:
+        for key in now.keys() & set(saved):
+            if saved[key].dtype.kind in "biufc":
+                np.testing.assert_allclose(now[key], saved[key], rtol=1e-9, err_msg=key)
+
+
+def test_a_response_that_was_integrated_is_refused():
+    for more in ({"method": "integration"}, {"back": "a run-down"}):
+        with pytest.raises(TypeError, match="motions by integration"):
+            sw.drive.drive_response.DriveResponse.of_former(curve=None, sweep=None, **more)
 
 
 @dataclass(frozen=True)

@@ -159,9 +159,11 @@ class DriveResponse(Result):
     method: ClassVar[str] = "harmonic balance"
 
     @classmethod
-    def of_former(cls, response: "DriveResponse", **others: Any) -> "DriveResponse":
-        """One that was saved when curve and sweep were a result of their own in it."""
-        return replace(response, **others)
+    def of_former(cls, response: "DriveResponse | None" = None, **others: Any) -> "DriveResponse":
+        """One of version 0.2, which had curve and sweep as a result of their own; those by integration are refused."""
+        if others.pop("back", None) is not None or others.pop("method", cls.method) != cls.method:
+            raise TypeError("motions by integration")
+        return cls(**others) if response is None else replace(response, **others)
 
     @property
     def response(self) -> "DriveResponse":
@@ -174,10 +176,10 @@ class DriveResponse(Result):
 
     def variables(self) -> Labelled:
         """Those of the curve, whether a slow sweep visits a point, and what gear and motor are asked for there."""
-        units = {"across": "rad", "torque": "N*m", "mean_torque": "N*m", "motor_torque": "N*m", "motor_mean": "N*m"}
-        units["motor_rms"] = "N*m"
-        known = {name: values for name in units if (values := getattr(self, name)) is not None and len(values)}
-        asked = {name: ("point", values, units[name]) for name, values in known.items()}
+        torques = ("torque", "mean_torque", "motor_torque", "motor_mean", "motor_rms")
+        units = {"across": "rad"} | dict.fromkeys(torques, "N*m")
+        sizes = ((name, getattr(self, name), unit) for name, unit in units.items())
+        asked = {name: ("point", values, unit) for name, values, unit in sizes if values is not None and len(values)}
         visited = np.isin(np.arange(len(self.curve)), self.swept)
         return {**self.curve.variables(), "visited": ("point", visited, ""), **asked}
 
@@ -266,10 +268,8 @@ class DriveResponse(Result):
     def usage(self) -> Usage:
         """Largest torques in the gear over the same motions."""
         peak, mean = self.top_of(self.torque), self.top_of(self.mean_torque)
-        omega = self.omega
-        return Usage(
-            float(self.torque[peak]), float(omega[peak]), float(self.mean_torque[mean]), float(omega[mean])
-        )  # fmt: skip
+        sizes = self.torque[peak], self.omega[peak], self.mean_torque[mean], self.omega[mean]
+        return Usage(*map(float, sizes))
 
     @property
     def motor(self) -> MotorUse | None:

@@ -310,6 +310,6 @@ def _result(
     fitted = predicted(fit.terms, fit.p, runs)
     return FrictionFit(
         _law(p, width, lowest, stiffness), values, covariance, freedom, unidentified, comparison, reason,
-        float(np.sqrt(np.mean((runs.torque - fitted) ** 2))), runs.torque, fitted, tuple(remarks), lack, load_law,
-        runs.speed,
+        float(np.sqrt(np.mean((runs.torque - fitted) ** 2))), runs.torque, fitted, tuple(remarks), load_law,
+        runs.speed, lack_of_fit=lack,
     )  # fmt: skip

@@ -315,7 +315,7 @@ def _result(
     reached = float(np.max(np.abs(loop.torque - fit.p[-1])))
     return LoopFit(
         _law(fit, reached), values, rates @ covariance @ rates.T, freedom, unidentified, comparison, reason,
-        float(np.sqrt(np.mean((loop.torque - fitted) ** 2))), loop.torque, fitted, remarks,
-        None if pattern is None else pattern.lack, rated, loop.cycles,
-        closed_energy(loop.torsion, loop.torque, loop.path), loop.torsion, ratio,
+        float(np.sqrt(np.mean((loop.torque - fitted) ** 2))), loop.torque, fitted, remarks, rated,
+        loop.cycles, closed_energy(loop.torsion, loop.torque, loop.path), loop.torsion, ratio,
+        lack_of_fit=None if pattern is None else pattern.lack,
     )  # fmt: skip
