@@ -16,8 +16,10 @@ import strainwave as sw
 from strainwave.app import commands
 from strainwave.app.commands import cli
 from strainwave.app.report.report import together
+from strainwave.app.web import views
 from strainwave.app.web.parameters import parameters
 from strainwave.base.choices import larger
+from strainwave.base.facts import Fact
 from strainwave.base.records import Result
 from strainwave.base.sentences import Angle, Speed
 from strainwave.files.fields.kinds import Quantity
@@ -579,6 +581,29 @@ def test_a_result_of_a_user_with_panels_has_its_figure_in_every_renderer():
     for text in (*words, "housing", "air"):
         assert f">{text}</text>" in drawn
         assert f">{text}</text>" in found._repr_html_()
+
+
+SHORT = "s_curve, angle: 0.01 rad, time: 0.02 s"
+
+
+def test_a_number_of_a_result_is_one_line(tmp_path, monkeypatch):
+    facts, arrays = sw.results.Move.facts, sw.results.Move.arrays["time"]
+    more = Fact("gear.largest_twist_rad", 1e-3, "twisted by at most {}")
+    monkeypatch.setattr(sw.results.Move, "facts", lambda self: (*facts(self), more))
+    monkeypatch.setattr(sw.results.Move, "twist", property(lambda self: 2.0 * self.time), raising=False)
+    monkeypatch.setitem(sw.results.Move.arrays, "time", {**arrays, "twist": "rad"})
+    (tmp_path / "joint.yaml").write_text(JOINT)
+    printed = CliRunner().invoke(cli.cli, ["move", str(tmp_path / "joint.yaml"), SHORT, "-o", str(tmp_path)]).stdout
+    project = sw.read_project(tmp_path / "joint.yaml")
+    monkeypatch.setattr(views, "USUAL_MOVE", sw.SCurve(0.01, 0.02))
+    found = sw.move(project, views.USUAL_MOVE)
+    for text in (printed, str(found), found._repr_html_(), views.moved(project)["numbers"]):
+        assert "twisted by at most 206.3 arcsec" in text
+    assert json.loads((tmp_path / "move.json").read_text())["gear"]["largest_twist_rad"] == 1e-3
+    columns = np.genfromtxt(tmp_path / "move.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(columns["twist_rad"], 2.0 * columns["time_s"], rtol=1e-6)
+    assert found.save(tmp_path / "run.csv").read_text().partition("\n")[0].endswith("twist [rad]")
+    np.testing.assert_array_equal(found.to_xarray()["twist"], 2.0 * found.time)
 
 
 @pytest.fixture

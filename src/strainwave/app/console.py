@@ -364,6 +364,16 @@ def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:
     path.write_text(header + "\n" + text, encoding="utf-8", newline="\n")
 
 
+def ending(unit: str) -> str:
+    """A unit as the end of a column's name."""
+    return "_".join(["", *re.findall(r"(?!1$)\w+", unit.replace("1/", "per ").replace("/", " per "))])
+
+
+def columns(*tables: Mapping[str, tuple[Any, Any, str]]) -> list[tuple[str, ArrayLike]]:
+    """Columns of a file from the arrays of a result: each name carries its unit."""
+    return [(f"{name}{ending(unit)}", values) for arrays in tables for name, (_, values, unit) in arrays.items()]
+
+
 def as_csv(header: list[str], rows: Iterable[Iterable[Any]]) -> str:
     """Write a table with words as CSV; a number that is not known is empty."""
     text = io.StringIO()

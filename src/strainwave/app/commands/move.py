@@ -19,7 +19,7 @@ from ...plot.svg import stacked
 from ...study.move.move import move as moved
 from ...study.move.postures import move_postures
 from ...study.move.result import Move
-from ..console import Progress, reported, write_all
+from ..console import Progress, columns, reported, write_all
 from ..view import quantity, span
 from .options import dialect_options, json_option, output_option, project_argument
 
@@ -104,11 +104,7 @@ def _read(text: str, fields: str, kind: Kind, subject: str) -> Any:
 
 
 def _write(project: Project, result: Move, output: Path) -> None:
-    columns = [
-        ("time_s", result.time), ("reference_rad", result.reference), ("pointing_error_rad", result.pointing_error),
-        ("motor_speed_rad_per_s", result.motor_speed), ("motor_torque_N_m", result.motor_torque),
-        ("gear_torque_N_m", result.gear_torque),
-    ]  # fmt: skip
     panels = named(move_panels(result, project.gear, project.motor_limits or MotorLimits()), project.title)
     drawn = stacked(panels, 215.0, "a move over the time")
-    write_all(output, {CSV: columns, SVG: drawn, JSON: reported(project.title, result.facts(), True)})
+    table = columns(result.coordinates(), result.variables())
+    write_all(output, {CSV: table, SVG: drawn, JSON: reported(project.title, result.facts(), True)})

@@ -13,11 +13,15 @@ from ...plot.panels import named
 from ...plot.svg import stacked
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
-from ..console import WHAT_X_IS, Progress, finished, reported, write_all
+from ..console import WHAT_X_IS, Progress, ending, finished, reported, write_all
 from ..view import quantity, span
 from .options import json_option, limit_option, output_option, project_argument
 
 MOST_LOADS = 1000  # of a range
+NAMES = {  # of columns of cells.csv, where they are not those of the map
+    "torque": "gear_torque", "smallest": "smallest_oscillation", "motions": "stable_motions",
+    "worst": "oscillation_worst_unit", "forbidden_share": "share_of_units_forbidden",
+}  # fmt: skip
 
 
 @click.command("speed-map")
@@ -65,19 +69,14 @@ def write(result: SpeedMap, folder: Path, name: str = "") -> None:
     of_load = {"load torque": "load_N_m", "load inertia": "load_kg_m2"}.get(result.load_name, result.load_name)
     cells = [
         (of_load, load.ravel()), ("motor_speed_rpm", speed.ravel() / RPM),
-        ("oscillation_rad", result.oscillation.ravel()), ("gear_torque_N_m", result.torque.ravel()),
-        *([] if result.smallest is None else [("smallest_oscillation_rad", result.smallest.ravel())]),
-        ("stable_motions", result.motions.ravel()), ("subharmonic", result.subharmonic.ravel()),
     ]  # fmt: skip
-    if result.scatter is not None:
-        cells += [
-            (f"oscillation_{100.0 * share:.0f}_percent_of_units_rad", rows.ravel())
-            for share, rows in zip(result.scatter.shares, result.scatter.oscillation, strict=True)
-        ]
-        cells += [
-            ("oscillation_worst_unit_rad", result.scatter.worst.ravel()),
-            ("share_of_units_forbidden", result.scatter.forbidden.ravel()),
-        ]
+    for variable, (dims, values, unit) in result.variables().items():
+        if dims[-2:] == ("load", "speed"):
+            heads = [NAMES.get(variable, variable)]
+            if result.scatter is not None and dims[0] == "share":
+                heads = [f"oscillation_{100.0 * share:.0f}_percent_of_units" for share in result.scatter.shares]
+            rows = values.reshape(len(heads), -1)
+            cells += [(f"{name}{ending(unit)}", row) for name, row in zip(heads, rows, strict=True)]
     bands = np.array(
         [(result.loads[i], kind, low / RPM, high / RPM)
          for kind, kinds in enumerate((result.forbidden, result.allowed)) for i, load_bands in enumerate(kinds)
@@ -91,18 +90,14 @@ def write(result: SpeedMap, folder: Path, name: str = "") -> None:
     table = np.array(lines).reshape(-1, 5)
     names = (of_load, "order", "resonance", "torsion_amplitude_rad", "motor_speed_rpm")
     panels = named(result.panels(), name)
-    panels[-1].caption = [_sentence(text) for text in (result.rule, WHAT_X_IS, *result.remarks)]
+    texts = (result.rule, WHAT_X_IS, *result.remarks)
+    panels[-1].caption = [f"{text[0].upper()}{text[1:].removesuffix('.')}." for text in texts]
     write_all(folder, {
         "cells.csv": cells,
         "bands.csv": list(zip((of_load, "allowed", "from_rpm", "to_rpm"), bands.T, strict=True)),
         "campbell.csv": list(zip(names, table.T, strict=True)),
         "speed-map.svg": stacked(panels, 260.0, "forbidden speeds, oscillation, Campbell diagram"),
     })  # fmt: skip
-
-
-def _sentence(text: str) -> str:
-    """A text as a sentence."""
-    return text[0].upper() + text[1:].removesuffix(".") + "."
 
 
 def _range(option: str, text: str | None, unit: str, sign: str = "any") -> Any:

@@ -107,6 +107,7 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
         "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
         "binding": list(result.binding),
         "project": yaml_of(result.applied(project)),
+        "numbers": without_calls(str(result)),
         "remarks": [*map(str, result.sensitivities), *result.remarks],
     }  # fmt: skip
 
@@ -138,6 +139,7 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
             {"stiffness": r.stiffness, "before_rms_arcsec": r.before / ARCSEC, "after_rms_arcsec": r.after / ARCSEC}
             for r in result.robustness
         ],
+        "numbers": without_calls(str(result)),
         "assumed": [AT_RESONANCE, *map(without_calls, result.remarks)],
         "remarks": [*result.warnings, result.condition],
     }

@@ -292,6 +292,7 @@ def moved(project: Project) -> dict[str, Any]:
         "passes": found.within_limits,
         "failures": list(found.failures),
         "limits": [one.data() for one in found.findings],
+        "numbers": without_calls(str(found)),
         "remarks": [*usual, *(w for w in found.warnings if w not in found.failures), *map(str, found.remarks)],
     }
 
@@ -316,7 +317,7 @@ def mapped(project: Project, search: bool, loads: list[float], progress: Progres
             | {"speed": line.speed / RPM, "amplitude_arcsec": line.amplitude / ARCSEC}
             for line in found.lines
         ],
-        "rule": found.rule,
+        "rule": found.rule, "numbers": without_calls(str(found)),
         "failures": list(found.failures),
         "remarks": list(found.remarks),
     }  # fmt: skip

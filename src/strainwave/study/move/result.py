@@ -241,8 +241,8 @@ class Move(Result):
     rows: ClassVar[str] = "time"
     arrays: ClassVar[Along] = {
         "time": {
-            "reference": "rad", "reference_speed": "rad/s", "pointing_error": "rad", "motor_torque": "N*m",
-            "gear_torque": "N*m", "motor_speed": "rad/s",
+            "reference": "rad", "pointing_error": "rad", "motor_speed": "rad/s", "motor_torque": "N*m",
+            "gear_torque": "N*m", "reference_speed": "rad/s",
         },
     }  # fmt: skip
     places: ClassVar[Along] = {"time": {"time": "s"}}

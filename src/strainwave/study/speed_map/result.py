@@ -183,8 +183,8 @@ class SpeedMap(Result):
         grid = ("load", "speed")
         columns: dict[str, Any] = {
             "oscillation": (grid, self.oscillation, "rad"),
-            **({} if self.smallest is None else {"smallest": (grid, self.smallest, "rad")}),
             "torque": (grid, self.torque, "N*m"),
+            **({} if self.smallest is None else {"smallest": (grid, self.smallest, "rad")}),
             "motions": (grid, self.motions, ""), "subharmonic": (grid, self.subharmonic, ""),
             "quasi_static": ("load", self.quasi_static, "rad"),
         }  # fmt: skip

@@ -1,6 +1,5 @@
 """`strainwave tune`: the best gains of a motor's loop, as numbers, CSV, figure and project file."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from ....plot.svg import stacked
 from ....study.tuning.result import TunedLoop
 from ....study.tuning.trial import GOALS
 from ....study.tuning.tune import tune as tuned
-from ...console import Copied, Progress, reported, write_all
+from ...console import Copied, Progress, columns, reported, write_all
 from ...view import quantity
 from ..options import json_option, output_option, project_argument
 
@@ -67,17 +66,11 @@ def tune(
 
 
 def _write(project: Project, tuned: TunedLoop, output: Path, profiles: Sequence[str]) -> None:
-    columns = [(f"{name}{_ending(unit)}", values) for name, (_, values, unit) in tuned.variables().items()]
     label = "response before and after, goal over peak sensitivity"
     drawn = stacked(named(tuned.panels(), project.title), 280.0, label)
     files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in profiles}
-    files |= {CSV: columns, SVG: drawn, JSON: reported(project.title, tuned.facts(), True)}
+    files |= {CSV: columns(tuned.variables()), SVG: drawn, JSON: reported(project.title, tuned.facts(), True)}
     files[YAML] = project_text(tuned.applied(project))
     if tuned.notch is not None:
         files[NOTCHED] = project_text(tuned.applied(project, notch=True))
     write_all(output, files)
-
-
-def _ending(unit: str) -> str:
-    """A unit as the end of a column's name."""
-    return "_" + re.sub(r"\W+", "_", unit.replace("1/", "per ").replace("/", " per ")).strip("_") if unit != "1" else ""

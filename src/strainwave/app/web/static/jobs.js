@@ -1,6 +1,6 @@
 // Jobs: one for each view, and one for the report. They go on while another view is shown, and keep their results.
 import { call, leave } from "/static/api.js";
-import { answer, ask, button, byId, element, epoch } from "/static/plots.js";
+import { answer, ask, button, byId, element, epoch, numbers } from "/static/plots.js";
 import { asked, remember, state } from "/static/state.js";
 
 const jobs = new Map();
@@ -92,6 +92,7 @@ export async function jobView(question, label, begin, paint) {
   if (!result || (one.painted === result && one.epoch === epoch && (!one.except || one.where === where))) return one.remarks ?? [];
   Object.assign(one, { painted: result, epoch, where });
   one.remarks = await paint(result, one);
+  if (result.numbers) numbers(result.numbers);
   return one.remarks ?? [];
 }
 

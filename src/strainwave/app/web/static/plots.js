@@ -38,6 +38,9 @@ export function placed(way, made) {
   byId("plots")[way](made);
 }
 
+// The text of a result with all its numbers, folded away below the pictures.
+export const numbers = (text) => placed("append", element("details", { id: "numbers", className: "wide" }, element("summary", { textContent: "All numbers" }), element("pre", { textContent: text })));
+
 export const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
 // A computed number: three digits where it rests on assumed ones.
 export const sure = (value) => (Math.abs(value) >= 10 ** about.digits ? String(Math.round(value)) : round(value, about.digits));

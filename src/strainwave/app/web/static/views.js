@@ -3,7 +3,7 @@ import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
-import { answer, ask, between, BLUE, button, byId, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, ORANGE, parts, pictures, PINK, RED, round, sentences, signed, sure, tabled, toward } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, byId, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, numbers, ORANGE, parts, pictures, PINK, RED, round, sentences, signed, sure, tabled, toward } from "/static/plots.js";
 import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
@@ -207,6 +207,7 @@ async function move() {
   await draw("move-motor", { data: over(r.motor_torque, "motor torque", "N·m", BLUE, r.most_motor_torque, "largest torque of the motor"), layout: { shapes: [end], xaxis: x, yaxis: { title: "motor torque [N·m]" } }, table, label: `Torque of the motor over the move, ${between(r.motor_torque, "N·m")}`, size: "second" });
   await draw("move-torque", { data: over(r.gear_torque, "gear torque", "N·m", RED), layout: { showlegend: false, xaxis: x, yaxis: { title: "gear torque [N·m]" } }, table, label: `Torque in the gear over the move, ${between(r.gear_torque, "N·m")}`, size: "second" });
   await draw("move-speed", { data: over(r.motor_speed, "motor speed", "rpm", GREEN), layout: { showlegend: false, xaxis: x, yaxis: { title: "motor speed [rpm]" } }, table, label: `Speed of the motor over the move, ${between(r.motor_speed, "rpm")}`, size: "second" });
+  numbers(r.numbers);
   return r.remarks;
 }
 
