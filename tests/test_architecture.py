@@ -94,6 +94,15 @@ def test_a_former_name_says_the_new_one(former, place):
     assert thing is attrgetter(place)(strainwave)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "place"),
+    [("compare_project", "compare"), ("variabilty", "sample.variability"), ("exceedence", "exceedance")],
+)
+def test_a_former_name_that_is_spelt_wrong_says_the_new_one(wrong, place):
+    with pytest.raises(AttributeError, match=rf"has no name '{wrong}'; .*; did you mean strainwave\.{place}\?$"):
+        getattr(strainwave, wrong)
+
+
 @pytest.mark.parametrize("module", ["strainwave", "strainwave.app.commands.cli", "strainwave.app"])
 def test_import_leaves_the_heavy_libraries_alone(module):
     code = f"import sys, {module}; print(*sorted({HEAVY} & set(sys.modules)))"

@@ -102,20 +102,19 @@ def former(name: str) -> Any:
         warnings.warn(f"{ROOT}.{name}(project, grid) is {call} now", FutureWarning, stacklevel=3)
         return above(name)
     if name in DRAWERS:
-        return drawer(name)
+        warnings.warn(f"{ROOT}.{name}(axes, result) is result.plot(axes) now", FutureWarning, stacklevel=3)
+        return lambda axes, result: above("draw")(result, axes)
     if f"{ROOT}.{name}" in FORMER:
         return import_module(f"{ROOT}.{name}")
-    place = RENAMED.get(name) or (f"{namespaces()[name]}.{name}" if name in namespaces() else None)
-    if place is None:
-        raise AttributeError(f"{ROOT} has no name {name!r}; dir({ROOT}) and its namespaces list what it has")
-    warnings.warn(f"{ROOT}.{name} is {ROOT}.{place} now", FutureWarning, stacklevel=3)
-    return attrgetter(place)(import_module(ROOT))
+    root = import_module(ROOT)
+    places = {n: f"{space}.{n}" for n, space in namespaces().items()} | {n: n for n in root.__all__} | RENAMED
+    if name not in places:
+        from difflib import get_close_matches  # a millisecond, which a start does not take
 
-
-def drawer(name: str) -> Any:
-    """Return a function of DRAWERS, with a warning that says what is in its place."""
-    warnings.warn(f"{ROOT}.{name}(axes, result) is result.plot(axes) now", FutureWarning, stacklevel=3)
-    return lambda axes, result: above("draw")(result, axes)
+        near = "".join(f"; did you mean {ROOT}.{places[n]}?" for n in get_close_matches(name, places, 1, 0.75))
+        raise AttributeError(f"{ROOT} has no name {name!r}; dir({ROOT}) and its namespaces list what it has{near}")
+    warnings.warn(f"{ROOT}.{name} is {ROOT}.{places[name]} now", FutureWarning, stacklevel=3)
+    return attrgetter(places[name])(root)
 
 
 class Former(MetaPathFinder, Loader):

@@ -167,7 +167,8 @@ def _fits_generic(value: Any, form: Any, inner: tuple[Any, ...]) -> bool:
         return False
     if isinstance(value, range) or (isinstance(value, np.ndarray) and not value.dtype.hasobject):
         value = value[:1]  # the others are of the same kind
-    return _items_fit(value if isinstance(value, Collection) else (), float if inner[0] is int else inner[0])
+    item_kind = float if inner[0] is int else inner[0]
+    return not (isinstance(value, Collection) and any(not fits(item, item_kind) for item in value))
 
 
 def takes(function: Any, count: int) -> bool:
@@ -193,10 +194,6 @@ def number_of(function: Callable[[Any], Any], thing: Any, place: str) -> float:
             f"the function gives {shown(answer)[:60]} for {place}; give one that has a finite number there"
         )
     return value
-
-
-def _items_fit(items: Iterable[Any], kind: object) -> bool:
-    return all(fits(item, kind) for item in items)
 
 
 def in_words(kind: object) -> str:
