@@ -212,7 +212,7 @@ def in_words(kind: object) -> str:
         return PLAIN[kind][1]
     if form is Callable:
         fixed = bool(inner) and inner[0] is not ...
-        return f"a function of {len(inner[0])} argument{'s' * (len(inner[0]) != 1)}" if fixed else "a function"
+        return f"a function of {len(inner[0])} argument{'' if len(inner[0]) == 1 else 's'}" if fixed else "a function"
     if _is_of(kind, Mapping):
         return f"a dictionary: of each name ({in_words(inner[0])}) {in_words(inner[1])}"
     if form is not None:

@@ -294,15 +294,15 @@ def catalogue(
     **least: str | None,
 ) -> None:  # fmt: skip
     """List gears of the catalogue or of a file, or show one."""
-    own = None if file is None else read_gears(file)
+    library = None if file is None else read_gears(file)
     if name is not None:
-        if own is not None and name not in own:
-            raise ValueError(f"{file} has no gear {name!r}; it has {', '.join(own)[:200]}")
-        _one(gear(name) if own is None else own[name], as_json)
+        if library is not None and name not in library:
+            raise ValueError(f"{file} has no gear {name!r}; it has {', '.join(library)[:200]}")
+        _one(gear(name) if library is None else library[name], as_json)
         return
     units = {"torque": "N*m", "stiffness": "N*m/rad", "speed": "rad/s"}
     bounds = {key: quantity(f"--{key}", text, units[key]) for key, text in least.items() if text is not None}
-    gears = select() if own is None else list(own.values())
+    gears = select() if library is None else list(library.values())
     chosen = select(gears, series=series, size=size, ratio=ratio, **bounds)
     if not chosen:
         known = ", ".join(sorted({g.series for g in gears} - {""})) or "none"

@@ -72,13 +72,13 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
     click.echo(reported(drive.title, facts(drive, curve, sure), as_json, *written))
 
 
-def _write(project: Project, found: DriveResponse, output: Path) -> None:
+def _write(project: Project, curve: DriveResponse, output: Path) -> None:
     """Write the curve as CSV, or as a figure; the file appears when it is complete."""
     with staged(output.parent, output.name) as folder:
         part = folder / output.name
         if output.suffix in FIGURES:
-            y = angle_unit(float(np.max(found.peak))).axis(f"oscillation of the {found.name}")
-            panels = named(drive_panels(found, project, y, reference(project)), project.title)
+            y = angle_unit(float(np.max(curve.peak))).axis(f"oscillation of the {curve.name}")
+            panels = named(drive_panels(curve, project, y, reference(project)), project.title)
             panels[-1].caption = [f"{WHAT_X_IS}.", *_remarks(project)]
             if output.suffix == ".svg":
                 text = stacked(panels, HEIGHT, "error and torque against speed", WIDTH)
@@ -86,36 +86,36 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
             else:
                 axes.write(panels, part)
         else:
-            write_csv(part, drive_columns(project.speeds, found))
+            write_csv(part, drive_columns(project.speeds, curve))
 
 
-def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fact, ...]:
+def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[Fact, ...]:
     """Everything that is said of a response, once, with speeds on the project's own shaft; `sure` as of `how_sure`."""
-    speeds, curve, sweep, judged = project.speeds, found.curve, found.sweep, project.judged(found)
+    speeds, curve, sweep, judged = project.speeds, motions.curve, motions.sweep, project.judged(motions)
     unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
     name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
-    most = found.top
+    most = motions.top
     resting = None if project.train is None else standing(project)
-    top, size, fast = found.largest(), float(found.oscillation[most]), speeds.own(float(curve.omega[most]))
+    top, size, fast = motions.largest(), float(motions.oscillation[most]), speeds.own(float(curve.omega[most]))
     write, peak, least = writer(project, angle_unit(size), unit, speeds.own(1.0)), None, None
-    known = told(curve_data(speeds, found), write)
+    plain = told(curve_data(speeds, motions), write)
     if top is not None:
         peak = {"speed": speeds.own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) / ARCSEC}
     if motor is not None:
         least = {"speed": speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding}
     bands = sweep.bands if sweep else ()
-    share = f"{number(100.0 * known['left_out_relative'], 2)} % of the motion"
-    left_out = f"{known['harmonics']} harmonics; the rest carry {share}"
+    share = f"{number(100.0 * plain['left_out_relative'], 2)} % of the motion"
+    left_out = f"{plain['harmonics']} harmonics; the rest carry {share}"
     if curve.waves is not None:
         left_out = f"{len(curve.waves.pairs) - 1} waves of two turns; each one left out carries at most {share}"
     return (
         Fact("failures", tuple(judged.failures), "FAIL: {}"),
-        Fact("", f"{name}, {known['message']}", "response, motor: {}"),
-        Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", found.name),
+        Fact("", f"{name}, {plain['message']}", "response, motor: {}"),
+        Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", motions.name),
         Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", _ranged(project)),
         Fact("oscillation.speed", fast), Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
-        Fact("", _sizes(project, found, judged.covered, size, fast, peak) if peak else known["sweep"], "{}"),
-        *_beat(project, found),
+        Fact("", _sizes(project, motions, judged.covered, size, fast, peak) if peak else plain["sweep"], "{}"),
+        *_beat(project, motions),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
         Fact("limits", tuple(one.data() for one in judged.findings)),
         Fact("", _torques(project, judged), "torque {}"),
@@ -125,7 +125,7 @@ def facts(project: Project, found: DriveResponse, sure: Any = None) -> tuple[Fac
         Fact("jump_down_speed", speeds.own(sweep.jump_down) if sweep else None),
         Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands)),
         Fact("", tuple(_hysteresis(speeds, band) for band in bands) or (NOT_BISTABLE if judged.whole else ()), "{}"),
-        *(Fact(key, value) for key, value in known.items()),
+        *(Fact(key, value) for key, value in plain.items()),
         Fact("", left_out, "{}"),
         *(() if sure is None else sure.facts(project.limit)),
         Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"), Fact("", WHAT_X_IS, "{}"),
@@ -162,17 +162,17 @@ def _ranged(project: Project) -> bool:
 
 def _remarks(project: Project) -> list[str]:
     """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
-    said, speeds = [*remarks(project), *posture_note(project), *load_remark(project)], project.speeds
+    texts, speeds = [*remarks(project), *posture_note(project), *load_remark(project)], project.speeds
     if speeds.single:
-        low, high = (number(speeds.own(omega), 5) for omega in speeds.limits)
-        said.append(
-            f"The file gives single speeds: the curve goes from {low} to {high} {speeds.own_unit}, a fifth beyond them."
+        ends = _speeds([speeds.own(omega) for omega in speeds.limits], " to ")
+        texts.append(
+            f"The file gives single speeds: the curve goes from {ends} {speeds.own_unit}, a fifth beyond them."
         )
-    return said
+    return texts
 
 
 def _sizes(
-    project: Project, found: DriveResponse, covered: bool, size: float, fast: float, peak: dict[str, Any]
+    project: Project, curve: DriveResponse, covered: bool, size: float, fast: float, peak: dict[str, Any]
 ) -> tuple[str, ...]:  # fmt: skip
     """The largest oscillation [rad] against its limit, and the largest error."""
     largest, unit, limit = peak["peak_arcsec"] * ARCSEC, project.speeds.own_unit, project.limit
@@ -183,7 +183,7 @@ def _sizes(
         if size <= limit and not covered:
             against = f", {UNCOVERED} the limit of {angle_unit(limit).text(limit)} is not known to be met"
     return (
-        f"{found.name}, largest oscillation: {angle.text(size, digits())} at {number(fast, digits(5))} {unit}{against}",
+        f"{curve.name}, largest oscillation: {angle.text(size, digits())} at {number(fast, digits(5))} {unit}{against}",
         f"largest error, mean included: {angle.text(largest, digits())} at {number(peak['speed'], digits(5))} {unit}",
     )
 
@@ -191,13 +191,13 @@ def _sizes(
 def _torques(project: Project, judged: Any) -> str:
     """What gear and motor take: under a range of loads at least, for their vibration under the others is not known."""
     ranged, motor, digits = _ranged(project), judged.motor, project.digits()
-    said = f"in the gear at {'least' if ranged else 'most'} {number(judged.used.peak_torque, digits)} N·m"
+    text = f"in the gear at {'least' if ranged else 'most'} {number(judged.used.peak_torque, digits)} N·m"
     if motor and project.motor == "free" and project.train is None:
-        said += f", of the motor {number(motor.torque, digits)} N·m beside the mean that keeps a free motor's speed"
+        text += f", of the motor {number(motor.torque, digits)} N·m beside the mean that keeps a free motor's speed"
     elif motor:
-        said += f", of the motor {number(motor.torque, digits)} N·m"
-        said += "" if ranged else f", {number(motor.holding, digits)} N·m of it at steady speed"
-    return f"{said}; vibration is counted under this load alone, analyze counts it under all" if ranged else said
+        text += f", of the motor {number(motor.torque, digits)} N·m"
+        text += "" if ranged else f", {number(motor.holding, digits)} N·m of it at steady speed"
+    return f"{text}; vibration is counted under this load alone, analyze counts it under all" if ranged else text
 
 
 def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:
@@ -228,16 +228,16 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
     if len({drive.speeds.by_motor for drive in drives}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
     with Progress("comparison") as progress:
-        found, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
+        result, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
         progress.show("writing", 0.95)
-        rows = data(found.facts())["drives"]
-        limits, alone = [drive.limit for drive in drives], np.isnan(found.oscillation).tolist()
-        panels = comparison_panels(found.titles, found.responses, limits, drives[0].speeds, alone)
+        rows = data(result.facts())["drives"]
+        limits, alone = [drive.limit for drive in drives], np.isnan(result.oscillation).tolist()
+        panels = comparison_panels(result.titles, result.responses, limits, drives[0].speeds, alone)
         figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
         table = as_csv(list(rows[0]), [row.values() for row in rows])
         write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(rows, figure)})
     written = f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}"
-    click.echo(to_json({"drives": rows}) if as_json else "\n".join([*lines(found.facts()), written]))
+    click.echo(to_json({"drives": rows}) if as_json else "\n".join([*lines(result.facts()), written]))
     if stop is not None:
         raise stop
 

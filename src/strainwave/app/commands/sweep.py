@@ -71,14 +71,14 @@ def sweep(
     """
     drive = read_project(project)
     system = drive.system(reduced=True)
-    known, grids = parameters(system), [in_equation(text, drive) for text in grid]
-    if drive.left_out or retune or any(_of_file_alone(drive, text, known) for text in grids):
+    free, grids = parameters(system), [in_equation(text, drive) for text in grid]
+    if drive.left_out or retune or any(_of_file_alone(drive, text, free) for text in grids):
         refuse_options_of_trajectories()
         with logged(drive.title) as progress:
             project_sweep.swept(drive, grid, output, workers, chunk, retune, lambda: client(cluster), progress, as_json)
         return
-    axes = dict(axis(text, known) for text in grids)
-    units = dict(typed_unit(text, known) for text in grids)
+    axes = dict(axis(text, free) for text in grids)
+    units = dict(typed_unit(text, free) for text in grids)
     kept = tuple(map(named, measures))
     from ...sample.sweeping import EnsembleMeasure
     from ...sample.sweeping import sweep as swept
@@ -118,13 +118,13 @@ def at_one_speed(project: Project, omega: float, paths: list[str]) -> list[str]:
 
 def bare(grids: list[str], units: dict[str, tuple[str, str]]) -> list[str]:
     """Say in which unit values were taken that were given without one."""
-    said = []
+    sentences = []
     for text in grids:
-        path, _, values = (part.strip() for part in text.partition("="))
+        path, _, values = map(str.strip, text.partition("="))
         own = units[path][0]
         if own and not any(map(_unit_of, re.split("[:,]", values))):
-            said.append(f"{path} has no unit in {text!r}: its values are taken in {own}.")
-    return said
+            sentences.append(f"{path} has no unit in {text!r}: its values are taken in {own}.")
+    return sentences
 
 
 def _of_file_alone(project: Project, text: str, known: list[Parameter]) -> bool:
@@ -138,31 +138,31 @@ def in_equation(text: str, project: Project) -> str:
     """Write a grid with the path that the error equation has for a name of the project file."""
     paths, equals, values = text.partition("=")
     same = {"damping.B": "B"} | ({"load.inertia": "J"} if project.motor == "held" else {})
-    found = []
+    renamed = []
     for path in map(str.strip, paths.split("&")):
         for name, own in (("gear.law.", "law."), ("excitation.kinematic_error.", "error.lines.")):
             if path.startswith(name):
                 path = own + path.removeprefix(name)
-        found.append(same.get(path, path))
-    return TOGETHER.join(found) + equals + values
+        renamed.append(same.get(path, path))
+    return TOGETHER.join(renamed) + equals + values
 
 
-def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
+def axis(text: str, free: list[Parameter]) -> tuple[str, Floats]:
     """Read "law.alpha=1e4:1e5:20", with ":log" at the end for even ratios, or "omega=10 rad/s, 200 rpm".
 
     A factor of several parameters is "law.K1 & law.K2=0.9:1.1:5".
     """
-    path, equals, values = (part.strip() for part in text.partition("="))
-    units = {parameter.path: parameter.unit for parameter in known}
+    path, equals, values = map(str.strip, text.partition("="))
+    units = {parameter.path: parameter.unit for parameter in free}
     if not equals or not values:
         raise click.BadParameter(f"{text!r} is no grid; write it as law.alpha=1e4:1e5:20 or omega=10,20,50")
     paths = path.split(TOGETHER)
     if unknown := [name for name in paths if name not in units]:
-        raise click.BadParameter(f"{unknown[0]!r} is not a parameter of this drive; it has {_listed(known)}")
-    if whole := [p.path for p in known if p.path in paths and isinstance(p.value, int)]:
+        raise click.BadParameter(f"{unknown[0]!r} is not a parameter of this drive; it has {_listed(free)}")
+    if whole := [p.path for p in free if p.path in paths and isinstance(p.value, int)]:
         raise click.BadParameter(
             f"{whole[0]!r} is a whole number, which trajectories side by side share; write a project file for each, or "
-            f"sweep {_listed(known)}"
+            f"sweep {_listed(free)}"
         )
     unit = "" if len(paths) > 1 else units[path]
     parts = [part.strip() for part in values.split(":")]
@@ -179,7 +179,7 @@ def _listed(known: list[Parameter]) -> str:
 
 def typed_unit(text: str, known: list[Parameter]) -> tuple[str, tuple[str, str]]:
     """Path of a grid, with its unit in SI and the one that its values were given in."""
-    path, _, values = (part.strip() for part in text.partition("="))
+    path, _, values = map(str.strip, text.partition("="))
     own = next((parameter.unit for parameter in known if parameter.path == path), "")
     return path, (own, next(filter(None, map(_unit_of, re.split("[:,]", values))), own))
 
@@ -221,16 +221,16 @@ def named(text: str) -> Any:
 def logged(title: str) -> Iterator[Progress]:
     """Show on stderr the progress, and what the library logs."""
     with Progress(title) as progress:
-        log, shown = logging.getLogger("strainwave.sample"), logging.StreamHandler(sys.stderr)
-        shown.setFormatter(logging.Formatter("{}: %(message)s".format(title.replace("%", "%%"))))
-        log.addHandler(shown)
+        log, handler = logging.getLogger("strainwave.sample"), logging.StreamHandler(sys.stderr)
+        handler.setFormatter(logging.Formatter("{}: %(message)s".format(title.replace("%", "%%"))))
+        log.addHandler(handler)
         level = log.level
         log.setLevel(logging.INFO)
         try:
             yield progress
         finally:
             log.setLevel(level)
-            log.removeHandler(shown)
+            log.removeHandler(handler)
 
 
 @contextmanager

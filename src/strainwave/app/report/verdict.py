@@ -72,26 +72,26 @@ def _headline(view: View, verdict: Verdict) -> str:
     if verdict.answer is Answer.ALL_RIGHT:
         below = "" if part is None else f"the oscillation is {percent(1.0 - part, 2)} below its limit"
         return f"Pass; {below or NO_LIMIT}"
-    why = []
+    faults = []
     if part is not None and part <= 1.0 and avoid and avoid.limit and avoid.largest_passed:
         part, case = avoid.largest_passed[1] / avoid.limit, " in the run-up"
     if part is not None and part > 1.0:
         size = f"{number(part, 3)} times" if part > TWICE else f"{percent(part - 1.0, 2)} above"
-        why.append(f"the oscillation{case} is {size} its limit")
+        faults.append(f"the oscillation{case} is {size} its limit")
     passed = gravest(verdict.exceeded)
     first = [finding for finding in passed if finding.limit not in MOTOR][:1]
-    why += map(_above, [*first, *(finding for finding in passed if finding.limit in MOTOR)])
+    faults += map(_above, [*first, *(finding for finding in passed if finding.limit in MOTOR)])
     if avoid is None:
-        why.append(NOTHING_STABLE)
+        faults.append(NOTHING_STABLE)
     elif avoid.unstable:
-        why.append("at some speeds no motion of the curve is stable")
-    if not why and view.analysis.jumping:
-        why.append("the motion jumps")
+        faults.append("at some speeds no motion of the curve is stable")
+    if not faults and view.analysis.jumping:
+        faults.append("the motion jumps")
     if (worst := view.analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
-        why.append(f"{worst.title} of {worst.rows} fails")
+        faults.append(f"{worst.title} of {worst.rows} fails")
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
-        return "; ".join(["Some speeds are to be avoided", *why, NO_LIMIT])
-    return "; ".join(["Fail at some speeds" if verdict.answer is Answer.BUT else "Fail", *(why or [NO_LIMIT])])
+        return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])
+    return "; ".join(["Fail at some speeds" if verdict.answer is Answer.BUT else "Fail", *(faults or [NO_LIMIT])])
 
 
 def _sentence(view: View, verdict: Verdict) -> Sentence:
@@ -118,13 +118,13 @@ def _oscillation(view: View) -> Sentence:
     if avoid is None:
         return Sentence(NOTHING_STABLE)
     largest = analysis.largest_oscillation()
-    where = place_said(largest)
+    place = place_said(largest)
     against: str = "and the file has no limit of it"
     if avoid.limit is not None:
         against = ("above" if largest.peak > avoid.limit else "within") + " the limit of " + Angle(avoid.limit)
     elif avoid.slow > 0.0:
         against = f"{number(largest.peak / avoid.slow, 2)} times that of quasi-static rotation, {against}"
-    text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), where, against)
+    text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), place, against)
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
         text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
     if said := out_of_reach(avoid.limit, avoid.slow):
@@ -165,13 +165,13 @@ def _remedy(view: View, verdict: Verdict) -> str:
     avoid = view.analysis.avoid
     if verdict.answer is Answer.ALL_RIGHT:
         return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
-    said: list[str] = [*changes_said(view, verdict)]
+    steps: list[str] = [*changes_said(view, verdict)]
     if verdict.answer is Answer.BUT:
-        keep = "Without a change: keep to {}." if said else "Keep to {}."
-        said.append(Sentence(keep, ranges(verdict.allowed, -1)))
+        keep = "Without a change: keep to {}." if steps else "Keep to {}."
+        steps.append(Sentence(keep, ranges(verdict.allowed, -1)))
     elif over_limit(view) and not verdict.allowed:
-        said.append("No speed of the range is without it.")
-    return Sentence(" ").join([*said, ADD_LIMIT] if avoid is not None and avoid.limit is None else said)
+        steps.append("No speed of the range is without it.")
+    return Sentence(" ").join([*steps, ADD_LIMIT] if avoid is not None and avoid.limit is None else steps)
 
 
 def over_limit(view: View) -> bool:
@@ -241,7 +241,7 @@ def answers(view: View) -> dict[str, Any]:
     """Sentences by what they answer, in the order of the page; a question without an answer is left out."""
     verdict = view.analysis.verdict
     torque = torque_said(view, verdict, with_motor=False)
-    found: dict[str, str] = {
+    sentences: dict[str, str] = {
         "requirement": _requirement(view),
         "largest oscillation": _worst(view),
         "margin": _margin(view),
@@ -254,8 +254,8 @@ def answers(view: View) -> dict[str, Any]:
         "without a change": "",
     }
     if verdict.answer is Answer.BUT:
-        found["without a change"] = Sentence("Keep to {}.", ranges(verdict.allowed, -1))
-    return {what: said for what, said in found.items() if said}
+        sentences["without a change"] = Sentence("Keep to {}.", ranges(verdict.allowed, -1))
+    return {what: said for what, said in sentences.items() if said}
 
 
 def _requirement(view: View) -> str:
@@ -277,23 +277,23 @@ def _motor(view: View) -> str:
         return ""
     study, run = view.analysis.train, " in the run-up, its acceleration left out" * motor.in_run_up
     digits, where = view.project.digits(), Speed(motor.at, digits=5) + under_load(motor.load)
-    said = Sentence("It must give up to {} N·m{}, at {}", number(motor.torque, digits), run, where)
+    line = Sentence("It must give up to {} N·m{}, at {}", number(motor.torque, digits), run, where)
     if motor.holding > LEAST * motor.torque:
-        said += f"; steady loads and friction alone take up to {number(motor.holding, digits)} N·m"
+        line += f"; steady loads and friction alone take up to {number(motor.holding, digits)} N·m"
     sheet = limits or MotorLimits()
     torque, speed = sheet.most, sheet.fastest
     current = f" It takes a current of {number(motor.torque / sheet.K_t)} A." if math.isfinite(sheet.K_t) else ""
-    said += f".{current}" + ("" if sheet.peak_torque else _has(motor.torque, torque, "N·m"))
+    line += f".{current}" + ("" if sheet.peak_torque else _has(motor.torque, torque, "N·m"))
     if view.speeds.by_motor:
         fastest = view.speeds.given[-1] / RPM
-        said += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
+        line += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
     if motor.run_up is not None and study is not None and study.ramp is not None:
         text = f" The run-up of {number(study.ramp.duration, 3)} s takes up to {number(motor.run_up, digits)} N·m with "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
-        said += text + "its acceleration" + (": run up more slowly." if slower else ".")
+        line += text + "its acceleration" + (": run up more slowly." if slower else ".")
     told = [f.sentence for f in view.analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
-    said += "".join(" " + sentence.replace("*", "·") for sentence in told)
-    return said if limits else said + " The project file gives no limits of the motor."
+    line += "".join(" " + sentence.replace("*", "·") for sentence in told)
+    return line if limits else line + " The project file gives no limits of the motor."
 
 
 def _has(asked: float, bound: float, unit: str) -> str:

@@ -60,17 +60,17 @@ def solved(project: Project, whole: bool = False) -> Curve:
     scale = project.speeds.scale
     if whole:
         return Curve(project.response(), project, scale)
-    own, g = folded(project)
+    shortest, g = folded(project)
     if g == 1:
-        return Curve(own.response(coexisting=False, points=POINTS), own, scale)
-    h = max([FEWEST, *_orders_of(own)])
+        return Curve(shortest.response(coexisting=False, points=POINTS), shortest, scale)
+    h = max([FEWEST, *_orders_of(shortest)])
     while True:
-        found = own.response(h, coexisting=False, points=POINTS)
+        found = shortest.response(h, coexisting=False, points=POINTS)
         if found.curve.tail <= MATTERS or h >= MOST:
-            if own.motor == "held":  # one that is g times as fast gives a g-th of the torque
+            if shortest.motor == "held":  # one that is g times as fast gives a g-th of the torque
                 sizes = {name: getattr(found, name) for name in ("motor_torque", "motor_mean", "motor_rms")}
                 found = replace(found, **{name: g * size for name, size in sizes.items() if size is not None})
-            return Curve(found, own, scale / g)
+            return Curve(found, shortest, scale / g)
         h = min(2 * h + 1, MOST)
 
 
@@ -110,41 +110,41 @@ def _orders_of(project: Project) -> list[int]:
 
 def response(project: Project, whole: bool = False) -> dict[str, Any]:
     """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
-    found, own, scale = solved(project, whole)
-    speeds, curve, top, sizes = project.speeds, found.curve, found.top, found.oscillation / ARCSEC
-    bands = found.sweep.bands if found.sweep else ()
+    motions, shortest, scale = solved(project, whole)
+    speeds, curve, top, sizes = project.speeds, motions.curve, motions.top, motions.oscillation / ARCSEC
+    bands = motions.sweep.bands if motions.sweep else ()
     limit, motor_limits = project.limit, project.motor_limits or MotorLimits()
     low, high = project.other_loads
-    judged = own.judged(found, round(speeds.scale / scale))
-    motor, torque = judged.motor, found.usage.peak_torque
+    judged = shortest.judged(motions, round(speeds.scale / scale))
+    motor, torque = judged.motor, motions.usage.peak_torque
     limits, carried = _torque_limits(project), judged.used.peak_torque
-    passed = [one | {"reached": carried} for one in limits if carried > one["torque"] and one["name"] != "rated torque"]
+    passed = [cap | {"reached": carried} for cap in limits if carried > cap["torque"] and cap["name"] != "rated torque"]
     return {
         "title": project.title,
         "speed_name": speeds.name,
         "speed_unit": speeds.unit,
-        "error_name": found.name,
-        "speed": scale * found.omega,
+        "error_name": motions.name,
+        "speed": scale * motions.omega,
         "oscillation_arcsec": sizes,
-        "peak_arcsec": found.peak / ARCSEC,
-        "torque": found.torque,
-        "mean_torque": found.mean_torque,
-        "stable": found.stable,
+        "peak_arcsec": motions.peak / ARCSEC,
+        "torque": motions.torque,
+        "mean_torque": motions.mean_torque,
+        "stable": motions.stable,
         "folds": [
-            {"speed": scale * omega, "oscillation_arcsec": sizes[np.argmin(np.abs(found.omega - omega))]}
+            {"speed": scale * omega, "oscillation_arcsec": sizes[np.argmin(np.abs(motions.omega - omega))]}
             for omega in (fold.omega for fold in curve.folds)
         ],
         "jumps": [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in bands],
         "avoid": [(low * scale, high * scale) for low, high in judged.verdict.speeds],
-        "unstable": [(low * scale, high * scale) for low, high in without_stable(found)],
+        "unstable": [(low * scale, high * scale) for low, high in without_stable(motions)],
         "limit_arcsec": None if limit is None else limit / ARCSEC,
         "largest": {
-            "speed": float(scale * found.omega[top]),
+            "speed": float(scale * motions.omega[top]),
             "oscillation_arcsec": float(sizes[top]),
             "torque": torque,
-            "torque_speed": scale * found.usage.at_peak,
+            "torque_speed": scale * motions.usage.at_peak,
         },
-        "beat": _beat(found),
+        "beat": _beat(motions),
         "torque_limits": limits,
         "torque_exceeded": passed[0] if passed else None,
         "load_torques": [low, project.mean_load_torque, high],
@@ -152,14 +152,14 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "assumed": bool(project.assumed),
         "covered": judged.covered,
         "failures": list(judged.failures),
-        "limits": [one.data() for one in judged.findings],
+        "limits": [cap.data() for cap in judged.findings],
         "required_motor": None if motor is None else {
             "torque": motor.torque, "holding_torque": motor.holding, "speed": scale * motor.at,
             "largest_speed": speeds.scale * speeds.given[-1], "max_torque": motor_limits.most,
             "max_speed": motor_limits.fastest * speeds.scale,
         },
         "message": without_calls(
-            told(found.message, writer(own, angle_unit(found.oscillation[top]), speeds.unit, scale))
+            told(motions.message, writer(shortest, angle_unit(motions.oscillation[top]), speeds.unit, scale))
         ),
         "remarks": [
             *([HELD] if project.train is None and project.motor == "held" else []),
@@ -172,14 +172,14 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _beat(found: DriveResponse) -> dict[str, Any] | None:
+def _beat(motions: DriveResponse) -> dict[str, Any] | None:
     """How long a beat takes at the largest oscillation, and the oscillation in its smallest turn; None without one."""
-    curve, top = found.curve, found.top
+    curve, top = motions.curve, motions.top
     if curve.beat is None or curve.envelope is None:
         return None
     smallest = curve.envelope[:, 1] / ARCSEC
     return {
-        "turns": curve.beat, "period_s": 2.0 * math.pi * curve.beat / float(found.omega[top]),
+        "turns": curve.beat, "period_s": 2.0 * math.pi * curve.beat / float(motions.omega[top]),
         "smallest_arcsec": smallest, "smallest_at_largest_arcsec": float(smallest[top]),
     }  # fmt: skip
 
@@ -242,30 +242,30 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
             f"a speed of {rpm:g} {unit} is far outside the range of the project; write one between "
             f"{0.2 * low * scale:.4g} and {5.0 * high * scale:.4g} {unit}"
         )
-    found = drive_motion(project, rpm / scale)
-    begun, x, v = found.begun, found.error / ARCSEC, found.rate / ARCSEC
+    run = drive_motion(project, rpm / scale)
+    begun, x, v = run.begun, run.error / ARCSEC, run.rate / ARCSEC
     every = max(1, len(begun.t) // MOST_SHOWN)
     low, high = project.load_torques
     return {
         "speed": rpm,
-        "error_name": found.name,
+        "error_name": run.name,
         "transient": {"time": begun.t[::every], "error_arcsec": begun.y[0][::every] / ARCSEC},
-        "time": found.t,
+        "time": run.t,
         "error_arcsec": x,
         "rate_arcsec_per_s": v,
         "poincare": {
-            "error_arcsec": x[: -1 : found.per_turn], "rate_arcsec_per_s": v[: -1 : found.per_turn],
+            "error_arcsec": x[: -1 : run.per_turn], "rate_arcsec_per_s": v[: -1 : run.per_turn],
         },
-        "oscillation_arcsec": found.oscillation / ARCSEC,
-        "mean_arcsec": found.mean / ARCSEC,
-        "torque": found.peak_torque,
-        "load_torque": found.load_torque,
+        "oscillation_arcsec": run.oscillation / ARCSEC,
+        "mean_arcsec": run.mean / ARCSEC,
+        "torque": run.peak_torque,
+        "load_torque": run.load_torque,
         "load_torques": [low, high],
         "remarks": [
             f"integrated from rest, where the mean torques hold the drive; shown are the turns after the first "
-            f"{found.turns}, with a point once in each turn; from another start a drive that jumps may settle on "
+            f"{run.turns}, with a point once in each turn; from another start a drive that jumps may settle on "
             "another motion of its response",
-            *([found.remark] if found.remark else []),
+            *([run.remark] if run.remark else []),
             *([FIXED_LOAD] if low < high else []),
             *([HELD] if project.train is None and project.motor == "held" else []),
         ],
@@ -274,26 +274,26 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
 
 def moved(project: Project) -> dict[str, Any]:
     """The project's move, or a quarter turn in 0.6 s."""
-    found = move(project, None if project.move is not None else USUAL_MOVE)
+    run = move(project, None if project.move is not None else USUAL_MOVE)
     usual = [] if project.move is not None else ["the project has no move: a quarter turn in 0.6 s along an S-curve"]
     curves = {
-        "time": found.time, "reference_deg": np.degrees(found.reference), "error_arcsec": found.pointing_error / ARCSEC,
-        "motor_torque": found.motor_torque, "gear_torque": found.gear_torque, "motor_speed": found.motor_speed / RPM,
+        "time": run.time, "reference_deg": np.degrees(run.reference), "error_arcsec": run.pointing_error / ARCSEC,
+        "motor_torque": run.motor_torque, "gear_torque": run.gear_torque, "motor_speed": run.motor_speed / RPM,
     }  # fmt: skip
-    return {name: values[:: max(1, len(found.time) // MOST_SHOWN)] for name, values in curves.items()} | {
-        "duration": found.duration,
-        "settling_time": found.settling_time,
-        "window_arcsec": found.window / ARCSEC,
-        "rest_arcsec": found.rest_error / ARCSEC,
+    return {name: values[:: max(1, len(run.time) // MOST_SHOWN)] for name, values in curves.items()} | {
+        "duration": run.duration,
+        "settling_time": run.settling_time,
+        "window_arcsec": run.window / ARCSEC,
+        "rest_arcsec": run.rest_error / ARCSEC,
         "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
         "most_motor_torque": None if project.motor_limits is None else project.motor_limits.most,
-        "peak_arcsec": found.peak_error / ARCSEC,
-        "rms_arcsec": found.rms_error / ARCSEC,
-        "passes": found.within_limits,
-        "failures": list(found.failures),
-        "limits": [one.data() for one in found.findings],
-        "numbers": without_calls(str(found)),
-        "remarks": [*usual, *(w for w in found.warnings if w not in found.failures), *map(str, found.remarks)],
+        "peak_arcsec": run.peak_error / ARCSEC,
+        "rms_arcsec": run.rms_error / ARCSEC,
+        "passes": run.within_limits,
+        "failures": list(run.failures),
+        "limits": [one.data() for one in run.findings],
+        "numbers": without_calls(str(run)),
+        "remarks": [*usual, *(w for w in run.warnings if w not in run.failures), *map(str, run.remarks)],
     }
 
 
@@ -302,24 +302,24 @@ def mapped(project: Project, search: bool, loads: list[float], progress: Progres
 
     `search` looks for motions apart from the curves.
     """
-    found = speed_map(project, loads=loads or None, search=search, threads=1, progress=progress)
+    chart = speed_map(project, loads=loads or None, search=search, threads=1, progress=progress)
     return {
-        "speed": found.speeds / RPM,
-        "load": found.loads,
-        "load_name": found.load_name,
-        "load_unit": found.load_unit,
-        "oscillation_arcsec": found.oscillation / ARCSEC,
-        "torque": found.torque,
-        "forbidden": [band / RPM for band in found.forbidden],
-        "allowed": found.windows / RPM,
+        "speed": chart.speeds / RPM,
+        "load": chart.loads,
+        "load_name": chart.load_name,
+        "load_unit": chart.load_unit,
+        "oscillation_arcsec": chart.oscillation / ARCSEC,
+        "torque": chart.torque,
+        "forbidden": [band / RPM for band in chart.forbidden],
+        "allowed": chart.windows / RPM,
         "lines": [
             {name: getattr(line, name) for name in ("load", "order", "mode", "excited")}
             | {"speed": line.speed / RPM, "amplitude_arcsec": line.amplitude / ARCSEC}
-            for line in found.lines
+            for line in chart.lines
         ],
-        "rule": found.rule, "numbers": without_calls(str(found)),
-        "failures": list(found.failures),
-        "remarks": list(found.remarks),
+        "rule": chart.rule, "numbers": without_calls(str(chart)),
+        "failures": list(chart.failures),
+        "remarks": list(chart.remarks),
     }  # fmt: skip
 
 
@@ -327,7 +327,7 @@ def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress
     """Largest oscillation over two numbers of the project, row by row; points without a motion are None."""
     (first, across), (second, along) = axes
     rows: list[list[float | None]] = [[None] * len(across) for _ in along]
-    why = Counter[str]()
+    reasons = Counter[str]()
     cells = sorted(product(range(len(along)), range(len(across))), key=_fineness)
     head = {"axes": [{"name": first, "values": across}, {"name": second, "values": along}], "remarks": []}
     for k, (i, j) in enumerate(cells):
@@ -338,8 +338,8 @@ def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress
             found = solved(drive).found
             rows[i][j] = float(found.oscillation[found.top] / ARCSEC)
         except (ValueError, SolveError) as error:
-            why[str(error)] += 1
-    missing = [f"{count} points have no value: {sentence}" for sentence, count in why.items()]
+            reasons[str(error)] += 1
+    missing = [f"{count} points have no value: {sentence}" for sentence, count in reasons.items()]
     return head | {
         "largest_oscillation_arcsec": rows,
         "remarks": [*filter(None, [tuning(project, (first, second), True)]), *missing],

@@ -92,7 +92,7 @@ def _added(model: Any, j: int, first: int, samples: int, limited: float, lost: f
     begin = min(max(settle - first, 0), samples)
     for i in range(begin, samples):
         k, torque, error = first + i, traces[1, i], traces[2, i]
-        late = 1.0 * (2 * k >= end + settle)
+        late = 1.0 if 2 * k >= end + settle else 0.0
         totals[0, j] += 1.0
         totals[1, j] += error
         totals[2, j] += error * error

@@ -221,7 +221,7 @@ def with_missing(driven: TwoTurns, problem: Torus, points: Floats, chords: Float
     begun, lacking, before = (problem, points, chords), missing(problem, points, aim), MOST
     while lacking and len(lacking) < before and len(problem.pairs) <= ALONG:
         old, problem, before = problem, _with(driven, problem, lacking), len(lacking)
-        points, chords = (carried_over(old, problem, each) for each in (points, chords))
+        points, chords = carried_over(old, problem, points), carried_over(old, problem, chords)
         blocks, h = problem.blocks(points), len(problem.pairs) - 1
         for i, pair in enumerate(map(tuple, problem.pairs.tolist())):
             if pair in lacking:

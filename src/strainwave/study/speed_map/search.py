@@ -354,7 +354,8 @@ def start_reach(case: Any, speeds: Floats) -> float:
 
 def _problem(case: Any) -> Any:
     """The error equation of a case with the springs of its law, from whose balance boxes of starts come."""
-    equation = case.equation._replace(law=springs_of(case.equation.law))
+    law = case.equation.law
+    equation = case.equation._replace(law=law if depends(law) == 1 else Springs(law))
     leaf = leaf_of(equation, "omega")
     return second_order(equation, leaf, leaf, highest_order(equation))
 
@@ -375,11 +376,6 @@ class Springs(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where a spring has a kink."""
         return tuple(breakpoints_of(self.law))
-
-
-def springs_of(law: Any) -> Any:
-    """The springs of a law: itself where it is one."""
-    return law if depends(law) == 1 else Springs(law)
 
 
 def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:

@@ -294,7 +294,8 @@ def resonances(case: Case, stiffness: Floats) -> list[Floats]:
     if case.train is None or case.system is case.equation:
         return [np.array([[omega], [0.0]]) for omega in natural.tolist()]
     train, unit = without_gravity(case.train), float(np.max(np.abs(stiffness), initial=0.0)) or 1.0
-    once, twice = (state_space(train._replace(law=Linear(k * unit)), speed=train.omega).A for k in (1.0, 2.0))
+    once = state_space(train._replace(law=Linear(unit)), speed=train.omega).A
+    twice = state_space(train._replace(law=Linear(2.0 * unit)), speed=train.omega).A
     every = np.linalg.eigvals(once + (stiffness / unit - 1.0)[:, None, None] * (twice - once))
     return [_resonant(poles, omega) for poles, omega in zip(every, natural.tolist(), strict=True)]
 

@@ -71,16 +71,16 @@ def compensate(
     names, left_out = names_of(next(iter(benches.values())), controllers or (ALL,))
     with Progress(drive.title) as progress:
         setup = {"plant": train, "load_angles": angles}
-        run, stopped = _run(drive, benches, setup, names, grid, left_out, units, seed, progress.show)
+        run, stop = _run(drive, benches, setup, names, grid, left_out, units, seed, progress.show)
         if run is not None and output is not None:
             progress.show("writing", 0.97)
-            run = run if stopped else run._replace(tables=_tables(run))
-            _write(drive.title, run, output, figured=not stopped)
+            run = run if stop else run._replace(tables=_tables(run))
+            _write(drive.title, run, output, figured=not stop)
     if run is not None:
         click.echo(to_json(tables.data(run)) if as_json else in_options(tables.summary(run)))
         if output is not None and not as_json:
             click.echo(f"  written: {output}")
-    if stopped:
+    if stop:
         kept = "nothing was finished" if run is None else f"kept: {', '.join(run.found.names)}"
         raise KeyboardInterrupt(f"interrupted; {kept}; the same command again computes all")
 

@@ -63,7 +63,7 @@ def fit_bode(
     measured = [read_frd(file, amplitude=amplitude, **reading)]
     if second is not None:
         measured.append(read_frd(second, amplitude=second_amplitude, **reading))
-    names = None if free is None else tuple(name.strip() for name in free.split(",") if name.strip())
+    names = None if free is None else tuple(filter(None, map(str.strip, free.split(","))))
     fit = bode_fitted(measured, drive, free=names, speed=value_of("--speed", speed, "rad/s"))
     if output is not None:
         _write(drive.title, fit, output)
@@ -101,17 +101,17 @@ def fit_loop(
     rated = None if rated_torque is None else value_of("--rated-torque", rated_torque, "N*m")
     log = read_loop_file(file, {"torsion": torsion, "torque": torque}, delimiter, decimal)
     try:
-        found = loop_fitted(log.channels["torsion"], log.channels["torque"], rated_torque=rated, ratio=ratio)
+        fit = loop_fitted(log.channels["torsion"], log.channels["torque"], rated_torque=rated, ratio=ratio)
     except ValueError as error:
         raise FileError(complaint(file, [Problem(1, 1, "loop", str(error))])) from None
-    found = replace(found, remarks=(*log.notes, *found.remarks))
-    numbers = to_json({"file": file.name} | data(found))
+    fit = replace(fit, remarks=(*log.notes, *fit.remarks))
+    numbers = to_json({"file": file.name} | data(fit))
     if output is not None:
-        columns = [("torsion_rad", found.torsion), ("torque_N_m", found.torque), ("fitted_N_m", found.fitted)]
-        figure = stacked(found.panels(), 300.0, "a measured loop and its law", 560.0)
-        contents = {"loop.svg": figure, "gear.yaml": found.yaml, "loop.json": numbers, "loop.csv": columns}
+        columns = [("torsion_rad", fit.torsion), ("torque_N_m", fit.torque), ("fitted_N_m", fit.fitted)]
+        figure = stacked(fit.panels(), 300.0, "a measured loop and its law", 560.0)
+        contents = {"loop.svg": figure, "gear.yaml": fit.yaml, "loop.json": numbers, "loop.csv": columns}
         write_all(output, contents)
-    click.echo(numbers) if as_json else _print(file, found, output)
+    click.echo(numbers) if as_json else _print(file, fit, output)
 
 
 def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, decimal: str | None) -> Log:
@@ -119,54 +119,54 @@ def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, de
     found = {channel: name_and_unit(text) for channel, text in wanted.items()}
     columns = {channel: name for channel, (name, _) in found.items()}
     units = {channel: unit for channel, (_, unit) in found.items() if unit}
-    given: dict[str, Any] = {"trim": 0.0, "unwrap": False, "delimiter": delimiter, "decimal": decimal}
+    options: dict[str, Any] = {"trim": 0.0, "unwrap": False, "delimiter": delimiter, "decimal": decimal}
     try:
-        return log_of(file, columns, units, rate=1.0, **given)
+        return log_of(file, columns, units, rate=1.0, **options)
     except FileError:
         raise
     except ValueError:  # the file has a time of its own
-        return log_of(file, columns, units, **given)
+        return log_of(file, columns, units, **options)
 
 
-def data(found: LoopFit) -> dict[str, Any]:
+def data(fit: LoopFit) -> dict[str, Any]:
     """The numbers with their intervals, in SI."""
-    lack = found.lack_of_fit
+    lack = fit.lack_of_fit
     numbers = {
-        name: {"value": value, "low": found.interval(name).low, "high": found.interval(name).high}
-        for name, value in found.values.items()
+        name: {"value": value, "low": fit.interval(name).low, "high": fit.interval(name).high}
+        for name, value in fit.values.items()
     }
     return {
         "numbers": numbers,
-        "unidentified": found.unidentified,
-        "comparison": [row._asdict() for row in found.comparison],
-        "reason": found.reason,
-        "rated_torque_N_m": found.rated_torque,
-        "cycles": found.cycles,
-        "energy_J": found.energy,
-        "residual_rms_N_m": found.residual_rms,
-        "samples": len(found.torque),
+        "unidentified": fit.unidentified,
+        "comparison": [row._asdict() for row in fit.comparison],
+        "reason": fit.reason,
+        "rated_torque_N_m": fit.rated_torque,
+        "cycles": fit.cycles,
+        "energy_J": fit.energy,
+        "residual_rms_N_m": fit.residual_rms,
+        "samples": len(fit.torque),
         "lack_of_fit": lack and {
             "found": lack.found, "noise_N_m": lack.pure, "missed_N_m": lack.missed, "ratio": lack.ratio,
             "probability": lack.probability,
         },
-        "remarks": found.remarks,
-        "project": found.yaml,
+        "remarks": fit.remarks,
+        "project": fit.yaml,
     }  # fmt: skip
 
 
-def _print(file: Path, found: LoopFit, output: Path | None) -> None:
-    rows = [(name, size, number(low, 5), number(high, 5), sign(unit)) for name, size, low, high, unit in found.table()]
-    if found.misses:
-        click.echo(f"{found.misses[:1].upper()}{found.misses[1:]}.")
+def _print(file: Path, fit: LoopFit, output: Path | None) -> None:
+    rows = [(name, size, number(low, 5), number(high, 5), sign(unit)) for name, size, low, high, unit in fit.table()]
+    if fit.misses:
+        click.echo(f"{fit.misses[:1].upper()}{fit.misses[1:]}.")
     print_table(
-        f"{file.name}: {len(found.torque)} samples, {found.cycles:.3g} cycles",
+        f"{file.name}: {len(fit.torque)} samples, {fit.cycles:.3g} cycles",
         ("number", "value", "from", "to", "unit"), rows, "interval of 95 %",
     )  # fmt: skip
-    candidates = [(r.name, r.unknowns, number(r.error, 4), "taken" * bool(r.chosen)) for r in found.comparison]
+    candidates = [(r.name, r.unknowns, number(r.error, 4), "taken" * bool(r.chosen)) for r in fit.comparison]
     print_table("candidates, by their error in blocks of samples left out", ("law", "unknowns", "N·m", ""), candidates)
-    for sentence in found.sentences():
+    for sentence in fit.sentences():
         click.echo(f"{sentence[:1].upper()}{sentence[1:]}.")
-    click.echo(f"The cycles dissipate {number(found.energy)} J; the residual is {number(found.residual_rms)} N·m rms.")
-    click.echo(f"for a project file:\n{found.yaml}".rstrip())
+    click.echo(f"The cycles dissipate {number(fit.energy)} J; the residual is {number(fit.residual_rms)} N·m rms.")
+    click.echo(f"for a project file:\n{fit.yaml}".rstrip())
     if output is not None:
         click.echo(f"written: {output}/loop.svg, loop.csv, loop.json, gear.yaml")

@@ -61,7 +61,7 @@ def identify_drive(
     """
     guess = read_project(project)
     logs = [log_of(file, **reading) for file in files]
-    names = None if free is None else tuple(name.strip() for name in free.split(",") if name.strip())
+    names = None if free is None else tuple(filter(None, map(str.strip, free.split(","))))
     with Progress(guess.title) as progress:
         result = identified(guess, logs, names, between=between, progress=progress.show)
     torsions = [with_torsion(channels_of(log), guess.drive.N)["torsion"] for log in logs]

@@ -132,19 +132,19 @@ def order_scan(
     runs = [run for log in logs for run in _runs(log, channel, angle)]
     turned = angle or ("load_angle" if "load_angle" in logs[0].channels else "motor_angle")
     ratio = reading["ratio"] if turned in SHAFTS and (reading["ratio"] or 0.5) % 1.0 == 0.0 else None
-    found = orders_scanned(runs, given_orders, ratio, shaft=SHAFTS.get(turned, "motor"), highest=highest)
-    numbers = to_json(data(found, channel))
+    scan = orders_scanned(runs, given_orders, ratio, shaft=SHAFTS.get(turned, "motor"), highest=highest)
+    numbers = to_json(data(scan, channel))
     if output is not None:
-        figure = stacked(order_scan_panels(found, channel), 320.0, "lines of an order scan", WIDTH)
-        write_all(output, {CSV: _columns(found), JSON: numbers, SVG: figure})
+        figure = stacked(order_scan_panels(scan, channel), 320.0, "lines of an order scan", WIDTH)
+        write_all(output, {CSV: _columns(scan), JSON: numbers, SVG: figure})
     if as_json:
         click.echo(numbers)
         return
-    click.echo(f"{channel}: {found}")
-    if found.unit == "rad" and found.varying:
+    click.echo(f"{channel}: {scan}")
+    if scan.unit == "rad" and scan.varying:
         click.echo("no lines for a project file: no one amplitude is that of all runs")
-    elif found.unit == "rad" and any(whole(line) for line in found.lines):
-        click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(filter(whole, found.lines))}")
+    elif scan.unit == "rad" and any(whole(line) for line in scan.lines):
+        click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(filter(whole, scan.lines))}")
     if output is not None:
         click.echo(f"written: {output / CSV}, {JSON}, {SVG}")
 
@@ -179,18 +179,18 @@ def _runs(log: Log, channel: str, angle: str | None) -> list[Run]:
     return [log.run(channel, angle, part=part) for part in parts] or [log.run(channel, angle)]
 
 
-def data(found: OrderScan, channel: str) -> dict[str, Any]:
+def data(scan: OrderScan, channel: str) -> dict[str, Any]:
     """The lines with their intervals, in SI."""
     return {
         "channel": channel,
-        "unit": found.unit,
-        "speeds_rad_per_s": found.speeds,
-        **{key: list(map(_line, getattr(found, key))) for key in ("lines", "forward", "backward")},
-        "delay_s": found.delay,
-        "delay_error_s": found.delay_error,
-        "residual_rms": found.residual,
-        "multiples_of": found.base or None,
-        "notes": list(found.notes),
+        "unit": scan.unit,
+        "speeds_rad_per_s": scan.speeds,
+        **{key: list(map(_line, getattr(scan, key))) for key in ("lines", "forward", "backward")},
+        "delay_s": scan.delay,
+        "delay_error_s": scan.delay_error,
+        "residual_rms": scan.residual,
+        "multiples_of": scan.base or None,
+        "notes": list(scan.notes),
     }
 
 

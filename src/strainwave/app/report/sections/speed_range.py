@@ -125,7 +125,7 @@ def _run_up(view: View) -> list[dict[str, Any]]:
 
 def sweep_sentences(exact: DriveResponse) -> list[str]:
     """What a slow run-up and run-down do, a sentence for each."""
-    sweep, said = exact.sweep, list[str]()
+    sweep, sentences = exact.sweep, list[str]()
     if sweep is None:
         return ["No motion on the curve is stable."]
     if sweep.finished_up and sweep.finished_down and not (sweep.on_run_up or sweep.on_run_down):
@@ -135,8 +135,8 @@ def sweep_sentences(exact: DriveResponse) -> list[str]:
         steps = [Sentence("from {} to {} at {}", Angle(j.before), Angle(j.after), Speed(j.value)) for j in jumps]
         does = "jumps " + Sentence(" and ").join(steps) if jumps else "does not jump"
         end = "." if whole else "; the curve has no stable motion all the way, so the drive leaves it."
-        said.append(f"On a slow {name} the largest |error|, its mean included, " + does + end)
-    return said
+        sentences.append(f"On a slow {name} the largest |error|, its mean included, " + does + end)
+    return sentences
 
 
 def _lines(view: View) -> str:

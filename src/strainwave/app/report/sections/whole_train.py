@@ -170,7 +170,7 @@ def _curve_data(view: View, curve: DriveResponse) -> dict[str, Any]:
 def _run_data(ramp: Ramp) -> dict[str, Any]:
     """Key numbers of the run-up after it has settled at the lowest speed."""
     run, begin = ramp
-    (pointing, at), (torque, strained) = ramp.largest(run.pointing), ramp.largest(run.torque)
+    (pointing, omega), (torque, strained) = ramp.largest(run.pointing), ramp.largest(run.torque)
     return {
         "seconds": float(run.trajectory.t[-1]) - begin,
         "held_before_s": begin,
@@ -178,7 +178,7 @@ def _run_data(ramp: Ramp) -> dict[str, Any]:
         "complete": bool(run.trajectory.status),
         **sizes(pointing, "largest_pointing_error"),
         **sizes(ramp.largest(run.error)[0], "largest_between_motor_and_load"),
-        "at_rpm": at / RPM,
+        "at_rpm": omega / RPM,
         "largest_torque_Nm": torque,
         "largest_torque_at_rpm": strained / RPM,
         "heat_J": run.lost(begin) if run.trajectory.status else {},
@@ -194,13 +194,13 @@ def reduction(view: View) -> dict[str, Any] | None:
     The oscillations are compared: the mean holds the wind-up of a loop, which that equation has not.
     """
     curve, exact = view.analysis.train_curve, view.analysis.exact
-    at, here = None if curve is None else curve.largest_oscillation(), exact.largest_oscillation()
-    if curve is None or at is None or here is None:
+    top, top_reduced = None if curve is None else curve.largest_oscillation(), exact.largest_oscillation()
+    if curve is None or top is None or top_reduced is None:
         return None
     motor = "a free motor" if view.project.motor == "free" else "an ideally held motor"
-    under = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
-    whole, reduced = float(curve.oscillation[at]), float(exact.oscillation[here])
-    fast, slow = float(curve.omega[at]), float(exact.omega[here])
+    load = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
+    whole, reduced = float(curve.oscillation[top]), float(exact.oscillation[top_reduced])
+    fast, slow = float(curve.omega[top]), float(exact.omega[top_reduced])
     apart = max(abs(np.log(reduced / whole)), abs(np.log(slow / fast))) > np.log1p(APART)
     return {
         **sizes(reduced, "oscillation"),
@@ -209,7 +209,7 @@ def reduction(view: View) -> dict[str, Any] | None:
         "speed_relative_to_train": slow / fast,
         "far_apart": bool(apart),
         "sentence": Sentence(
-            f"With {motor} and a rigid load, as in the error equation, the oscillation{under} would reach {{}} at "
+            f"With {motor} and a rigid load, as in the error equation, the oscillation{load} would reach {{}} at "
             f"{{}}: {_times(reduced / whole, 'as large as that', ' that')} of the train, at "
             f"{_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
