@@ -79,7 +79,7 @@ from .theory.slow_flow.setting import PRIMARY as PRIMARY
 from .theory.slow_flow.setting import SUPERHARMONIC as SUPERHARMONIC
 from .theory.slow_flow.setting import SUBHARMONIC as SUBHARMONIC
 from .theory.slow_flow.setting import NONRESONANT as NONRESONANT
-from .theory.passage.passage import passage as passage
+from .theory.slow_flow.passage.passage import passage as passage
 from .theory.lyapunov import lyapunov as lyapunov
 from .theory.small_signal import small_signal as small_signal
 

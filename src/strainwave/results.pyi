@@ -90,10 +90,10 @@ from .study.tuning.result import TunedLoop as TunedLoop
 from .study.tuning.trial import TuningLimits as TuningLimits
 from .study.tuning.trial import TuningPoint as TuningPoint
 from .theory.derivation import Derivation as Derivation
-from .theory.passage.moving import DelayedJump as DelayedJump
-from .theory.passage.moving import Passage as Passage
-from .theory.passage.moving import Passages as Passages
 from .theory.slow_flow.flow import SlowFlow as SlowFlow
+from .theory.slow_flow.passage.moving import DelayedJump as DelayedJump
+from .theory.slow_flow.passage.moving import Passage as Passage
+from .theory.slow_flow.passage.moving import Passages as Passages
 from .theory.slow_flow.results import SteadyState as SteadyState
 from .theory.small_signal import ParametricTongue as ParametricTongue
 from .theory.small_signal import SmallSignal as SmallSignal

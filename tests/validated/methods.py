@@ -174,7 +174,7 @@ ROWS = (
         "largest difference over the amplitude",
         (),
         None,
-        "theory/passage/test_passage.py::test_a_linear_passage_is_exact",
+        "theory/slow_flow/passage/test_passage.py::test_a_linear_passage_is_exact",
         told=("< 1e-9",),
         note="tolerance",
     ),

@@ -7,7 +7,7 @@ import numpy as np
 
 import strainwave as sw
 from strainwave.sample.result import ranking
-from strainwave.study.article import reproduce
+from strainwave.theory.article import reproduce
 
 from .row import Row
 

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.base.results import Status
 from strainwave.numerics import shooting
-from strainwave.study.steady import settle
+from strainwave.numerics.steady import settle
 
 
 @pytest.mark.slow

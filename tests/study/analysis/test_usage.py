@@ -9,8 +9,8 @@ import strainwave as sw
 from strainwave.drive.drive_response import Usage, limit_findings
 from strainwave.drive.response import exact_response
 from strainwave.model.gears.limits import gravest
+from strainwave.numerics.steady import settle
 from strainwave.study.analysis.time_case import usage
-from strainwave.study.steady import settle
 
 RPM = math.pi / 30.0
 

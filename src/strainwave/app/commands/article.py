@@ -2,7 +2,7 @@
 
 import click
 
-from ...study.article import reproduce as reproduced
+from ...theory.article import reproduce as reproduced
 from ...theory.derivation import derive as derivation
 from ..console import Progress, print_table, to_json
 from .options import json_option

@@ -30,8 +30,8 @@ from ...model.train.train_forms import behind_gear
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
+from ...numerics.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ...numerics.torus.motion import BESIDE, largest_in_turns, largest_of_turns
-from ..steady import SteadyMotion, finished_or_interrupted, settle, settled
 from .resonances import OperatingPoint, operating_point
 
 CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
@@ -146,7 +146,7 @@ def _settled(system: System, state: tuple[float, ...]) -> SteadyMotion:
     """Motion that a simulation from `state` ends on: of period 1, or 2 or 3 where that does not close."""
     if not loses_energy(system):
         return settle(system, state, time=settling_time(system), close=False, method=TOLERANCE)
-    motion = settled(system, state, method=TOLERANCE)
+    motion = settled(system, state, time=settling_time(system), method=TOLERANCE)
     if motion.closed or not motion.status:
         return motion
     for period in (2, 3):

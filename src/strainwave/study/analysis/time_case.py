@@ -14,9 +14,9 @@ from ...drive.drive_response import DriveResponse, Usage, most_used
 from ...drive.response import damping_of, gear_torque, heat, loses_energy, no_multiple_scales, settling_time
 from ...model.gears.limits import cubic_mean
 from ...numerics.integration.simulate import simulate
+from ...numerics.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
-from ..steady import SteadyMotion, finished_or_interrupted, settle, settled
 from .in_time import RunUp
 from .resonances import OperatingPoint, Regime
 from .validity import Comparison, compare_with_integration
@@ -156,7 +156,7 @@ def _times(system: Any, point: OperatingPoint) -> Floats:
 def _settled(system: Any, start: tuple[float, ...], period: int) -> SteadyMotion:
     """Motion after the transient; more of it is simulated until the orbit that closes is a stable one."""
     if loses_energy(system):
-        return settled(system, start, period=period, stable=True)
+        return settled(system, start, time=settling_time(system), period=period, stable=True)
     return settle(system, start, time=settling_time(system), period=period)
 
 

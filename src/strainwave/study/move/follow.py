@@ -19,7 +19,7 @@ from ...model.train.train_forms import behind_gear
 from ...numerics.integration.attempts import watched_ends
 from ...numerics.integration.methods import AdaptiveStep, Method
 from ...numerics.integration.simulate import simulate
-from ..steady import finished_or_interrupted
+from ...numerics.steady import finished_or_interrupted
 from .servo import on_segment
 
 MOST = 1_000_000  # steps in all: they take up to a GB of memory

@@ -31,7 +31,7 @@ from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
 from ...numerics.operating_point import bracketed_root
-from ..steady import finished_or_interrupted
+from ...numerics.steady import finished_or_interrupted
 from .follow import Followed, Path, follow
 from .mover import Motion, Mover, move_findings, mover_of, refuse_heavy, standing_torque
 from .profiles import path_of

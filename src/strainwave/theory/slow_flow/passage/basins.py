@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.results import Floats, SolveError
-from ..slow_flow.fixed_points import Flow, is_stable, is_trivial
-from ..slow_flow.setting import Complexes
-from ..slow_flow.states import CLEAR, fixed_points
+from ....base.results import Floats, SolveError
+from ..fixed_points import Flow, is_stable, is_trivial
+from ..setting import Complexes
+from ..states import CLEAR, fixed_points
 
 ROUND, ROUNDS = 6.0, 20  # of 1/mu, after which it is asked who has arrived
 UNSETTLED = -1

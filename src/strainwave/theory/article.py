@@ -23,9 +23,9 @@ from ..model.excitation import Harmonic
 from ..model.laws.springs import Cubic
 from ..model.oscillator import Oscillator
 from ..numerics.integration.simulate import simulate
-from ..theory.slow_flow.flow import slow_flow
-from ..theory.slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
-from .steady import settle
+from ..numerics.steady import settle
+from .slow_flow.flow import slow_flow
+from .slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
 
 MOTOR_TORQUE = 10.0  # N*m, Table 3
 ALPHA = 0.1  # 1/rad^2, Table 3 ("assumed")

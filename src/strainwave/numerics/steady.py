@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..base.results import Floats, Status, Trajectory
-from ..drive.response import settling_time
-from ..numerics.balance.harmonics import highest_order
-from ..numerics.integration.methods import Dopri5
-from ..numerics.integration.simulate import simulate
-from ..numerics.shooting import closed_state
+from .balance.harmonics import highest_order
+from .integration.methods import Dopri5
+from .integration.simulate import simulate
+from .shooting import closed_state
 
 TIGHT = Dopri5()
 SAMPLES = 256  # per period of the base angle
@@ -143,14 +142,14 @@ def settle(
 
 
 def settled(
-    system: Any, start: tuple[float, ...], *, period: int = 1, stable: bool = False, method: Dopri5 = TIGHT
+    system: Any, start: tuple[float, ...], *, time: float, period: int = 1, stable: bool = False, method: Dopri5 = TIGHT
 ) -> SteadyMotion:
     """Motion of a damped system that a simulation ends on: it goes on until the motion repeats (and is `stable`)."""
-    motion = settle(system, start, time=settling_time(system), period=period, method=method)
+    motion = settle(system, start, time=time, period=period, method=method)
     for times in LONGER:
         if (motion.stable if stable else motion.closed) or not motion.status:
             break
-        motion = settle(system, motion.end, time=times * settling_time(system), period=period, method=method)
+        motion = settle(system, motion.end, time=times * time, period=period, method=method)
     return motion
 
 

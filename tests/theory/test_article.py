@@ -9,7 +9,7 @@ import json
 
 import pytest
 
-from strainwave.study.article import CASES, Printed, _compared, derived_system, printed_system, reproduce
+from strainwave.theory.article import CASES, Printed, _compared, derived_system, printed_system, reproduce
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 

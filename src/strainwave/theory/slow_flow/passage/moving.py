@@ -18,14 +18,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ...base.records import Along, Labelled, Result
-from ...base.results import Floats
-from ...base.sentences import on_screen
-from ..slow_flow.averaging import AveragedFlow, Exact
-from ..slow_flow.closed_forms import CubicFlow
-from ..slow_flow.fixed_points import Flow, newton_step
-from ..slow_flow.second_order import STEP, Samples, SecondOrderFlow, Small
-from ..slow_flow.setting import Complexes, Setting, real_matrix
+from ....base.records import Along, Labelled, Result
+from ....base.results import Floats
+from ....base.sentences import on_screen
+from ..averaging import AveragedFlow, Exact
+from ..closed_forms import CubicFlow
+from ..fixed_points import Flow, newton_step
+from ..second_order import STEP, Samples, SecondOrderFlow, Small
+from ..setting import Complexes, Setting, real_matrix
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline

@@ -17,16 +17,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import typed
-from ...base.protocols import with_parts
-from ...base.quantities import numbers, shown
-from ...base.results import Floats, SolveError
-from ...base.sentences import Sentence, Speed
-from ..slow_flow.certificate import certify
-from ..slow_flow.flow import SlowFlow, slow_flow
-from ..slow_flow.response import envelope, response
-from ..slow_flow.setting import Complexes, Resonance
-from ..slow_flow.states import polished
+from ....base.arguments import typed
+from ....base.protocols import with_parts
+from ....base.quantities import numbers, shown
+from ....base.results import Floats, SolveError
+from ....base.sentences import Sentence, Speed
+from ..certificate import certify
+from ..flow import SlowFlow, slow_flow
+from ..response import envelope, response
+from ..setting import Complexes, Resonance
+from ..states import polished
 from .basins import March, destinations, march, refuse_turned, stable_states
 from .moving import DelayedJump, Passage, Passages, tabulated
 from .ride import Way, folds_ahead

@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import DOP853, solve_ivp
 
 import strainwave as sw
-from strainwave.theory.passage.basins import march
-from strainwave.theory.passage.moving import moving_rates, tabulated
-from strainwave.theory.passage.ride import linear_passage
+from strainwave.theory.slow_flow.passage.basins import march
+from strainwave.theory.slow_flow.passage.moving import moving_rates, tabulated
+from strainwave.theory.slow_flow.passage.ride import linear_passage
 from strainwave.theory.slow_flow.second_order import second_order
 from strainwave.theory.slow_flow.setting import setting
 

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ai_zeros, wofz
 
-from ...base.results import Floats
-from ...model.laws.springs import Linear
-from ..slow_flow.fixed_points import Flow
-from ..slow_flow.results import SlowResponse
-from ..slow_flow.setting import Complexes, Setting
+from ....base.results import Floats
+from ....model.laws.springs import Linear
+from ..fixed_points import Flow
+from ..results import SlowResponse
+from ..setting import Complexes, Setting
 from .basins import March, destinations, march, refuse_turned
 from .moving import DelayedJump, moving_rates
 

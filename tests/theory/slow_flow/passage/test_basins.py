@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.theory.passage.basins import destinations
+from strainwave.theory.slow_flow.passage.basins import destinations
 
 OMEGA = 1.10
 DUFFING = sw.Oscillator(1.0, 0.06, sw.Cubic(1.0, 0.1), sw.Harmonic(0.12), OMEGA)
