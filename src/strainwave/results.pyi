@@ -35,6 +35,7 @@ from .numerics.ensemble.loops import LoopRun as LoopRun
 from .sample.result import Variability as Variability
 from .study.analysis.hardening import Hardening as Hardening
 from .study.analysis.in_time import DriveMotion as DriveMotion
+from .study.analysis.parametric import ParametricResonance as ParametricResonance
 from .study.analysis.validity import Comparison as Comparison
 from .study.analysis.validity import ValidityMap as ValidityMap
 from .study.compensation.monitoring import Monitored as Monitored
@@ -56,7 +57,6 @@ from .study.gear.energy import EnergyBalance as EnergyBalance
 from .study.gear.error_parts import ErrorParts as ErrorParts
 from .study.gear.hysteresis import HysteresisFit as HysteresisFit
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
-from .study.gear.parametric import ParametricResonance as ParametricResonance
 from .study.identification.decay import DecayFit as DecayFit
 from .study.identification.discrepancy import Discrepancy as Discrepancy
 from .study.identification.discrepancy import MissingTerm as MissingTerm

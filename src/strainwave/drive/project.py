@@ -16,8 +16,8 @@ from ..base.sentences import listed, on_screen
 from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
+from ..model.error_spectrum import LoadedError
 from ..model.excitation import Harmonics, KinematicError, shortest
-from ..model.gears.error_spectrum import LoadedError
 from ..model.gears.gear import Gear
 from ..model.orders import Arrangement
 from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, VaryingOscillator

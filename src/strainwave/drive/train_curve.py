@@ -14,8 +14,8 @@ from ..base.quantities import number, shown
 from ..base.results import Floats
 from ..base.sentences import listed
 from ..base.series import largest_of_samples, oscillation
+from ..model.error_spectrum import extremes
 from ..model.excitation import Harmonics, shortest
-from ..model.gears.error_spectrum import extremes
 from ..model.gears.limits import cubic_means
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.measured import RoundedPiecewiseLinear

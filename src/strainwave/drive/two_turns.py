@@ -30,11 +30,11 @@ from ..model.train.linear_part import linear_part
 from ..model.train.motion import Steady
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import Trace, ending
+from ..numerics.curves.torus import motion
+from ..numerics.curves.torus.follow import TwoTurns, along, at_speed, newton, with_crests, with_crossings
+from ..numerics.curves.torus.growth import growth
+from ..numerics.curves.torus.problem import Torus
 from ..numerics.labels import FOLD
-from ..numerics.torus import motion
-from ..numerics.torus.follow import TwoTurns, along, at_speed, newton, with_crests, with_crossings
-from ..numerics.torus.growth import growth
-from ..numerics.torus.problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
 from .train_curve import as_train, parts_of_angle, torques, train_curve, with_rounded_corners, without_gravity

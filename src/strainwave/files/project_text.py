@@ -12,8 +12,8 @@ from ..base.quantities import checked, interval, number, shown
 from ..base.units import Speeds
 from ..drive.asked import MotorLimits
 from ..drive.project import Project
+from ..model.error_spectrum import LoadedError
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
-from ..model.gears.error_spectrum import LoadedError
 from ..model.laws.friction import LoadFriction, NoFriction
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.springs import Play

@@ -16,9 +16,9 @@ from ..drive.asked import MotorLimits, mean_of
 from ..drive.loop_margin import unstable
 from ..drive.project import Project
 from ..model.drive import Drive
+from ..model.error_spectrum import LoadedError, accuracy_spectrum
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears import catalogue
-from ..model.gears.error_spectrum import LoadedError, accuracy_spectrum
 from ..model.gears.gear import Gear
 from ..model.laws.friction import NO_FRICTION, LoadFriction, NoFriction
 from ..model.orders import BY_FIXED

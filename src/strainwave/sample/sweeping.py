@@ -18,8 +18,8 @@ from uuid import uuid4
 
 import xarray as xr
 
-from .. import __version__
 from ..base.above import above
+from ..base.archive import version
 from ..base.arguments import refuse, silent
 from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats
@@ -193,7 +193,7 @@ def sweep(
     check_size(layout, folder is not None)
     spec, used = _recognised(job, grid, points, layout, store is not None)
     attributes = {
-        "spec": spec, "strainwave": __version__, "measure": readable(measure), "system": str(system)[:1000],
+        "spec": spec, "strainwave": version(), "measure": readable(measure), "system": str(system)[:1000],
         "parameters": list(points.paths), "seed": seed, "installed": used,
     }  # fmt: skip
     axes = points.axes if isinstance(points, GridPoints) else {}

@@ -8,6 +8,7 @@ from ..drive.standstill import standstill as standstill
 from ..drive.two_turns import two_turn_motion as two_turn_motion
 from ..drive.two_turns import two_turn_response as two_turn_response
 from .analysis.hardening import hardening as hardening
+from .analysis.parametric import parametric_resonances as parametric_resonances
 from .analysis.validity import compare_with_integration as compare_with_integration
 from .analysis.validity import validity_map as validity_map
 from .compensation.compensate import compensation_bench as compensation_bench
@@ -18,7 +19,6 @@ from .gear.energy import efficiency as efficiency
 from .gear.energy import energy_balance as energy_balance
 from .gear.error_parts import error_parts as error_parts
 from .gear.hysteresis import lost_motion as lost_motion
-from .gear.parametric import parametric_resonances as parametric_resonances
 from .move.profiles import Dwell as Dwell
 
 __all__: list[str]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.model.gears.error_spectrum import MEASURED_ERRORS, accuracy_spectrum, extremes, peak_to_peak
+from strainwave.model.error_spectrum import MEASURED_ERRORS, accuracy_spectrum, extremes, peak_to_peak
 
 ARCSEC = math.pi / 648_000.0
 

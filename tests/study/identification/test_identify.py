@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import strainwave as sw
-from strainwave.numerics.driven import Signal, lanes_of, pieces
+from strainwave.study.identification.driven import Signal, lanes_of, pieces
 from strainwave.study.identification.experiment import Record, experiment
 from strainwave.study.identification.windows import LeastSquares, Window
 

@@ -13,7 +13,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from ... import __version__
+from ...base.archive import version
 from ...base.arguments import silent
 from ...base.results import Branch, Floats, SolveError
 from ...base.sentences import Angle, Speed, listed
@@ -269,7 +269,7 @@ def _page(count: int, sentence: str, head: str, body: Iterable[str], figure: str
         f"<h1>Comparison of {count} drives</h1>\n<p>{escape(sentence)}</p>\n"
         f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>\n'
         f'<figure>{figure}</figure>\n<p class="note">{escape(note)}</p>\n'
-        f'<p class="note">strainwave {escape(__version__)}</p>\n</main>\n</body>\n</html>\n'
+        f'<p class="note">strainwave {escape(version())}</p>\n</main>\n</body>\n</html>\n'
     )
 
 

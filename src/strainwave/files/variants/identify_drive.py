@@ -24,7 +24,7 @@ from ...model.excitation import Harmonic, KinematicError
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import Load
-from ...numerics.driven import Between
+from ...study.identification.driven import Between
 from ...study.identification.identified import Identified, channels_of, row_of
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.results import Floats, SolveError
-from ...numerics.driven import lanes_of
 from ...study.identification.discrepancy import white
+from ...study.identification.driven import lanes_of
 from ...study.identification.experiment import MoreLines, OrderLine
 from ...study.identification.identified import Identified, record_of
 from ...study.identification.identify import candidate_columns

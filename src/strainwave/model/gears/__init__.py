@@ -1,11 +1,11 @@
 """Gears: the catalogue with its sources, fits of laws, limits, spectra of the kinematic error."""
 
 from . import catalogue as catalogue
-from .error_spectrum import accuracy_spectrum as accuracy_spectrum
-from .error_spectrum import LoadedError as LoadedError
-from .error_spectrum import MEASURED_ERRORS as MEASURED_ERRORS
-from .error_spectrum import MeasuredError as MeasuredError
-from .error_spectrum import peak_to_peak as peak_to_peak
+from ..error_spectrum import accuracy_spectrum as accuracy_spectrum
+from ..error_spectrum import LoadedError as LoadedError
+from ..error_spectrum import MEASURED_ERRORS as MEASURED_ERRORS
+from ..error_spectrum import MeasuredError as MeasuredError
+from ..error_spectrum import peak_to_peak as peak_to_peak
 from .fits import fit_odd as fit_odd
 from .fits import LawFit as LawFit
 from .limits import check_limits as check_limits

@@ -23,10 +23,10 @@ from ...numerics.loading import SPEED
 from ...theory.slow_flow.setting import Resonance
 from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
-from ..gear.parametric import ParametricResonance, parametric_resonances
 from .avoid import Avoid, searched
 from .in_time import Beat, RunUp
 from .load_cases import LoadCase
+from .parametric import ParametricResonance, parametric_resonances
 from .remedies import Remedy
 from .resonances import OperatingPoint, Regime
 from .time_case import TimeCase

@@ -20,9 +20,9 @@ from ...base.sentences import listed
 from ...drive.drive_response import DriveResponse, Usage
 from ...drive.project import Project
 from ...drive.two_turns import is_beating
+from ...model.error_spectrum import accuracy_spectrum
 from ...model.excitation import KinematicError
 from ...model.gears import catalogue
-from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.orders import order_pair
 from .avoid import Avoid

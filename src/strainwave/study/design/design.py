@@ -18,9 +18,9 @@ from ...base.results import Interrupted, SolveError
 from ...base.sentences import listed
 from ...base.units import ARCSEC, RPM
 from ...model.drive import Drive
+from ...model.error_spectrum import accuracy_spectrum
 from ...model.excitation import Harmonic, KinematicError
 from ...model.gears import catalogue
-from ...model.gears.error_spectrum import accuracy_spectrum
 from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain

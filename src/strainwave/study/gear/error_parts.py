@@ -13,7 +13,7 @@ from ...base.arguments import typed
 from ...base.law import repeating
 from ...base.quantities import checked, positive_count
 from ...base.results import Floats, Orbit
-from ...model.gears.error_spectrum import extremes
+from ...model.error_spectrum import extremes
 from ...model.oscillator import Oscillator
 from ...numerics.operating_point import operating_point
 

@@ -12,7 +12,7 @@ from ...base.quantities import Angle, Ratio, checked, shown
 from ...base.results import Floats
 from ...compile.maths import cos, sin
 from ...compile.tree import leaf_of, numbers, part, replaced, with_leaf
-from ...numerics.driven import Between, Lanes, Signal, lanes_of, pieces, places_of, resampled
+from .driven import Between, Lanes, Signal, lanes_of, pieces, places_of, resampled
 from .fitted import bounds
 
 OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`

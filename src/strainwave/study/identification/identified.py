@@ -15,7 +15,7 @@ from ...base.quantities import joined, numbers, several, shown
 from ...base.records import Along, Labelled
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
-from ...numerics.driven import Between
+from .driven import Between
 from .experiment import Experiment, Record
 from .fitted import Fitted
 from .intervals import Interval, interval

@@ -13,9 +13,9 @@ from ...base.results import Floats, SolveError
 from ...model.laws.friction import Coulomb, QuadraticDamping
 from ...model.laws.hysteresis import Parallel
 from ...model.laws.springs import Polynomial
-from ...numerics.driven import Between, lanes_of
 from ...numerics.integration.methods import MOST_STEPS
 from .discrepancy import discrepancy
+from .driven import Between, lanes_of
 from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable
 from .identified import Identified, channels_of, record_of

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...base.quantities import checked
 from ...base.results import Floats, SolveError
-from ...numerics.driven import Lanes
+from .driven import Lanes
 from .experiment import Experiment, Record, sizes_of, start_states
 from .intervals import without
 

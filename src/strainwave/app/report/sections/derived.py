@@ -8,11 +8,11 @@ Basis of the numbers: assumptions, the observed error of each method, the proof 
 import math
 import platform
 from hashlib import sha256
-from importlib.metadata import version
+from importlib import metadata
 from shlex import quote
 from typing import Any, NamedTuple
 
-from .... import __version__
+from ....base.archive import version
 from ....base.facts import Fact as Stated
 from ....base.facts import data as stated
 from ....base.law import spring_stiffness
@@ -23,8 +23,8 @@ from ....files.notes import source_facts
 from ....plot.colours import BLACK, BLUE
 from ....plot.panels import Axis, Panel
 from ....plot.svg import figure
+from ....study.analysis.parametric import ParametricResonance
 from ....study.analysis.resonances import equation_orders
-from ....study.gear.parametric import ParametricResonance
 from ...console import number, percent
 from ...view import View, sizes
 from .opening import YIELDS
@@ -344,12 +344,12 @@ class Provenance:
     def data(self, view: View) -> dict[str, Any]:
         """Hash, versions and command."""
         path = view.project.path
-        versions = {"strainwave": __version__, "python": platform.python_version()}
+        versions = {"strainwave": version(), "python": platform.python_version()}
         return {
             "sources": stated([Stated("rows", source_facts(view.project))])["rows"],
             "provenance": {
                 "project_sha256": sha256(view.project.text.encode()).hexdigest(),
-                "versions": versions | {name: version(name) for name in SOFTWARE},
+                "versions": versions | {name: metadata.version(name) for name in SOFTWARE},
                 "command": f"strainwave analyze {_word(path.name)} -o {_word(path.stem)}",
             },
         }

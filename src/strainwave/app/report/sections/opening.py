@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from .... import __version__
+from ....base.archive import version
 from ....base.facts import data as told_once
 from ....base.law import spring_stiffness
 from ....base.sentences import Sentence, Speed
@@ -42,7 +42,7 @@ class Opening:
         """The verdict, conventions, natural frequencies, the largest error and torque, and the limits of the gear."""
         project, worst = view.project, view.analysis.largest()
         return {
-            "strainwave": __version__,
+            "strainwave": version(),
             "title": project.title,
             "revision": project.revision,
             "project": project.text,

@@ -13,8 +13,8 @@ import numpy as np
 from ....base.results import Floats
 from ....base.sentences import number, on_screen
 from ....base.units import ARCSEC
+from ....model.error_spectrum import peak_to_peak
 from ....model.excitation import KinematicError, Line
-from ....model.gears.error_spectrum import peak_to_peak
 
 WORST_CONDITION = 1e6
 

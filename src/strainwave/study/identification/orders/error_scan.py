@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from ....base.arguments import typed
 from ....base.quantities import positive_count, shown
+from ....model.error_spectrum import extremes
 from ....model.excitation import HIGHEST
-from ....model.gears.error_spectrum import extremes
 from ..run import column
 from .error_result import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, polar, squared_amplitude, together
 from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability, rounding

@@ -8,12 +8,12 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..base.protocols import prepared
-from ..base.results import Floats
-from ..compile.jit import borrowed, kernel, kernel_as, run
-from ..compile.lanes import LANES, lane, load, store
-from ..compile.tree import count, leaves, mapped
-from .integration.steps import rk4_step
+from ...base.protocols import prepared
+from ...base.results import Floats
+from ...compile.jit import borrowed, kernel, kernel_as, run
+from ...compile.lanes import LANES, lane, load, store
+from ...compile.tree import count, leaves, mapped
+from ...numerics.integration.steps import rk4_step
 
 WIDE = 8  # lanes of the widest vector: a block has a multiple of them
 

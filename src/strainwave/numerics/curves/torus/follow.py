@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ...base.results import Floats, SolveError
-from ...base.sentences import Sentence, Speed
-from ..balance.linear_algebra import factor, substitute
-from ..continuation.arc_length import ROW, SCALE, Z, buffers_for, correct
-from ..continuation.trace import Trace, state_from, trace
-from ..labels import STEP
+from ....base.results import Floats, SolveError
+from ....base.sentences import Sentence, Speed
+from ...balance.linear_algebra import factor, substitute
+from ...continuation.arc_length import ROW, SCALE, Z, buffers_for, correct
+from ...continuation.trace import Trace, state_from, trace
+from ...labels import STEP
 from .problem import Motion, Torus, linear_waves, torus
 
 ROUNDS, MOST, ALONG = 40, 800, 450  # of taking waves in, and waves at most: of a motion, and of a curve

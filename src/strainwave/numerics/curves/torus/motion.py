@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.results import Floats
-from ..balance.condensed.pencil import to_complex
+from ....base.results import Floats
+from ...balance.condensed.pencil import to_complex
 from .problem import Torus
 
 PER_WAVE, LEAST, BESIDE = 24, 96, 3  # samples in a period of the highest wave, at least; beside one for a polynomial

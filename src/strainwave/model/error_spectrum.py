@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base.arguments import refuse
-from ...base.quantities import LARGEST, SMALLEST, checked, number, several, shown
-from ...base.results import Floats
-from ...base.units import ARCSEC
-from ..excitation import KinematicError, Line
+from ..base.arguments import refuse
+from ..base.quantities import LARGEST, SMALLEST, checked, number, several, shown
+from ..base.results import Floats
+from ..base.units import ARCSEC
+from .excitation import KinematicError, Line
 
 DEFAULT_SHARES: Mapping[int, float] = MappingProxyType({1: 0.25, 2: 1.0, 4: 0.25})
 OVERSAMPLING = 16  # points per turn of the highest line

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.results import Floats
-from ..balance.condensed.motions import first_order_of
+from ....base.results import Floats
+from ...balance.condensed.motions import first_order_of
 from .motion import LARGEST, highest
 from .problem import Torus, at_crossings
 
