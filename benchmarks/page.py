@@ -19,8 +19,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from random_projects import drive_at_random
 
-from strainwave.app.page import page
-from strainwave.app.page.sliders import sliders
+from strainwave.app.report.page import page
+from strainwave.app.report.page.sliders import sliders
 from strainwave.base.results import SolveError
 from strainwave.files.reading import from_text, read_project
 from strainwave.numerics.labels import DECAYS, FOLD

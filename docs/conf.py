@@ -9,7 +9,7 @@ from docutils import nodes
 from sphinx import addnodes
 
 import strainwave
-from strainwave.app.page.page import write_catalogue
+from strainwave.app.report.page.page import write_catalogue
 
 warnings.filterwarnings("ignore", "strainwave.* now$", FutureWarning, "sphinx_gallery")  # it looks for short names
 

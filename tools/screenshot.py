@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from strainwave.app.page.page import write_catalogue
+from strainwave.app.report.page.page import write_catalogue
 
 TARGET = Path(__file__).resolve().parent.parent / "docs/images/app.png"
 SIZES = {375: 812, 1280: 900, 3840: 2160}  # width and height [px]

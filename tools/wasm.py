@@ -1,7 +1,7 @@
 """Make the kernels of pages anew: `python tools/wasm.py`, after `pip install ziglang`; `--check` compares the sources.
 
-They are `src/strainwave/app/page/kernels.wasm.gz`, with the kinds of their arguments and the functions that they were
-made of in `kernels.json`. A test compares the hash of these functions with the one there.
+They are `src/strainwave/app/report/page/kernels.wasm.gz`, with the kinds of their arguments and the functions that they
+were made of in `kernels.json`. A test compares the hash of these functions with the one there.
 """
 
 import gzip
@@ -21,7 +21,7 @@ from strainwave.numerics.curves.answer import answer
 from strainwave.numerics.curves.drive_numbers import drive_numbers, problem_for
 from strainwave.numerics.curves.inner_balance import Functions
 
-FOLDER = Path(__file__).parents[1] / "src" / "strainwave" / "app" / "page"
+FOLDER = Path(__file__).parents[1] / "src" / "strainwave" / "app" / "report" / "page"
 LAWS = sw.Cubic(1.0, 0.1), sw.PiecewiseLinear(1.0, 2.0, 3.0, 1.0, 2.0)  # sampled, exact
 
 

@@ -10,7 +10,7 @@ from one_joint import HELD
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.page.page import SLIDERS
+from strainwave.app.report.page.page import SLIDERS
 from strainwave.app.report.report import write
 from strainwave.app.web import views
 from strainwave.app.web.state import first_text

@@ -146,6 +146,6 @@ def test_backward_motion_has_its_own_error():
 
 
 def axis_page(axis, folder):
-    from strainwave.app.page.page import write_page
+    from strainwave.app.report.page.page import write_page
 
     write_page(axis, folder / "axis.html")

@@ -17,7 +17,7 @@ from scipy.io import savemat
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.page.sliders import sliders
+from strainwave.app.report.page.sliders import sliders
 from strainwave.app.web import goals, views
 from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.state import State, first_text, of_state, project_of

@@ -15,9 +15,9 @@ from click.testing import CliRunner
 from test_extension import Dogleg
 
 from strainwave.app.commands.cli import cli
-from strainwave.app.page import page as html
-from strainwave.app.page import sliders as page_sliders
-from strainwave.app.page.sliders import _quantity, sliders
+from strainwave.app.report.page import page as html
+from strainwave.app.report.page import sliders as page_sliders
+from strainwave.app.report.page.sliders import _quantity, sliders
 from strainwave.app.report.report import write, write_view
 from strainwave.app.view import View
 from strainwave.app.web.state import first_text

@@ -41,7 +41,7 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
 def _export(project: Path, to: Any, output: Path, step: str | None) -> tuple[str, tuple[str, ...]]:
     """Write the file; its title and notes."""
     if str(project) == "catalogue":
-        from ..page.page import TITLE, write_catalogue
+        from ..report.page.page import TITLE, write_catalogue
 
         write_catalogue(output)
         return TITLE, ()
@@ -49,7 +49,7 @@ def _export(project: Path, to: Any, output: Path, step: str | None) -> tuple[str
     if to not in ("mat", "html"):
         return drive.title, exported(drive, output, to=to, step=None if step is None else parse(step, "s")).notes
     if to == "html":
-        from ..page.page import write_page
+        from ..report.page.page import write_page
 
         write_page(drive, output)
         return drive.title, ()

@@ -25,8 +25,8 @@ from ...files.reading import read_project
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
 from ..console import WHAT_X_IS, number, percent, slug, staged, to_json, write_csv
-from ..page.page import page_of
 from ..view import View, equation_alone
+from .page.page import page_of
 from .section import Part, Section, asked, sections_of
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix

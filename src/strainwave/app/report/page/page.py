@@ -13,34 +13,34 @@ from typing import Any
 
 import numpy as np
 
-from ...base.archive import atomic
-from ...base.facts import UNITS, Fact
-from ...base.law import breakpoints_of, depends
-from ...base.quantities import shown
-from ...base.sentences import listed
-from ...base.units import ARCSEC
-from ...compile.address import VECTOR, kind_of, words_of
-from ...compile.wasm import Wanted, beside, compiled
-from ...drive.project import Project
-from ...drive.reductions import left_out
-from ...drive.response import POINTS
-from ...drive.train_curve import POINTS as OF_TRAIN
-from ...drive.train_curve import at_load, follows_its_angle, has_curve, without_gravity
-from ...files.reading import from_text
-from ...files.variants.names import Keys, keys_of, nominal_of, of_record
-from ...files.variants.replaced import OF_RECORD, replaced
-from ...files.yaml_text import read
-from ...model.gears import catalogue
-from ...model.gears.gear import Gear
-from ...model.laws.friction import NO_FRICTION
-from ...model.laws.springs import Linear
-from ...model.train.controls import PositionLoop
-from ...model.train.drive_train import DriveTrain
-from ...model.train.shafts import NO_DRAG
-from ...numerics.addressed import _breakpoints, _stiffnesses, _torques
-from ...numerics.balance.piecewise import is_piecewise_linear
-from ...numerics.curves.answer import MOST_POINTS
-from ...numerics.curves.inner_balance import MOST_KINKS
+from ....base.archive import atomic
+from ....base.facts import UNITS, Fact
+from ....base.law import breakpoints_of, depends
+from ....base.quantities import shown
+from ....base.sentences import listed
+from ....base.units import ARCSEC
+from ....compile.address import VECTOR, kind_of, words_of
+from ....compile.wasm import Wanted, beside, compiled
+from ....drive.project import Project
+from ....drive.reductions import left_out
+from ....drive.response import POINTS
+from ....drive.train_curve import POINTS as OF_TRAIN
+from ....drive.train_curve import at_load, follows_its_angle, has_curve, without_gravity
+from ....files.reading import from_text
+from ....files.variants.names import Keys, keys_of, nominal_of, of_record
+from ....files.variants.replaced import OF_RECORD, replaced
+from ....files.yaml_text import read
+from ....model.gears import catalogue
+from ....model.gears.gear import Gear
+from ....model.laws.friction import NO_FRICTION
+from ....model.laws.springs import Linear
+from ....model.train.controls import PositionLoop
+from ....model.train.drive_train import DriveTrain
+from ....model.train.shafts import NO_DRAG
+from ....numerics.addressed import _breakpoints, _stiffnesses, _torques
+from ....numerics.balance.piecewise import is_piecewise_linear
+from ....numerics.curves.answer import MOST_POINTS
+from ....numerics.curves.inner_balance import MOST_KINKS
 from .sliders import TORQUE, OnPage, Slider, sliders
 
 HERE = Path(__file__).parent

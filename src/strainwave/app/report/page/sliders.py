@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import breakpoints_of
-from ...base.results import Floats
-from ...base.sentences import sign
-from ...compile.tree import leaves
-from ...drive.project import Project
-from ...drive.train_curve import at_load, has_curve
-from ...files.variants.names import label_of, nominal_of, numbers_of, of_record
-from ...files.variants.replaced import OF_RECORD, replaced
-from ...files.yaml_text import read
-from ...numerics.curves.drive_numbers import beginning, drive_numbers, problem_for
+from ....base.law import breakpoints_of
+from ....base.results import Floats
+from ....base.sentences import sign
+from ....compile.tree import leaves
+from ....drive.project import Project
+from ....drive.train_curve import at_load, has_curve
+from ....files.variants.names import label_of, nominal_of, numbers_of, of_record
+from ....files.variants.replaced import OF_RECORD, replaced
+from ....files.yaml_text import read
+from ....numerics.curves.drive_numbers import beginning, drive_numbers, problem_for
 
 EXACT, SMALL = 1e-12, 1e-13  # relative distance from the powers at which a number still follows; less is no term
 AGREES = 1e-10  # the same of all sliders at once
