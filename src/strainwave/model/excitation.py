@@ -66,6 +66,10 @@ class Harmonics(NamedTuple):
         """The orders of all terms."""
         return tuple(term.order for term in self.terms)
 
+    def slower(self, g: int) -> "Harmonics":
+        """The torque over an angle that is g times as fast; a term without amplitude is its mean alone."""
+        return Harmonics(tuple(term._replace(order=max(1, term.order // g)) for term in self.terms))
+
     def scaled(self, factor: Reals) -> Any:
         """The same torque times a factor, with every phase in two amplitudes."""
         return Waves(tuple(full_wave(t.amplitude * factor, t.order, t.phase, t.mean * factor) for t in self.terms))
@@ -151,6 +155,18 @@ class Waves(NamedTuple):
 def scaled_torque(excitation: Excitation, factor: Reals) -> Any:
     """Excitation times a factor, in its form for many steps."""
     return scaled(excitation, factor, Driven)
+
+
+def mean_torque(excitation: Excitation) -> float:
+    """Mean over a turn of the base angle [N*m]."""
+    match excitation:
+        case Harmonic(mean=mean):
+            return float(mean)
+        case Harmonics(terms=terms):
+            return sum(mean_torque(term) for term in terms)
+        case _:
+            angles = np.linspace(0.0, 2.0 * np.pi, 1024, endpoint=False)
+            return float(np.mean([excitation.torque(float(angle)) for angle in angles]))
 
 
 class Driven(NamedTuple):

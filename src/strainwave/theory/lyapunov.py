@@ -14,10 +14,10 @@ import math
 import numpy as np
 
 from ..base.law import repeating, springs_only
-from ..base.protocols import Excitation, lacking
+from ..base.protocols import lacking
 from ..base.quantities import checked, number, shown
 from ..base.sentences import Angle, Sentence
-from ..model.excitation import Harmonic, Harmonics, NoError
+from ..model.excitation import Harmonic, NoError, mean_torque
 from ..model.oscillator import Oscillator, VaryingOscillator
 from .equilibria import SAMPLES, Landscape, is_known, landscape
 from .stability_proof import Obstacle, Region, Reserve, Scope, StabilityProof, place, reserve
@@ -83,18 +83,6 @@ def lyapunov(
             system, tau_0, _no_single_well(system, tau_0, balance, near), _all_points(balance)
         )  # fmt: skip
     return _proof(system, tau_0, balance, wells[0], damping)
-
-
-def mean_torque(excitation: Excitation) -> float:
-    """Mean over a turn of the base angle [N*m]."""
-    match excitation:
-        case Harmonic(mean=mean):
-            return float(mean)
-        case Harmonics(terms=terms):
-            return sum(mean_torque(term) for term in terms)
-        case _:
-            angles = np.linspace(0.0, 2.0 * math.pi, 1024, endpoint=False)
-            return float(np.mean([excitation.torque(float(angle)) for angle in angles]))
 
 
 def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: float | None) -> Obstacle | None:

@@ -23,7 +23,7 @@ import numpy as np
 
 from ..base.law import KINDS, depends
 from ..base.quantities import checked, number
-from ..model.laws.springs import Cubic, Linear, Polynomial
+from ..model.laws.springs import taylor
 from ..numerics.operating_point import operating_point
 
 POINTS = 801
@@ -112,21 +112,6 @@ def small_signal(law: Any, mean_torque: float, *, amplitude: float | None = None
         backbone = 3.0 * k3 / (8.0 * k1) - 5.0 * k2 * k2 / (12.0 * k1 * k1)
     ratio = math.sqrt(max(k1, 0.0) / at_rest) if at_rest > 0.0 else math.inf
     return SmallSignal(float(mean_torque), x, k1, k2, k3, amplitude, ratio, backbone)
-
-
-def taylor(law: Any, x: float) -> tuple[float | None, float | None]:
-    """Second and third Taylor coefficient of a polynomial law at x; None for other laws."""
-    # Compared by class: a user's subclass may change the torque.
-    match law if type(law) in (Linear, Cubic, Polynomial) else None:
-        case Linear():
-            return 0.0, 0.0
-        case Cubic(K=K, alpha=alpha):
-            return 3.0 * K * alpha * x, K * alpha
-        case Polynomial(coefficients=c):
-            shifted = np.polynomial.Polynomial(c)
-            return float(shifted.deriv(2)(x)) / 2.0, float(shifted.deriv(3)(x)) / 6.0
-        case _:
-            return None, None
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from ...drive.project import Project
 from ...files.notes import exciting, load_remark, unsaid
 from ...files.variants.replaced import replaced, tuning
 from ...files.variants.sureness import how_sure
-from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.avoid import without_stable
 from ...study.analysis.in_time import drive_motion
@@ -91,15 +90,9 @@ def folded(project: Project) -> tuple[Project, int]:
         whole = whole._replace(N=g * whole.N, error=error or whole.error)
     return replace(
         project, speeds=replace(project.speeds, limits=(g * low, g * high), single=single), kinematic_error=error,
-        motor_torque=_slower(project.motor_torque, g), load_torque=_slower(project.load_torque, g), whole=whole,
+        motor_torque=project.motor_torque and project.motor_torque.slower(g),
+        load_torque=project.load_torque and project.load_torque.slower(g), whole=whole,
     ), g  # fmt: skip
-
-
-def _slower(torque: Harmonics | None, g: int) -> Harmonics | None:
-    """A torque over an angle that is g times as fast; a term without amplitude is its mean alone."""
-    if torque is None:
-        return None
-    return Harmonics(tuple(term._replace(order=max(1, term.order // g)) for term in torque.terms))
 
 
 def _orders_of(project: Project) -> list[int]:

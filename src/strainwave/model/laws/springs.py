@@ -11,6 +11,8 @@ of one with nothing left to compute again in every step, which stands under its 
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ...base.law import KINDS, breakpoints_of, depends
 from ...base.protocols import need
 from ...base.quantities import Angle, PerSquareRadian, Reals, States, Torque, TorsionalStiffness
@@ -307,3 +309,18 @@ class Play(NamedTuple):
             )
         if 0.0 in breakpoints_of(self.law):
             raise ValueError(f"Play.law is a {name} with a corner at zero torsion; the gap has its own, move it away")
+
+
+def taylor(law: Any, x: float) -> tuple[float | None, float | None]:
+    """Second and third Taylor coefficient of a polynomial law at x; None for other laws."""
+    # Compared by class: a user's subclass may change the torque.
+    match law if type(law) in (Linear, Cubic, Polynomial) else None:
+        case Linear():
+            return 0.0, 0.0
+        case Cubic(K=K, alpha=alpha):
+            return 3.0 * K * alpha * x, K * alpha
+        case Polynomial(coefficients=c):
+            shifted = np.polynomial.Polynomial(c)
+            return float(shifted.deriv(2)(x)) / 2.0, float(shifted.deriv(3)(x)) / 6.0
+        case _:
+            return None, None

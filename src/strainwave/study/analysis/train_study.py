@@ -22,11 +22,11 @@ from ...drive.reductions import Reductions, compare_with_train
 from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
 from ...drive.two_turns import drive_curve
+from ...model.excitation import mean_torque
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
 from ...numerics.integration.methods import Dopri5
-from ...theory.lyapunov import mean_torque
 from .avoid import Speeds
 from .in_time import DriveMotion, train_motion
 from .resonances import OperatingPoint

@@ -15,10 +15,10 @@ from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD, is_controller
+from ...model.excitation import mean_torque
 from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, run_loop
 from ...numerics.loading import loaded_state
-from ...theory.lyapunov import mean_torque
 from ..analysis.knobs import stiffer
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped

@@ -21,9 +21,8 @@ import numpy as np
 
 from ...base.law import breakpoints_of
 from ...base.results import Floats
-from ...model.laws.springs import Polynomial
+from ...model.laws.springs import Polynomial, taylor
 from ...numerics.addressed import torques
-from ..small_signal import taylor
 from .averages import Places, harmonics
 from .averaging import probes_of, turns_with_phase
 from .closed_forms import FORMS

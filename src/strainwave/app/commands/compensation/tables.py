@@ -15,14 +15,13 @@ from ....drive.project import Project
 from ....files.order_tables.order_table import OrderTable
 from ....model.controllers.adaptive import AdaptiveCancellation
 from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
-from ....model.excitation import Harmonic, Harmonics, KinematicError, Line
+from ....model.excitation import Harmonic, Harmonics, KinematicError, Line, mean_torque
 from ....numerics.ensemble.loops import LoopRun, loop_ensemble, run_loop
 from ....study.compensation.bench import Bench
 from ....study.compensation.compensate import PLAIN
 from ....study.compensation.designs import own_rate
 from ....study.compensation.gains import behind_of, times_of
 from ....study.compensation.result import Compensation, CompensationBench, Units, grows
-from ....theory.lyapunov import mean_torque
 from ...console import number
 
 DIGITS = 12  # of a delay [s], behind which is rounding
