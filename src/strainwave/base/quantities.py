@@ -49,7 +49,7 @@ States = tuple[Reals, ...] | NDArray[np.float64]
 LARGEST, SMALLEST = 1e60, 1e-60  # of a parameter that is not 0: powers of these fit a float
 
 
-MOST = 10**9  # of anything that is counted
+MOST_THINGS = 10**9  # of anything that is counted
 
 DEEPEST = 64  # models inside each other; the compiler writes code for every one
 
@@ -349,7 +349,7 @@ def complex_numbers(name: str, values: object) -> NDArray[np.complex128]:
     return np.asarray(array)
 
 
-def positive_count(name: str, value: Any, most: int = MOST) -> int:
+def positive_count(name: str, value: Any, most: int = MOST_THINGS) -> int:
     """Return a whole number from 1 to `most`, or say in one sentence that `name` is none."""
     if whole(name, value, 1) > most:
         raise ValueError(f"{name} is {shown(value)}; it must be at most {most}")

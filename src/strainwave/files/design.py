@@ -21,10 +21,10 @@ from .reading import FROM_REST, REST_NOTE, ProjectError
 from .yaml_text import Keys, Problem, as_path, name, read, refuse, text_of
 
 KIND = "specification"
-MOST = 1000  # inertias of one kind, and segments
+LONGEST = 1000  # inertias of one kind, and segments
 COUNT = Whole(1, 10**9, "write for example 50", "is not positive; write a whole number from 1")
 SEGMENT = "{torque: 60 N*m, speed: 20 rpm, duration: 2 s}"
-INERTIAS = Items(INERTIA, 1, MOST)
+INERTIAS = Items(INERTIA, 1, LONGEST)
 
 
 def _series(value: str) -> str:
@@ -124,7 +124,7 @@ class SpecificationSpec(Group):
     limit: LimitSpec = needed(LimitSpec, "{oscillation: 60 arcsec}")
     motor: MotorsSpec = needed(MotorsSpec, "{rotor_inertias: [0.5 kg*cm^2, 2 kg*cm^2]}")
     damping: RatioSpec = needed(RatioSpec, "{ratio: 3 %}")
-    duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), most=MOST), f"[{SEGMENT}]", "Duty cycle.", ())
+    duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), most=LONGEST), f"[{SEGMENT}]", "Duty cycle.", ())
     torque: TorquesSpec = field(TorquesSpec, "{mean: 40 N*m, peak: 90 N*m}", default=TorquesSpec())
     life: float | None = field(Quantity("h", "positive"), "10000 h", "Life of the gear.")
     largest: LargestSpec = field(LargestSpec, "{size: 40, mass: 3 kg}", default=LargestSpec())

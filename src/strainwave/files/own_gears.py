@@ -20,7 +20,7 @@ from .yaml_text import Keys, Located, Problem, as_path, name, read, refuse, show
 SPEEDS = {"max_rpm": "max_speed", "average_rpm": "average_speed"}
 NEEDED = ("K1", "K2", "K3", "T1", "T2")
 LONGEST = 60
-MOST = 2000
+RECORDS = 2000
 COUNT = Whole(1, 999_999, "write for example 50", "is not a whole number from 1; write for example 50")
 
 
@@ -64,7 +64,7 @@ for _key, _unit in NUMBERS.items():
 class GearsSpec(Group):
     """The whole file."""
 
-    gears: tuple[OwnGear, ...] = needed(Items(Fields(OwnGear), 1, MOST), "[{name: MY-40-50, ratio: 50}]", "Gears.")
+    gears: tuple[OwnGear, ...] = needed(Items(Fields(OwnGear), 1, RECORDS), "[{name: MY-40-50, ratio: 50}]", "Gears.")
 
 
 def read_gears(path: str | Path) -> dict[str, Gear]:
@@ -118,8 +118,8 @@ def _of_table(text: str) -> Located:
     rows = list(_rows(text, tree.problems))
     if tree.problems:
         return tree
-    if not 2 <= len(rows) <= MOST:
-        fact = f"has {len(rows)} lines; it needs column names and 1 to {MOST - 1} gears"
+    if not 2 <= len(rows) <= RECORDS:
+        fact = f"has {len(rows)} lines; it needs column names and 1 to {RECORDS - 1} gears"
         tree.problems.append(Problem(1, 1, "file", fact))
         return tree
     (first, header), *body = rows

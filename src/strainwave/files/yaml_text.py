@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 LARGEST = 256 * 1024
 DEEPEST = 10
-MOST = 20_000
+MOST_VALUES = 20_000
 MOST_SHOWN = 20
 LONGEST_PATH = 300  # letters of it in a sentence
 NULL = ("", "~", "null", "Null", "NULL")
@@ -240,8 +240,8 @@ def _syntax(reason: str, text: str, line: int) -> str:
 
 def _counted(events: Iterator[Any]) -> Iterator[Any]:
     for count, event in enumerate(events):
-        if count > MOST:
-            raise Unreadable(Problem(*_mark(event), "file", f"has more than {MOST} values; is it another file?"))
+        if count > MOST_VALUES:
+            raise Unreadable(Problem(*_mark(event), "file", f"has more than {MOST_VALUES} values; is it another file?"))
         yield event
 
 

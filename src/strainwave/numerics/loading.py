@@ -15,7 +15,7 @@ from .operating_point import first_reached, operating_point, root_between
 SAMPLES = 400  # of a path
 SPEED = 1e-9  # torsion rate [rad/s]
 DOUBLINGS = 12  # a law 4000 times softer than at rest does not carry the torque
-MOST = 50_000  # evaluations of a law along a path
+MOST_EVALUATIONS = 50_000  # evaluations of a law along a path
 RTOL = 1e-10
 
 
@@ -116,10 +116,10 @@ def _twisted(law: Any, start: Floats, target: float, length: float, speed: float
 
     def rates(s: float, y: Floats) -> Any:
         torque = _torque(law, y, rate)
-        if next(counter) > MOST:
+        if next(counter) > MOST_EVALUATIONS:
             raise SolveError(
-                f"{name} was asked {MOST} times on the way to {target:g} N*m and is only at {torque:.4g} N*m; take "
-                "less torque, a smoother law or a larger rtol"
+                f"{name} was asked {MOST_EVALUATIONS} times on the way to {target:g} N*m and is "
+                f"only at {torque:.4g} N*m; take less torque, a smoother law or a larger rtol"
             )
         x, *z = y[:-1].tolist()
         return [direction, *(change / speed for change in z_rate_of(law, x, rate, tuple(z))), direction * torque]

@@ -24,7 +24,7 @@ TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
 REACH = 1.96  # standard errors of an interval of 95 %
 # Light to dark also without colour; constant speed, of which there is most, is left white.
 SHADES = {"still": "#e8e8e8", "run-up": "#9ecae1", "run-down": "#fdae6b", "other": "#909090"}
-MOST, SOME = 4000, 600  # samples of a loop and of its residual that are drawn
+MOST_SAMPLES, SOME = 4000, 600  # samples of a loop and of its residual that are drawn
 KINDS = {"order": (BLUE, "stays with the angle"), "frequency": (ORANGE, "stays with the time")}
 
 
@@ -134,7 +134,7 @@ def torsion_panels(fit: Identified, measured: Sequence[Floats]) -> list[list[Pan
 @panels_of.register
 def loop_fit_panels(fit: LoopFit) -> list[Panel]:
     """Measured and fitted torque over the torsion, and the residual."""
-    rows = np.unique(np.linspace(0, len(fit.torque) - 1, MOST).astype(int))
+    rows = np.unique(np.linspace(0, len(fit.torque) - 1, MOST_SAMPLES).astype(int))
     loop = Panel("torque over torsion", TORSION, Axis("torque", "N*m"))
     loop.line(fit.torsion[rows], fit.torque[rows], PALE, "measured", width=4.5)
     loop.line(fit.torsion[rows], fit.fitted[rows], BLUE, "fitted", width=1.0)

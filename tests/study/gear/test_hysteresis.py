@@ -141,7 +141,7 @@ class Rough(NamedTuple):
 
 
 def test_a_law_too_rough_to_integrate_along_is_given_up(monkeypatch):
-    monkeypatch.setattr(loading, "MOST", 2000)
+    monkeypatch.setattr(loading, "MOST_EVALUATIONS", 2000)
     with pytest.raises(sw.SolveError, match=r"Rough was asked 2000 times on the way to 1 N\*m and is only at"):
         sw.hysteresis_loop(Rough(1.0), 1.0)
 

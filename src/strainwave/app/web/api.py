@@ -73,7 +73,7 @@ ANSWERS = {
 }
 
 LATER = ("/api/goal", "/api/loads", "/api/sureness")  # after a pause: in a process that no slider step waits for
-MOST, AT_ONCE = 16, 1  # jobs that are held, and that run
+MOST_JOBS, AT_ONCE = 16, 1  # jobs that are held, and that run
 KEPT, LEFT = 900.0, 150.0  # seconds without a question after which a finished job is forgotten, and another is stopped
 
 
@@ -138,8 +138,8 @@ class Jobs:
 
     def begin(self, kind: str, work: Callable[..., Any], *args: Any) -> str:
         """Start a job, `work(*args, progress=...)`, and return its name (Full)."""
-        if len(self._jobs) >= MOST:
-            raise Full(f"{MOST} jobs are held already; cancel one, or wait until one has finished and expired")
+        if len(self._jobs) >= MOST_JOBS:
+            raise Full(f"{MOST_JOBS} jobs are held already; cancel one, or wait until one has finished and expired")
         name, job = secrets.token_hex(8), Job(kind)
         self._jobs[name] = job
         job.task = asyncio.create_task(self._run(job, work, args))

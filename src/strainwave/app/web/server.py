@@ -42,7 +42,7 @@ FIRST = "CSG-40-50"
 SOON = 0.25  # seconds between two looks at whether what comes after a pause is still wanted
 
 PATIENCE = 15.0  # seconds for the head of a request
-MOST = 512  # connections
+MOST_CONNECTIONS = 512  # connections
 
 
 class Connection(H11Protocol):
@@ -53,7 +53,7 @@ class Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Wait for the head of a request, unless there are too many connections."""
         super().connection_made(transport)
-        if len(self.connections) > MOST:
+        if len(self.connections) > MOST_CONNECTIONS:
             transport.abort()
             return
         self._wait()

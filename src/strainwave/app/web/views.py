@@ -43,7 +43,7 @@ FIXED_LOAD = (
 )
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 
-FEWEST, MOST = 7, 63  # harmonics in a period: to begin with, and at most
+FEWEST, MOST_HARMONICS = 7, 63  # harmonics in a period: to begin with, and at most
 
 
 class Curve(NamedTuple):
@@ -65,12 +65,12 @@ def solved(project: Project, whole: bool = False) -> Curve:
     h = max([FEWEST, *_orders_of(shortest)])
     while True:
         found = shortest.response(h, coexisting=False, points=POINTS)
-        if found.curve.tail <= MATTERS or h >= MOST:
+        if found.curve.tail <= MATTERS or h >= MOST_HARMONICS:
             if shortest.motor == "held":  # one that is g times as fast gives a g-th of the torque
                 sizes = {name: getattr(found, name) for name in ("motor_torque", "motor_mean", "motor_rms")}
                 found = replace(found, **{name: g * size for name, size in sizes.items() if size is not None})
             return Curve(found, shortest, scale / g)
-        h = min(2 * h + 1, MOST)
+        h = min(2 * h + 1, MOST_HARMONICS)
 
 
 def folded(project: Project) -> tuple[Project, int]:

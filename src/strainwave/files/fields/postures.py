@@ -11,7 +11,7 @@ from ..scan_file import read_postures
 from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Whole, Wrong
 from .rows import Fields, Group, Points, field, group_text, needed
 
-MOST = 1000
+MOST_POSTURES = 1000
 MASS, LENGTH = Quantity("kg", "positive"), Quantity("m", "positive")
 EXAMPLE_POSTURES = "[{inertia: 2 kg*m^2, torque: -40 N*m}, {inertia: 5 kg*m^2, torque: -110 N*m}]"
 EXAMPLE_LINKS = "[{mass: 12 kg, length: 0.5 m}, {mass: 6 kg, length: 0.4 m}]"
@@ -75,7 +75,7 @@ class TwoLinkSpec(Group):
 class PosturesKind(Kind):
     """Rows, the name of a file with them, or an arm."""
 
-    rows = Items(Fields(PostureSpec), 1, MOST)
+    rows = Items(Fields(PostureSpec), 1, MOST_POSTURES)
     arm = Fields(TwoLinkSpec)
 
     def read(self, value: object, place: Place) -> Any:

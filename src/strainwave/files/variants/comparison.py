@@ -20,7 +20,7 @@ from ...model.gears.limits import gravest
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.verdict import Verdict
 
-MOST = 20
+MOST_DRIVES = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,8 +181,8 @@ def compare(projects: Sequence[Project], *, progress: Callable[[str, float], Non
         On Ctrl-C after at least two projects, with the comparison of those.
     """
     compared = list(projects)
-    if not 2 <= len(compared) <= MOST:
-        raise ValueError(f"there are {len(compared)} projects; give 2 to {MOST} to compare")
+    if not 2 <= len(compared) <= MOST_DRIVES:
+        raise ValueError(f"there are {len(compared)} projects; give 2 to {MOST_DRIVES} to compare")
     analyses: list[Analysis] = []
     try:
         for i, project in enumerate(compared):

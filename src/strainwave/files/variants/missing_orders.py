@@ -25,7 +25,7 @@ from ...study.identification.run import Run
 from ...study.identification.windows import LeastSquares, Point, Window, cleared, solve
 
 HIGHEST = 30.0  # order looked for
-MOST = 4  # lines at once
+MOST_LINES = 4  # lines at once
 STEPS = 12  # of the iteration with lines
 BATCH = 40  # orders that run side by side
 LITTLE = 1e-8  # rad: amplitude of a line that is tried
@@ -113,10 +113,10 @@ def missing_lines(fit: Identified, logs: Sequence[Mapping[str, Any]]) -> list[Mi
         return []
     try:
         left = _left(fit, logs, angles, ())
-        while len(left.places) < MOST:
+        while len(left.places) < MOST_LINES:
             taken = [place.order for place in left.places]
             free = [place for place in places if _apart_from(place.order, taken)]
-            chosen = _chosen(left, free)[: MOST - len(left.places)]
+            chosen = _chosen(left, free)[: MOST_LINES - len(left.places)]
             if not chosen:
                 break
             exact = [_placed(left, chosen, i, 1.0 / turns) for i in range(len(chosen))]
@@ -167,7 +167,7 @@ def _left(
 ) -> Left:  # fmt: skip
     """The model found, or with these lines and solved again."""
     gear = [place.order for place in places if not place.in_reading]
-    lines = [OrderLine(k, 0.0, 0.0) for k in gear] + [OrderLine(1.0, 0.0, 0.0)] * (MOST + 1 - len(gear))
+    lines = [OrderLine(k, 0.0, 0.0) for k in gear] + [OrderLine(1.0, 0.0, 0.0)] * (MOST_LINES + 1 - len(gear))
     experiment = fit.experiment
     models = experiment.system, experiment.driven
     system, driven = [model._replace(error=MoreLines(model.error, tuple(lines))) for model in models]
@@ -200,7 +200,7 @@ def _chosen(left: Left, places: Sequence[Place]) -> list[Place]:
     basis, columns = _basis(base), left.columns(places)
     sizes = np.linalg.norm(columns, axis=0)
     residual, chosen = orthogonal(basis, residual), list[int]()
-    for _ in range(MOST):
+    for _ in range(MOST_LINES):
         columns -= np.tensordot(basis, np.tensordot(basis, columns, ((0,), (0,))), 1)
         allowed = [_apart_from(place.order, [places[i].order for i in chosen]) for place in places]
         drops = np.where(allowed, _drops(columns, residual, sizes), 0.0)

@@ -12,7 +12,7 @@ from ...base.protocols import need
 from ...base.quantities import AngularSpeed, Inertia, Ratio, Reals, States, Time, Torque, checked, number, shown
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin
-from ..train.motion import MOST, polygon
+from ..train.motion import MOST_POINTS, polygon
 from .loops import Measurement, is_controller, moved
 
 ROUNDS = 4  # of the fixed point theta_m = N (theta_l + u + e(theta_m)): it contracts by N e', below 1e-2
@@ -173,10 +173,10 @@ class SpeedTable(NamedTuple):
         """Refuse a loop that is none (TypeError), and speeds that do not increase or fit the torques (ValueError)."""
         is_controller("SpeedTable.loop", self.loop)
         n = len(self.speeds)
-        if not 2 <= n <= MOST or not n == len(self.cosines) == len(self.sines):
+        if not 2 <= n <= MOST_POINTS or not n == len(self.cosines) == len(self.sines):
             raise ValueError(
                 f"SpeedTable has {n} speeds, {len(self.cosines)} cosines and {len(self.sines)} sines; it needs from 2 "
-                f"to {MOST} of each, equally many"
+                f"to {MOST_POINTS} of each, equally many"
             )
         if not all(a < b for a, b in pairwise(self.speeds)):
             raise ValueError("SpeedTable.speeds do not increase; sort them")

@@ -13,7 +13,7 @@ from ...compile.jit import kernel
 from ...compile.maths import cos, sign, sin
 from ..excitation import HIGHEST
 
-MOST = 16  # points of a profile: every one costs arithmetic in every step
+MOST_POINTS = 16  # points of a profile: every one costs arithmetic in every step
 
 
 @kernel
@@ -23,9 +23,10 @@ def clipped(s: Any, width: Any) -> Any:
 
 
 def _check_polygon(name: str, times: tuple[float, ...], values: tuple[float, ...]) -> None:
-    if not 2 <= len(times) <= MOST or len(times) != len(values):
+    if not 2 <= len(times) <= MOST_POINTS or len(times) != len(values):
         raise ValueError(
-            f"{name} has {len(times)} times and {len(values)} values; it needs from 2 to {MOST} of both, equally many"
+            f"{name} has {len(times)} times and {len(values)} values; it needs from 2 to {MOST_POINTS} of both, "
+            "equally many"
         )
     if not all(a < b for a, b in pairwise(times)):
         raise ValueError(f"{name}.times are {', '.join(f'{t:g}' for t in times)} s; they must increase")

@@ -38,7 +38,7 @@ SIZES = np.geomspace(1e-6, 1e6, 241)
 
 NEAR = 1e-3  # of a state's size: lanes as near as this to an attractor's point have ended on it
 SAME = 1e-6  # of a state's size: two turns that agree so well are one
-MOST = 200  # settled motions that are looked at one by one
+MOST_SETTLED = 200  # settled motions that are looked at one by one
 PER_TURN = 64  # samples of the motion from which an orbit's coefficients are guessed
 NOT_RECOGNISED = -3
 
@@ -91,7 +91,7 @@ def recognised(system: System, ends: Settled) -> tuple[NDArray[np.int64], tuple[
     """Label (lanes,) of the attractor on which every lane ended (-3: on none), and the attractors, largest first."""
     label = np.full(len(ends.period), NOT_RECOGNISED, np.int64)
     motions: list[Attractor] = []
-    for motion, scale, lanes in islice(motions_among(system, ends, np.arange(len(label))), MOST):
+    for motion, scale, lanes in islice(motions_among(system, ends, np.arange(len(label))), MOST_SETTLED):
         attractor = _attractor(system, ends, int(lanes[0]), motion, scale)
         place = next((i for i, former in enumerate(motions) if _same(former, attractor, scale)), len(motions))
         if place == len(motions):

@@ -44,7 +44,7 @@ from .truncation import shares_left_out
 
 AT_ONCE = -1  # compiled from the first run on, and in NumPy where that fails
 FEW = 4  # points of a curve where what is left out is estimated
-MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
+MOST_SMOOTH, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
 MOST_BEYOND = 100  # points beyond a range
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
@@ -334,7 +334,7 @@ class FirstOrder(NamedTuple):
         return [self.omega_leaf, STRENGTH]
 
     def budget(self) -> tuple[int, float]:
-        return MOST_KINKED if self.kinked else min(MOST, int(WORK / self.size() ** 2)), STEP
+        return MOST_KINKED if self.kinked else min(MOST_SMOOTH, int(WORK / self.size() ** 2)), STEP
 
     def patience(self) -> int:
         return MOST_BEYOND

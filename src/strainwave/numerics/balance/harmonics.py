@@ -19,7 +19,7 @@ from ...base.results import Floats
 from ...compile.tree import with_leaf
 
 FEWEST = 7  # per turn of the base angle
-MOST = 127  # reached automatically
+MOST_HARMONICS = 127  # reached automatically
 MOST_WITH_CORNERS = 31  # the same for friction and memory: general form, and a series that decays as a power of k
 ENOUGH = 15  # of a search for other orbits, per turn
 TWISTS = np.geomspace(1e-9, 1e6, 46)  # [rad]
@@ -52,7 +52,7 @@ def grown(solve: Callable[[int, float], tuple[Result, float]], h: int, most: int
 
 def most_harmonics(system: System) -> int:
     """How far the number of harmonics grows by itself."""
-    return MOST if is_spring(system) else MOST_WITH_CORNERS
+    return MOST_HARMONICS if is_spring(system) else MOST_WITH_CORNERS
 
 
 def highest_order(system: System) -> int:

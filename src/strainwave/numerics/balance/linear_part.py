@@ -21,7 +21,7 @@ SIZES = np.geomspace(1e-5, 1.0, 50)  # amplitudes at which the law is asked, of 
 FINE = np.geomspace(1e-4, 1.0, 200)  # the same for the strongest excitation
 LEAST = 1e-4  # damping that counts at least, of critical
 SHARED = 0.03  # of the largest drive: what other harmonics of a larger motion may have
-MOST = 1.4  # factor of J (k w)^2 for what one harmonic leaves out
+INERTIA_FACTOR = 1.4  # factor of J (k w)^2 for what one harmonic leaves out
 MARGIN = 2.0  # factor of a drive that is too small for a second orbit
 STRONGEST, STRONG = 1e3, 30.0  # factors of the strength: at most, and at least
 LEAST_LINE = 1e-3  # of the largest line: one below it is no way to other orbits
@@ -198,7 +198,7 @@ def others_possible(
     bear = np.searchsorted(sizes, reach, side="right")  # how many of the amplitudes the drive bears
     low, high = np.minimum.accumulate(kappa)[bear - 1], np.maximum.accumulate(kappa)[bear - 1]
     wide = (bear > 0) & (high - low > loss)
-    least, most = mass / MOST, MOST * mass
+    least, most = mass / INERTIA_FACTOR, INERTIA_FACTOR * mass
     above = tangent - kappa[0]  # of an orbit: on top of it the stiffness is that much larger
     may = wide & (((low < most) & (high > least)) | ((low + above < most) & (high + above > least)))
     # a vibration that the varying stiffness of the orbit itself keeps up; no wave of that is larger than its range

@@ -19,7 +19,7 @@ from ...base.results import Floats, Status
 from ...compile.tree import leaf_of
 from ..balance.first_order import linearised, newton
 from ..balance.fourier import from_blocks
-from ..balance.harmonics import MOST, grown, starting_harmonics
+from ..balance.harmonics import MOST_HARMONICS, grown, starting_harmonics
 from ..balance.linear_part import one_harmonic
 from ..balance.rates import SAME
 from ..balance.second_order import second_order
@@ -116,7 +116,7 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
         tails = np.linalg.norm(last, axis=1) / sizes[solved]
         return (h, solved, points, tails), float(np.max(tails, initial=0.0))
 
-    h, solved, points, tails = grown(freed, h, MOST if harmonics is None else h, FREE)
+    h, solved, points, tails = grown(freed, h, MOST_HARMONICS if harmonics is None else h, FREE)
     tail = float(np.max(tails, initial=0.0))
     peaks = displacement_peaks(points[:, :-1]) if len(points) else np.empty(0)
     status, message = Status.OK, "finished"

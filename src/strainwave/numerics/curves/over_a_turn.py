@@ -20,7 +20,7 @@ from .response import traced
 
 PER_ORDER, WITH_KINKS = 4, 8  # harmonics to begin with per order of the excitation; and at least, with breakpoints
 SPRING, SPRING_WITH_KINKS = 7, 15  # the same of an oscillator; all in all, with breakpoints
-MOST, MOST_OF_SPRING = 64, 63  # at most, or two beyond the highest order
+MOST_HARMONICS, MOST_OF_SPRING = 64, 63  # at most, or two beyond the highest order
 LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of rates that act alike there
 
 
@@ -71,7 +71,7 @@ def of_spring(top: int, kinked: bool) -> tuple[int, int]:
 
 def of_drive(top: int, g: int, kinked: bool) -> tuple[int, int]:
     """The same of a drive that repeats g times in a turn."""
-    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
+    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST_HARMONICS, top + 2 * g)
     return min(begin, most), most
 
 

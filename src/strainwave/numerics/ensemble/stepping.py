@@ -30,7 +30,7 @@ LOOSE = 1e4  # of adaptive ones, in units of their tolerance
 
 TURN = 2.0 * math.pi
 FIRST = TURN / 64.0  # step tried first
-MOST = TURN / 16.0  # largest step: of what begins after a rest, no part of 1/32 turn lies between the stages
+LONGEST_STEP = TURN / 16.0  # largest step: of what begins after a rest, no part of 1/32 turn lies between the stages
 LEAST = 1e-12  # smallest step [rad]: a lane that needs a smaller one goes no further
 SAFETY = math.log2(0.9)
 
@@ -122,7 +122,7 @@ def attempt(
     grown, shrunk = SAFETY + 0.2 / order * past - 0.85 * part * size, select(e > 1.0, SAFETY - part * size, -3.3)
     power = select(good, grown, shrunk)  # shrunk also where the error is no number
     next_step = q * about_two_to(smaller(larger(power, select(e == e, -2.3, -3.3)), 3.3))
-    after = smaller(select(good, larger(next_step, select(left > step, 0.0, step)), next_step), MOST)
+    after = smaller(select(good, larger(next_step, select(left > step, 0.0, step)), next_step), LONGEST_STEP)
     end = select(left > step, phase + q, TURN)
     extreme = extreme_between(kind, y, k, y1, k1, h)
     sums1 = updated(measures, before, Piece(Whole(), phase, y[0], k[0], end, y1[0], k1[0], h, 1.0 / per_omega, extreme))

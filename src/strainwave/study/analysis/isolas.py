@@ -24,7 +24,7 @@ from ...base.results import Branch, Floats
 from ...numerics.attractors.attractors import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
 from ...numerics.balance.fourier import stretched
-from ...numerics.balance.harmonics import MOST, grown, starting_harmonics
+from ...numerics.balance.harmonics import MOST_HARMONICS, grown, starting_harmonics
 from ...numerics.balance.rates import SAME
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import CURVE, Tail, tail_along
@@ -187,11 +187,11 @@ def _settled_points(
         while point is None:
             finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
             guess = finer.point(table, motion.omega)
-            if harmonics is not None or h >= MOST or tail_along(problem, guess[None], 0.0).worst <= ENOUGH:
+            if harmonics is not None or h >= MOST_HARMONICS or tail_along(problem, guess[None], 0.0).worst <= ENOUGH:
                 point = solve(finer, guess)
-                if harmonics is not None or h >= MOST:
+                if harmonics is not None or h >= MOST_HARMONICS:
                     break
-            h = min(2 * h + 1, MOST)
+            h = min(2 * h + 1, MOST_HARMONICS)
         if point is None:
             lost.append(motion)
             continue
@@ -268,7 +268,7 @@ def _followed(
         return best, best[-1].worst
 
     h = problem.harmonics()
-    trace, born, tail = grown(followed, h, MOST if harmonics is None else h, CURVE)
+    trace, born, tail = grown(followed, h, MOST_HARMONICS if harmonics is None else h, CURVE)
     trace, omega = _with_own_speed(problem, trace), trace.points[:, -1]
     if born:
         meets = f"meets the response of one turn at omega = {omega[0]:.6g} and {omega[-1]:.6g} rad/s"

@@ -31,7 +31,7 @@ from .load_cases import LoadCase, worst_of
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
-MOST, WITH_MEMORY = 60, 12  # changed drives that are followed, and those whose law has memory, which take longer
+MOST_DRIVES, WITH_MEMORY = 60, 12  # changed drives that are followed, and those whose law has memory, which take longer
 DOUBT = -1.0 / 3.0, 2.0 / 3.0  # relative changes of a damping that is assumed: from 3 % of critical to 2 and 5 %
 LOST = 0.99  # of the largest oscillation: less than this without coexisting motions, and they are looked for
 LEFT, FALLS = 0.1, 0.7  # relative change of the peak's speed, and the peak over that before: beyond, likewise
@@ -237,8 +237,8 @@ def remedies(
     progress : callable
         Told every change before it is tried.
     most : int, optional
-        Changed drives after which nothing more is begun; what is left out is named. Default: `MOST`, or `WITH_MEMORY`
-        where the law has memory.
+        Changed drives after which nothing more is begun; what is left out is named. Default: `MOST_DRIVES`, or
+        `WITH_MEMORY` where the law has memory.
 
     Returns
     -------
@@ -287,7 +287,7 @@ class Allowance:
     @classmethod
     def of(cls, subject: Subject, most: int | None = None) -> "Allowance":
         """That of a drive, or a given one."""
-        most = (WITH_MEMORY if subject.has_memory else MOST) if most is None else most
+        most = (WITH_MEMORY if subject.has_memory else MOST_DRIVES) if most is None else most
         return cls(most, most)
 
     def take(self) -> bool:

@@ -23,7 +23,7 @@ from .validity import Comparison, compare_with_integration
 
 WINDOW = 5.0  # in units of 1/mu
 PER_CYCLE = 24  # samples per fastest cycle of a transient
-MOST = 60_000  # samples of a transient
+MOST_SAMPLES = 60_000  # samples of a transient
 CASES = 4  # resonances shown in time, besides a speed away from all of them
 AWAY, MIDDLE = "farthest from the resonances in the range", "middle of the range"
 PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:3", "subharmonic 1:2")
@@ -150,7 +150,7 @@ def _times(system: Any, point: OperatingPoint) -> Floats:
     mu = damping_of(system) / system.J
     length = WINDOW / mu if mu > 0.0 else settling_time(system)
     fastest = max(point.omega_0, system.omega * max((1, *system.orders())))
-    return np.linspace(0.0, length, min(MOST, PER_CYCLE * math.ceil(length * fastest / (2.0 * math.pi)) + 1))
+    return np.linspace(0.0, length, min(MOST_SAMPLES, PER_CYCLE * math.ceil(length * fastest / (2.0 * math.pi)) + 1))
 
 
 def _settled(system: Any, start: tuple[float, ...], period: int) -> SteadyMotion:

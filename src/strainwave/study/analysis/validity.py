@@ -226,7 +226,7 @@ class _Cells:
 
 
 SAMPLES = 32  # per period of the fastest component
-MOST = 10_000_000  # samples in all, 0.1 GB a row
+LONGEST = 10_000_000  # samples in all, 0.1 GB a row
 FEWEST_PERIODS, MOST_PERIODS = 12, 60
 BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Harris 1978, Proc. IEEE 66, 51-83, table I (-92 dB)
 
@@ -332,8 +332,8 @@ def compare_with_integration(
         raise ValueError(f"t_end = {t_end!r} s must be positive and finite")
     fastest = max(flow.omega_0, system.omega * max([1, *orders_of(system)]))
     samples = 2 + math.ceil(SAMPLES * t_end * fastest / (2.0 * np.pi))
-    if samples > MOST:
-        raise ValueError(f"t_end = {t_end:g} s takes {samples:.3g} samples, above {MOST:,}; give an earlier end")
+    if samples > LONGEST:
+        raise ValueError(f"t_end = {t_end:g} s takes {samples:.3g} samples, above {LONGEST:,}; give an earlier end")
     t = np.linspace(0.0, t_end, samples)
     integrated = simulate(system, y0, t, method=Dopri5(rtol=1e-11, atol=1e-15))
     if not integrated.status:

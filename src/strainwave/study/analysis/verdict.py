@@ -265,7 +265,7 @@ def _avoid(project: Project, found: DriveResponse) -> Avoid | None:
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further
 THINGS, STEPS = 3, 5  # things of which the step is searched, and steps of each
-LEAST, MOST = -0.5, 1.0  # relative changes beyond which none is searched, but for what can be cancelled altogether
+LEAST, DOUBLED = -0.5, 1.0  # relative changes beyond which none is searched, but for what can be cancelled altogether
 
 
 def smallest_change(
@@ -330,7 +330,7 @@ def _steps(
         share = copysign(_needed(steps[-1], ratio) if steps[-1].ratio < HELPS else 0.0, tried.share)
         if isfinite(reaches) and not fails < abs(share) <= reaches:
             share = copysign(ceil(round(50.0 * (fails + reaches), 6)) / 100.0, share)
-        if not least <= share <= MOST or share == -1.0 or any(share == remedy.share for remedy in steps):
+        if not least <= share <= DOUBLED or share == -1.0 or any(share == remedy.share for remedy in steps):
             break
         changed = knob.turned(share)
         if isinstance(changed, str) or not allowance.take():

@@ -16,7 +16,7 @@ from ...drive.project import Project
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.feedforward import shaped
 from ...model.train.drive_train import DriveTrain
-from ...model.train.motion import MOST, SpeedProfile
+from ...model.train.motion import MOST_POINTS, SpeedProfile
 from ...numerics.ensemble.linear_loops import loop_response
 from ..move.mover import FORWARD
 from ..move.profiles import path_of
@@ -224,9 +224,9 @@ def _motion(profile: Any, N: float) -> tuple[SpeedProfile, float]:
     path = path_of(profile, 0.0)
     if np.any(path.jerk != 0.0):
         raise ValueError("the profile has parts whose acceleration is not constant; give one Trapezoid or several")
-    if len(path.knots) > MOST:
+    if len(path.knots) > MOST_POINTS:
         raise ValueError(
-            f"the profile has {len(path.knots)} knots; a sampled loop takes up to {MOST}: give fewer parts"
+            f"the profile has {len(path.knots)} knots; a sampled loop takes up to {MOST_POINTS}: give fewer parts"
         )
     ends = np.append(path.speed, 0.0)
     jumps = np.abs(path.speed + path.acceleration * np.diff(path.knots) - ends[1:])

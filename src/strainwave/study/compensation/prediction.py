@@ -21,7 +21,7 @@ from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from ...model.controllers.feedforward import SpeedTable
 from ...model.oscillator import Oscillator
-from ...model.train.motion import MOST
+from ...model.train.motion import MOST_POINTS
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.predictor.predictor import BEYOND, OK, motion, state_of, swing
 from ...theory.slow_flow.setting import Resonance, active_orders
@@ -356,8 +356,8 @@ def speed_table(
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     test_bench: Bench = bench_of(project, bench.get("sampling"), bench.get("loop"))
     predicted = prediction_table(project, closed=False) if table is None else table
-    grid = np.linspace(low, high, MOST)
-    torque = np.empty((len(predicted.orders), MOST), complex)
+    grid = np.linspace(low, high, MOST_POINTS)
+    torque = np.empty((len(predicted.orders), MOST_POINTS), complex)
     for i, speed in enumerate(grid.tolist()):
         amplitudes, flag = predicted.at(speed, direction)
         if flag:

@@ -36,7 +36,7 @@ from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
 from .result import Sensitivity
 
-FINEST, COARSEST, MOST = 1e-3, 0.01, 1000  # relative distance of speeds, and most of them
+FINEST, COARSEST, MOST_SPEEDS = 1e-3, 0.01, 1000  # relative distance of speeds, and most of them
 AMPLITUDES, SMALLEST = 96, 1e-3  # of the table of K(a); of the lines' largest: the first amplitude
 SLOPES = 64  # samples of the slope over a vibration
 TURN, PLACES = 24, 16  # samples per period of the highest line, and speeds where the whole motion is looked at
@@ -169,7 +169,7 @@ def _frequencies(drives: Drives, order: int) -> Floats:
     low, high = drives.speeds
     step = 0.25 * float(np.min(drives.B / np.sqrt(drives.J_l * drives.law.stiffness(0.0))))
     count = math.ceil(math.log(high / low) / min(max(step, FINEST), COARSEST)) + 2
-    return order * np.geomspace(low, high, min(count, MOST))
+    return order * np.geomspace(low, high, min(count, MOST_SPEEDS))
 
 
 def _driven(drives: Drives, springs: Springs, line: Any) -> Largest:

@@ -34,7 +34,7 @@ SETTLED = 0.5  # of the highest speed: where a Stribeck speed leaves its Coulomb
 APART = 1e-3  # of the largest: speeds or loads that differ by less are one
 
 DAHL = 1.0  # beta - gamma
-MOST = 0.98  # of the break-away torque
+LARGEST_SHARE = 0.98  # of the break-away torque
 
 
 class Presliding(NamedTuple):
@@ -61,7 +61,7 @@ def presliding_stiffness(measured: Any, breakaway: float) -> Presliding:
         ) from None
     loop = read_loop(angle, torque, check_units=False)
     reach = 0.5 * float(np.ptp(loop.torque))
-    if reach > MOST * breakaway:
+    if reach > LARGEST_SHARE * breakaway:
         raise ValueError(
             f"the presliding loop reaches {reach:.4g} N*m and the shaft breaks away at {breakaway:.4g} N*m; give a "
             "loop that stays below"

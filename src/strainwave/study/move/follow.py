@@ -22,7 +22,7 @@ from ...numerics.integration.simulate import simulate
 from ...numerics.steady import finished_or_interrupted
 from .servo import on_segment
 
-MOST = 1_000_000  # steps in all: they take up to a GB of memory
+MOST_STEPS = 1_000_000  # steps in all: they take up to a GB of memory
 MEANS = ("pointing^2", "motor torque^2", "gear torque^2", "gear torque^3 turns")
 
 
@@ -235,7 +235,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
     segments = [Segment(*row) for row in np.array(path.segments(np.arange(len(path.angle)), train.N)).T.tolist()]
     knots, states = [*path.knots.tolist(), path.duration + tail], len(y0)
     y = np.append(y0, np.zeros(len(train.power_names()) + len(MEANS)))
-    most = min(MOST, method.max_steps) if isinstance(method, AdaptiveStep) else MOST
+    most = min(MOST_STEPS, method.max_steps) if isinstance(method, AdaptiveStep) else MOST_STEPS
     t, values, rates, means, left = [], [], [], y[-len(MEANS) :], most
     for i, segment in enumerate([*segments, standstill]):
         system, span = Watched(on_segment(train, segment)), (knots[i], knots[i + 1])

@@ -24,7 +24,7 @@ from ...numerics.attractors.attractors import box_at, starts_in
 from ...numerics.attractors.settle import SEEN, Bounded, Settled, settled
 from ...numerics.balance.choice import balance_of
 from ...numerics.balance.fourier import from_blocks, with_velocity
-from ...numerics.balance.harmonics import MOST, highest_order
+from ...numerics.balance.harmonics import MOST_HARMONICS, highest_order
 from ...numerics.balance.linear_part import one_harmonic
 from ...numerics.balance.rates import number_of_states
 from ...numerics.balance.second_order import second_order
@@ -163,7 +163,7 @@ def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
     """The orbit on which a trajectory settled, with so many harmonics a turn; None where there is another or none."""
     leaf, turns = leaf_of(system, "omega"), seed.turns
     at_speed = system._replace(omega=seed.omega)
-    h = min(MOST, turns * per_turn)
+    h = min(MOST_HARMONICS, turns * per_turn)
     if h < turns * highest_order(system):
         return None
     problem: Any = balance_of(at_speed, leaf, leaf, h, turns, folded=False)

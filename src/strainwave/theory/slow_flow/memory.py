@@ -30,7 +30,7 @@ from .setting import Complexes, Setting
 ROUNDS, CLOSED = 16, 1e-9  # periods at most, and how near to the closed loop suffices
 OPEN = 1e-6  # a loop whose gap stays larger has no average
 MEANS, BALANCED, ADRIFT = 12, 1e-9, 1e-3  # mean torsions tried; off the mean torque, of the loop's: sought, refused
-FEWEST, MOST, TARGET = 64, 1024, 1e-4  # samples per turn of the fastest component, and the accuracy sought
+FEWEST, MOST_SAMPLES, TARGET = 64, 1024, 1e-4  # samples per turn of the fastest component, and the accuracy sought
 REACH = {1: 1, 2: 7}  # harmonics up to this multiple of the fastest component, by the order of the expansion
 STEP = 1e-5  # of the amplitude: central differences
 CHUNK = 1_000_000  # samples at once
@@ -316,6 +316,6 @@ def loop_averages(s: Setting, order: int, probes: Complexes) -> tuple[LoopAverag
         fine = ask(averages)
         size = np.nanmax(np.abs(fine), initial=0.0)
         change = float(np.nanmax(np.abs(fine - coarse), initial=0.0) / size) if size > 0.0 else 0.0
-        if change <= TARGET or points >= MOST:
+        if change <= TARGET or points >= MOST_SAMPLES:
             return averages, change
         coarse = fine

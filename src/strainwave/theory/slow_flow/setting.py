@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of, depends, spring_stiffness, torque_of
 from ...base.protocols import Law, System, lacking
-from ...base.quantities import MOST, Reals, shown
+from ...base.quantities import MOST_THINGS, Reals, shown
 from ...base.results import Floats
 from ...base.sentences import Angle, Sentence, Speed
 from ...numerics.balance.harmonics import highest_order
@@ -62,10 +62,10 @@ class Resonance(NamedTuple):
         whole = all(isinstance(n, Integral) and not isinstance(n, bool) for n in self)
         if whole and self == (0, 0):
             return NONRESONANT
-        if not (whole and all(0 < n <= MOST for n in self)):
+        if not (whole and all(0 < n <= MOST_THINGS for n in self)):
             raise ValueError(
-                f"Resonance({shown(self.p)}, {shown(self.q)}) must have two positive integers, {MOST:g} at most, as in "
-                "p omega ~ q omega_0; use strainwave.NONRESONANT where nothing resonates"
+                f"Resonance({shown(self.p)}, {shown(self.q)}) must have two positive integers, {MOST_THINGS:g} at "
+                "most, as in p omega ~ q omega_0; use strainwave.NONRESONANT where nothing resonates"
             )
         ratio = Fraction(int(self.p), int(self.q))
         return Resonance(ratio.numerator, ratio.denominator)

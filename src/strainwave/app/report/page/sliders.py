@@ -27,7 +27,7 @@ AGREES = 1e-10  # the same of all sliders at once
 SPAN = 4.0  # a slider goes from a fourth of its value to four times it
 RATIOS = 1.0, 0.6, 1.5, 0.8, 1.9, 0.7, 1.25  # of its value where it is asked
 POWERS = (1,), (-1,), (1, 2), (-1, -2), (1, -1), (1, -1, 2, -2)
-MOST = 130  # places at which sliders that move a number together are asked
+MOST_PLACES = 130  # places at which sliders that move a number together are asked
 LEFT_OUT = ".order", ".T1", ".T2"  # whole numbers, and torques whose order the law asks for
 LOAD = "load.inertia"  # that every file gives
 TORQUE = "excitation.load_torque.mean"  # that every page has
@@ -219,7 +219,7 @@ def _terms(project: Project, rows: list[Slider], group: tuple[int, ...], places:
     row_of = [rows[i] for i in group]
     ratios = [RATIOS[: 1 + len(row.powers)] for row in row_of]
     shape = tuple(map(len, ratios))
-    if np.prod(shape) > MOST:
+    if np.prod(shape) > MOST_PLACES:
         return []
     values, cells = np.empty((*shape, len(places))), [*product(*map(range, shape))]
     for cell in cells:

@@ -29,7 +29,7 @@ CONVENTIONS = (
 )
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 PAGE = 430.0  # width of the figure beside the remedies [px]
-MOST = 6  # remedies beside the figure
+FIRST = 6  # remedies beside the figure
 OSCILLATES = 0.5  # damping ratio below which a mode of the train is a key number
 
 
@@ -88,7 +88,7 @@ class Opening:
         remedies = [remedy for remedy in view.analysis.remedies if can_be_ordered(remedy) and helps(remedy)]
         sizes_left = (after_change(view, remedy)["oscillation_rad"] for remedy in remedies)
         left = [view.angle.text(size, view.project.digits()) for size in sizes_left]
-        rows = [(words(remedy), size, remedy.exceeds) for remedy, size in zip(remedies, left, strict=True)][:MOST]
+        rows = [(words(remedy), size, remedy.exceeds) for remedy, size in zip(remedies, left, strict=True)][:FIRST]
         verdict = view.analysis.verdict
         if verdict.answer is Answer.BUT:
             rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed, -1)))), "", None))

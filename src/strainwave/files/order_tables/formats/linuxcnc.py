@@ -14,7 +14,7 @@ from ..content import OrderContent
 from ..format import Exact, Held, OfPoints
 from ..points import Points, Side, Unfit, acting, content_of, float_in, said_by, two_ways, ways, whole_in
 
-MOST, DIGITS = 256, 9
+POINTS, DIGITS = 256, 9
 DEGREE = math.pi / 180.0
 QUANTUM = 10.0**-DIGITS * DEGREE  # rad
 
@@ -48,14 +48,14 @@ class LinuxCnc(
         interval("span", self.span)
         if self.points is not None:
             count = positive_count("points", self.points)
-            if not 3 <= count <= MOST:
+            if not 3 <= count <= POINTS:
                 raise ValueError(
-                    f"points is {count}; LinuxCNC's COMP_FILE holds 3 to {MOST}, beyond that write the format hal"
+                    f"points is {count}; LinuxCNC's COMP_FILE holds 3 to {POINTS}, beyond that write the format hal"
                 )
 
     def most(self) -> int:
         """How many points the control holds."""
-        return MOST
+        return POINTS
 
     def entries(self, table: OrderContent, held: Held) -> int:
         """Points, each of both directions of motion."""
@@ -103,8 +103,8 @@ class LinuxCnc(
             if len(cells) != 3 or cells[0].startswith("#"):
                 break
             rows.append([float_in(number, "position", cell) for cell in cells])
-            if len(rows) > MOST:
-                raise Unfit(number, "file", f"has more than {MOST} points; LinuxCNC takes no more, leave some out")
+            if len(rows) > POINTS:
+                raise Unfit(number, "file", f"has more than {POINTS} points; LinuxCNC takes no more, leave some out")
             if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
                 raise Unfit(number, "nominal", f"{shown(cells[0])} does not increase; LinuxCNC refuses it")
         if len(rows) < 3:

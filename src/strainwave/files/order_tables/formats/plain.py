@@ -197,7 +197,7 @@ def _body(text: str, heads: tuple[str, ...]) -> tuple[str, Iterator[tuple[int, l
 
 
 HEADS = ("motor_rad,output_rad,value", "motor_rad,output_rad,forward,backward")
-COARSE, MOST = 8, 200_000  # points a turn at least, and of a file at most
+COARSE, MOST_ROWS = 8, 200_000  # points a turn at least, and of a file at most
 TURN = 2.0 * math.pi
 
 
@@ -221,13 +221,13 @@ class CsvGrid(
 
     motor_points: int | None = None
     output_points: int | None = None
-    capacity: int = MOST
+    capacity: int = MOST_ROWS
 
     def __post_init__(self) -> None:
-        positive_count("capacity", self.capacity, MOST)
+        positive_count("capacity", self.capacity, MOST_ROWS)
         for name in ("motor_points", "output_points"):
             if getattr(self, name) is not None:
-                positive_count(name, getattr(self, name), MOST)
+                positive_count(name, getattr(self, name), MOST_ROWS)
 
     def counts(self, table: OrderContent) -> tuple[int, int]:
         """Points of the motor's turn and of the output's for a table; too few or too many are refused (ValueError)."""
@@ -280,9 +280,9 @@ class CsvGrid(
         head, body = _body(text, HEADS)
         rows: list[list[float]] = []
         for number, cells in body:
-            if len(cells) != len(head.split(",")) or len(rows) >= MOST:
+            if len(cells) != len(head.split(",")) or len(rows) >= MOST_ROWS:
                 row = shown(",".join(cells)[:60])
-                raise Unfit(number, "file", f"{row} is no row of {head}, or beyond {MOST} of them; correct it")
+                raise Unfit(number, "file", f"{row} is no row of {head}, or beyond {MOST_ROWS} of them; correct it")
             rows.append([float_in(number, "value", cell) for cell in cells])
         if len(rows) < 4 * 4:
             raise Unfit(1, "file", f"has {len(rows)} points; two turns need 16 at least, it may be cut off")

@@ -18,7 +18,7 @@ from ...continuation.trace import Trace, state_from, trace
 from ...labels import STEP
 from .problem import Motion, Torus, linear_waves, torus
 
-ROUNDS, MOST, ALONG = 40, 800, 450  # of taking waves in, and waves at most: of a motion, and of a curve
+ROUNDS, MOST_WAVES, ALONG = 40, 800, 450  # of taking waves in, and waves at most: of a motion, and of a curve
 COARSEST = 1e-7  # share of the whole in a wave that a motion of too many waves leaves out
 WINDING = 150  # waves of a curve that winds, to which no more are added
 HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the end, and steps
@@ -168,13 +168,13 @@ def at_speed(
                 Sentence("no motion of two turns was found at {}; follow it from another speed", Speed(omega))
             )
         missed = {*missing(problem, solution[None], aim)}
-        while len(pairs | missed) > MOST and aim < COARSEST:
+        while len(pairs | missed) > MOST_WAVES and aim < COARSEST:
             aim *= 10.0
             missed = {*missing(problem, solution[None], aim)}
         if not missed:
             return problem, solution
         pairs |= missed
-        if len(pairs) > MOST:
+        if len(pairs) > MOST_WAVES:
             break
         old, problem = problem, driven.problem(pairs)
         z = carried_over(old, problem, solution[None])[0]
@@ -218,7 +218,7 @@ def with_missing(driven: TwoTurns, problem: Torus, points: Floats, chords: Float
     Then the motions at the crest are solved for; at all points where waves make more and more others. Where they are
     more than a curve may have, all motions are solved for from the beginning, which takes fewer.
     """
-    begun, lacking, before = (problem, points, chords), missing(problem, points, aim), MOST
+    begun, lacking, before = (problem, points, chords), missing(problem, points, aim), MOST_WAVES
     while lacking and len(lacking) < before and len(problem.pairs) <= ALONG:
         old, problem, before = problem, _with(driven, problem, lacking), len(lacking)
         points, chords = carried_over(old, problem, points), carried_over(old, problem, chords)
