@@ -39,7 +39,7 @@ KINDS = {
     ".txt": "text/plain",
 }
 FIRST = "CSG-40-50"
-SOON = 1.5  # seconds between two looks at whether what comes after a pause is still wanted: another process starts as long
+SOON = 1.0  # seconds between two looks at whether what comes after a pause is still wanted: a process starts as long
 
 PATIENCE = 15.0  # seconds for the head of a request
 MOST_CONNECTIONS = 512  # connections

@@ -12,8 +12,8 @@ from .state import Refused
 from .worker import Died, Progress, Worker
 
 LATER = 4.0  # seconds: two processes that start beside the first picture would delay it
-PATIENCE = 5.0  # seconds between two looks at whether work is still wanted
-SHARED = 6.0  # times the processor time that work may take on a machine that has more to do
+PATIENCE = 5.0  # seconds of processor time between two looks at whether work is still wanted
+SHARED = 6.0  # times its processor time that work may last on a machine that has more to do
 LOOK = 0.25  # seconds between two looks at whether a process has answered
 
 
@@ -49,7 +49,7 @@ class Workers:
     background : bool
         Whether other processes of the machine go first.
     patience : float
-        Time [s] between two looks at whether work is still wanted.
+        Time [s], counted as `longest` is, between two looks at whether work is still wanted.
     """
 
     def __init__(
@@ -115,11 +115,12 @@ class Workers:
                 if worker.compiling:
                     continue
                 spent += LOOK
+                taken = max(worker.computed, spent / SHARED)
                 limit = math.inf if self._longest is None or worker.interpreted else self._longest
-                if max(worker.computed, spent / SHARED) >= limit:
+                if taken >= limit:
                     raise TimeoutError
-                if waiting is not None and spent >= looked + self._patience:
-                    looked = spent
+                if waiting is not None and taken >= looked + self._patience:
+                    looked = taken
                     if not await waiting():
                         raise Abandoned
             return asking.result()
