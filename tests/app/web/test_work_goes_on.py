@@ -14,7 +14,7 @@ def begun(page, view, count="10"):
 
 def test_a_map_goes_on_while_another_view_is_shown_and_its_picture_stays(held_page):
     page = held_page
-    begun(page, "Two-parameter map", "40")
+    begun(page, "Two-parameter map", "20")
     page.wait_for_function("() => document.getElementById('progress').value > 0")
     page.get_by_role("tab", name="Response").click()
     assert "busy" in page.locator("#tab-map").get_attribute("class")
