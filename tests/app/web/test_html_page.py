@@ -190,8 +190,9 @@ def test_a_page_of_a_train_has_the_numbers_of_python(motor, tmp_path):
     data, code = html.data_of(project)
     driven = motor not in ("held", "gravity")
     assert (data["held"] is not None) == driven
-    helds = of_page(data, code, [[values] for values in positions], asked=HELDS) if driven else [None] * 3
-    for values, (found, _), held in zip(positions, in_node(project, positions), helds, strict=True):
+    asked = [[values] for values in positions]
+    helds = of_page(data, code, asked, asked=HELDS) if driven else [None] * 3
+    for values, (found, _), held in zip(positions, of_page(data, code, asked), helds, strict=True):
         own = at(base, moved, values)
         same(found, own)
         if driven and motor != "gap":  # whose curve has folds that rounding moves by 1e-8
