@@ -115,25 +115,27 @@ class Search:
         from scipy.optimize import linprog
 
         crests, count = self._highest(x), len(self.reference)
-        values, of_goal, used = self._parts(x, crests)
+        values, of_goal, shares = self._parts(x, crests)
         beside = [self._parts(x + DIFFERENCE * unit, crests) for unit in np.eye(len(x))]
         slopes = np.array([part[0] - values for part in beside]).T / DIFFERENCE
-        tilts = np.array([part[2] - used for part in beside]).T / DIFFERENCE
-        rows = np.block([[slopes, -of_goal], [tilts, np.zeros((len(used), count))]])
+        tilts = np.array([part[2] - shares for part in beside]).T / DIFFERENCE
+        rows = np.block([[slopes, -of_goal], [tilts, np.zeros((len(shares), count))]])
         if not np.all(np.isfinite(rows)):  # a crest is lost, or the loop unstable, a little beside x
             return 0.0 * x, inf
-        cost, bent = np.append(0.0 * x, np.full(count, 1.0 / count)), 0.0 * used
+        cost, bent = np.append(0.0 * x, np.full(count, 1.0 / count)), 0.0 * shares
         box = [*zip(np.maximum(self.low - x, -reach), np.minimum(self.high - x, reach), strict=True)]
         for _ in range(CORRECTIONS):
-            found = linprog(cost, rows, -np.concatenate([values, used + bent]), bounds=box + [(None, None)] * count)
-            if found.status:
+            solution = linprog(
+                cost, rows, -np.concatenate([values, shares + bent]), bounds=box + [(None, None)] * count
+            )
+            if solution.status:
                 return 0.0 * x, inf
-            step = found.x[: len(x)]
+            step = solution.x[: len(x)]
             after = self._parts(x + step, [])[2]
             if np.all(after <= 0.0) or not np.all(np.isfinite(after)):
                 break
             bent = bent + np.maximum(after, 0.0) + WITHIN
-        return step, float(found.fun)
+        return step, float(solution.fun)
 
     def _highest(self, x: Floats) -> list[Any]:
         """Places and crests that gains make about as high as the highest, whose slopes are known."""
