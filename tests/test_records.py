@@ -20,6 +20,7 @@ from scipy.io import loadmat, savemat, whosmat
 import strainwave as sw
 from strainwave.base import archive, formats
 from strainwave.base.records import Result
+from strainwave.study.analysis.load_cases import LoadCase
 
 pytestmark = pytest.mark.compiled
 
@@ -439,7 +440,12 @@ def test_a_missing_folder_is_said_by_save(tmp_path, ending):
 
 def test_a_result_saved_when_its_class_was_in_a_former_module_is_read():
     assert archive._class_of("strainwave.study.move.payload:Payload", Path("move.nc")) is sw.Payload
+    for room in ("avoid", "load_cases", "load_range", "train_curve"):
+        assert archive._class_of(f"strainwave.study.analysis.{room}:LoadCase", Path("axis.nc")) is LoadCase
     assert all(map(find_spec, archive.FORMER.values()))
+    root = Path(sw.__file__).parents[1]
+    places = {name: root.joinpath(*name.split(".")) for name in archive.FORMER}
+    assert {name for name, place in places.items() if place.with_suffix(".py").exists()} <= {"strainwave.results"}
 
 
 def test_a_response_saved_when_its_curve_was_a_result_of_its_own_is_read():

@@ -36,7 +36,7 @@ RENAMED = {  # public names of version 0.2 that are others now
 }  # fmt: skip
 FORMER = dict(
     line.split() for line in Path(__file__).with_name("moved.txt").read_text("utf-8").splitlines() if line[:1] != "#"
-)  # modules by the names that they had, which saved results name too, and where these are now
+)  # modules by the names that they had, which saved results name too, as a class that moved alone: where they are now
 
 DRAWN = (
     "basins bode branch decay design drive identified log orbit orbit_diagram order_scan response "

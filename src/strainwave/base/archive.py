@@ -275,7 +275,7 @@ def _class_of(name: str, path: Path) -> Any:
     cls = None
     if module.partition(".")[0] == MARK:
         try:
-            cls = getattr(import_module(FORMER.get(module, module)), own, None)
+            cls = getattr(import_module(FORMER.get(name) or FORMER.get(module, module)), own, None)
         except ImportError:
             cls = None
     if not isinstance(cls, type) or not (is_dataclass(cls) or hasattr(cls, "_fields") or issubclass(cls, Enum)):
