@@ -22,11 +22,11 @@ from ...drive.train_curve import in_turns
 from ...drive.two_turns import is_beating
 from ..analysis.avoid import out_of_reach
 from ..analysis.knobs import units_of
-from ..analysis.load_cases import is_jumping, steady_motions, with_ends_of_jumps
+from ..analysis.load_cases import is_jumping, with_ends_of_jumps
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import Rules, Span, bands_of, beyond_ratings, holds, rules_of, vendor_rules, windows, with_ratings
-from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, under_load, untried
+from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, main_curve, under_load, untried
 
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
 QUANTILES = (0.05, 0.5, 0.95)
@@ -118,7 +118,7 @@ def speed_map(
     """
     cells, span = _speeds(project, speeds)
     rules = with_ratings(rules_of(limit, amplification, margin, project.limit), project, span)
-    values, name, variants = _loads(project, loads, load_inertias, postures)
+    values, name, variants = _loads(project, span, loads, load_inertias, postures)
     rows = (*postures, *project.postures)[: len(values)] if name == POSTURE else ()
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
@@ -210,7 +210,8 @@ def _speeds(project: Project, speeds: ArrayLike | None) -> tuple[Floats, Span]:
 
 
 def _loads(
-    project: Project, loads: ArrayLike | None, load_inertias: ArrayLike | None, postures: Sequence[Posture] = ()
+    project: Project, span: Span, loads: ArrayLike | None, load_inertias: ArrayLike | None,
+    postures: Sequence[Posture] = (),
 ) -> tuple[Floats, str, list[Any]]:  # fmt: skip
     """Loads (n,), what they are, and the project under each."""
     arguments = ("loads", loads), ("load_inertias", load_inertias), ("postures", postures or None)
@@ -227,19 +228,16 @@ def _loads(
         return values, "load inertia", [loaded.with_load_inertia(J) for J in values.tolist()]
     if loads is None:
         low, high = project.other_loads
-        loads = (
-            with_ends_of_jumps(project, np.linspace(low, high, LOADS), partial(_jumps, project))
-            if low < high
-            else [low]
-        )
+        spread = np.linspace(low, high, LOADS if low < high else 1)
+        loads = spread if low == high else with_ends_of_jumps(project, spread, partial(_jumps, project, span))
     values = np.unique(numbers("loads [N*m]", loads))
     return values, "load torque", [project.under(torque, project.is_beating) for torque in values.tolist()]
 
 
-def _jumps(project: Project, torque: float) -> bool:
+def _jumps(project: Project, span: Span, torque: float) -> bool:
     """Whether the curve under a torque jumps; a torque that the law cannot carry has no curve."""
     try:
-        return is_jumping(steady_motions(project.under(torque, project.is_beating))[0])
+        return is_jumping(main_curve(case_of(project.under(torque, project.is_beating), torque, span), span))
     except SolveError:
         return False
 
@@ -331,7 +329,7 @@ def _scatter(
     given: Any = {"load torque": (values, None), "load inertia": (None, values)}.get(name, (None, None, rows))
     with suppress(KeyboardInterrupt):
         for i, drive in enumerate(drives):
-            pairs = zip(_loads(drive, *given)[2], values, strict=True)
+            pairs = zip(_loads(drive, span, *given)[2], values, strict=True)
             results.append([_of_unit(case_of(one, load, span), cells, span, rules) for one, load in pairs])
             progress("units", 0.5 + 0.5 * (i + 1.0) / len(drives))
     if not results:
