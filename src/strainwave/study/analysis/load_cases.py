@@ -53,7 +53,9 @@ class LoadCase:
 
 
 def load_cases(project: Project, mean_case: LoadCase, progress: Callable[[float], None]) -> tuple[LoadCase, ...]:
-    """Follow the motions at torques spread over those of the load, their ends among them, and where bands lie apart.
+    """Follow the motions at torques over those of the load, their ends among them.
+
+    They lie closer where jumps begin or end between two, and where bands lie apart.
 
     Parameters
     ----------

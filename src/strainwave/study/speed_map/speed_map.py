@@ -68,7 +68,8 @@ def speed_map(
     speeds : (low, high) or (m,) array_like, optional
         Range of the motor speed [rad/s], or the cells themselves, ascending. Default: the project's range.
     loads : (n,) array_like, optional
-        Mean torques on the load [N*m]; a resisting one is negative. Default: postures, or 9 over its range, or one.
+        Mean torques on the load [N*m]; a resisting one is negative. Default: postures, or one; over a range 9, and more
+        where jumps begin or end between two.
     load_inertias : (n,) array_like, optional
         Inertias of the load [kg*m^2] in place of torques, as along a robot's reach.
     postures : sequence of Posture
