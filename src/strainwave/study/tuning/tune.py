@@ -282,7 +282,7 @@ def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
         return "no gains within the limits have a stable steady motion in the range of speeds; take other speeds"
     least = min(heavy, key=lambda point: point.motor_share)
     return (
-        "no gains that keep the margins keep the motor's torque at every speed: the nearest, "
+        "no gains tried that keep the margins keep the motor's torque at every speed: the nearest, "
         f"{gains_text(search.trial.control(np.log(least.gains)), names, least.gains)}, need "
         f"{number(least.motor_torque)} N·m, {number(100.0 * (least.motor_share - 1.0), 3)} % above it; "
         "take a stronger motor or less load"
