@@ -236,9 +236,14 @@ def _loads(
 
 
 def _jumps(project: Project, span: Span, torque: float) -> bool:
-    """Whether the curve under a torque jumps; a torque that the law cannot carry has no curve."""
+    """Whether the curve under a torque jumps, also beside the span: jumps come into it from there, torque by torque.
+
+    A torque that the law cannot carry has no curve.
+    """
+    low, high = project.speeds.limits
+    wide = min(low, span[0]), max(high, span[1])
     try:
-        return is_jumping(main_curve(case_of(project.under(torque, project.is_beating), torque, span), span))
+        return is_jumping(main_curve(case_of(project.under(torque, project.is_beating), torque, wide), wide))
     except SolveError:
         return False
 
