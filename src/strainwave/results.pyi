@@ -35,7 +35,6 @@ from .numerics.ensemble.loops import LoopRun as LoopRun
 from .sample.result import Variability as Variability
 from .study.analysis.hardening import Hardening as Hardening
 from .study.analysis.in_time import DriveMotion as DriveMotion
-from .study.analysis.parametric import ParametricResonance as ParametricResonance
 from .study.analysis.validity import Comparison as Comparison
 from .study.analysis.validity import ValidityMap as ValidityMap
 from .study.compensation.monitoring import Monitored as Monitored
@@ -91,6 +90,7 @@ from .study.tuning.trial import TuningLimits as TuningLimits
 from .study.tuning.trial import TuningPoint as TuningPoint
 from .theory.derivation import Derivation as Derivation
 from .theory.slow_flow.flow import SlowFlow as SlowFlow
+from .theory.slow_flow.parametric import ParametricResonance as ParametricResonance
 from .theory.slow_flow.passage.moving import DelayedJump as DelayedJump
 from .theory.slow_flow.passage.moving import Passage as Passage
 from .theory.slow_flow.passage.moving import Passages as Passages

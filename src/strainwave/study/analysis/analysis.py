@@ -20,13 +20,13 @@ from ...drive.response import loses_energy
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator, VaryingOscillator
 from ...numerics.loading import SPEED
+from ...theory.slow_flow.parametric import ParametricResonance, parametric_resonances
 from ...theory.slow_flow.setting import Resonance
 from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from .avoid import Avoid, searched
 from .in_time import Beat, RunUp
 from .load_cases import LoadCase
-from .parametric import ParametricResonance, parametric_resonances
 from .remedies import Remedy
 from .resonances import OperatingPoint, Regime
 from .time_case import TimeCase
@@ -127,10 +127,11 @@ def cautions(analysis: Any) -> Iterator[str]:
         if not case.transient.status:
             text = f" ({case.name}) the simulation from rest {case.transient.message}."
             yield "At " + Speed(case.omega, digits=5) + text
-    if analysis.load_cases and not searched(analysis.system.law):
+    if not searched(analysis.system.law):
         yield (
-            "Separate branches of motions are searched for under the mean load torque alone. To search for those of "
-            "another torque, give it as the mean."
+            "Motions apart from the curve, subharmonic ones among them, are searched for at the ends of the range alone, "
+            "under the mean load torque. With backlash, or memory, there may be others inside: `strainwave speed-map` "
+            "searches for them under every torque."
         )
     if study is not None and study.curve is not None:
         yield from not_exact("The steady curve of the whole drive train", study.curve.curve)

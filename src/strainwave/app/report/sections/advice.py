@@ -76,12 +76,12 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
     """Say which torques of the load the speeds to avoid are for, and the speeds that the run-up adds."""
     cases, text = view.analysis.load_cases, ""
     if cases:
-        ends = f"{number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
+        ends = f"{len(cases)} torques of the load from {number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
         torques = ", ".join(number(case.torque) for case in cases if not case.bands)
         free = f" At {torques} N·m no speed is to be avoided." if torques else ""
         each = [f"at {number(case.torque)} N·m " + _ranges(view, case.bands) for case in cases if case.bands]
         bands = ": " + Sentence("; ").join(each) if each else ""
-        text = f"These speeds are for every torque of the load from {ends}" + bands + "." + free + " "
+        text = f"These speeds are for {ends} and what lies between their bands" + bands + "." + free + " "
     if avoid.largest_passed is None:
         return text
     speeds = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"

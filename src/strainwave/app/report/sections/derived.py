@@ -23,8 +23,8 @@ from ....files.notes import source_facts
 from ....plot.colours import BLACK, BLUE
 from ....plot.panels import Axis, Panel
 from ....plot.svg import figure
-from ....study.analysis.parametric import ParametricResonance
 from ....study.analysis.resonances import equation_orders
+from ....theory.slow_flow.parametric import ParametricResonance
 from ...console import number, percent
 from ...view import View, sizes
 from .opening import YIELDS
