@@ -129,9 +129,8 @@ def cautions(analysis: Any) -> Iterator[str]:
             yield "At " + Speed(case.omega, digits=5) + text
     if not searched(analysis.system.law):
         yield (
-            "Motions apart from the curve, subharmonic ones among them, are searched for at the ends of the range alone, "
-            "under the mean load torque. With backlash, or memory, there may be others inside: `strainwave speed-map` "
-            "searches for them under every torque."
+            "Motions apart from the curve are searched for at the ends of the range alone, under the mean load torque. "
+            "With backlash or memory others may be inside: `strainwave speed-map` searches for them."
         )
     if study is not None and study.curve is not None:
         yield from not_exact("The steady curve of the whole drive train", study.curve.curve)
