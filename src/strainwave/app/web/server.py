@@ -39,7 +39,7 @@ KINDS = {
     ".txt": "text/plain",
 }
 FIRST = "CSG-40-50"
-SOON = 1.0  # seconds between two looks at whether what comes after a pause is still wanted: a process starts as long
+SOON = 1.0  # s of processor time between two looks at whether what comes later is still wanted; a process starts in it
 
 PATIENCE = 15.0  # seconds for the head of a request
 MOST_CONNECTIONS = 512  # connections
