@@ -1,8 +1,7 @@
-"""Make the LLVM code of kernels that the package brings: `python tools/kernels.py`; `--check` compares the sources.
+"""Make the LLVM code of kernels for a release: `python tools/kernels.py` writes build/kernels.xz.
 
-It is `src/strainwave/compile/kernels.xz`, what `demo` compiles and what `analyze` does for drives of the README, tests
-and benchmarks: the code of each kernel before LLVM's passes, which every machine runs for its own processor.
-The first line says what it was made of.
+It is what `demo` compiles and what `analyze` does for drives of the README, tests and benchmarks: the code of each
+kernel before LLVM's passes, which every machine runs for its own processor. The first line says what it was made of.
 """
 
 import lzma
@@ -19,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 sys.path.insert(0, str(ROOT / "benchmarks"))
 README = ROOT / "benchmarks" / "readme_drive.yaml"
+KERNELS = ROOT / "build" / "kernels.xz"
 
 
 def keep(folder: Path) -> None:
@@ -30,7 +30,8 @@ def keep(folder: Path) -> None:
 
     from strainwave.compile import cache
 
-    optimize, save = JITCodeLibrary._optimize_final_module, cache.CodeCache.save_overload
+    cache.is_empty = lambda: False  # no other process makes any
+    optimize, make = JITCodeLibrary._optimize_final_module, cache.CodeCache.made
     locate = ir.Loc.__init__
 
     def located(self: Any, filename: str, *more: Any, **named: Any) -> None:
@@ -48,14 +49,15 @@ def keep(folder: Path) -> None:
         manager.run(module, passes)
         return bytes(module.as_bitcode())
 
-    def saved(self: Any, kinds: Any, code: Any) -> None:
-        save(self, kinds, code)
+    def made(self: Any, compile_: Any, kinds: Any, *result: Any) -> Any:
+        code = make(self, compile_, kinds, *result)
         classes, path, name = self.place(kinds, code.codegen)
         if path is not None and path.is_file():
             library = code.library.name, without_names(code.library.plain)
             cache.write(folder / name, classes, (library, *cache.parts_of(code)[1:]))
+        return code
 
-    JITCodeLibrary._optimize_final_module, cache.CodeCache.save_overload = optimized, saved
+    JITCodeLibrary._optimize_final_module, cache.CodeCache.made = optimized, made
     ir.Loc.__init__ = located
 
 
@@ -65,18 +67,12 @@ def run(folder: Path, *arguments: str) -> None:
 
 
 def main() -> None:
-    """Make them, or with `--check` say whether they are those of the sources."""
+    """Make them."""
+    from first_answer import CASCADE, COUPLED, ELBOW, FILTERS, HYSTERESIS
     from numba.core.registry import cpu_target
+    from twelve_projects import PROJECTS
 
     from strainwave.compile import cache
-
-    mark = cache.stamp(cpu_target.target_context.codegen().magic_tuple()[0])
-    if "--check" in sys.argv:
-        first = cache.SHIPPED.read_bytes().partition(b"\n")[0].decode()
-        old = first.split(",")[0] != mark.split(",")[0]
-        sys.exit("the LLVM code of kernels is old: run tools/kernels.py" if old else 0)
-    from first_answer import CASCADE, COUPLED, ELBOW, FILTERS, HYSTERESIS
-    from twelve_projects import PROJECTS
 
     drives = [*PROJECTS.values(), ELBOW + HYSTERESIS, COUPLED, CASCADE.replace("FILTERS", FILTERS)]
     with tempfile.TemporaryDirectory() as name:
@@ -90,7 +86,9 @@ def main() -> None:
         kernels = {path.name: path.read_bytes()[cache.DIGEST :] for path in sorted((top / "kernels").iterdir())}
     filters = [{"id": lzma.FILTER_LZMA2, "preset": 9 | lzma.PRESET_EXTREME, "lc": 4, "pb": 0}]
     packed = lzma.compress(pickle.dumps(kernels, protocol=4), filters=filters)
-    cache.SHIPPED.write_bytes(mark.encode() + b"\n" + packed)
+    mark = cache.stamp(cpu_target.target_context.codegen().magic_tuple()[0])
+    KERNELS.parent.mkdir(exist_ok=True)
+    KERNELS.write_bytes(mark.encode() + b"\n" + packed)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ Files are written in a hidden folder inside the target and moved up when all are
 therefore leaves no half-written report, and a folder that exists keeps its other files.
 """
 
+import atexit
 import csv
 import errno
 import io
@@ -12,6 +13,7 @@ import math
 import os
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from ast import literal_eval
@@ -30,7 +32,8 @@ from numpy.typing import ArrayLike
 from ..base.facts import Fact, data, lines
 from ..base.results import Interrupted
 from ..base.sentences import number as number
-from ..compile.cache import compiling
+from ..compile import jit
+from ..compile.cache import cache_writable, compiling, is_empty
 
 T = TypeVar("T")
 
@@ -72,6 +75,7 @@ class Progress:
             self.task = self.bar.add_task(self.title, total=1.0, left="")
             self.bar.start()
         Thread(target=self._watch, daemon=True).start()
+        compile_beside()
         return self
 
     def __exit__(
@@ -116,6 +120,14 @@ class Progress:
         """Say how long the run goes on after `now`; "" while that is unknown."""
         left = self.total - (now - self.started - self.compiled)
         return "" if self.total < SHORT or left <= 0.0 else f", about {duration(left)} left"
+
+
+def compile_beside() -> None:
+    """On a machine without machine code, start a process that makes it too; it ends with this one."""
+    if jit.enabled() and (os.cpu_count() or 1) > 1 and cache_writable() and is_empty():
+        none = subprocess.DEVNULL
+        command = [sys.executable, "-m", "strainwave.app.commands.ahead"]
+        atexit.register(subprocess.Popen(command, stdin=none, stdout=none, stderr=none).kill)
 
 
 def finished(verb: Callable[[], T]) -> tuple[T, KeyboardInterrupt | None]:

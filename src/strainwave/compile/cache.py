@@ -1,12 +1,11 @@
-"""Machine code on disk: a file for each kernel and kinds of arguments, in a folder keyed by the package's sources.
+"""Machine code on disk: a file for each kernel and kinds of arguments, named by all that the compiler reads of them.
 
 Numba's own cache does not notice an edit in another file, and takes a class of a script for another one in each
-process. Here a file has the name of what its code depends on: the kernel, the kinds of its arguments, and the model
-classes among them, a user's class with its methods and all that these read (`identity`). What cannot be recognised in
-another process, such as a class that holds an open file, stays in memory.
+process. Here the name of a file holds the kernel, the kinds of its arguments, and the code of all functions, methods
+and constants that the kernel reads (`reads`). What cannot be recognised in another process, such as a class that reads
+an open file, stays in memory.
 
-The package brings LLVM code of its own kernels, for 64-bit x86 under Linux (`tools/kernels.py`): where it has a kernel,
-and sources and libraries are those that it was made of, machine code is made of that, in a fifth of the time.
+A released wheel brings LLVM code of kernels (`tools/release.py`), which makes machine code in a fifth of the time.
 
 What is being compiled now: for whoever shows progress; nothing is printed here.
 
@@ -22,7 +21,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import cache, wraps
 from importlib import import_module
 from itertools import count
@@ -30,10 +29,9 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, NamedTuple
 
-from .identity import Identity
+from . import reads
 
-ROOMS = ("compile", "base", "model", "numerics", "theory", "drive", "sample", "study")  # what kernels may read
-UNUSED_DAYS = 30  # after which the folder of other sources is removed
+UNUSED_DAYS = 30  # after which code is removed
 DAY = 86400.0  # s
 DIGEST = 32  # bytes at the beginning of a file: the hash of the others
 SHIPPED = Path(__file__).with_name("kernels.xz")
@@ -57,6 +55,7 @@ class CodeCache:
             written = path.read_bytes() if path.is_file() else b""
             if hashlib.sha256(written[DIGEST:]).digest() == written[:DIGEST]:  # damaged code would end the process
                 parts = _Unpickler(io.BytesIO(written[DIGEST:]), classes).load()
+                os.utime(path)
             elif name in (known := shipped(target.codegen().magic_tuple()[0])):
                 library, described, *others = _Unpickler(io.BytesIO(known[name]), classes).load()
                 parts = _made(library, described, target.codegen()), described, *others
@@ -68,10 +67,21 @@ class CodeCache:
             return None
 
     def save_overload(self, kinds: Any, code: Any) -> None:
-        """Keep machine code for arguments of these kinds."""
-        classes, path, _ = self.place(kinds, code.codegen)
-        if path is not None and not code.lifted and not code.library.has_dynamic_globals:
-            write(path, classes, parts_of(code))
+        """Numba calls this with what `made` has given, which is kept already."""
+
+    def made(self, compile_: Callable[..., Any], kinds: Any, *result: Any) -> Any:
+        """Machine code for arguments of these kinds: compiled and kept, or what another process has made meanwhile."""
+        target = import_module("numba.core.registry").cpu_target.target_context
+        classes, path, _ = self.place(kinds, target.codegen())
+        with alone(path):
+            code = self.load_overload(kinds, target)
+            if code is not None:
+                target.insert_user_function(code.entry_point, code.fndesc, [code.library])
+                return code
+            code = compile_(kinds, *result)
+            if path is not None and not code.lifted and not code.library.has_dynamic_globals:
+                write(path, classes, parts_of(code))
+            return code
 
     def flush(self) -> None:
         """Numba calls this before it compiles all again, which nothing here does."""
@@ -79,20 +89,33 @@ class CodeCache:
     def place(self, kinds: Any, codegen: Any) -> tuple[list[type], Path | None, str]:
         """Model classes among the kinds, the file of the code (None: it stays in memory), and its name in `shipped`."""
         classes = list(dict.fromkeys(_classes(kinds)))
-        if not all(_read(thing.__module__) for thing in (self.function, *classes)):
+        if " at 0x" in repr(kinds):  # a compiled function among the arguments, which has no name of its own
             return classes, None, ""
         try:
-            text = Identity().text((self.function, *classes))
+            text = reads.key(self.function, tuple(classes))
         except TypeError:
-            return classes, None, ""
-        if " at 0x" in repr(kinds):  # a compiled function among the arguments, which has no name of its own
             return classes, None, ""
         machine = codegen.magic_tuple()
         names = [
-            hashlib.sha256(f"{text} {target!r}".encode(errors="surrogatepass")).hexdigest()[:32]
+            hashlib.sha256(f"{text} {target!r}".encode()).hexdigest()[:32]
             for target in ((kinds, machine, sys.version_info[:2], stamp(machine[0])), kinds)
         ]
         return classes, cache_folder() / f"{self.function.__name__}-{names[0]}.code", names[1]
+
+
+@contextmanager
+def alone(path: Path | None) -> Iterator[None]:
+    """Wait until no other process makes the code of a file, where the operating system has locks of files."""
+    lock = None
+    with suppress(OSError, ImportError):
+        if path is not None:
+            lock, system = path.with_suffix(".lock").open("w"), import_module("fcntl")
+            system.flock(lock, system.LOCK_EX)
+    try:
+        yield
+    finally:
+        if lock is not None:
+            lock.close()
 
 
 def parts_of(code: Any) -> tuple[Any, ...]:
@@ -130,7 +153,7 @@ def write(path: Path, classes: list[type], parts: tuple[Any, ...]) -> None:
 
 @cache
 def shipped(triple: str) -> dict[str, bytes]:
-    """Kernels that the package brings, by their names: none for other sources, libraries and machines."""
+    """Kernels that a released wheel brings, by their names: none for other libraries and machines."""
     with suppress(OSError, lzma.LZMAError):
         mark, _, content = SHIPPED.read_bytes().partition(b"\n")
         if mark == stamp(triple).encode():
@@ -140,10 +163,10 @@ def shipped(triple: str) -> dict[str, bytes]:
 
 
 def stamp(triple: str) -> str:
-    """What the LLVM code of kernels depends on: sources, compiler and machine."""
+    """What the code of all kernels depends on: this folder, the compiler and the machine."""
     versions = [f"{name} {import_module(name).__version__}" for name in ("numba", "llvmlite")]
     llvm = ".".join(map(str, import_module("llvmlite.binding").llvm_version_info))
-    return ", ".join([source_hash(), *versions, f"LLVM {llvm}", triple])
+    return ", ".join([reads.folder_hash(), *versions, f"LLVM {llvm}", triple])
 
 
 def _made(library: tuple[str, bytes], described: Any, codegen: Any) -> tuple[str, str, tuple[bytes, bytes]]:
@@ -153,12 +176,6 @@ def _made(library: tuple[str, bytes], described: Any, codegen: Any) -> tuple[str
     made._final_module = import_module("llvmlite.binding").parse_bitcode(code)
     made._optimize_final_module()
     return name, "object", (codegen._tm.emit_object(made._final_module), _names(described))
-
-
-def _read(module: str) -> bool:
-    """Whether the sources of a module, if it is one of this package, are in the key of the folder."""
-    own, _, rest = module.partition(".")
-    return own != __package__.partition(".")[0] or "." not in rest or rest.partition(".")[0] in ROOMS
 
 
 def _classes(kinds: Any) -> Iterator[type]:
@@ -197,32 +214,18 @@ class _Unpickler(pickle.Unpickler):
 
 
 @cache
-def source_hash() -> str:
-    """Hash of the sources that hold compiled code, which keys its folder."""
-    return hash_of(Path(__file__).parent.parent)
-
-
-def hash_of(home: Path) -> str:
-    """Hash of what kernels may read in a package at a place."""
-    digest = hashlib.sha256()
-    for path in sorted([*home.glob("*.py"), *(path for room in ROOMS for path in (home / room).rglob("*.py"))]):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-@cache
 def cache_folder() -> Path:
     """Folder of compiled code: STRAINWAVE_CACHE_DIR, or the user's cache folder of the operating system.
 
     The XDG Base Directory Specification ignores an XDG_CACHE_HOME that is empty or relative.
     """
     if own := os.environ.get("STRAINWAVE_CACHE_DIR"):
-        return Path(own) / source_hash()
+        return Path(own) / reads.folder_hash()
     variable, inside, after = {
         "win32": ("LOCALAPPDATA", "", "strainwave/cache"), "darwin": ("", "Library/Caches", "strainwave"),
     }.get(sys.platform, ("XDG_CACHE_HOME", ".cache", "strainwave"))  # fmt: skip
     place = Path(os.environ.get(variable, ""))
-    return (place if place.is_absolute() else _home() / inside) / after / source_hash()
+    return (place if place.is_absolute() else _home() / inside) / after / reads.folder_hash()
 
 
 def _home() -> Path:
@@ -246,16 +249,22 @@ def cache_writable() -> bool:
     return True
 
 
+def is_empty() -> bool:
+    """Whether no code is on disk, that of a release included."""
+    return not SHIPPED.exists() and not any(cache_folder().glob("*.code"))
+
+
 def _remove_unused(folder: Path) -> None:
-    """Remove the code of other sources that no process has used for long, and nothing else."""
+    """Remove code that no process has used for long, and nothing else."""
     for sibling in folder.parent.iterdir():
-        mark = sibling / "used"
-        with suppress(OSError):
-            ours = sibling != folder and re.fullmatch("[0-9a-f]{16}", sibling.name)
-            if ours and time.time() - mark.stat().st_mtime > UNUSED_DAYS * DAY:
-                for path in [*sibling.glob("*.code"), *sibling.glob("*.part"), mark]:
+        if not re.fullmatch("[0-9a-f]{16}", sibling.name):
+            continue
+        for path in [*sibling.glob("*.code"), *sibling.glob("*.part"), *sibling.glob("*.lock"), sibling / "used"]:
+            with suppress(OSError):
+                if time.time() - path.stat().st_mtime > UNUSED_DAYS * DAY:
                     path.unlink()
-                sibling.rmdir()
+        with suppress(OSError):  # there is something in it
+            sibling.rmdir()
 
 
 class Compilation(NamedTuple):

@@ -199,7 +199,7 @@ class Identity:
             return f"{kind.__name__}({self._unordered(thing)})"
         if kind in (list, tuple):
             return f"{kind.__name__}({self._listed(thing)})"
-        parts = _parts(thing)
+        parts = parts_of(thing)
         return self._pickled(thing) if parts is None else f"{kind.__name__}({self._listed(parts)})"
 
     def _array(self, array: Any, kind: type) -> str:
@@ -310,7 +310,7 @@ def _content(cell: Any) -> Any:
         return Missing()
 
 
-def _parts(thing: Any) -> tuple[Any, ...] | None:
+def parts_of(thing: Any) -> tuple[Any, ...] | None:
     """What things around functions are made of; None for all others."""
     if isinstance(thing, Missing):
         return ()

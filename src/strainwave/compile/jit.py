@@ -239,10 +239,11 @@ def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
     """Compiled form of a function for models of these classes: Numba takes two classes of one name for the same."""
     body = getattr(function, "loops", function)
     dispatcher = _numba().njit(pipeline_class=compilers()[0], **OPTIONS)(body)
-    compile_ = dispatcher._compiler.compile
-    dispatcher._compiler.compile = watched(compile_, function.__name__, partial(expose, *classes))
     cache_writable()  # makes the folder
-    dispatcher._cache = CodeCache(body)
+    code = CodeCache(body)
+    compile_ = partial(code.made, dispatcher._compiler.compile)
+    dispatcher._compiler.compile = watched(compile_, function.__name__, partial(expose, *classes))
+    dispatcher._cache = code
     return dispatcher
 
 

@@ -1,0 +1,166 @@
+"""What the compiler reads of a kernel and of the model classes among its arguments, as a key of their machine code.
+
+Numba compiles bytecode. The key holds that of the kernel, of each function and method that it may call, of those that
+these call, and the values of constants, defaults and closed-over variables among them. Comments, docstrings and lines
+do not count. A method counts where one of the functions has its name. What is in this folder counts by the bytes of its
+files, another installed package by its name.
+"""
+
+import hashlib
+from dis import EXTENDED_ARG, hasconst, opmap
+from functools import cache
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, NamedTuple
+
+from .identity import OWN, Identity, is_installed, parts_of
+
+CONSTANTS, LOAD_GLOBAL = frozenset(hasconst), opmap["LOAD_GLOBAL"]
+HERE = __package__
+
+
+class Text(NamedTuple):
+    """Text of a function or a class, the names in it, and the functions and classes that it reads, in their order."""
+
+    text: bytes
+    names: frozenset[str]
+    read: tuple[Any, ...]
+
+
+def key(function: Any, classes: tuple[type, ...]) -> str:
+    """Hash that differs where the code of a kernel for models of these classes may.
+
+    Raises
+    ------
+    TypeError
+        If one of the values that are read has no text that another process would recognise.
+    """
+    things = dict.fromkeys((function, *classes))
+    queue, methods = list(things), set[tuple[type, str]]()
+    digest, names, known = hashlib.sha256(), set[str](), set[type]()
+    numbers = {thing: i for i, thing in enumerate(queue)}
+
+    def number(thing: Any) -> int:
+        if thing not in numbers:
+            numbers[thing] = len(queue)
+            queue.append(thing)
+        return numbers[thing]
+
+    done = 0
+    while done < len(queue):
+        while done < len(queue):
+            thing = queue[done]
+            done += 1
+            text = _text(thing)
+            names |= text.names
+            digest.update(text.text + repr([number(item) for item in text.read]).encode())
+            if isinstance(thing, type):
+                known.add(thing)
+        for cls in sorted(known, key=numbers.__getitem__):
+            for name in sorted(names.intersection(_attributes(cls))):
+                if (cls, name) not in methods:
+                    methods.add((cls, name))
+                    text = _value(_attributes(cls)[name])
+                    digest.update(f"{numbers[cls]}.{name}".encode() + text.text)
+                    digest.update(repr([number(item) for item in text.read]).encode())
+    return digest.hexdigest()
+
+
+@cache
+def folder_hash() -> str:
+    """Hash of the files of this folder."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _is_read(thing: Any) -> bool:
+    """Whether a function, a class or a module counts with what is in it, rather than by its name or its folder."""
+    module = thing.__name__ if isinstance(thing, ModuleType) else thing.__module__ or ""
+    if module == OWN or module.startswith(f"{OWN}."):
+        return not module.startswith(HERE)
+    return not is_installed(module)
+
+
+@cache
+def _text(thing: Any) -> Text:
+    return _class(thing) if isinstance(thing, type) else _function(thing)
+
+
+def _class(cls: type) -> Text:
+    """A class as the compiler knows it: fields of a model and their defaults, members of an enumeration."""
+    members = {name: member.value for name, member in getattr(cls, "__members__", {}).items()}
+    held = getattr(cls, "_fields", ()), getattr(cls, "_field_defaults", {}), members
+    text, _, read = _value(held)
+    return Text(f"class {cls.__module__}.{cls.__qualname__}".encode() + text, frozenset(), read)
+
+
+@cache
+def _attributes(cls: type) -> dict[str, Any]:
+    """What a function may read of a model class by its name."""
+    if not hasattr(cls, "_fields"):
+        return {}
+    held = {name: thing for base in reversed(cls.__mro__[:-2]) for name, thing in vars(base).items()}
+    return {name: thing for name, thing in held.items() if name[:2] != "__" and name not in cls._fields}
+
+
+def _function(function: FunctionType) -> Text:
+    if hasattr(function, "loops"):  # which compiled code runs in its place (`jit.kernel_as`)
+        return _function(function.loops)
+    globals_read, names = set[str](), set[str]()
+    text, scope = _code(function.__code__, globals_read, names), function.__globals__
+    values = {name: scope[name] for name in sorted(globals_read) if name in scope}
+    for name, value in [*values.items()]:
+        if isinstance(value, ModuleType) and _is_read(value):
+            values[name] = {inner: vars(value)[inner] for inner in sorted(names) if inner in vars(value)}
+    closed = [cell.cell_contents for cell in function.__closure__ or ()]
+    more, _, read = _value((values, closed, function.__defaults__, function.__kwdefaults__))
+    return Text(f"{function.__module__}.{function.__qualname__}".encode() + text + more, frozenset(names), read)
+
+
+def _code(code: CodeType, globals_read: set[str], names: set[str]) -> bytes:
+    """Instructions with constants in place of their numbers, which a docstring moves.
+
+    The names of global variables are added to `globals_read`, those of attributes and texts to `names`.
+    """
+    steps, constants, wide = bytearray(code.co_code), [], 0
+    names.update(code.co_names)
+    for i in range(0, len(steps), 2):
+        number = wide | steps[i + 1]
+        if steps[i] in CONSTANTS:
+            constants.append(code.co_consts[number])
+            steps[i + 1] = 0
+        elif steps[i] == LOAD_GLOBAL:
+            globals_read.add(code.co_names[number >> 1])
+        wide = number << 8 if steps[i] == EXTENDED_ARG else 0
+    names.update(item for item in constants if isinstance(item, str) and item.isidentifier())
+    inner = [
+        _code(item, globals_read, names).hex() if isinstance(item, CodeType) else Identity().text(item)
+        for item in constants
+    ]
+    counts = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
+    known = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
+    return bytes(steps) + repr((counts, known, code.co_exceptiontable, inner)).encode()
+
+
+def _value(thing: Any) -> Text:
+    """Text of a value with a mark in the place of each function and class, which are given beside it."""
+    read: list[Any] = []
+
+    def text(item: Any) -> str:
+        if isinstance(item, FunctionType | type):
+            if _is_read(item):
+                read.append(item)
+                return "@"
+            return f"{item.__module__}.{item.__qualname__}"
+        if isinstance(item, ModuleType):
+            return item.__name__
+        if isinstance(item, dict):
+            return f"{{{', '.join(f'{text(k)}: {text(v)}' for k, v in item.items())}}}"
+        if isinstance(item, tuple | list):
+            return f"{text(type(item))}({', '.join(map(text, item))})"
+        parts = parts_of(item)
+        return Identity().text(item) if parts is None else text(parts)
+
+    return Text(text(thing).encode(errors="surrogatepass"), frozenset(), tuple(read))
