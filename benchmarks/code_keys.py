@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 DRIVE = ROOT / "benchmarks" / "readme_drive.yaml"
 MOVE = "trapezoid, angle: 90 deg, time: 0.6 s"
-OWN_NUMBERS = re.compile(r"v\d+B\d+|[bcdfs]_?\d{2,}|i64 \d{9,}|0x[0-9a-f]{6,}")
+OWN_NUMBERS = re.compile(r"B\d+v\d+|[bcdfs]_?\d{2,}|i64 \d{9,}|0x[0-9a-f]{6,}|\[\d+ x i8\]")
 
 
 def listed(file: Path) -> None:
