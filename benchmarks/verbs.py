@@ -144,9 +144,6 @@ def questions(folder):
          lambda: sw.fit.arrangement(counts, counts / 51)),
         ("Which orders does a logged torque have, from several speeds?", "sw.order_scan(runs)", "order-scan",
          lambda: sw.order_scan(runs)),
-        ("How does the answer move with a number, without an install?",
-         "sw.report.write(project, folder, live=True)", "export",
-         lambda: sw.report.write(project, folder / "report", live=True)),
         ("How does the model run on a controller?", 'sw.export(train, "axis.c", to="c")', "export",
          lambda: sw.export(train, folder / "axis.c", to="c", step=1e-4)),
     ]  # fmt: skip

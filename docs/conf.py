@@ -9,7 +9,6 @@ from docutils import nodes
 from sphinx import addnodes
 
 import strainwave
-from strainwave.app.report.page.page import write_catalogue
 
 warnings.filterwarnings("ignore", "strainwave.* now$", FutureWarning, "sphinx_gallery")  # it looks for short names
 
@@ -110,10 +109,9 @@ def link_names(app, doctree):
 
 
 def write_doors(app, error):
-    """Write llms.txt, the text of `strainwave skill`, and the page of the catalogue beside the start page."""
+    """Write llms.txt, the text of `strainwave skill`, beside the start page."""
     if error is None:
         (Path(app.outdir) / "llms.txt").write_bytes(SKILL.read_bytes())
-        write_catalogue(Path(app.outdir) / "gears.html")
 
 
 def setup(app):

@@ -72,8 +72,6 @@ VALID = {
     "doctor": "--json",
     "error-scan": "scan.csv --ratio 50 --orders 2 --false-alarm 0.01",
     "exceedance": "axis.yaml --count 32 --seed 0 --limit 100arcsec",
-    "export, catalogue": "catalogue --to html -o gears.html",
-    "export, html": "axis.yaml --to html -o axis.html",
     "export": "axis.yaml --to c -o plant.c --step 1e-4s",
     "fit-bode": "axis.yaml bode.csv --free J_m,K --quantity plant",
     "fit-loop": "loop.csv --rated-torque 90N*m --ratio 50",

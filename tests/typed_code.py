@@ -57,6 +57,13 @@ def rates(system, phase, y):
     return system.rhs(phase, y), torsion(system, phase, y)
 
 
+def dispatcher(function, classes):
+    """Compiled form of a function for models of these classes, with all known that its compilation asks for."""
+    jit._numba()
+    jit.expose(*classes)
+    return jit._form(function, classes)
+
+
 class TypedError(Exception):
     """Ends a computation whose first kernel has types."""
 
@@ -64,14 +71,14 @@ class TypedError(Exception):
 def typed(function, *arguments, **_options):
     """Find the types of a kernel with its arguments, and of what it calls by address, in place of a run of it."""
     things = [arg.native()[0] if isinstance(arg, address.ByAddress) else arg for arg in arguments]
-    jit._dispatcher(function, classes(things)).get_call_template(tuple(map(numba.typeof, things)), {})
+    dispatcher(function, classes(things)).get_call_template(tuple(map(numba.typeof, things)), {})
     raise TypedError
 
 
 def typed_entry(function, thing, _kind, kinds):
     """Find the types of a function that kernels call by address, in place of its machine code."""
     written = address.signature(numba.types, numba.typeof(thing), kinds)
-    jit._dispatcher(function, classes((thing,))).get_call_template(written, {})
+    dispatcher(function, classes((thing,))).get_call_template(written, {})
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Make docs/images/app.png and gears.png: the web app and the page of the catalogue in Chromium, at 1280 x 900.
+"""Make docs/images/app.png: the web app in Chromium, at 1280 x 900.
 
 `--views FOLDER` saves every view at the widths of a phone, a laptop and a 4K screen, light and dark, instead.
 """
@@ -8,13 +8,10 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from playwright.sync_api import sync_playwright
-
-from strainwave.app.report.page.page import write_catalogue
 
 TARGET = Path(__file__).resolve().parent.parent / "docs/images/app.png"
 SIZES = {375: 812, 1280: 900, 3840: 2160}  # width and height [px]
@@ -45,12 +42,6 @@ def main() -> None:
                 page.get_by_text("is being computed").wait_for(state="hidden")
                 TARGET.parent.mkdir(parents=True, exist_ok=True)
                 page.screenshot(path=TARGET)
-                with TemporaryDirectory() as given:
-                    write_catalogue(Path(given) / "gears.html")
-                    page.goto((Path(given) / "gears.html").as_uri())
-                    page.wait_for_selector("#all:not(.stale)")
-                    page.click("#again")  # the first answer has the browser's compiling in its time
-                    page.screenshot(path=TARGET.with_name("gears.png"))
             else:
                 folder.mkdir(parents=True, exist_ok=True)
                 every_view(page, address, folder)

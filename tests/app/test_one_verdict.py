@@ -10,7 +10,6 @@ from one_joint import HELD
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.report.page.page import SLIDERS
 from strainwave.app.report.report import write
 from strainwave.app.web import views
 from strainwave.app.web.state import first_text
@@ -58,9 +57,6 @@ def test_every_first_drive_of_a_gear_assumes_the_error_of_its_accuracy_class(tmp
     for drive in (sw.read_project(path), from_text(first_text("CSG-40-50"), Path("first.yaml"))):
         assert drive.kinematic_error == assumed
         assert ("excitation.accuracy", "assumed") in {(one.name, one.word) for one in drive.sources}
-    (slider,) = (one for one in SLIDERS if one.name.startswith("excitation."))
-    (share,) = (line.amplitude for line in accuracy_spectrum(60.0 * ARCSEC).lines if line.order == 2)
-    assert slider.value * ARCSEC == pytest.approx(share, rel=1e-3)
 
 
 def test_an_average_speed_beyond_that_of_the_gear_is_a_remark():

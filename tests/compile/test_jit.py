@@ -133,7 +133,7 @@ def test_threads_may_ask_for_their_first_kernels_at_once():
         "def slowly(name): time.sleep(0.02); return load(name)\n"
         "jit.import_module = slowly\n"
         "def ask():\n"
-        "    try: jit._dispatcher(cos), jit.expose()\n"
+        "    try: jit._numba(), jit.expose(), jit._form(cos, ())\n"
         "    except Exception as error: failed.append(error)\n"
         "threads = [threading.Thread(target=ask) for _ in range(4)]\n"
         "[t.start() for t in threads]; [t.join() for t in threads]\n"

@@ -91,8 +91,6 @@ def test_what_knows_one_amplitude_refuses_a_growing_one(tmp_path):
             sw.gears.LoadedError(error, per_torque).under(1.0)
     with pytest.raises(ValueError, match="depends on torque or direction, and a log tells one amplitude"):
         sw.identify_drive(axis, None)
-    with pytest.raises(ValueError, match="an error that depends on torque or direction"):
-        axis_page(axis, tmp_path)
     for wrong, said in (
         ("{per_torque: 0.1 arcsec/(N*m)}", "at_rest"),
         ("{at_rest: -1 arcsec, per_torque: 0.1 arcsec/(N*m)}", "negative"),
@@ -143,9 +141,3 @@ def test_backward_motion_has_its_own_error():
     assert tables[-40.0].lines[0].amplitude / ARCSEC == pytest.approx(8.0)
     move = sw.move(axis, sw.Trapezoid(-0.3, 0.4))
     assert any("a move has that of forward motion throughout" in remark for remark in move.remarks)
-
-
-def axis_page(axis, folder):
-    from strainwave.app.report.page.page import write_page
-
-    write_page(axis, folder / "axis.html")

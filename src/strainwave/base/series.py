@@ -12,7 +12,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compile.jit import kernel, kernel_as, routine, run
+from ..compile.jit import kernel, kernel_as, run
 
 PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
 LOOKED = 17  # places between two others at which a highest one is looked for
@@ -141,7 +141,6 @@ def highest_between(
     return float(out[0]), float(out[1])
 
 
-@routine
 def highest_in(arc: Any, series: Any, waves: Any, low: float, high: float, from_mean: bool, peak: Any) -> None:
     """Write the place and the size of what `highest_between` gives; `waves` is the table of all harmonics."""
     places, values, rows = np.empty(LOOKED), np.empty(LOOKED), np.empty((LOOKED, series.shape[1]))
@@ -210,14 +209,6 @@ def sizes_of_samples(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return sizes
 
 
-@kernel
-def largest_sample(sizes: Any) -> float:
-    """Largest of samples (places,), as `largest_of_samples` has it."""
-    i, n = int(np.argmax(sizes)), len(sizes)
-    return _vertex(sizes[i - 2], sizes[i - 1], sizes[i], sizes[i + 1 - n], sizes[i + 2 - n])
-
-
-@kernel
 def _vertex(a: float, b: float, c: float, d: float, e: float) -> float:
     left, bend, right = 2.0 * b - a - c, 2.0 * c - b - d, 2.0 * d - c - e
     low, high = min(left, bend, right), max(left, bend, right)

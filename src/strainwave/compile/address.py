@@ -87,11 +87,6 @@ def answer(address: Any, words: Any, phase: Any, y: Any) -> Any:
     raise NotImplementedError("only machine code calls by address")
 
 
-def write_words(thing: Any, words: Any) -> None:
-    """Write what `words_of` gives of a thing that a kernel has made into an array of whole numbers."""
-    raise NotImplementedError("only machine code has addresses")
-
-
 def kind_of(thing: Any) -> Any:
     """Key of what `words` do not tell: the classes of models, lengths of tuples, types of numbers and arrays."""
     kind = type(thing)
@@ -202,22 +197,11 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return place(place, types.intp), build
 
-    def typed_words(context: Any, thing: Any, words: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            first = context.make_array(words)(context, builder, arguments[1]).data
-            for i, word in enumerate(_words(context, types, builder, thing, arguments[0])):
-                builder.store(word, builder.gep(first, [context.get_constant(types.intp, i)]))
-            return context.get_dummy_value()
-
-        return types.none(thing, words), build
-
     take, write, first, after = map(extending.intrinsic, (typed_at, typed_put, typed_pointer, typed_beyond))
-    spell = extending.intrinsic(typed_words)
     return {
         at: lambda place: take(place),
         put_at: lambda place, numbers: write(place, numbers),
         pointer: lambda array: first(array),
-        write_words: lambda thing, words: spell(thing, words),
         beyond: lambda place, i: after(place, i),
         **_calls(types, extending),
     }
@@ -276,21 +260,6 @@ def _call(
     with cgutils.if_unlikely(builder, outcome.is_error):
         convention.return_status_propagate(builder, outcome)
     return context.get_dummy_value() if result is types.none else builder.load(slots[0])
-
-
-def _words(context: Any, types: Any, builder: Any, kind: Any, value: Any) -> list[Any]:
-    """The words of a value, in the order of `_collect`."""
-    if isinstance(kind, types.BaseTuple):
-        parts = [_words(context, types, builder, item, builder.extract_value(value, i)) for i, item in enumerate(kind)]
-        return [word for part in parts for word in part]
-    word = context.get_value_type(types.int64)
-    if isinstance(kind, types.Array):
-        array = context.make_array(kind)(context, builder, value)
-        shape = [builder.extract_value(array.shape, axis) for axis in range(kind.ndim)]
-        return [builder.ptrtoint(array.data, word), *shape]
-    if isinstance(kind, types.Float):
-        return [builder.bitcast(context.cast(builder, value, kind, types.float64), word)]
-    return [context.cast(builder, value, kind, types.int64)]
 
 
 class _Memory:

@@ -43,7 +43,6 @@ _light_runs = count()
 _runs: Counter[Any] = Counter()
 _all_light: ContextVar[bool] = ContextVar("_all_light", default=False)
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
-_inside: dict[type, None] = {}
 _exposed: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 
 
@@ -82,11 +81,6 @@ def chosen(choose: Callable[..., Any]) -> Callable[..., Any]:
 
     _kernels.append((function, choose, None))
     return function
-
-
-def inside(*classes: type) -> None:
-    """Let kernels make models of these classes and call their methods."""
-    _inside.update(dict.fromkeys(classes))
 
 
 def borrowed(thing: Any) -> Any:
@@ -216,18 +210,11 @@ def _form(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
         return _made(function, classes)
 
 
-def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
-    """Compiled form of a function for models of these classes, with all known that its compilation asks for."""
-    _numba()
-    expose(*classes)
-    return _form(function, classes)
-
-
 def expose(*classes: type) -> None:
     """Let code that is compiled, not read, know maths functions, kernels, and methods of models of these classes."""
     with import_module("numba.core.compiler_lock").global_compiler_lock:
         _expose_own()
-        for cls in (*_inside, *classes):
+        for cls in classes:
             _expose_methods(cls)
         while _kernels:  # those of modules imported since the last call
             _exposed.append(_kernels.pop())

@@ -329,7 +329,7 @@ def test_json_of_a_question_needs_no_folder(project, monkeypatch, name):
 def test_a_report_without_a_folder_is_written_into_one_of_the_name_of_its_file(project, monkeypatch):
     monkeypatch.chdir(project.parent)
     monkeypatch.setattr("strainwave.app.commands.analyze._written", lambda *given: str(given[1:]))
-    assert invoke("analyze", "drive.yaml").stdout == "(PosixPath('drive-report'), False, False, False)\n"
+    assert invoke("analyze", "drive.yaml").stdout == "(PosixPath('drive-report'), False, False)\n"
     assert "'reports'" in invoke("analyze", "drive.yaml", "drive.yaml", "--compare", "--json").stdout
 
 

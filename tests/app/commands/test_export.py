@@ -90,8 +90,8 @@ def test_a_law_of_the_project_that_branches_is_one_sentence(tmp_path):
         (("--to", "fmu2", "-o", "none/a.fmu"), "strainwave: there is no folder none; make it, or save elsewhere\n"),
         (("--to", "c", "-o", "a.c", "--step", "1 s"), "give a shorter one\n"),
         (
-            ("--to", "html", "-o", "a.html", "--step", "1 ms"),
-            "strainwave: --step is the length of a step of C and FMU, and html has none; leave it out\n",
+            ("--to", "mat", "-o", "a.mat", "--step", "1 ms"),
+            "strainwave: --step is the length of a step of C and FMU, and mat has none; leave it out\n",
         ),
     ],
 )
@@ -104,13 +104,9 @@ def test_bad_input_is_one_sentence(given, sentence, path, tmp_path, monkeypatch)
     assert os.listdir(tmp_path) == ["axis.yaml"]
 
 
-def test_the_catalogue_goes_to_no_other_program(tmp_path, monkeypatch):
+def test_a_format_that_there_is_not_is_refused_with_those_that_there_are(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for given, sentence in (
-        (("--to", "c", "-o", "gears.c"), "the catalogue is exported as a page; take --to html"),
-        (("--to", "html", "-o", "gears.html", "--step", "1 ms"), "html has none; leave it out"),
-    ):
-        run = invoke("catalogue", *given)
-        assert (run.exit_code, run.stderr.count("\n")) == (1, 1)
-        assert run.stderr.endswith(f"{sentence}\n")
-    assert os.listdir(tmp_path) == []
+    run = invoke(path, "--to", "html", "-o", "a.html")
+    assert run.exit_code == 2
+    assert "'html' is not one of 'c', 'fmu2', 'fmu3', 'mjcf', " in run.stderr
+    assert os.listdir(tmp_path) == ["axis.yaml"]

@@ -17,7 +17,6 @@ from scipy.io import savemat
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.report.page.sliders import sliders
 from strainwave.app.web import goals, views
 from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.state import State, first_text, of_state, project_of
@@ -168,7 +167,6 @@ def test_numbers_that_a_file_leaves_to_the_record_of_its_gear_have_sliders():
     amplitudes = [2.0 * line.amplitude for line in project_of(state).kinematic_error.lines]
     assert [line.amplitude for line in double.kinematic_error.lines] == pytest.approx(amplitudes, rel=1e-3)
     assert project_of(State(project=text, values={"motor.inertia": "6 kg*cm^2"})).drive.J_m == pytest.approx(6e-4)
-    assert {"motor.inertia", "excitation.accuracy"} <= {one.name for one in sliders(project_of(state))[1]}
 
 
 @pytest.mark.parametrize(("typed", "shown"), [("4 %", 0.04), ("0.1", 0.1)])

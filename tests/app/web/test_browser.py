@@ -93,20 +93,6 @@ def test_project_script_and_data_are_downloaded(page, tmp_path):
     assert "rgb(20, 23, 27)" not in text
 
 
-def test_the_page_of_a_held_drive_is_saved_and_that_of_one_with_a_loop(held_page, tmp_path):
-    with held_page.expect_download() as found:
-        held_page.click("#save-page")
-    assert found.value.suggested_filename == "CSG-40-50-page.html"
-    found.value.save_as(tmp_path / "page.html")
-    assert "<title>CSG-40-50</title>" in (tmp_path / "page.html").read_text(encoding="utf-8")
-    held_page.click("#part-motor-loop")
-    held_page.wait_for_selector('[id="value-motor.loop.bandwidth"]')
-    with held_page.expect_download() as found:
-        held_page.click("#save-page")
-    found.value.save_as(tmp_path / "loop.html")
-    assert "motor.loop" in (tmp_path / "loop.html").read_text(encoding="utf-8")
-
-
 def test_dropped_log_is_shown_and_a_wrong_one_said(page):
     t = np.linspace(0.0, 4.0, 4001)
     rows = "\n".join(f"{a:.6g},{31.4 * a:.8g},{1 + 0.2 * np.cos(62.8 * a):.8g}" for a in t)

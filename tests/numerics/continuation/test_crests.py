@@ -49,7 +49,7 @@ def test_a_fold_listed_after_the_step_that_passed_it_comes_before_it_whatever_th
     arc = np.array([-1.2, 0.3, 0.0, 1.0])  # of a small motion at a high speed, with the fold at 0
     points = np.column_stack([5e-4 * (1.0 + 0.05 * arc), 2e-5 * arc, 101.0 * (1.0 - 1.7e-3 * arc**2)])
     labels, wanted = np.array([STEP, STEP, FOLD, STEP]), points[[0, 2, 1, 3]]
-    put_in_order(points, labels, len(points))
+    put_in_order(points, labels)
     assert labels.tolist() == [STEP, FOLD, STEP, STEP]
     assert points == pytest.approx(wanted, rel=1e-12)
 

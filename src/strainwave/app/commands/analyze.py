@@ -24,19 +24,16 @@ DRIVES = ("article", "CSG-40-50")
     "PROJECT-report, for several reports; with --json and without --compare nothing is written."
 )
 @click.option("--compare", is_flag=True, help="Write verdicts.html too: pass or fail of every project side by side.")
-@click.option("--live", is_flag=True, help="The report has sliders, folded away, whose curve it computes itself.")
 @click.option("--check", is_flag=True, help="Read the files only, and say whether they are valid.")
 @json_option
-def analyze(
-    projects: tuple[Path, ...], output: Path | None, compare: bool, live: bool, check: bool, as_json: bool
-) -> None:
+def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, check: bool, as_json: bool) -> None:
     """Judge drives and write a report of each."""
     if check:
         click.echo(_checked(projects, as_json))
         return
     if output is None and (compare or not as_json):
         output = Path(f"{projects[0].stem}-report" if len(projects) == 1 else "reports")
-    click.echo(_written(projects, output, compare, live, as_json))
+    click.echo(_written(projects, output, compare, as_json))
 
 
 @click.command()
@@ -52,12 +49,12 @@ def demo(output: Path, as_json: bool) -> None:
     click.echo(_all_printed(reports, output, as_json))
 
 
-def _written(paths: Sequence[Path], folder: Path | None, compare: bool, live: bool, as_json: bool) -> str:
+def _written(paths: Sequence[Path], folder: Path | None, compare: bool, as_json: bool) -> str:
     """Analyse project files and return the text to print; several get a folder each, named like their files."""
     if compare and len(paths) < 2:
         raise ValueError(f"--compare needs two project files or more, and {len(paths)} is given; name the others too")
     if len(paths) == 1:
-        report = analyse(read_project(paths[0]), folder, live)
+        report = analyse(read_project(paths[0]), folder)
         return to_json(report.results) if as_json else _printed(report, folder)
     names = [path.stem for path in paths]
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -69,7 +66,7 @@ def _written(paths: Sequence[Path], folder: Path | None, compare: bool, live: bo
     projects = dict(zip(names, _all(paths), strict=True))
     if compare and len({project.speeds.by_motor for project in projects.values()}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
-    reports = _finished(projects, folder, live)
+    reports = _finished(projects, folder)
     more = []
     if compare and folder is not None:
         with staged(folder) as part:
@@ -102,22 +99,22 @@ def _all(paths: Sequence[Path]) -> list[Project]:
     return projects
 
 
-def _finished(projects: dict[str, Project], folder: Path | None, live: bool = False) -> dict[str, Report]:
+def _finished(projects: dict[str, Project], folder: Path | None) -> dict[str, Report]:
     """Write the report of every project into a folder of its name; Ctrl-C keeps those that are finished."""
     reports: dict[str, Report] = {}
     for name, project in projects.items():
         try:
-            reports[name] = analyse(project, folder and folder / name, live)
+            reports[name] = analyse(project, folder and folder / name)
         except KeyboardInterrupt:
             kept = ", ".join(str(folder / done / "report.html") for done in reports if folder)
             raise KeyboardInterrupt(f"interrupted; {f'kept: {kept}' if kept else 'nothing was written'}") from None
     return reports
 
 
-def analyse(project: Project, folder: Path | None, live: bool = False) -> Report:
+def analyse(project: Project, folder: Path | None) -> Report:
     """Write the report of a project into a folder, if there is one, with its progress on stderr."""
     with Progress(project.title) as progress:
-        return write(project, folder, progress=progress.show, live=live)
+        return write(project, folder, progress=progress.show)
 
 
 def _printed(report: Report, folder: Path | None) -> str:

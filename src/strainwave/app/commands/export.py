@@ -19,20 +19,18 @@ from .options import file_type, json_option, output_option, pairs_option, projec
 @click.command()
 @project_argument
 @click.option(
-    "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf", "urdf", "mat", "html")), required=True,
-    help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo or in URDF; the response for MATLAB; a page that computes.",
+    "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf", "urdf", "mat")), required=True,
+    help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo or in URDF; the response for MATLAB.",
 )  # fmt: skip
-@output_option("File: .c (and .h beside it), .fmu, .xml, .urdf, .mat or .html.", type=written_type, required=True)
+@output_option("File: .c (and .h beside it), .fmu, .xml, .urdf or .mat.", type=written_type, required=True)
 @click.option("--step", help='Length of a step of C and FMU, as "250 us". Default: 16 in the shortest time scale.')
 @json_option
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:
     """Take motor, gear and load to another program."""
-    if form in ("mat", "html") and output.suffix != f".{form}":
-        raise ValueError(f"the file is {shown(output.name)}; give it a name that ends in .{form}")
-    if form in ("mat", "html") and step is not None:
-        raise ValueError(f"--step is the length of a step of C and FMU, and {form} has none; leave it out")
-    if str(project) == "catalogue" and form != "html":
-        raise ValueError("the catalogue is exported as a page; take --to html")
+    if form == "mat" and output.suffix != ".mat":
+        raise ValueError(f"the file is {shown(output.name)}; give it a name that ends in .mat")
+    if form == "mat" and step is not None:
+        raise ValueError("--step is the length of a step of C and FMU, and mat has none; leave it out")
     title, notes = _export(project, form, output, step)
     summary = {"title": title, "format": form, "file": str(output), "notes": list(notes)}
     click.echo(to_json(summary) if as_json else "\n".join([f"{title}: {form} in {output}", *notes]))
@@ -40,19 +38,9 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
 
 def _export(project: Path, to: Any, output: Path, step: str | None) -> tuple[str, tuple[str, ...]]:
     """Write the file; its title and notes."""
-    if str(project) == "catalogue":
-        from ..report.page.page import TITLE, write_catalogue
-
-        write_catalogue(output)
-        return TITLE, ()
     drive = read_project(project)
-    if to not in ("mat", "html"):
+    if to != "mat":
         return drive.title, exported(drive, output, to=to, step=None if step is None else parse(step, "s")).notes
-    if to == "html":
-        from ..report.page.page import write_page
-
-        write_page(drive, output)
-        return drive.title, ()
     with Progress(drive.title) as progress:
         progress.show("response curve", 0.0)
         drive.response().save(output)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...base.archive import version
 from ...base.arguments import silent
-from ...base.results import Branch, Floats, SolveError
+from ...base.results import Branch, Floats
 from ...base.sentences import Angle, Speed, listed
 from ...base.units import Speeds
 from ...compile.jit import light_as_python
@@ -26,7 +26,6 @@ from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
 from ..console import WHAT_X_IS, number, percent, slug, staged, to_json, write_csv
 from ..view import View, equation_alone
-from .page.page import page_of
 from .section import Part, Section, asked, sections_of
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix
@@ -76,7 +75,6 @@ def write(
     *,
     sections: Sequence[Section] = SECTIONS,
     progress: Callable[[str, float], None] = silent,
-    live: bool = False,
 ) -> Report:
     """Analyse a drive and write report.html, appendix.html, results.json and CSV files of its curves into a folder.
 
@@ -90,8 +88,6 @@ def write(
         Parts of the report in order. Default: `SECTIONS`.
     progress : callable
         Told before every step what is done now, and the share of the work that is done; default: nobody.
-    live : bool
-        Whether the report has the page that computes, folded away; of a drive that no page holds it has the reason.
 
     Raises
     ------
@@ -114,31 +110,20 @@ def write(
         with light_as_python():
             _ = project.sureness  # which several sections tell
         progress("writing the report", 0.99)
-        return write_view(view, part, sections, live=live)
+        return write_view(view, part, sections)
 
 
-def write_view(
-    view: View, folder: Path | None, sections: Sequence[Section] = SECTIONS, *, live: bool = False
-) -> Report:
+def write_view(view: View, folder: Path | None, sections: Sequence[Section] = SECTIONS) -> Report:
     """Write the report of an analysis, if there is a folder; errors as `write`."""
     parts = [asked(section, view) for section in sections]
     files = [] if folder is None else [*write_curves(view, folder), "results.json", *PAGES]
     results = together([*(part.data for part in parts), {"files": files}])
-    computing, refusal = _computing(view.project) if live and folder is not None else ("", "")
     if folder is not None:
         (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
         for name, appendix in PAGES.items():
-            (folder / name).write_text(page(view, parts, appendix, computing, refusal), encoding="utf-8")
-    lines = [f"  {line}" for line in [*(line for part in parts for line in part.lines), *filter(None, [refusal])]]
+            (folder / name).write_text(page(view, parts, appendix), encoding="utf-8")
+    lines = [f"  {line}" for part in parts for line in part.lines]
     return Report(results, "\n".join([view.project.title, *lines]), view)
-
-
-def _computing(project: Project) -> tuple[str, str]:
-    """Page of the drive that computes, and why there is none."""
-    try:
-        return page_of(project), ""
-    except (ValueError, TypeError, SolveError) as error:  # the report is finished, whatever its page lacks
-        return "", f"no curve that follows sliders: {error}"
 
 
 def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
@@ -151,11 +136,8 @@ def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def page(view: View, parts: Iterable[Part], appendix: bool = False, computing: str = "", refusal: str = "") -> str:
-    """Render the page of the report or of its appendix, each section by its template.
-
-    The report may have the page that computes, or the reason why it has none.
-    """
+def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
+    """Render the page of the report or of its appendix, each section by its template."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -182,7 +164,6 @@ def page(view: View, parts: Iterable[Part], appendix: bool = False, computing: s
     ]
     about = about_appendix(view) if appendix else ""
     names = {"bodies": bodies, "appendix": appendix, "style": style, "about_appendix": about}
-    names |= {"computing": "" if appendix else computing, "refusal": "" if appendix else refusal}
     return rendered(HERE / "page.html.j2", names)
 
 

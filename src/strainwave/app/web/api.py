@@ -68,7 +68,6 @@ ANSWERS = {
     "/api/goal": Answer(GoalRequest, (OF_STATE, Work("goals", "goal")), ("state", "name")),
     "/api/move": Answer(OfState, (OF_STATE, Work("views", "moved"))),
     "/api/export/project": Answer(OfState, (OF_STATE, Work("state", "yaml_of"))),
-    "/api/export/page": Answer(OfState, (OF_STATE, Work("exports", "page_of"))),
     "/api/export/script": Answer(ScriptRequest, (Work("exports", "script_of"),), ()),
 }
 

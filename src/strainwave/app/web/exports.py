@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...drive.project import Project
-from ..report.page.page import page_of as page_of
 from ..report.report import write
 from .state import Refused, ScriptRequest, project_of, two_axes, yaml_of
 

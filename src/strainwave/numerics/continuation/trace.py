@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from ...base.protocols import Balance
 from ...base.results import Branch, Floats, Orbit, Status
 from ...base.series import highest_between, largest_size, oscillation, weights_at
-from ...compile.jit import routine
 from ..balance.first_order import linearised
 from ..balance.fourier import from_blocks
-from ..balance.linear_algebra import add, dot
 from ..balance.rates import base_speed
 from ..balance.truncation import Tail, tail_along
 from ..labels import (
@@ -185,38 +183,29 @@ def trace(
                 parts[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
     points, kinds = np.concatenate(parts), np.concatenate(labels)
     if most is None:
-        special = np.flatnonzero((kinds == FOLD) | (kinds == TOP))
-        for group in np.split(special, np.flatnonzero(np.diff(special) > 4) + 1)[: len(special)]:
-            some = slice(max(group[0] - 2, 0), group[-1] + 3)  # all that the function looks at
-            put_in_order(points[some], kinds[some], len(kinds[some]))
+        put_in_order(points, kinds)
         points, kinds = with_missed_folds(problem, points, kinds)
         if outcome == CLOSED:
             points[-1] = points[0]  # the last step went a little past the start
     return Trace(points, kinds, outcome)
 
 
-@routine
-def put_in_order(points: Floats, labels: Any, count: int) -> None:
-    """Put folds and amplitude maxima among `count` points in the order of the arc.
+def put_in_order(points: Floats, labels: Any) -> None:
+    """Put folds and amplitude maxima among points in the order of the arc.
 
     They are listed before the end of the step in which they were found, the fold first, but may lie just outside it.
     """
-    before, step, n = labels[:count].copy(), np.empty(points.shape[1]), points.shape[1] - 1
-    for i in range(count):
+    weights = np.ones(points.shape[1])
+    for i in np.flatnonzero((labels == FOLD) | (labels == TOP)):
         for a in (i, i - 1):  # with its right neighbour, then with its left one
-            if (before[i] != FOLD and before[i] != TOP) or not 0 < a < count - 2:
+            if not 0 < a < len(labels) - 2:
                 continue
-            unit = dot(points[a, :n], points[a, :n]) / max(points[a, n] ** 2, points[a + 1, n] ** 2, 1e-300)
-            back, nearer = 0.0, 0.0
-            for j in range(n + 1):
-                weight = unit if j == n else 1.0  # both the motion and the parameter count by their sizes
-                step[j] = points[a + 1, j] - points[a, j]
-                back += weight * step[j] * (points[a + 2, j] - points[a - 1, j])
-                nearer += weight * step[j] * (points[a + 1, j] + points[a, j] - 2.0 * points[a - 1, j])
-            if back < 0.0 and nearer < 0.0:
-                add(1.0, step, points[a])
-                add(-1.0, step, points[a + 1])
-                labels[a], labels[a + 1] = labels[a + 1], labels[a]
+            last, one, other, after = points[a - 1 : a + 3]
+            # both the motion and the parameter count by their sizes
+            weights[-1] = one[:-1] @ one[:-1] / max(one[-1] ** 2, other[-1] ** 2, 1e-300)
+            step = weights * (other - one)
+            if step @ (after - last) < 0.0 and step @ (other + one - 2.0 * last) < 0.0:
+                points[[a, a + 1]], labels[[a, a + 1]] = points[[a + 1, a]], labels[[a + 1, a]]
 
 
 def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> tuple[Floats, Any]:
@@ -236,7 +225,7 @@ def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> 
                 continue
             place = i if crest[0] > 0.0 else i - 1
             neighbours = [points[place], points[place + 1], *(point for index, _, point in crests if index == place)]
-            if all(apart(crest[1], point) > ONE for point in neighbours):  # often the two crests are one
+            if all(_apart(crest[1], point) > ONE for point in neighbours):  # often the two crests are one
                 crests.append((place, TOP, crest[1]))
     if not crests:
         return points, labels
@@ -299,14 +288,10 @@ def _crest(
     return crest
 
 
-@routine
-def apart(a: Floats, b: Floats) -> float:
+def _apart(a: Floats, b: Floats) -> float:
     """Distance of two points, of the motion and of the speed, relative to their sizes."""
-    n, total, size = len(a) - 1, 0.0, 0.0
-    for i in range(n):
-        total += (a[i] - b[i]) ** 2
-        size += b[i] ** 2
-    return float((total / max(size, 1e-300)) ** 0.5 + abs(a[n] / b[n] - 1.0))
+    motion = np.linalg.norm(a[:-1] - b[:-1]) / max(float(np.linalg.norm(b[:-1])), 1e-150)
+    return float(motion + abs(a[-1] / b[-1] - 1.0))
 
 
 def _series(problem: Balance, points: Floats) -> Floats:

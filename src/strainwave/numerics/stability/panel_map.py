@@ -291,7 +291,7 @@ def _maps(disturbances: Any) -> Floats:
 
 
 def longest_in(disturbances: Any) -> Floats:
-    """Longest panels [rad] (orbits,) that resolve orbits, as `curves.inner_stability.longest_in` has it for one.
+    """Longest panels [rad] (orbits,) that resolve orbits.
 
     Between the kinks of a piecewise linear law nothing varies where the motor has no deviation.
     """

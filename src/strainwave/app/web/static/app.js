@@ -233,7 +233,7 @@ async function begin() {
   byId("open").addEventListener("click", () => byId("project-file").click());
   byId("project-file").addEventListener("change", (event) => event.target.files[0]?.text().then(taken));
   byId("reset").addEventListener("click", () => { state.values = {}; again(); });
-  for (const what of ["project", "script", "page"]) byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
+  for (const what of ["project", "script"]) byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
   byId("save-report").addEventListener("click", () => (busy("report") ? stop("report") : trying(() => take("report"))));
   document.addEventListener("job", ({ detail: name }) => {
     if (name === "report") {

@@ -230,7 +230,6 @@ function scriptView() {
 
 export async function take(what) {
   if (what === "project") return download(stem() + ".yaml", await call("/api/export/project", { body: { state: asked() } }), "application/yaml");
-  if (what === "page") return download(stem() + "-page.html", await call("/api/export/page", { body: { state: asked() } }), "text/html");
   if (what === "script") return download(stem() + ".py", await call("/api/export/script", { body: { state: asked(), ...scriptView() } }), "text/x-python");
   const one = await run("report", () => call("/api/jobs", { body: { state: asked(), kind: "report" } }));
   if (one.state === "failed") throw new Error(one.error);
