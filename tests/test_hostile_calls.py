@@ -114,7 +114,6 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("compensate_move", {"tail": 5e-15}),
         ("compensation_bench", {"loop": sw.Peak()}),
         ("discrepancy", {"jacobian": 1e-300 * np.vander(np.linspace(0.0, 1.0, 32), 2), "candidates": None}),
-        ("EnsembleMeasure", {"device": np.array([1j, 2.0])}),
         ("find_orbit", {"system": TRAINS["commanded"]}),
         ("find_orbit", {"guess": np.longdouble("1e4000")}),
         ("fit_response", {"amplitude": 1e-300 * np.arange(1.0, 9.0)}),

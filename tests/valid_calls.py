@@ -313,7 +313,7 @@ CALLS = {
     "drive_motion": call(sw.drive_motion, "project", project=axis, omega=120.0, load=5.0),
     "ensemble": call(
         sw.ensemble, system=STRONG, parameters={"B": [0.1, 0.2]}, y0=(0.0, 0.0), periods=1, settle=1,
-        measures=(sw.Peak(), sw.Rms(), sw.Amplitude(1)), method=QUICK, threads=1, device="cpu",
+        measures=(sw.Peak(), sw.Rms(), sw.Amplitude(1)), method=QUICK, threads=1,
     ),
     "Amplitude": call(
         lambda k: sw.ensemble(STRONG, {"B": [0.1]}, (0.0, 0.0), periods=1, measures=(sw.Amplitude(k),), method=QUICK), k=1
@@ -496,7 +496,7 @@ CALLS = {
     ),
     "EnsembleMeasure": call(
         lambda **k: sw.sweep(sw.EnsembleMeasure(**k), STRONG, {"B": [0.1, 0.2]}, workers=1), y0=(0.0, 0.0), periods=1,
-        measures=(sw.Peak(),), settle=1, method=QUICK, device="cpu",
+        measures=(sw.Peak(),), settle=1, method=QUICK,
     ),
     "LatinHypercube": call(
         lambda **k: sw.sweep(lambda q: {"x": q.B}, STRONG, sw.sample.LatinHypercube(**k), workers=1), count=3, distributions=SCATTER, seed=0

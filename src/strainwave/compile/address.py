@@ -154,7 +154,7 @@ def signature(types: Any, thing: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """What compiled code runs instead of the functions above, by these modules of a compiler."""
+    """What compiled code runs instead of the functions above."""
 
     def typed_at(context: Any, place: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

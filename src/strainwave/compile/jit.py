@@ -43,7 +43,6 @@ _light_runs = count()
 _runs: Counter[Any] = Counter()
 _all_light: ContextVar[bool] = ContextVar("_all_light", default=False)
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
-_exposed: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 
 
 def kernel(function: F) -> F:
@@ -141,7 +140,7 @@ def run(function: Callable[..., Any], *args: Any, light: bool | None = None, aft
         if after:  # it has run as Python before
             _runs[function, classes] = -sys.maxsize
             return function(*things)
-        raise TypeError(_explain(error, foreign_names(things))) from error
+        raise TypeError(_explain(error, things)) from error
 
 
 _entries: dict[Any, int] = {}
@@ -174,22 +173,15 @@ def _address_of(function: Callable[..., Any], thing: Any, kind: Any, kinds: tupl
     return _entries[key]
 
 
-def _is_ours(module: str) -> bool:
-    return module.partition(".")[0] == __package__.partition(".")[0]
-
-
-def foreign_names(things: tuple[Any, ...]) -> set[str]:
-    """Names of the model classes among things, at any depth, that are not from this package."""
-    return {cls.__name__ for cls in classes_of(things) if not _is_ours(cls.__module__)}
-
-
 @cache
 def methods_of(cls: type) -> tuple[str, ...]:
     """Names of the methods that compiled code may call on a model of this class."""
     return tuple(name for name in dir(cls) if name[0] != "_" and inspect.isfunction(getattr(cls, name)))
 
 
-def _explain(error: Exception, classes: set[str]) -> str:
+def _explain(error: Exception, things: tuple[Any, ...]) -> str:
+    package = __package__.partition(".")[0]
+    foreign = {cls.__name__ for cls in classes_of(things) if cls.__module__.partition(".")[0] != package}
     lines = [line.strip(" -") for line in str(error).splitlines() if line.strip() and "<locals>" not in line]
     signs = (
         "a method returns", "Unknown attribute", "Cannot unify", "Use of unsupported", "The use of", "Untyped global",
@@ -197,7 +189,7 @@ def _explain(error: Exception, classes: set[str]) -> str:
     )  # fmt: skip
     facts = [line for sign in signs for line in lines if line.startswith(sign)] or lines or ["unknown reason"]
     return (
-        f"{' / '.join(sorted(classes)) or 'the model'} cannot be compiled: {facts[0].rstrip('.:')}; write its methods "
+        f"{' / '.join(sorted(foreign)) or 'the model'} cannot be compiled: {facts[0].rstrip('.:')}; write its methods "
         "with arithmetic, abs and strainwave.maths, or set STRAINWAVE_JIT=0 to run it as Python"
     )
 
@@ -217,8 +209,7 @@ def expose(*classes: type) -> None:
         for cls in classes:
             _expose_methods(cls)
         while _kernels:  # those of modules imported since the last call
-            _exposed.append(_kernels.pop())
-            _expose(*_exposed[-1])
+            _expose(*_kernels.pop())
 
 
 @cache
@@ -299,19 +290,15 @@ def _prefer_wide_vectors(config: Any) -> None:
 
 @cache
 def _expose_methods(cls: type) -> None:
+    """Let compiled code call the methods of models of this class."""
     types, templates = import_module("numba.core.types"), import_module("numba.core.typing.templates")
-    expose_methods(cls, types, templates, lambda typed: _overload(typed, typed, INNER))
-
-
-def expose_methods(cls: type, types: Any, templates: Any, overload: Callable[[Any], None]) -> None:
-    """Let compiled code call the methods of models of this class, by the modules of a compiler and what exposes one."""
     for name in methods_of(cls):
         own = f"{name} of {cls.__module__}.{cls.__qualname__} {id(cls)}"
         typed = _typed(getattr(cls, name))
         template = templates.make_overload_method_template(types.BaseNamedTuple, own, typed, "never")
         template._resolve = _of_class(cls, name, own, template._resolve)
         templates.infer_getattr(template)
-        overload(typed)
+        _overload(typed, typed, INNER)
 
 
 def _typed(body: Callable[..., Any]) -> Any:

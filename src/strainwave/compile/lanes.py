@@ -44,15 +44,7 @@ def _address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: 
     return builder.gep(array.data, [builder.add(builder.mul(row, stride), place)])
 
 
-def strided_address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: Any, place: Any) -> Any:
-    """Address in any array of rows and lanes."""
-    array = context.make_array(kind)(context, builder, rows)
-    size = context.get_constant(types.intp, 8)
-    row_stride, stride = [builder.sdiv(builder.extract_value(array.strides, axis), size) for axis in (0, 1)]
-    return builder.gep(array.data, [builder.add(builder.mul(row, row_stride), builder.mul(place, stride))])
-
-
-def _at_leaves(types: Any, extending: Any, address: Any, do: Any, result: Any) -> Any:
+def _at_leaves(types: Any, extending: Any, do: Any, result: Any) -> Any:
     """What walks through the floats of a model or tuple with `do(builder, address in the rows, value)` for each."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -62,9 +54,8 @@ def _at_leaves(types: Any, extending: Any, address: Any, do: Any, result: Any) -
             if not isinstance(kind, types.Float):
                 return old
             here = builder.add(arguments[2], context.get_constant(types.intp, next(row)))
-            return do(
-                builder, address(types, context, builder, signature.args[1], arguments[1], here, arguments[3]), old
-            )
+            place = _address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
+            return do(builder, place, old)
 
         walked = rebuilt(types, context, builder, signature.args[0], arguments[0], leaf)
         return context.get_dummy_value() if signature.return_type == types.void else walked
@@ -75,8 +66,8 @@ def _at_leaves(types: Any, extending: Any, address: Any, do: Any, result: Any) -
     return extending.intrinsic(typed)
 
 
-def bodies(types: Any, extending: Any, address: Any = _address) -> dict[Any, Any]:
-    """What compiled code runs instead of the functions above; `address` finds the number of a row and a lane."""
+def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+    """What compiled code runs instead of the functions above."""
 
     def counted(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return context.get_constant(types.intp, _floats(types, signature.args[0]))
@@ -88,8 +79,8 @@ def bodies(types: Any, extending: Any, address: Any = _address) -> dict[Any, Any
         builder.store(value, place)
         return value
 
-    lane_of = _at_leaves(types, extending, address, lambda builder, place, _: builder.load(place), lambda kind: kind)
-    store_into = _at_leaves(types, extending, address, written, lambda _: types.void)
+    lane_of = _at_leaves(types, extending, lambda builder, place, _: builder.load(place), lambda kind: kind)
+    store_into = _at_leaves(types, extending, written, lambda _: types.void)
     count_of = extending.intrinsic(typed_count)
     return {
         lane: lambda model, rows, at, j: lane_of(model, rows, at, j),

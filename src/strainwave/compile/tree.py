@@ -189,7 +189,7 @@ def rebuilt(types: Any, context: Any, builder: Any, kind: Any, old: Any, leaf: C
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """What compiled code runs instead of functions of tuples and of `with_leaf`, by these modules of a compiler."""
+    """What compiled code runs instead of functions of tuples and of `with_leaf`."""
     real = types.float64
 
     def intrinsic(values: Callable[..., list[Any]]) -> Any:

@@ -26,12 +26,11 @@ from ..base.results import Floats
 from ..compile.lanes import LANES
 from ..drive.project import Project
 from ..numerics.ensemble.ensemble import ensemble
-from ..numerics.ensemble.machine import machine_of
 from ..numerics.ensemble.measures import Peak, Rms
 from ..numerics.ensemble.request import LaneError, lanes_of, method_of, spans, what_and_how
 from ..numerics.ensemble.stepping import stepping_of
 from .identity import digest, installed, readable
-from .points import LARGEST, OWN_NAMES, Job, Layout, Part, Variable, check_size, chunk_size, layout_of, lost
+from .points import OWN_NAMES, Job, Layout, Part, Variable, check_size, chunk_size, layout_of, lost
 from .sampling import Grid, GridPoints, Points, check_names, points_of
 from .store import SweepStore
 from .workers import ClusterPool, ProcessPool, ThreadPool
@@ -59,8 +58,6 @@ class EnsembleMeasure:
         Periods before that.
     method : Dop8, Rk4, Dopri5 or None
         Integrator; None is that of `ensemble`.
-    device : {"cpu", "gpu"}
-        Where it runs, as in `ensemble`; results of both agree to rounding, so a store is that of one of them.
     """
 
     y0: tuple[float, ...]
@@ -68,7 +65,6 @@ class EnsembleMeasure:
     measures: tuple[Any, ...] = (Peak(), Rms())
     settle: int = 0
     method: Any = None
-    device: str = "cpu"
     whole_chunks: ClassVar[bool] = True
 
     def check(self, system: Any) -> None:
@@ -77,23 +73,20 @@ class EnsembleMeasure:
             lanes_of(system, {}, self.y0)
         spans(self.periods, self.settle)
         what_and_how(system, self.measures, self.method)
-        machine_of(self.device, 1)
 
     def least_chunk(self, system: Any) -> int:
         """Fewest lanes that are worth a chunk.
 
         One block of adaptive steps; of fixed steps 32 blocks, since some are run again to estimate the error and
-        lanes share a block with those of the same number of steps only; on a graphics processor as many as there are.
+        lanes share a block with those of the same number of steps only.
         """
-        if self.device == "gpu":
-            return LARGEST
         return int(stepping_of(method_of(system, self.method)).blocks) * LANES
 
     def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
         """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""
         found = ensemble(
             system, dict(values), self.y0, periods=self.periods, settle=self.settle, measures=self.measures,
-            threads=1, device=self.device, **{} if self.method is None else {"method": self.method},
+            threads=1, **{} if self.method is None else {"method": self.method},
         )  # fmt: skip
         small = {"status": "int8", "period": "int8", "steps": "int32"}  # of many points, each byte counts
         return found.assign({name: found[name].astype(kind) for name, kind in small.items() if name in found})

@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from ... import __version__
-from ...compile import cache, cuda, jit
+from ...compile import cache, jit
 from ...compile.jit import target_cpu
 from ..console import to_json
 from .options import json_option
@@ -26,7 +26,6 @@ EXTRAS = {
     "control": ("control",),
     "fmi": ("fmpy",),
     "logs": ("pyarrow", "asammdf"),
-    "cuda": ("numba_cuda",),
     "docs": ("sphinx", "myst_parser", "sphinx_gallery", "furo"),
     "dev": ("pytest", "hypothesis", "ruff", "mypy"),
 }
@@ -46,7 +45,6 @@ def report() -> dict[str, Any]:
         "system": f"{platform.system()} {platform.release()} {platform.machine()}",
         "packages": {name: _version(name) for name in CORE},
         "compilation": "on" if jit.enabled() else "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)",
-        "gpu": cuda.missing() or "usable",
         "cache": {"folder": str(folder), "writable": writable, "why": reason, "bytes": size},
         "cores": {"machine": os.cpu_count(), "usable": cores},
         "cpu": cpu,
@@ -92,7 +90,6 @@ def doctor(as_json: bool) -> None:
         "cpu": f"{facts['cpu']}, {cores['usable']} of {cores['machine']} cores usable",
         "simd": " ".join(facts["simd"]) or "none known",
         "compilation": facts["compilation"],
-        "gpu": facts["gpu"],
         "cache": f"{cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {state})",
         "packages": ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()),
     }

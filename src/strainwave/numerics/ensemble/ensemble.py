@@ -29,7 +29,7 @@ from ...compile.lanes import LANES
 from ...compile.tree import leaves, mapped
 from ..balance.harmonics import whole_orders
 from ..integration.methods import HOPELESS, MOST_STEPS, Method
-from .machine import Batch, Block, Machine, machine_of
+from .machine import Batch, Block, march
 from .measures import Peak, Rms
 from .pieces import General, Smooth
 from .request import LaneError, lanes_of, spans, what_and_how
@@ -122,7 +122,6 @@ def ensemble(
     measures: tuple[Any, ...] = (Peak(), Rms()),
     method: Method | None = None,
     threads: int | None = None,
-    device: str = "cpu",
 ) -> xr.Dataset:
     """Integrate many variants of a system over whole periods of the base angle and keep a few numbers of each.
 
@@ -146,9 +145,6 @@ def ensemble(
         breakpoints or memory and for other systems. `steps` of a fixed method count per shortest time scale met.
     threads : int, optional
         Default: as many as there are processors.
-    device : {"cpu", "gpu"}
-        "gpu": on a graphics processor of NVIDIA (extra `cuda`), the same to rounding; where there is none, a warning
-        says so and the processor does it. For very large ensembles: its code takes seconds to make.
 
     Returns
     -------
@@ -156,8 +152,8 @@ def ensemble(
         Over the dimension "lane": the varied parameters as coordinates; the measures (NaN in lanes that did not
         finish); `status` (0 finished, 1 diverged, 2 needed more than the method's `max_steps`), `ended` (time [s]
         until which the states stayed bounded), `period` (of the settled motion, in turns; 0 if it is not settled, or
-        if its period is longer than 8), `steps` where they are fixed. Attributes: method, device, and of every
-        measure with a fixed step `error_estimate`, the largest difference to half the step in a sample of lanes
+        if its period is longer than 8), `steps` where they are fixed. Attributes: method and, of every
+        measure with a fixed step, `error_estimate`, the largest difference to half the step in a sample of lanes
         (twice that for laws with breakpoints, where fixed steps are of second order; a lane whose motion would end
         up on another attractor may not be among them), in the unit of the measure.
 
@@ -175,16 +171,15 @@ def ensemble(
     """
     system = repeating("ensemble", with_parts("ensemble", system, "rhs"))
     data, estimates = lanes_run(
-        system, parameters, y0, periods=periods, settle=settle, measures=measures, method=method, threads=threads,
-        device=device,
-    )  # fmt: skip
+        system, parameters, y0, periods=periods, settle=settle, measures=measures, method=method, threads=threads
+    )
     estimates()
     return data
 
 
 def lanes_run(
     system: System, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
-    method: Method | None, threads: int | None, device: str = "cpu", most: float = math.inf,
+    method: Method | None, threads: int | None, most: float = math.inf,
 ) -> tuple[xr.Dataset, Callable[[], None]]:  # fmt: skip
     """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes.
 
@@ -197,17 +192,17 @@ def lanes_run(
     batch = _batch(
         system, varied, states, lanes, kept, settle, periods, any(not lacking(m, "of_turns") for m in measures)
     )
-    machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
+    threads = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     members = replace(system, varied)
-    found, steps = _run(batch, members, chosen, machine, most)
+    found, steps = _run(batch, members, chosen, threads, most)
     data = dataset_of(system, varied, batch, found, measures, chosen)
-    data.attrs |= {"method": str(chosen), "device": machine.name, "periods": periods, "settle": settle}
+    data.attrs |= {"method": str(chosen), "periods": periods, "settle": settle}
     if not chosen.adaptive:
         data["steps"] = ("lane", steps, {"long_name": "steps per period"})
 
     def estimates() -> None:
         if not chosen.adaptive:
-            _add_error_estimates(data, batch, chosen, steps, measures, system, varied, machine)
+            _add_error_estimates(data, batch, chosen, steps, measures, system, varied, threads)
 
     return data, estimates
 
@@ -231,12 +226,12 @@ def _is_smooth(system: System, states: int) -> bool:
     return states > 1 and all(float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1] for probe in probes)
 
 
-def _run(batch: Batch, members: Any, method: Any, machine: Machine, most: float) -> tuple[Block, Any]:
+def _run(batch: Batch, members: Any, method: Any, threads: int, most: float) -> tuple[Block, Any]:
     """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
     lanes, stepping = len(batch.omega), stepping_of(method)
     if (fixed := stepping.given(lanes)) is not None:
         _refuse_many(batch, fixed, most)
-        return _march_all(batch, fixed, method, machine), fixed
+        return _march_all(batch, fixed, method, threads), fixed
     order = max(1, *members.orders(), stepping.order_for(max(map(order_of, batch.measures), default=0)))
     margin = _error_reach(members, lanes)
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
@@ -251,7 +246,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine, most: float)
             endless,
         )
     _refuse_many(batch, steps, most)
-    block = _march_all(batch, steps, method, machine)
+    block = _march_all(batch, steps, method, threads)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
     for _ in range(MOST_TRIES):
         reach = np.maximum(reach, 1.02 * np.where(np.isfinite(block.reach), block.reach, 0.0))
@@ -263,7 +258,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine, most: float)
             break
         _refuse_many(batch, np.where(stayed & ~lost, finer, 0), most)
         steps[repeated] = finer[repeated]
-        better = _march_all(_some(batch, repeated), steps[repeated], method, machine)
+        better = _march_all(_some(batch, repeated), steps[repeated], method, threads)
         lost[repeated] = ~stayed[repeated] & (better.ended == block.ended[repeated])
         for name in ("sums", "last", "points", "ended", "reach"):
             getattr(block, name)[..., repeated] = getattr(better, name)
@@ -297,23 +292,23 @@ def _some(batch: Batch, places: Any) -> Batch:
     return with_changes(batch, numbers=batch.numbers[:, places], omega=batch.omega[places], y0=batch.y0[:, places])
 
 
-def _march_all(batch: Batch, steps: Any, method: Method, machine: Machine) -> Block:
+def _march_all(batch: Batch, steps: Any, method: Method, threads: int) -> Block:
     """Run all lanes, in blocks of lanes with one number of steps."""
     jobs = []
     for number in np.unique(steps):
         places = np.flatnonzero(steps == number)
-        jobs += [(places[i : i + machine.lanes], int(number)) for i in range(0, len(places), machine.lanes)]
+        jobs += [(places[i : i + LANES], int(number)) for i in range(0, len(places), LANES)]
     logged, ready, blocks = monotonic(), 0, []
 
     def job(item: tuple[Any, int]) -> Block:
-        return machine.march(batch, item[0], method, item[1])
+        return march(batch, item[0], method, item[1])
 
     def results() -> Any:
-        if machine.workers == 1 or len(jobs) == 1:
+        if threads == 1 or len(jobs) == 1:
             yield from map(job, jobs)
             return
         yield job(jobs[0])  # compiles, where that is still to do, before the threads start
-        with ThreadPoolExecutor(machine.workers) as pool:
+        with ThreadPoolExecutor(threads) as pool:
             try:
                 yield from pool.map(job, jobs[1:])
             except BaseException:
@@ -336,7 +331,7 @@ def _march_all(batch: Batch, steps: Any, method: Method, machine: Machine) -> Bl
 
 def _add_error_estimates(
     data: xr.Dataset, batch: Batch, method: Any, steps: Any, measures: Any, system: System, varied: dict[str, Floats],
-    machine: Machine,
+    threads: int,
 ) -> None:  # fmt: skip
     """Run a sample of lanes with half the step and say by how much every measure changes at most.
 
@@ -350,7 +345,7 @@ def _add_error_estimates(
     groups = [good[steps[good] == number] for number in np.unique(steps[seen])]
     sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))
     part = _some(batch, sample)
-    finer = _march_all(part, 2 * steps[sample], method, machine)
+    finer = _march_all(part, 2 * steps[sample], method, threads)
     factor = 2.0 if kinks else 1.0 / (1.0 - 0.5 ** method.scheme.order())  # of the error to its change
     few = dataset_of(system, {p: v[sample] for p, v in varied.items()}, part, finer, measures, method)
     for name in few:

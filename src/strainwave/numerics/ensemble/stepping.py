@@ -178,7 +178,6 @@ class AdaptiveLanes:
     """Steps of a method that adapts them, in every lane."""
 
     blocks: ClassVar = 1  # that are worth a chunk of a sweep
-    of_thread: ClassVar = 1  # lanes of a thread of a graphics processor
 
     method: AdaptiveStep
 
@@ -225,11 +224,6 @@ class FixedLanes:
     blocks: ClassVar = 32  # some run again to estimate the error, and lanes share those of one number of steps only
 
     method: FixedStep
-
-    @property
-    def of_thread(self) -> int:
-        """Lanes of a thread of a graphics processor, which share cosines: long steps leave no registers for two."""
-        return 4 if self.method.piece == 2 else 1
 
     @property
     def kernel(self) -> Any:
