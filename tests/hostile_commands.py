@@ -54,7 +54,7 @@ FILES = {
     ),
     "bode.csv": table(S.imag / (2.0 * np.pi), PLANT.real, PLANT.imag, names=("frequency [Hz]", "real", "imaginary")),
     "profile.csv": table(0.1 * TIMES, 0.01 * TIMES, names=("time [s]", "angle [rad]")),
-    "table.csv": "direction,order,amplitude,phase\nboth,0,0.0,0.0\nboth,2,0.0001,0.3\n",
+    "table.csv": "angle_rad,value\n0,0\n1.5707963267948966,1e-4\n3.141592653589793,0\n4.71238898038469,-1e-4\n",
     "empty.yaml": "",
     "bytes.csv": "\x00\x01\x02",
 }
@@ -79,7 +79,7 @@ VALID = {
     "move": "axis.yaml 'trapezoid, angle: 0.01 rad, time: 0.01 s' -o out --start 0deg --window 1arcmin",
     "new": "--title axis --gear CSG-40-50 --load-inertia 1.3kg*m^2 -o new.yaml",
     "order-scan": "log.csv --channel torque --angle motor_angle --orders 2",
-    "order-table": "table.csv out.csv --from csv --format csv --ratio 50",
+    "order-table": "table.csv out.h --format c --points 8 --prefix x --speed 5rpm",
     "read-log": "log.csv --ratio 50 --trim 0",
     "reproduce": "--json",
     "response": "axis.yaml -o out.csv",

@@ -146,20 +146,6 @@ def test_example_error_scan():
     assert found == pytest.approx(2.9, abs=0.05)
 
 
-def test_example_order_table():
-    # Independent: straight lines between the exact errors at 256 positions, and the closed form of their largest loss.
-    share = example("order_table").main()
-    at, fine = np.linspace(0.0, 10.0 * math.pi, 256), np.linspace(0.0, 10.0 * math.pi, 200_001)
-
-    def error(theta):
-        return 23.0 * np.cos(2.0 * theta + 0.3) + 2.0 * np.cos(4.0 * theta + 2.0)
-
-    missing = np.max(np.abs(error(fine) - np.interp(fine, at, error(at)))) / 25.0
-    assert share == pytest.approx(missing, rel=1e-3)
-    most = 23.0 * (1.0 - math.cos(2.0 * math.pi / 51.0)) + 2.0 * (1.0 - math.cos(4.0 * math.pi / 51.0))
-    assert 0.8 * most < 25.0 * share < most
-
-
 @pytest.mark.slow
 def test_example_damping():
     # Independent: the peak of the response curve by harmonic balance, and the root of its excess by bisection.

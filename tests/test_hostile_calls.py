@@ -374,8 +374,8 @@ def test_a_run_without_a_hope_of_its_end_stops_at_its_start(y0, t, method):
         [*valid_command("sweep"), "-o", "x" * 3000],
         [*valid_command("sweep"), "--cluster", "x" * 3000],
         [*valid_command("exceedance"), "--seed", "9" * 400],
-        ["order-table", "table.csv", "\udcff", "--format", "csv", "--ratio", "50"],
-        ["order-table", "table.csv", "", "--format", "csv", "--ratio", "50"],
+        ["order-table", "table.csv", "\udcff", "--format", "csv"],
+        ["order-table", "table.csv", "", "--format", "csv"],
     ],
 )
 def test_what_once_had_no_sentence_in_a_command_has_one(arguments, tmp_path, monkeypatch):

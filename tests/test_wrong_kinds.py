@@ -18,7 +18,7 @@ from strainwave.study.analysis.verdict import Answer, Verdict
 
 CALLED_BY_VERBS = {
     "AdaptiveStep": "simulate", "Dopri5": "simulate", "FixedStep": "simulate", "Rk4": "simulate", "Dop8": "simulate",
-    "EnsembleMeasure": "sweep", "Compensator": "compensate", "OrderFormat": "OrderTable.write",
+    "EnsembleMeasure": "sweep", "Compensator": "compensate",
 }  # fmt: skip
 MADE_BY_VERBS = ("refused",)  # of a class: `lyapunov` makes one
 VERDICT = Verdict(Answer.BUT, ((1.0, 2.0),), (), ())

@@ -109,7 +109,7 @@ from .study.compensation.monitoring import monitor as monitor
 from .study.compensation.prediction import prediction_table as prediction_table
 from .study.compensation.moves import compensate_move as compensate_move
 from .study.compensation.runup import compensate_run_up as compensate_run_up
-from .files.order_tables.order_table import OrderTable as OrderTable
+from .files.order_table import OrderTable as OrderTable
 from .files.export.export import export as export
 
 # From measurements

@@ -16,8 +16,6 @@ from .drive.run import DriveRun as DriveRun
 from .drive.standstill import Standstill as Standstill
 from .drive.state_space import StateSpace as StateSpace
 from .files.export.export import Exported as Exported
-from .files.order_tables.format import OrderFormat as OrderFormat
-from .files.order_tables.format import TableResidual as TableResidual
 from .files.scan_file import ScanFile as ScanFile
 from .files.variants.comparison import ProjectComparison as ProjectComparison
 from .files.variants.identify_drive import IdentifiedDrive as IdentifiedDrive

@@ -110,7 +110,7 @@ def command():
         "error-scan error.csv", "export p0.yaml --to c -o axis.c", "export p0.yaml --to mat -o axis.mat",
         "identify guessed.yaml record.csv -o found", "log record.csv", "loop-scan loop.csv --rated-torque 87|N*m",
         f"move axis.yaml {move.replace(' ', '|')} -o moved --window 60|arcsec", "order-scan run0.csv run1.csv",
-        "order-table table.json joint.comp --format linuxcnc --option span=-18,18",
+        "order-table table.json table.h",
         "sweep p0.yaml --grid omega=120:160:3 --measure peak --measure rms -o sweep",
         "sweep axis.yaml --grid load.inertia=1|kg*m^2,1.2|kg*m^2 -o sweep2", "variability axis.yaml --count 32",
         "analyze axis.yaml --check", "response no.yaml",

@@ -210,20 +210,11 @@ NO_PYTHON = (
 )
 # The same, and the options of the commands.
 CALLS = (
-    (re.compile(r"\bone_way\('(\w+)'\)"), r"--one-way \1"),
     (re.compile(r"\bat_speed\(\.\.\.\)"), "--speed"),
-    (re.compile(r"\bkeep\(\.\.\.\) or drop\b"), "--drop"),
-    (re.compile(r"\bout with keep\(\.\.\.\)"), "out of the file"),
-    (
-        re.compile(r"\bstrongest\((\d+)\), or let the weakest be left out with drop\b"),
-        "--drop, which leaves out the weakest",
-    ),
     (re.compile(r"\bcolumns=\['time', 'load_angle', \.\.\.\]"), "--columns time,load_angle,..."),
     (re.compile(r"\bcolumns=\{'time': \.\.\.\}, or rate\b"), "--column time=..., or --rate"),
     (re.compile(r"\bunits= says"), "--unit says"),
     (re.compile(r"(?<![\w./-])trim=0(?![\w.])"), "--trim 0"),
-    (re.compile(r"\bchoose with one_way\b"), "choose with --one-way"),
-    (re.compile(r"\bneeds the option (\w+); give it"), r"needs --option \1=..."),
     (re.compile(r"`load_angles` of sw\.compensate, --load-angle of the command"), "--load-angle"),
     (
         re.compile(r"\bgive one, such as Trapezoid\(angle, time\), or a `move` in the project file"),

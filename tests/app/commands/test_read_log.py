@@ -84,9 +84,6 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
 @pytest.mark.parametrize(
     ("sentence", "typed"),
     [
-        ("leave it out with keep(...) or drop", "leave it out with --drop"),
-        ("leave it out with keep(...)", "leave it out of the file"),
-        ("take strongest(9), or let the weakest be left out with drop", "take --drop, which leaves out the weakest"),
         ("give columns=['time', 'load_angle', ...], a", "give --columns time,load_angle,..., a"),
         ("give columns={'time': ...}, or rate", "give --column time=..., or --rate"),
         ("place, columns={'torque': 3, 'torque 2': 4}", "place, --column torque=3 --column 'torque 2=4'"),
@@ -103,8 +100,7 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
         (f"{VARIES}.", VARIES.replace(", or integrate with simulate", ".")),
         (f"memory is in this drive: {REMEDY}", "memory is in this drive: leave out the lines of the output's turn"),
         ("give the motor a loop, or take find_orbit(SteadyTrain(train, omega))", "give the motor a loop"),
-        ("holds one set; choose with one_way", "holds one set; choose with --one-way"),
-        ("moteus needs the option torque_constant; give it", "moteus needs --option torque_constant=..."),
+        ("know no speed; choose one with at_speed(...)", "know no speed; choose one with --speed"),
     ],
 )
 def test_sentences_name_options_in_place_of_calls(sentence, typed):

@@ -1,19 +1,16 @@
 """`strainwave export` and `order-table`: a drive for another program, and order tables from one format to another."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ...base.quantities import number, parse, shown
-from ...base.units import ARCSEC
+from ...base.quantities import parse, shown
 from ...files.export.export import export as exported
-from ...files.order_tables.order_table import OrderTable, named
+from ...files.order_table import OrderTable, format_of
 from ...files.reading import read_project
 from ..console import Progress, to_json
-from ..console import number as written
-from .options import file_type, json_option, output_option, pairs_option, project_argument, written_type
+from .options import file_type, json_option, output_option, project_argument, written_type
 
 
 @click.command()
@@ -50,43 +47,22 @@ def _export(project: Path, to: Any, output: Path, step: str | None) -> tuple[str
 @click.command("order-table")
 @click.argument("source", metavar="IN", type=file_type)
 @click.argument("target", metavar="OUT", type=written_type)
-@click.option(
-    "--format", "form", required=True,
-    help="Format of OUT: json, csv, points, grid, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx.",
-)  # fmt: skip
-@click.option("--from", "origin", help="Format of IN. Default: recognised by its content.")
-@pairs_option("--option", "options", "KEY=VALUE", "Option of OUT, as points=360; repeatable.")
-@pairs_option("--from-option", "known", "KEY=VALUE", "Option of IN; repeatable.")
-@click.option("--ratio", type=float, help="Ratio of the gear, in place of the table's.")
+@click.option("--format", "form", help="Format of OUT: json, csv, c. Default: by its ending .json, .csv or .h.")
+@click.option("--points", type=int, help="Points a turn of csv and c. Default: 32 a period of the highest order.")
+@click.option("--prefix", default="order_table", help="Begin of all names in c.")
 @click.option("--speed", help='Speed of the table\'s shaft at which its delay becomes phase, as "300 rpm".')
-@click.option(
-    "--one-way", type=click.Choice(("forward", "backward", "mean")),
-    help="One set of lines for both directions of motion.",
-)  # fmt: skip
-@click.option("--drop", is_flag=True, help="Leave out orders that OUT cannot hold, the weakest first.")
 @json_option
 def order_table(
-    source: Path, target: Path, form: str, origin: str | None, options: dict[str, str],
-    known: dict[str, str],
-    ratio: float | None, speed: str | None, one_way: Any, drop: bool, as_json: bool,
-) -> None:  # fmt: skip
-    """Write the order table IN in a format of controls, as OUT."""
-    kind = named(form)
-    table = OrderTable.read(source, origin, **known)
-    if ratio is not None:
-        table = replace(table, ratio=number("--ratio", ratio, positive=True))
+    source: Path, target: Path, form: str | None, points: int | None, prefix: str, speed: str | None, as_json: bool
+) -> None:
+    """Write the order table IN as OUT: JSON, CSV or a C header."""
+    form = format_of(target, form)
+    table = OrderTable.read(source)
     if speed is not None:
         table = table.at_speed(parse(speed, "rad/s"))
-    if one_way is not None:
-        table = table.one_way(one_way)
-    residual = table.write(target, kind.name, drop=drop, **options)
+    table.write(target, form, points=points, prefix=prefix)
     if as_json:
-        data = {"file": source.name, "written": str(target), "format": kind.name, "orders": list(table.orders)}
-        click.echo(to_json(data | {"residual": residual._asdict()}))
+        click.echo(to_json({"file": source.name, "written": str(target), "format": form, "orders": list(table.orders)}))
         return
-    rows = residual.sentences()
-    if residual.unit == "rad":
-        rms, peak = written(residual.rms / ARCSEC, 3), written(residual.peak / ARCSEC, 3)
-        rows.insert(1, f"that is {rms} arcsec rms, {peak} arcsec peak")
     click.echo(f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}")
-    click.echo("\n".join(f"  {line}" for line in [*rows, f"written: {target} ({kind.title})"]))
+    click.echo(f"  written: {target}")

@@ -38,8 +38,7 @@ def pairs(_context: click.Context, option: click.Parameter, texts: tuple[str, ..
     for text in texts:
         name, equal, value = text.partition("=")
         if not (name.strip() and equal and value.strip()):
-            example = "points=360" if option.metavar == "KEY=VALUE" else "load_angle=deg"
-            raise click.BadParameter(f"{text!r} is not {option.metavar}; write for example {example}")
+            raise click.BadParameter(f"{text!r} is not {option.metavar}; write for example load_angle=deg")
         values[name.strip()] = value.strip()
     return values
 

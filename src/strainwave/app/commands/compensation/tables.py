@@ -12,7 +12,7 @@ import numpy as np
 
 from ....base.units import ARCSEC, RPM
 from ....drive.project import Project
-from ....files.order_tables.order_table import OrderTable
+from ....files.order_table import OrderTable
 from ....model.controllers.adaptive import AdaptiveCancellation
 from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
 from ....model.excitation import Harmonic, Harmonics, KinematicError, Line, mean_torque

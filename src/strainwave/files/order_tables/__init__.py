@@ -1,1 +1,0 @@
-"""Order tables: what cancels an error order by order, and the files in which drives and controls read it."""

@@ -1,1 +1,0 @@
-"""One file a format of order tables; `order_table` lists them."""
