@@ -142,11 +142,6 @@ def units():
     return sw.results.Units(loops(), loops(), np.array([0.9, 1.1]), np.array([1.2, 0.8]), ((1, "its phase is off"),))
 
 
-def compensated_move():
-    score = sw.results.MoveScore("loop", 0.1, 1e-4, 2e-4, 1e-6, 0.4, 0.0)
-    return sw.results.CompensatedMove(NUMBERS, 1e-4 * NUMBERS[None], NUMBERS[None], (score,), 1.0, 1e-5, ("Assumed.",))
-
-
 @cache
 def loop_fit():
     way = 2e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, 200))
@@ -203,10 +198,6 @@ RESULTS = {
         "LoopResponse": lambda: sw.numerics.loop_response(CLOSED, [10.0, 20.0, 40.0]),
         "Units": units,
         "Compensation": compensation,
-        "CompensatedMove": compensated_move,
-        "CompensatedRunup": lambda: sw.results.CompensatedRunup(
-            NUMBERS, NUMBERS[None] * 1e-4, NUMBERS[None] * 2e-4, ("loop",), np.array([1.0]), 2.0, ("Assumed.",)
-        ),
         "Monitored": lambda: sw.monitor(
             0.01 * np.arange(50), np.cos(2.0 * 0.1 * np.arange(50)), angle=0.1 * np.arange(50), bandwidth=20.0
         ),

@@ -146,7 +146,6 @@ REFERENCES = {
     "AtRest": sw.train.AtRest(),
     "SpeedProfile": sw.train.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)),
     "Segment": sw.train.Segment(-1.0, 0.3, 0.5, -0.4, 0.2),
-    "Shaped": sw.controllers.shaped(sw.train.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)), 2.0, 0.1),
 }
 
 PROFILES = {"TorqueProfile": sw.train.TorqueProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0))}

@@ -181,7 +181,6 @@ def fault(error):
 
 NONE = {
     "Standstill": ("period", "size"),
-    "CompensatedRunup": ("jump",),
     "MeasuredBode": ("deviation", "amplitude"),
     "Identified": ("residual",),
     "ProjectComparison": ("limit",),

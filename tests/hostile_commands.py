@@ -63,8 +63,6 @@ VALID = {
     "catalogue": "CSG-40-50",
     "compare": "linear.yaml other.yaml -o out",
     "compensate": "axis.yaml --controller inverse --speed 600rpm --load-angle 0deg --seed 1",
-    "compensate-move": "axis.yaml 'trapezoid, angle: 0.01 rad, time: 0.01 s' --controller loop",
-    "compensate-run-up": "axis.yaml --from 960rpm --to 1000rpm --time 0.1s --controller loop",
     "completion": "bash",
     "demo": "-o out",
     "derive": "",

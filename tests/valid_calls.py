@@ -168,7 +168,7 @@ def model_calls():
         "error": {"KinematicError": ERRORS["KinematicError"]},
         "variation": {"Variation": VARIATIONS["Variation"]},
         "damping": {"GearDamping": sw.gears.GearDamping(0.1, VARIATIONS["Variation"], 5.0, fast=0.4, v_fast=0.3)},
-        "reference": {name: REFERENCES[name] for name in ("SpeedProfile", "Segment", "Shaped")},
+        "reference": {name: REFERENCES[name] for name in ("SpeedProfile", "Segment")},
         "torque": PROFILES,
         "control": {
             "PositionLoop": LOOP,
@@ -212,10 +212,8 @@ def controller_calls():
         C.AdaptiveCancellation(PD, N, 1.0, 0.1, 1.0, 1e-3),
         C.Cascade(20.0, 0.1, 0.1, 1e-3),
         C.DisturbanceObserver(PD, 1e-4, 50.0, 1e-3),
-        C.LoadIntegral(PD, N, 1.0, 1e-3),
         C.AngleFeedforward(PD, line, N),
         C.InverseDynamics(PD, CLOSED.train),
-        C.GandhiGhorbel(line, N, 4e-4, 1.0, 10.0, 0.1, 1e-3),
         C.notch(PD, 100.0, 1e-3),
         C.Repetitive(PD, N, 500.0, 0.3, 1e-3, 2.0, 1e-3),
         C.SpeedTable(PD, (20.0, 45.0), (0.1, -0.2), (0.0, 0.1), order=2, lead=3e-4),
@@ -241,10 +239,6 @@ def controller_calls():
         ),
         "ClosedLoop": lambda: (lambda **k: sw.numerics.run_loop(C.ClosedLoop(**k), 5e-3), CLOSED._asdict()),
         "notch": lambda: (C.notch, {"loop": PD, "frequency": 100.0, "period": 1e-3, "width": 0.5, "depth": 0.1}),
-        "shaped": lambda: (
-            C.shaped,
-            {"motion": REFERENCES["SpeedProfile"], "frequency": 2.0, "damping": 0.1, "kind": "ZVD"},
-        ),
     }
 
 
@@ -393,14 +387,6 @@ CALLS = {
     "compensate": call(
         sw.compensate, "project", project=train, controller="inverse", speed=60.0, sampling=SAMPLING, loop=None,
         plant=None, robust=False, units=0, seed=1, load_angles=(0.0,),
-    ),
-    "compensate_move": call(
-        sw.compensate_move, "project", project=train, profile=sw.Trapezoid(0.01, 0.01), controllers=("loop",),
-        shaping=(), sampling=SAMPLING, loop=None, plant=None, window=3e-4, tail=0.005,
-    ),
-    "compensate_run_up": call(
-        sw.compensate_run_up, "project", project=project, speeds=(100.0, 110.0), time=0.08, controllers=("loop",),
-        sampling=SAMPLING, loop=None, plant=None, load_angle=None,
     ),
     "prediction_table": call(
         sw.prediction_table, "project", project=project, orders=(2,), speeds=(100.0, 110.0), closed=False

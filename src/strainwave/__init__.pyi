@@ -107,8 +107,6 @@ from .files.design import design_text as design_text
 from .study.compensation.compensate import compensate as compensate
 from .study.compensation.monitoring import monitor as monitor
 from .study.compensation.prediction import prediction_table as prediction_table
-from .study.compensation.moves import compensate_move as compensate_move
-from .study.compensation.runup import compensate_run_up as compensate_run_up
 from .files.order_table import OrderTable as OrderTable
 from .files.export.export import export as export
 

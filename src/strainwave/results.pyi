@@ -36,8 +36,6 @@ from .study.analysis.in_time import DriveMotion as DriveMotion
 from .study.analysis.validity import Comparison as Comparison
 from .study.analysis.validity import ValidityMap as ValidityMap
 from .study.compensation.monitoring import Monitored as Monitored
-from .study.compensation.moves import CompensatedMove as CompensatedMove
-from .study.compensation.moves import MoveScore as MoveScore
 from .study.compensation.prediction import PredictionTable as PredictionTable
 from .study.compensation.result import Compensation as Compensation
 from .study.compensation.result import CompensationBench as CompensationBench
@@ -45,7 +43,6 @@ from .study.compensation.result import Residual as Residual
 from .study.compensation.result import Robustness as Robustness
 from .study.compensation.result import TorqueUse as TorqueUse
 from .study.compensation.result import Units as Units
-from .study.compensation.runup import CompensatedRunup as CompensatedRunup
 from .study.design.result import Candidate as Candidate
 from .study.design.result import Design as Design
 from .study.design.result import Sensitivity as Sensitivity

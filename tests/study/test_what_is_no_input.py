@@ -59,8 +59,6 @@ def arm(**changes):
         (lambda: sw.numerics.orbit_diagram(S, [], [0.1, 0.2], (0.0, 0.0)), r"path is \[\]; give a text"),
         (lambda: sw.sample.scattered(3.0, 4), "project is 3.0; give what read_project returns"),
         (lambda: sw.move(TRAIN, sw.Trapezoid(0.3, 0.3), bands=3), "bands is 3; give a list or tuple"),
-        (lambda: sw.compensate_move(TRAIN, sw.Trapezoid(0.1, 0.2), 3), "controllers is 3; give a list"),
-        (lambda: sw.compensate_move(TRAIN, sw.Trapezoid(0.1, 0.2), shaping=None), "shaping is None"),
         (lambda: monitor(orders=b"x"), "orders is b'x'; it must be a list or tuple"),
         (lambda: monitor(orders=3), "orders is 3; it must be a list or tuple"),
         (lambda: monitor(angle=1.0), r"angle has the shape \(\)"),

@@ -196,8 +196,6 @@ def sampled():
     response = sw.numerics.loop_response(quiet, [10.0, 50.0, 200.0])
     values = {key: value for key, (_, value, _) in response.variables().items()}
     yield "response", [values, response.stable, response.slowest], INTEGRATED
-    motion = sw.controllers.shaped(sw.train.SpeedProfile((0.0, 0.1, 0.3), (0.0, 2.0, 0.0)), 60.0, 0.03)
-    yield "shaped", [motion.times, motion.weights, motion.value(0.2), motion.slope(0.2)], CLOSED
     t = 1e-3 * np.arange(4000)
     angle = (20.0 + 0.5 * t) * t
     signal = 23.0 * np.cos(2 * angle + 0.5) + 4.0 * np.cos(4 * angle) + np.cos(7.7 * t)

@@ -115,17 +115,13 @@ def move():
 
 
 def compensate():
-    """Every controller in closed loop, moves and run-ups under controllers, predictions."""
+    """Every controller in closed loop, and predictions."""
     for name in sw.study.COMPENSATORS:
         yield name, answer(lambda name=name: compensated(name)), 1e-5  # what is left is a small difference
     units = sw.compensate(AXIS, "inverse", speed=120.0, sampling=SAMPLING, robust=False, units=16).units
     yield "units", [units.stiffness, units.amplitude, units.unstable], EXACT
     bench = sw.study.compensation_bench(AXIS, ["inverse", "adaptive"], speeds=[60.0, 130.0], sampling=SAMPLING)
     yield "bench", [bench.reduction, [one.before.rms for one in bench.results[0]]], 1e-5
-    moved = sw.compensate_move(AXIS, MOVES["trapezoid"], ("loop", "inverse"), shaping=("ZV", "ZVD"), sampling=SAMPLING)
-    yield "move", moved.scores, SEARCHED
-    soft = sw.compensate_run_up(AXIS, (100.0, 160.0), 1.0, sampling=SAMPLING)
-    yield "run-up", [soft.up.max(axis=1), soft.down.max(axis=1), soft.remarks], SEARCHED
     for name in ("article", "two couplings, gravity", "catalogue gear, motor not named"):
         yield f"prediction/{name}", answer(lambda name=name: predicted(projects()[name])), SEARCHED
 

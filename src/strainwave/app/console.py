@@ -196,7 +196,6 @@ NO_PYTHON = (
     ),
     (re.compile(r"\bintegrate it with simulate\b"), "leave out the lines of the output's turn"),
     (re.compile(r", or give a sampled controller as `loop` of sw\.compensate"), ""),
-    (re.compile(r"\bgive loop=SampledPD\(K_p, K_d, period\)"), "write 'loop: {bandwidth: 30 Hz}' into the group motor"),
     (
         re.compile(r"\bgive limits=MotorLimits\(torque\) or max_torque"),
         "write 'max_torque: 3 N*m' into the group motor",

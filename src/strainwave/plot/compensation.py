@@ -1,7 +1,7 @@
 """Figures of a compensation: the error in time, controllers over the speed, orders before and after, many units."""
 
 from collections.abc import Mapping, Sequence
-from itertools import chain, cycle
+from itertools import cycle
 from math import ceil
 from typing import NamedTuple
 
@@ -15,11 +15,9 @@ from ..study.compensation.bench import Bench
 from ..study.compensation.designs import COMPENSATORS, own_rate
 from ..study.compensation.gains import times_of
 from ..study.compensation.monitoring import Monitored
-from ..study.compensation.moves import CompensatedMove
 from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units
-from ..study.compensation.runup import CompensatedRunup
-from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREEN, GREY, LOOKS, ORANGE
+from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREEN, LOOKS, ORANGE
 from .panels import MOTOR, TIME, Axis, Panel, angle, panels_of
 
 TURNS = 2  # of the motor that are shown, or those of a beat
@@ -132,32 +130,6 @@ def units_panels(results: Mapping[str, Units]) -> list[Panel]:
     looks = ((ORANGE, DASHES), *((colour, dash) for colour, dash, _ in AFTER))
     for (name, rms), (colour, dash) in zip(rows.items(), looks, strict=False):
         panel.share(rms, colour, name, dash)
-    return [panel]
-
-
-@panels_of.register
-def compensated_move_panels(move: CompensatedMove) -> list[Panel]:
-    """Error of the load and torque of the motor over the time, under each controller."""
-    error = Panel("angle of the load in the profile less its angle", TIME, angle("", move.error))
-    torque = Panel("torque of the motor", TIME, Axis("", "N*m"))
-    looks = chain([(BLACK, "")], cycle(LOOKS))
-    for name, (colour, dash), x, T in zip(move.names, looks, move.error, move.torque, strict=False):
-        error.line(move.time, x, colour, name, dash)
-        torque.line(move.time, T, colour, "", dash)
-    for panel in (error, torque):
-        panel.upright(move.duration, GREY, "", "1 3", 1.0)
-    return [error, torque]
-
-
-@panels_of.register
-def compensated_runup_panels(runup: CompensatedRunup) -> list[Panel]:
-    """Largest error over the speed on the way up and down, under each controller."""
-    y = angle("", [runup.up, runup.down])
-    panel = Panel("largest pointing error about its mean", MOTOR, y, log=True)
-    for i, name in enumerate(runup.names):
-        colour = BLACK if i == 0 else LOOKS[(i - 1) % len(LOOKS)][0]
-        for sizes, direction, dash in ((runup.up, "up", ""), (runup.down, "down", "5 3")):
-            panel.line(runup.speed, sizes[i], colour, f"{name}, {direction}", dash, 1.8)
     return [panel]
 
 

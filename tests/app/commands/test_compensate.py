@@ -90,8 +90,7 @@ def test_without_an_encoder_on_the_load_its_controllers_are_left_out(path):
     names, said = module.names_of(bench, ["all"])
     assert names == [name for name, design in sw.study.COMPENSATORS.items() if not design.load_encoder]
     assert said == (
-        "Left out, as there is no encoder on the load: measured-table, adaptive, adaptive-inverse, repetitive, "
-        "load-integral.",
+        "Left out, as there is no encoder on the load: measured-table, adaptive, adaptive-inverse, repetitive.",
     )
     with pytest.raises(ValueError, match=r"adaptive measures the angle of the load, and the project has no encoder"):
         module.names_of(bench, ["adaptive"])
@@ -154,6 +153,21 @@ def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(pat
         assert line.amplitude * np.exp(1j * line.phase) == pytest.approx(torque, rel=0.02)
 
 
+@pytest.mark.slow
+def test_the_worst_angle_of_the_load_counts(path):
+    gravity = "load: {inertia: 0.8 kg*m^2, drag: {type: angle_torque, amplitude: 12 N*m}}"
+    path.write_text(PROJECT.replace("load: {inertia: 0.8 kg*m^2}", gravity).replace("linear, K: 2e4", "cubic, K: 2e4")
+                    .replace("N*m/rad}}", "N*m/rad, alpha: 5e5 1/rad^2}}"))  # fmt: skip
+    asked = ("--controller", "inverse", "--speed", "600 rpm", "--load-angle", "0 deg", "--load-angle", "90 deg")
+    run = invoke(path, *asked, "--json")
+    assert run.exit_code == 0, run.output
+    own = sw.compensate(
+        sw.read_project(path), "inverse", speed=600.0 * RPM, load_angles=(0.0, math.pi / 2.0), robust=False
+    )
+    row = json.loads(run.stdout)["results"][1]
+    assert row["rms_after_arcsec"] * ARCSEC == pytest.approx(own.after.rms, rel=1e-9)
+
+
 WRONG = [
     (("--controller", "magic"), 1, "there is no controller 'magic'; there are loop, angle, inverse"),
     (("--speed", "450"), 1, "'450' has no unit"),
@@ -162,6 +176,7 @@ WRONG = [
     (("--softer", "20 %", "--plant", "table.yaml"), 2, "give one of them"),
     (("--plant", "gone.yaml"), 3, "gone.yaml:1:1: file: does not exist"),
     (("--units", "-1"), 2, "--units"),
+    (("--load-angle", "ninety"), 2, "--load-angle"),
 ]
 
 

@@ -117,8 +117,6 @@ PD = own.SampledPD(K_p=25.0, K_d=0.2, period=PERIOD, filter=2e-4, J=5e-4)
 OWN = {
     "SampledPD": PD,
     "Cascade": own.Cascade(120.0, 0.3, 8.0, PERIOD, filter=1e-4, J=5e-4),
-    "LoadIntegral": own.LoadIntegral(PD, 50.0, 20.0, PERIOD),
-    "GandhiGhorbel": own.GandhiGhorbel(ERROR, 50.0, 5e-4, 1.3, 6e4, 300.0, PERIOD, 1e-3, 0.2, 1e-4),
     "Notch": own.notch(PD, 400.0, PERIOD),
     "DisturbanceObserver": own.DisturbanceObserver(PD, 5e-4, 300.0, PERIOD),
     "AngleFeedforward": own.AngleFeedforward(PD, ERROR, 50.0, 3e-4, 5e-4),

@@ -22,7 +22,7 @@ def compensated(train=DRIVE, controller="adaptive", speed=45.0, **given):
     return sw.compensate(train, controller, **{"speed": speed, "sampling": SAMPLING, "robust": False} | given)
 
 
-@pytest.mark.parametrize("name", ["adaptive", "adaptive-inverse", "repetitive", "measured-table", "load-integral"])
+@pytest.mark.parametrize("name", ["adaptive", "adaptive-inverse", "repetitive", "measured-table"])
 def test_what_measures_the_load_needs_its_encoder(name):
     """Without one these controllers did nothing, and the bench said 0 dB."""
     with pytest.raises(ValueError, match=f"{name} measures the load's angle and load_encoder of the sampling is 0"):
@@ -36,14 +36,6 @@ def test_what_measures_the_load_needs_its_encoder(name):
 def test_controllers_without_the_load_run_without_its_encoder():
     assert compensated(controller=PD, sampling=BLIND).load_encoder is False
     assert compensated(controller="inverse", sampling=BLIND).reduction > 30.0
-
-
-@compiled
-def test_the_integral_on_the_load_is_judged_when_it_has_settled():
-    """Its mean decays with its own gain, a tenth of the loop's rate; the bench once looked after one time constant."""
-    found = compensated(LOADED, "load-integral")
-    assert abs(found.before.mean) > 60.0 * ARCSEC
-    assert abs(found.after.mean) < 0.01 * abs(found.before.mean)
 
 
 @compiled

@@ -156,8 +156,6 @@ def test_clocks_that_no_turn_of_the_output_brings_together_are_refused(ratio, or
 def test_what_knows_the_turn_of_the_motor_alone_says_so():
     with pytest.raises(ValueError, match=r"order 2 - 2/16 is a line of the output's turn; use 'adaptive'"):
         sw.compensate(TRAIN, "repetitive", speed=SPEED, sampling=SAMPLING, loop=LOOP, robust=False)
-    with pytest.raises(ValueError, match="a run-up beats with lines of the output's turn"):
-        sw.compensate_run_up(TRAIN, (40.0, 80.0), 2.0, sampling=SAMPLING, loop=LOOP)
     axis = """
 gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 2e4 1/rad^2}}
 motor: {inertia: 14.5 kg*cm^2}

@@ -45,7 +45,7 @@ COMMANDS = commands_in(Path(__file__).parent)
 GROUPS = {  # of `--help`; a command that is in none stands in the last one
     "Start": "demo new analyze app skill doctor completion",
     "Ask about a drive": "response speed-map exceedance sweep compare",
-    "Choose, move and control": "catalogue design move tune compensate compensate-move compensate-run-up",
+    "Choose, move and control": "catalogue design move tune compensate",
     "Measure": "read-log order-scan error-scan fit-loop fit-bode identify-drive",
     "Files and theory": "schema export order-table derive reproduce",
 }

@@ -6,14 +6,10 @@ from .closed_loop import ClosedLoop as ClosedLoop
 from .closed_loop import Sampling as Sampling
 from .feedforward import AngleFeedforward as AngleFeedforward
 from .feedforward import InverseDynamics as InverseDynamics
-from .feedforward import Shaped as Shaped
 from .feedforward import SpeedTable as SpeedTable
 from .feedforward import TorqueTable as TorqueTable
-from .feedforward import shaped as shaped
 from .loops import Cascade as Cascade
 from .loops import DisturbanceObserver as DisturbanceObserver
-from .loops import GandhiGhorbel as GandhiGhorbel
-from .loops import LoadIntegral as LoadIntegral
 from .loops import Measurement as Measurement
 from .loops import Notch as Notch
 from .loops import SampledPD as SampledPD

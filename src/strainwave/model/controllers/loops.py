@@ -1,6 +1,4 @@
-"""Loops that keep the motor on its reference: a sampled PD loop, a cascade, and a slow loop on the load's angle.
-
-The law of Gandhi & Ghorbel: the load's angle by the kinematic error, and a loop on it.
+"""Loops that keep the motor on its reference: a sampled PD loop and a cascade.
 
 Disturbance observer: what turns the motor beside its own torque is estimated and taken away.
 
@@ -11,7 +9,7 @@ from math import pi, tan
 from typing import Any, NamedTuple
 
 from ...base.choices import select
-from ...base.protocols import lacking, need
+from ...base.protocols import lacking
 from ...base.quantities import (
     Angle,
     AngularAcceleration,
@@ -19,7 +17,6 @@ from ...base.quantities import (
     Damping,
     Inertia,
     Rate,
-    Ratio,
     Time,
     Torque,
     TorsionalStiffness,
@@ -137,40 +134,6 @@ class Cascade(NamedTuple):
             raise ValueError(f"Cascade.K_p is {self.K_p:g}; the speed loop needs a positive gain")
 
 
-class LoadIntegral(NamedTuple):
-    """Slow loop on the load's angle: it moves the reference of `loop` by N times the integral of the pointing error.
-
-    With the gain g [1/s] a steady pointing error decays as exp(-g t). A sample without the load's angle leaves the
-    integral as it is.
-    """
-
-    loop: Any
-    N: Ratio
-    gain: Rate
-    period: Time
-
-    def start(self) -> Any:
-        """Memory before the first sample."""
-        return self.loop.start(), 0.0
-
-    def update(self, state: Any, m: Any) -> Any:
-        """Memory after a sample, and the torque [N*m]."""
-        inner, shift = state
-        shift = shift + self.period * self.gain * known(m.reference / self.N - m.load)
-        inner, torque = self.loop.update(inner, moved(m, self.N * shift, 0.0, 0.0))
-        return (inner, shift), torque
-
-    def check(self) -> None:
-        """Refuse a loop that is none (TypeError), a gain that is not positive and a gain too high (ValueError)."""
-        positive(self, "N", "period")
-        is_controller("LoadIntegral.loop", self.loop)
-        if not 0.0 < self.gain * self.period < 1.0:
-            raise ValueError(
-                f"LoadIntegral.gain is {self.gain:g} 1/s; it must be above 0 and below {1.0 / self.period:g} 1/s, once "
-                "a sample"
-            )
-
-
 def is_controller(name: str, thing: Any, choice: str = "a controller, such as SampledPD(K_p, K_d, period)") -> None:
     """Refuse what has not the methods of a controller, and what answers no measurement with a torque (TypeError)."""
     if not lacking(thing, "start", "update"):
@@ -193,56 +156,6 @@ def not_negative(controller: Any) -> None:
             raise ValueError(f"{name}.{field} is {value:g}; give its size, the loop has the minus sign")
     if not controller.period > 0.0:
         raise ValueError(f"{name}.period is {controller.period:g} s; a sample takes a positive time")
-
-
-class GandhiGhorbel(NamedTuple):
-    """Torque with which a rigid gear with kinematic error follows its reference, and PD gains on its output.
-
-    With theta_l = theta_m/N - e(theta_m), Psi = 1/N - e' and Psi' = -e'' by the motor's angle, the torque is
-    Psi (tau_d + K_p e_l + K_d e_l'), e_l = theta_r - theta_l, and tau_d = (J_m/Psi^2 + J_l) theta_r'' - J_m Psi'/Psi^4
-    theta_r'^2 + (B_m/Psi^2 + B_l) theta_r'. On a rigid gear V = (J_m/Psi^2 + J_l) e_l'^2/2 + K_p e_l^2/2 decays for
-    positive gains. The gear's compliance is not in the law. (Gandhi & Ghorbel, Closed-loop compensation of kinematic
-    error in harmonic drives for precision control applications, IEEE Trans. Control Syst. Technol. 10(6), 2002,
-    759-768; the form is that of claim 1 of US patent 6459940.)
-
-    Its memory is the last deviation, the filtered rate, and whether there was a sample.
-    """
-
-    error: Any
-    N: Ratio
-    J_m: Inertia
-    J_l: Inertia
-    K_p: TorsionalStiffness
-    K_d: Damping
-    period: Time
-    B_m: Damping = 0.0
-    B_l: Damping = 0.0
-    filter: Time = 0.0
-
-    def start(self) -> Any:
-        """Memory before the first sample."""
-        return 0.0, 0.0, 0.0
-
-    def update(self, state: Any, m: Any) -> Any:
-        """Memory after a sample, and the torque [N*m]."""
-        last, slow, begun = state
-        e = self.error
-        deviation = (m.reference - m.motor) / self.N + e.value(m.motor)
-        raw = begun * (deviation - last) / self.period
-        rate = slow + (raw - slow) * (self.period / (self.period + self.filter))
-        psi, bend = 1.0 / self.N - e.slope(m.motor), -e.curvature(m.motor)
-        speed, acceleration, square = m.speed / self.N, m.acceleration / self.N, psi * psi
-        torque = (
-            (self.J_m / square + self.J_l) * acceleration
-            - self.J_m * bend / (square * square) * speed * speed
-            + (self.B_m / square + self.B_l) * speed
-        )
-        return (deviation, rate, 1.0 + 0.0 * begun), psi * (torque + self.K_p * deviation + self.K_d * rate)
-
-    def check(self) -> None:
-        """Refuse an error that is none (TypeError), and gains that are not positive (ValueError)."""
-        need("GandhiGhorbel.error", self.error, "value(angle)", "slope(angle)", "curvature(angle)")
-        positive(self, "N", "K_p", "K_d", "period")
 
 
 class DisturbanceObserver(NamedTuple):

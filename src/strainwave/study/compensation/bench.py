@@ -126,11 +126,6 @@ class Bench:
         """The drive at a motor speed [rad/s] under a controller, over a time [s]."""
         return run_loop(self.closed(controller, speed), duration, y0=self.start(speed))
 
-    def follow(self, controller: Any, motion: Any, duration: float, speed: float = 0.0) -> LoopRun:
-        """The drive on a motion of its reference over a time [s], from the state at a motor speed [rad/s] on."""
-        closed = ClosedLoop(self.plant._replace(omega=1.0, reference=motion), controller, self.sampling)
-        return run_loop(closed, duration, y0=self.start(speed))
-
     def start(self, speed: float, *, model: bool = False) -> Floats:
         """State (states,) in which the mean torques hold the drive; zeros where none is found."""
         try:

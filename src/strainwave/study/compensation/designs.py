@@ -17,14 +17,13 @@ from ...base.units import RPM
 from ...compile.tree import leaves
 from ...model.controllers.adaptive import CELLS, AdaptiveCancellation, Repetitive
 from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, TorqueTable
-from ...model.controllers.loops import DisturbanceObserver, GandhiGhorbel, LoadIntegral, Measurement, SampledPD, notch
+from ...model.controllers.loops import DisturbanceObserver, Measurement, SampledPD, notch
 from ...model.excitation import Harmonic, Harmonics
 from .bench import Bench
 from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains
 
 OBSERVER = 2.0  # bandwidth of the observer, in those of the loop
 LOWERED, GAINS = (0.5, 0.25), ("gain", "bandwidth")  # shares that are tried, and what is lowered
-SLOW = 0.1  # of the inverse time constant: gain of the integral on the load
 
 
 @dataclass(frozen=True)
@@ -167,21 +166,6 @@ def _notch(bench: Bench, _speed: float) -> Any:
     return notch(bench.loop, float(min(frequency, 0.9 * pi / bench.sampling.period)), bench.sampling.period)
 
 
-def _gandhi_ghorbel(bench: Bench, _speed: float) -> Any:
-    model, gains = bench.model, bench.loop
-    if not isinstance(gains, SampledPD):
-        raise ValueError("gandhi-ghorbel takes its gains from a PD loop; give loop=SampledPD(K_p, K_d, period)")
-    N = model.N
-    # The law's torque is Psi K_p e_l with e_l the error over N: on the motor's side K_p/N^2
-    return GandhiGhorbel(
-        model.error, N, model.motor.J, model.load_inertia, gains.K_p * N * N, gains.K_d * N * N, bench.sampling.period
-    )
-
-
-def _load_integral(bench: Bench, speed: float) -> Any:
-    return LoadIntegral(bench.loop, bench.model.N, SLOW / bench.response(speed).slowest, bench.sampling.period)
-
-
 POLES = "All poles of the sampled loop lie inside the unit circle."
 POSITIVE = "It is stable where the plain loop is: a torque that does not depend on what is measured moves no pole."
 MEASURED = POSITIVE + " It lowers the error where the model's response is right within 60 degrees."
@@ -193,8 +177,6 @@ REPEATED = (
 )
 OBSERVED = "Its bandwidth is below a fifth of the inverse of delay and period."
 NOTCHED = "Its phase lag is within the loop's margin."
-RIGID = "On a rigid gear its energy decays for positive gains."
-SLOWLY = "Its gain is a tenth of the rate of the loop's slowest motion."
 BY_INVERSE = "torque table of the measured error, by the inverse of the model"
 DESIGNS: tuple[tuple[Any, ...], ...] = (  # as the fields of a `Compensator`
     ("loop", "the plain loop", lambda bench, _: bench.loop, False, POLES, False),
@@ -209,8 +191,6 @@ DESIGNS: tuple[tuple[Any, ...], ...] = (  # as the fields of a `Compensator`
     ("repetitive", "repetitive control over the motor's turn", _repetitive, True, REPEATED),
     ("observer", "disturbance observer on the motor", _observer, False, OBSERVED),
     ("notch", "notch at the resonance of the free train", _notch, False, NOTCHED),
-    ("gandhi-ghorbel", "law of Gandhi and Ghorbel", _gandhi_ghorbel, False, RIGID),
-    ("load-integral", "slow integral of the load's error", _load_integral, True, SLOWLY),
 )
 COMPENSATORS = {design[0]: Compensator(*design) for design in DESIGNS}
 
@@ -241,8 +221,6 @@ def own_rate(bench: Bench, speed: float, controller: Any) -> float:
             learned = np.real(-bench.response(speed, orders).error_of_torque * np.exp(1j * orders * inner.lead))
             forgotten = inner.smooth * (1.0 - np.cos(2.0 * pi * orders / CELLS)) / inner.period
             rates.append(max(0.0, float(np.min(inner.gain * learned + forgotten, initial=np.inf))) / CELLS)
-        elif isinstance(inner, LoadIntegral):
-            rates.append(inner.gain)
         inner = getattr(inner, "loop", None)
     return float(min((rate for rate in rates if rate > 0.0), default=0.0))
 

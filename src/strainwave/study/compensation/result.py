@@ -20,19 +20,6 @@ NAME, CELL = 18, 10  # letters of a name, and of a speed
 DIFFER = 0.02  # of an rms: runs of the same loop with other samples, noise and places of the encoders differ by less
 
 
-class OnTheWay(Result):
-    """What controllers make of a way through speeds: arrays (controllers, n) over one axis of n places.
-
-    A subclass has the fields `names` or a property of that name, `places` with the axis, and `arrays`.
-    """
-
-    names: Any
-
-    def coordinates(self) -> Labelled:
-        """The axis, and names of the controllers."""
-        return {**super().coordinates(), "controller": ("controller", list(self.names), "")}
-
-
 class Residual(NamedTuple):
     """Pointing error of the load: rms about its mean and slow trend, largest size with the mean, 3 sigma, mean."""
 
