@@ -2,15 +2,12 @@
 
 import re
 import sys
-import warnings
 from pathlib import Path
 
 from docutils import nodes
 from sphinx import addnodes
 
 import strainwave
-
-warnings.filterwarnings("ignore", "strainwave.* now$", FutureWarning, "sphinx_gallery")  # it looks for short names
 
 DOCS = Path(__file__).parent
 EXAMPLES = DOCS.parent / "examples"

@@ -11,7 +11,7 @@ import pytest
 from public_names import PUBLIC
 
 import strainwave
-from strainwave.base.above import DRAWERS, HOMES, NAMESPACES, above, listed_in, namespaces
+from strainwave.base.above import HOMES, NAMESPACES, above, listed_in, namespaces
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
@@ -81,26 +81,16 @@ def test_no_module_of_a_namespace_has_the_name_of_one_of_its_functions(space):
 
 
 @pytest.mark.parametrize(
-    ("former", "place"),
-    [
-        ("Coulomb", "laws.Coulomb"), ("fit_response", "fit.fit_response"), ("ErrorParts", "results.ErrorParts"),
-        ("compare_projects", "compare"), ("derivation", "theory.derive"), ("sampling", "sample"),
-        ("measures", "numerics"),
-    ],
-)  # fmt: skip
-def test_a_former_name_says_the_new_one(former, place):
-    with pytest.warns(FutureWarning, match=f"^strainwave.{former} is strainwave.{place} now$"):
-        thing = getattr(strainwave, former)
-    assert thing is attrgetter(place)(strainwave)
-
-
-@pytest.mark.parametrize(
     ("wrong", "place"),
-    [("compare_project", "compare"), ("variabilty", "sample.variability"), ("exceedence", "exceedance")],
+    [("Coulomb", "laws.Coulomb"), ("freq_response", "frequency_response"), ("exceedence", "exceedance")],
 )
-def test_a_former_name_that_is_spelt_wrong_says_the_new_one(wrong, place):
-    with pytest.raises(AttributeError, match=rf"has no name '{wrong}'; .*; did you mean strainwave\.{place}\?$"):
-        getattr(strainwave, wrong)
+def test_a_name_that_is_not_there_says_the_nearest(wrong, place):
+    for home, name in ((strainwave, "strainwave"), (strainwave.results, "strainwave.results")):
+        said = rf"^{name} has no name '{wrong}'; dir\({name}\) lists what it has; did you mean strainwave\.{place}\?$"
+        with pytest.raises(AttributeError, match=said):
+            getattr(home, wrong)
+    with pytest.raises(AttributeError, match=r"lists what it has$"):
+        attrgetter("qwertz")(strainwave)
 
 
 @pytest.mark.parametrize("module", ["strainwave", "strainwave.app.commands.cli", "strainwave.app"])
@@ -164,33 +154,3 @@ def test_the_long_and_slow_tests_that_are_listed_exist(file):
 def test_what_is_named_as_a_string_is_there():
     for name in HOMES:
         assert callable(above(name))
-
-
-def test_modules_are_found_by_their_former_names_with_a_warning_that_says_the_new_one():
-    code = (
-        "import warnings; warnings.simplefilter('error')\n"
-        "try: import strainwave.quantities\nexcept FutureWarning as said: print(said)\n"
-        "warnings.simplefilter('ignore')\n"
-        "from strainwave.quantities import parse; from strainwave.tree import leaves; import strainwave.series\n"
-        "import strainwave.base.series, strainwave.compile.tree\n"
-        "assert strainwave.series is strainwave.base.series and leaves is strainwave.compile.tree.leaves\n"
-        "assert strainwave.base.series.__spec__.name == strainwave.base.series.__name__\n"
-        "from strainwave.model.controllers.measurement import Measurement\n"
-        "import strainwave.study.sweep.sampling, strainwave.sample.sampling as now\n"
-        "assert strainwave.study.sweep.sampling is now\n"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout == "the module strainwave.quantities is strainwave.base.quantities now; import it from there\n"
-
-
-@pytest.mark.parametrize("name", sorted(DRAWERS))
-def test_functions_that_drew_one_class_are_found_with_a_warning(name):
-    with pytest.warns(FutureWarning, match=f"strainwave.{name}.axes, result. is result.plot.axes. now"):
-        assert callable(getattr(strainwave, name))
-
-
-def test_former_namespaces_have_their_names():
-    measures, sampling = strainwave.numerics, strainwave.sample
-    assert {"Amplitude", "Extremes", "Final", "Mean", "Peak", "Poincare", "Rms"} <= set(dir(measures))
-    assert {"LatinHypercube", "LogUniform", "Normal", "Sobol", "Uniform"} <= set(dir(sampling))
-    assert measures.Peak is strainwave.Peak

@@ -21,20 +21,12 @@ Namespaces have the rest: `laws`, `train`, `controllers`, `gears`, `fit`, `sampl
 used, so that importing the package costs nothing.
 """
 
-import sys
-from typing import Any
-
 from . import maths as maths
-from .base.above import Former, contents, former
+from .base.above import contents
 
 __version__ = "0.2.0"
 
-sys.meta_path.append(Former())
-__all__, _load, _names = contents(__name__, __file__)
-
-
-def __getattr__(name: str) -> Any:
-    return _load(name) if name in __all__ else former(name)
+__all__, __getattr__, _names = contents(__name__, __file__)
 
 
 def __dir__() -> list[str]:

@@ -22,7 +22,6 @@ from hypothesis import strategies as st
 
 import strainwave as sw
 from strainwave.sample import store as sweep_store
-from strainwave.sample.identity import digest
 from strainwave.sample.points import chunk_size, layout_of
 from strainwave.sample.sampling import GridPoints
 from strainwave.sample.workers import StoreLock
@@ -659,9 +658,3 @@ def test_an_ensemble_in_chunks_is_the_ensemble_as_a_whole(tmp_path):
     assert swept["peak"].attrs["error_estimate"] == pytest.approx(whole["peak"].attrs["error_estimate"], rel=0.5)
     estimates = zarr.open_array(tmp_path / "s" / "error_estimate")[:]
     assert swept["peak"].attrs["error_estimate"] == estimates[:, 0].max()
-
-
-def test_a_store_that_was_begun_before_the_room_had_its_name_is_recognised():
-    sample = sw.sample.LatinHypercube(4, {"law.K": sw.Normal(1e5, 5e3)})
-    spec = digest(sw.EnsembleMeasure((0.0, 0.0), 20, (sw.Peak(),)), sample)
-    assert spec == "22d028e01312d4fd8b7f31b0fe8bf89d7b0a8c222b71d1ce3b1a9897a39cd7cf"

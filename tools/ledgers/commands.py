@@ -107,11 +107,11 @@ def command():
         "compensate axis.yaml --controller inverse --controller adaptive --speed 1200|rpm",
         "derive", "design elbow.yaml -o elbow",
         "error-scan error.csv", "export p0.yaml --to c -o axis.c", "export p0.yaml --to mat -o axis.mat",
-        "identify guessed.yaml record.csv -o found", "log record.csv", "loop-scan loop.csv --rated-torque 87|N*m",
+        "identify guessed.yaml record.csv -o found", "read-log record.csv", "fit-loop loop.csv --rated-torque 87|N*m",
         f"move axis.yaml {move.replace(' ', '|')} -o moved --window 60|arcsec", "order-scan run0.csv run1.csv",
         "order-table table.json table.h",
         "sweep p0.yaml --grid omega=120:160:3 --measure peak --measure rms -o sweep",
-        "sweep axis.yaml --grid load.inertia=1|kg*m^2,1.2|kg*m^2 -o sweep2", "variability axis.yaml --count 32",
+        "sweep axis.yaml --grid load.inertia=1|kg*m^2,1.2|kg*m^2 -o sweep2", "exceedance axis.yaml --count 32",
         "analyze axis.yaml --check", "response no.yaml",
     ):  # fmt: skip
         parts = [word.replace("|", " ") for word in words.split()]

@@ -19,10 +19,7 @@ from uuid import uuid4
 import numpy as np
 
 from ..compile.tree import is_model, shown
-from .above import FORMER
 from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, NoReader, plain, stored_name
-
-FORMAT = 1
 
 
 def version() -> str:
@@ -103,7 +100,7 @@ def write(result: object, labelled: Any, path: Path) -> None:
     hashes = {name: _print(array) for name, array in arrays.items()}
     names = {n: n if prints.get(n) == value else same.get(value, labels[n]) for n, value in hashes.items()}
     about = {
-        "format": FORMAT, "class": type(result).__name__, "version": version(), "content": json.loads(content),
+        "class": type(result).__name__, "version": version(), "content": json.loads(content),
         "arrays": {
             name: [stored_name(names[name]), array.dtype.str, list(array.shape)] for name, array in arrays.items()
         },
@@ -145,7 +142,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     Raises
     ------
     ValueError
-        If the file is none of these, damaged, or written in a later format.
+        If the file is none of these, damaged, or made by another version.
     FileNotFoundError
         If there is none.
     TypeError
@@ -172,14 +169,11 @@ def load(path: str | os.PathLike[str]) -> Any:
     damaged = ValueError(f"{path} is damaged: its content is not what was saved; save the result again")
     try:
         about = json.loads(str(attributes[MARK]))
-        written, own = about["version"], about["format"]
+        written = about["version"]
     except (ValueError, KeyError, TypeError):
         raise damaged from None
-    if own != FORMAT:
-        raise ValueError(
-            f"{path} has the format {own} of strainwave {written}, and this is {version()}, which reads the format "
-            f"{FORMAT}; load it with that version"
-        )
+    if written != version():
+        raise ValueError(f"{path} was made by strainwave {written}; compute it again")
     arrays = _arrays_of(about, stored)
     if arrays is None:
         raise damaged
@@ -257,16 +251,10 @@ def _unpacked(packed: Any, arrays: Arrays, path: Path) -> Any:
     if "member" in packed:
         return cls[packed["member"]]
     values = {name: _unpacked(value, arrays, path) for name, value in packed["of"].items()}
-    names = {*getattr(cls, "_fields", ()), *getattr(cls, "__dataclass_fields__", ())}
-    unknown = values.keys() - names
     try:
-        return cls.of_former(**values) if unknown and "of_former" in vars(cls) else cls(**values)
+        return cls(**values)
     except TypeError:
-        fault = f"with {', '.join(sorted(unknown))}" if unknown else "of other fields"
-        raise ValueError(
-            f"{path} has a {cls.__name__} {fault}, as another version of strainwave wrote it than this ({version()}); "
-            "load it with that version, or compute the result again"
-        ) from None
+        raise ValueError(f"{path} holds a {cls.__name__} of other fields than it has here; compute it again") from None
 
 
 def _class_of(name: str, path: Path) -> Any:
@@ -275,11 +263,11 @@ def _class_of(name: str, path: Path) -> Any:
     cls = None
     if module.partition(".")[0] == MARK:
         try:
-            cls = getattr(import_module(FORMER.get(name) or FORMER.get(module, module)), own, None)
+            cls = getattr(import_module(module), own, None)
         except ImportError:
             cls = None
     if not isinstance(cls, type) or not (is_dataclass(cls) or hasattr(cls, "_fields") or issubclass(cls, Enum)):
-        raise ValueError(f"{path} holds a {name}, which this version of strainwave ({version()}) does not have")
+        raise ValueError(f"{path} holds a {name}, which strainwave {version()} does not have; compute it again")
     return cls
 
 

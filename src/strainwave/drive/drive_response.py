@@ -158,18 +158,6 @@ class DriveResponse(Result):
 
     method: ClassVar[str] = "harmonic balance"
 
-    @classmethod
-    def of_former(cls, response: "DriveResponse | None" = None, **others: Any) -> "DriveResponse":
-        """One of version 0.2, which had curve and sweep as a result of their own; those by integration are refused."""
-        if others.pop("back", None) is not None or others.pop("method", cls.method) != cls.method:
-            raise TypeError("motions by integration")
-        return cls(**others) if response is None else replace(response, **others)
-
-    @property
-    def response(self) -> "DriveResponse":
-        """Itself: curve and sweep were a result of their own."""
-        return self
-
     def coordinates(self) -> Labelled:
         """As of the curve."""
         return self.curve.coordinates()

@@ -12,8 +12,6 @@ from typing import Any
 
 from ..compile.identity import OWN, Identity
 
-FORMER_ROOM = "strainwave.study.sweep."
-
 
 def identity(thing: Any) -> str:
     """Text that is equal for equal things in every process, and different for different ones.
@@ -29,13 +27,8 @@ def identity(thing: Any) -> str:
 
 
 def digest(*things: Any) -> str:
-    """Hash of the identity of things; this room has its former name in it: stores begun under that are recognised."""
-    text = (
-        identity(things)
-        .replace(f"{__package__}.", FORMER_ROOM)
-        .replace(f"{FORMER_ROOM}sweeping.", f"{FORMER_ROOM}sweep.")
-    )
-    return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()
+    """Hash of the identity of things."""
+    return hashlib.sha256(identity(things).encode(errors="surrogatepass")).hexdigest()
 
 
 def installed(*things: Any) -> list[str]:

@@ -332,11 +332,3 @@ def test_a_report_without_a_folder_is_written_into_one_of_the_name_of_its_file(p
     monkeypatch.setattr("strainwave.app.commands.analyze._written", lambda *given: str(given[1:]))
     assert invoke("analyze", "drive.yaml").stdout == "(PosixPath('drive-report'), False, False)\n"
     assert "'reports'" in invoke("analyze", "drive.yaml", "drive.yaml", "--compare", "--json").stdout
-
-
-@pytest.mark.parametrize(("former", "name"), sorted(command.FORMER.items()))
-def test_a_former_command_works_and_says_the_new_one(former, name):
-    run = CliRunner().invoke(command.cli, [former, "--help"])
-    assert run.exit_code == 0
-    assert run.stderr == f"strainwave {former} is strainwave {name} now\n"
-    assert run.stdout.startswith("Usage: cli " + former)

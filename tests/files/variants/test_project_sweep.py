@@ -111,10 +111,3 @@ def test_any_function_of_a_project_is_a_measure(project):
     one, four = (sw.replaced(project, {"load.inertia": f"{J} kg*m^2"}).drive.omega_0 for J in (1, 4))
     np.testing.assert_array_equal(data["value"], [one, four])
     assert data["value"].attrs["units"] == "rad/s"
-
-
-def test_the_former_verb_names_the_present_one(project):
-    with pytest.warns(FutureWarning, match=r"is strainwave\.sweep\(strainwave\.sample\.largest, project, grid\) now"):
-        former = sw.sweep_project
-    grid = {"load.inertia": ["1 kg*m^2"]}
-    xr.testing.assert_identical(former(project, grid).load(), sw.sweep(sw.sample.largest, project, grid).load())

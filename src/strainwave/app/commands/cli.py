@@ -49,19 +49,13 @@ GROUPS = {  # of `--help`; a command that is in none stands in the last one
     "Measure": "read-log order-scan error-scan fit-loop fit-bode identify-drive",
     "Files and theory": "schema export order-table derive reproduce",
 }
-FORMER = {  # names of 0.2
-    "variability": "exceedance", "loop-scan": "fit-loop", "log": "read-log", "identify": "identify-drive",
-}  # fmt: skip
 
 
 class Sentences(click.Group):
     """The group of COMMANDS. They end with one sentence and an exit code, never with a traceback (but for --debug)."""
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of a name, its module imported; None of a name that is none. A former name says the new one."""
-        if cmd_name in FORMER:
-            click.echo(f"strainwave {cmd_name} is strainwave {FORMER[cmd_name]} now", err=True)
-            cmd_name = FORMER[cmd_name]
+        """The command of a name, its module imported; None of a name that is none."""
         if cmd_name not in COMMANDS:
             return None
         module, _ = COMMANDS[cmd_name]

@@ -171,7 +171,7 @@ class LawFit(Fit):
     torque: Floats
     fitted: Floats
     remarks: tuple[str, ...]
-    lack_of_fit: LackOfFit | None = field(default=None, kw_only=True)  # version 0.2 has saved none
+    lack_of_fit: LackOfFit | None = field(kw_only=True)
 
     def variables(self) -> Labelled:
         """Measured and fitted torque and their difference."""
