@@ -137,7 +137,7 @@ def questions(folder):
         ("What are inertias, stiffness, damping and delay, from a Bode plot?", "sw.fit.fit_bode(measured, project)",
          "fit-bode", lambda: sw.fit.fit_bode(bode, train)),
         ("What are stiffness, damping and error of my drive, from a log?", "sw.identify_drive(project, log)",
-         "identify-drive", lambda: sw.identify_drive(project, log)),
+         "identify", lambda: sw.identify_drive(project, log)),
         ("Which orders does my gear's error have, from a slow scan?", "sw.error_scan(angle, error)", "error-scan",
          lambda: sw.error_scan(*scan)),
         ("Which ratio and arrangement does a joint have, from both encoders?", "sw.fit.arrangement(motor, load)", "",

@@ -219,7 +219,7 @@ export const VIEWS = {
 };
 
 function scriptView() {
-  if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify-drive PROJECT LOG does the same");
+  if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify PROJECT LOG does the same");
   if (state.view === "tuning") throw new Error("the tuning has no script of the page; strainwave tune PROJECT does the same");
   const view = { view: state.view };
   if (state.view === "motion") view.speed = Number(byId("speed").value);

@@ -1,4 +1,4 @@
-"""`strainwave identify-drive` and `strainwave order-scan`: what they print and write is what the library finds."""
+"""`strainwave identify` and `strainwave order-scan`: what they print and write is what the library finds."""
 
 import json
 import re
@@ -31,7 +31,7 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     file = write(
         tmp_path / "run.csv", header, log["time"], *(np.degrees(log[a]) for a in ("motor_angle", "load_angle"))
     )
-    given = ("identify-drive", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
+    given = ("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
     given = (*given, "--column", "load_angle=pos", "--free", ", ".join(("gear.K1", "gear.K2", "damping", *LINE)))
     run = invoke(*given)
     assert run.exit_code == 0, run.stderr
@@ -57,7 +57,7 @@ def test_identify_writes_no_numbers_that_explain_little(tmp_path):
     file = write(tmp_path / "run.csv", header, log["time"], log["motor_angle"], late)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "identified.yaml").write_text("of another log", encoding="utf-8")
-    given = ("identify-drive", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
+    given = ("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
     run = invoke(*given, "--free", "gear.K1, gear.K2, gear.K3, damping, torsion.offset")
     assert run.exit_code == 1
     first = run.stdout.splitlines()[0]
@@ -73,7 +73,7 @@ def test_identify_without_an_angle_is_one_sentence(tmp_path):
     (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
     log = measured()
     file = write(tmp_path / "run.csv", "time [s];motor_angle [rad]", log["time"], log["motor_angle"])
-    run = invoke("identify-drive", tmp_path / "axis.yaml", file, "-o", tmp_path / "out")
+    run = invoke("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out")
     assert (run.exit_code, run.stdout) == (1, "")
     assert "log has no channel 'load_angle'" in run.stderr
     assert not (tmp_path / "out").exists()

@@ -1,4 +1,4 @@
-"""`strainwave identify-drive`: a project file with parameters identified from logs of its drive."""
+"""`strainwave identify`: a project file with parameters identified from logs of its drive."""
 
 from pathlib import Path
 from shlex import quote
@@ -50,7 +50,7 @@ UNLIKE = "the model does not explain the motion; check that log and project are 
 )  # fmt: skip
 @reading_options
 @json_option
-def identify_drive(
+def identify(
     project: Path, files: tuple[Path, ...], free: str | None, between: Any, output: Path, as_json: bool, **reading: Any
 ) -> None:
     """Find numbers of a drive in logs of its two angles.
