@@ -56,29 +56,19 @@ def test_trajectory_prints_its_status():
     assert "status: finished" in text
 
 
-@pytest.mark.parametrize("name", ["run.csv", "run.npz"])
-def test_saved_trajectory_reads_back(tmp_path, name):
+def test_saved_trajectory_reads_back(tmp_path):
     saved = cosine(np.linspace(0.0, 1.0, 11))
-    path = saved.save(tmp_path / name)
-    if name.endswith("csv"):
-        assert path.read_text(encoding="utf-8").splitlines()[0] == "t_s,x_rad,v_rad_per_s"
-        t, *y = np.loadtxt(path, delimiter=",", skiprows=1).T
-        np.testing.assert_allclose(y, saved.y, rtol=1e-11)
-    else:
-        content = np.load(path)
-        t = content["t"]
-        np.testing.assert_array_equal(content["y"], saved.y)
-        np.testing.assert_array_equal(content["rate"], saved.rate)
-        assert content["status"] == "OK"
+    path = saved.save(tmp_path / "run.csv")
+    assert path.read_text(encoding="utf-8").splitlines()[0] == "t_s,x_rad,v_rad_per_s"
+    t, *y = np.loadtxt(path, delimiter=",", skiprows=1).T
+    np.testing.assert_allclose(y, saved.y, rtol=1e-11)
     np.testing.assert_allclose(t, saved.t, rtol=1e-11)
-    assert os.listdir(tmp_path) == [name]
+    assert os.listdir(tmp_path) == ["run.csv"]
 
 
 def test_other_file_types_are_refused_before_anything_is_written(tmp_path):
-    with pytest.raises(
-        ValueError,
-        match=r"cannot save a Trajectory as 'run\.xlsx'; use a name that ends in \.nc, \.zarr, \.npz, \.mat or \.csv",
-    ):
+    said = r"cannot save a Trajectory as 'run\.xlsx'; use a name that ends in \.nc or \.csv$"
+    with pytest.raises(ValueError, match=said):
         cosine(np.linspace(0.0, 1.0, 3)).save(tmp_path / "run.xlsx")
     assert os.listdir(tmp_path) == []
 
@@ -101,7 +91,7 @@ def test_interrupted_save_keeps_the_old_file_and_leaves_no_other(tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="POSIX permissions")
 def test_saved_file_has_the_permissions_of_any_new_file(tmp_path):
     (tmp_path / "plain").write_text("")
-    saved = cosine(np.linspace(0.0, 1.0, 3)).save(tmp_path / "run.npz")
+    saved = cosine(np.linspace(0.0, 1.0, 3)).save(tmp_path / "run.nc")
     assert saved.stat().st_mode == (tmp_path / "plain").stat().st_mode
 
 

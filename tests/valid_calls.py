@@ -292,7 +292,7 @@ CALLS = {
     "project_entry": call(sw.project_entry, model=sw.Cubic(1.0, 0.1)),
     "replaced": call(sw.replaced, "project", project=project, values={"load.inertia": "2 kg*m^2"}, retune=False),
     "replaced, of a model": call(sw.replaced, project=STRONG, values={"law.alpha": 0.2, "B": 0.1}),
-    "load": lambda: (sw.load, {"path": moved(STRONG).save("motion.npz")}),
+    "load": lambda: (sw.load, {"path": moved(STRONG).save("motion.nc")}),
     "simulate": call(sw.simulate, system=STRONG, y0=(0.1, 0.0), t=0.5, method=QUICK),
     "simulate, times": call(sw.simulate, system=STRONG, y0=(0.1, 0.0), t=[0.0, 0.1, 0.3], method=sw.Dopri5(1e-6)),
     "Dopri5": call(
@@ -668,7 +668,7 @@ def method_calls():
     rows = {
         "Orbit": {"amplitude": {"k": 1}, "state": {"phase": 0.1}},
         "Branch": {"amplitude": {"k": 1}},
-        "Trajectory": {"peak": {"component": 0, "after": 0.0}, "save": {"path": "a.npz"}, "plot": {"axes": None}},
+        "Trajectory": {"peak": {"component": 0, "after": 0.0}, "save": {"path": "a.nc"}, "plot": {"axes": None}},
         "DecayFit": {"interval": {"path": "B", "level": 0.9}, "value": {"path": "B"}, "deviation": {"path": "B"}},
         "OrderScan": {"delay_interval": {"level": 0.9}, "line": {"order": 4.0},
                       "predict": {"time": TIMES, "angle": 10.0 * TIMES}},

@@ -1,13 +1,15 @@
-"""Results as files that read back equal to the bit: NetCDF, Zarr, NumPy, MATLAB.
+"""Results as NetCDF files that read back equal to the bit.
 
 A file holds the arrays of `to_xarray` under their names, so that xarray alone reads it too, and in the attribute
-`strainwave` everything that the result consists of, as JSON that refers to arrays by name.
+`strainwave` everything that the result consists of, as JSON that refers to arrays by name. NetCDF 3 knows few kinds of
+numbers: complex arrays are split into `_real` and `_imag`, truth values and whole numbers are stored as small integers,
+and words along a dimension as an attribute.
 """
 
 import hashlib
 import json
 import os
-import shutil
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -19,7 +21,15 @@ from uuid import uuid4
 import numpy as np
 
 from ..compile.tree import is_model, shown
-from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, NoReader, plain, stored_name
+
+MARK = "strainwave"
+STORED: dict[str, tuple[type, ...]] = {
+    "b": (np.int8,), "i": (np.int32, np.float64), "u": (np.int32, np.float64), "f": (np.float64,)
+}  # fmt: skip
+PARTS = ("_real", "_imag")
+LARGEST = 2**31 - 1  # whole number of an attribute in NetCDF 3
+
+Arrays = dict[str, Any]
 
 
 def version() -> str:
@@ -41,7 +51,7 @@ class atomic:
         self.path = path
 
     def __enter__(self) -> str:
-        if not self.path.name:
+        if not self.path.name or self.path.is_dir():
             raise ValueError(f"the file is {shown(str(self.path))}, a folder; give the name of a file")
         if not self.path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {self.path.parent}; make it, or save elsewhere")
@@ -51,29 +61,17 @@ class atomic:
 
     def __exit__(self, kind: object, value: object, trace: object) -> None:
         if kind is not None:
-            _remove(self.part)
+            Path(self.part).unlink(missing_ok=True)
             # The user knows the other name; an error while writing has none.
             named = (None, str(self.part), self.part)
             if isinstance(value, OSError) and value.errno is not None and value.filename in named:
                 value.filename = str(self.path)
-        elif self.path.is_dir():  # a folder takes no other's place
-            old = self.part.with_name(self.part.name + ".old")
-            os.replace(self.path, old)
-            os.replace(self.part, self.path)
-            _remove(old)
         else:
             os.replace(self.part, self.path)
 
 
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
-
-
 def write(result: object, labelled: Any, path: Path) -> None:
-    """Write a result to a path whose ending is one of ENDINGS; nothing appears there before it is complete.
+    """Write a result as NetCDF; nothing appears at the path before it is complete.
 
     Parameters
     ----------
@@ -82,15 +80,13 @@ def write(result: object, labelled: Any, path: Path) -> None:
     labelled : xarray.Dataset
         Its arrays with dimensions and units.
     path : Path
-        File, or folder for Zarr.
+        File.
 
     Raises
     ------
     ValueError
-        If the result holds something that no file can give back, or a folder that is no Zarr store is in the way.
+        If the result holds something that no file can give back, or a folder has the name of the file.
     """
-    if path.is_dir() and not (path.suffix == ".zarr" and (path / "zarr.json").is_file()):
-        raise ValueError(f"{path} is a folder and no Zarr store; give another name")
     arrays: Arrays = {}
     content = json.dumps(_packed(result, "", arrays))
     prints = {str(name): _print(value.values) for name, value in labelled.variables.items()}
@@ -100,9 +96,9 @@ def write(result: object, labelled: Any, path: Path) -> None:
     hashes = {name: _print(array) for name, array in arrays.items()}
     names = {n: n if prints.get(n) == value else same.get(value, labels[n]) for n, value in hashes.items()}
     about = {
-        "class": type(result).__name__, "version": version(), "content": json.loads(content),
+        "version": version(), "content": json.loads(content),
         "arrays": {
-            name: [stored_name(names[name]), array.dtype.str, list(array.shape)] for name, array in arrays.items()
+            name: [_stored_name(names[name]), array.dtype.str, list(array.shape)] for name, array in arrays.items()
         },
         "sha256": _digest(content, arrays),
     }  # fmt: skip
@@ -110,13 +106,14 @@ def write(result: object, labelled: Any, path: Path) -> None:
     for name, array in arrays.items():
         if names[name] == labels[name] and array.size:
             data[labels[name]] = (_dimensions(name, array.shape), array)
+    data = _plain(data.assign_attrs({MARK: json.dumps(about)}))
     with atomic(path) as part:
-        WRITERS[path.suffix](plain(data.assign_attrs({MARK: json.dumps(about)})), part)
-        stored, attributes = READERS[path.suffix](Path(part))
-        if _arrays_of(json.loads(str(attributes[MARK])), stored) is None:
+        filled = [str(name) for name, value in data.variables.items() if value.dtype.kind in STORED]
+        data.to_netcdf(part, engine="scipy", encoding={name: {"_FillValue": None} for name in filled})
+        stored, _ = _read(Path(part))
+        if _arrays_of(about, stored) is None:
             raise ValueError(
-                f"a {path.suffix} file does not give back what this {type(result).__name__} holds; pickle it, or "
-                "save its parts"
+                f"a .nc file does not give back what this {type(result).__name__} holds; pickle it, or save its parts"
             )
 
 
@@ -132,7 +129,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     Parameters
     ----------
     path : str or path
-        NetCDF (`.nc`), Zarr (`.zarr`), NumPy (`.npz`) or MATLAB (`.mat`).
+        NetCDF (`.nc`).
 
     Returns
     -------
@@ -142,33 +139,27 @@ def load(path: str | os.PathLike[str]) -> Any:
     Raises
     ------
     ValueError
-        If the file is none of these, damaged, or made by another version.
+        If the file is no NetCDF, damaged, or made by another version.
     FileNotFoundError
         If there is none.
     TypeError
         If the path is none.
-    RuntimeError
-        If a MAT-file of others cannot be read, as no process can be started.
     """
     path = as_file(path)
-    if path.suffix not in ENDINGS:
-        raise ValueError(f"cannot load {shown(path.name)}; results are saved with names that end in {listed(ENDINGS)}")
+    if path.suffix != ".nc":
+        raise ValueError(f"cannot load {shown(path.name)}; results are saved with names that end in .nc")
     if not path.exists():
         raise FileNotFoundError(f"there is no {path}; check the name and the folder")
     try:
-        stored, attributes = READERS[path.suffix](path)
-    except NoReader:
-        raise
+        stored, text = _read(path)
     except Exception as error:  # whatever a damaged file makes its reader raise
         said = " ".join(str(error).split())[:200]
-        raise ValueError(
-            f"{path} is no whole {path.suffix} file of strainwave ({said}); save the result again"
-        ) from None
-    if MARK not in attributes:
+        raise ValueError(f"{path} is no whole .nc file of strainwave ({said}); save the result again") from None
+    if text is None:
         raise ValueError(f"{path} holds no result of strainwave; `save` of a result writes one")
     damaged = ValueError(f"{path} is damaged: its content is not what was saved; save the result again")
     try:
-        about = json.loads(str(attributes[MARK]))
+        about = json.loads(text)
         written = about["version"]
     except (ValueError, KeyError, TypeError):
         raise damaged from None
@@ -189,9 +180,52 @@ def _arrays_of(about: Any, stored: Mapping[str, Any]) -> Arrays | None:
         return None
 
 
-def listed(names: tuple[str, ...]) -> str:
-    """Write names as ".nc, .zarr or .npz"."""
-    return f"{', '.join(names[:-1])} or {names[-1]}"
+def _read(path: Path) -> tuple[Arrays, str | None]:
+    """Arrays of a NetCDF file, and what it says of the result in it; None where it says nothing."""
+    from scipy.io import netcdf_file
+
+    with open(path, "rb") as stream:
+        file = netcdf_file(stream, mmap=False)
+        stored = {name: np.array(variable[:]) for name, variable in file.variables.items()}
+        return stored, vars(file)[MARK].decode() if MARK in vars(file) else None
+
+
+def _stored_name(name: str) -> str:
+    """Name of an array in a file: what NetCDF does not take is written as %XX, and what is no part is told by a %."""
+    bad = r"[^\x20-\xff]|/|%(?=[0-9A-F]{2}|$)"  # SciPy writes names in Latin-1
+    safe = re.sub(bad, lambda sign: "".join(f"%{byte:02X}" for byte in sign[0].encode()), name)
+    return f"{safe}%" if not safe or safe.endswith(PARTS) else safe
+
+
+def _plain(data: Any) -> Any:
+    """Dataset with the kinds of arrays alone that NetCDF 3 knows, and without the empty ones."""
+    whole = {name: value for name, value in data.attrs.items() if isinstance(value, int) and abs(value) > LARGEST}
+    data = data.rename({name: _stored_name(str(name)) for name in data.variables})
+    data = data.assign_attrs({name: str(value) for name, value in whole.items()})
+    for name in list(data.variables):
+        variable = data[name]
+        if not variable.size:
+            data = data.drop_vars(name)
+        elif variable.dtype.kind in "UO":  # words
+            data = data.drop_vars(name).assign_attrs({name: ", ".join(map(str, variable.values))})
+        elif variable.dtype.kind == "c":
+            parts = zip(PARTS, (variable.real, variable.imag), strict=True)
+            data = data.drop_vars(name).assign({f"{name}{part}": value for part, value in parts})
+        elif variable.dtype.kind in STORED:
+            data[name] = _stored(variable)
+    return data
+
+
+def _stored(variable: Any) -> Any:
+    """Variable in the smallest kind of NetCDF 3 that holds its numbers."""
+    for kind in STORED[variable.dtype.kind]:
+        stored = variable.astype(kind)
+        if np.array_equal(stored.astype(variable.dtype), variable, equal_nan=variable.dtype.kind == "f"):
+            return stored
+    raise ValueError(
+        f"{variable.name} has whole numbers that no float tells apart, beyond 2^53, which a file cannot give back; "
+        "take away what they have in common, or save them as floats"
+    )
 
 
 def _packed(thing: Any, place: str, arrays: Arrays) -> Any:

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from ..compile.tree import shown
 from .above import above
-from .archive import as_file, atomic, listed, version, write
+from .archive import as_file, atomic, version, write
 from .facts import Fact, lines
-from .formats import ENDINGS
 from .sentences import on_screen
 
 if TYPE_CHECKING:
@@ -100,11 +99,10 @@ class Result:
         return pd.DataFrame(columns, index=index), [unit, *units.values()]
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything as NetCDF (`.nc`), Zarr (`.zarr`), NumPy (`.npz`) or MATLAB (`.mat`) for `load`.
+        """Write everything as NetCDF (`.nc`) for `load`, which reads it back to the bit, and for xarray.
 
-        `load` reads it back to the bit. The file appears only when it is complete. xarray reads `.nc` and `.zarr` as
-        they are; in MATLAB every array is a struct with `value`, `unit` and `dimensions`. CSV (`.csv`) is the table of
-        `to_dataframe` with units in its header, which `load` does not read.
+        The file appears only when it is complete. CSV (`.csv`) is the table of `to_dataframe` with units in its
+        header, which `load` does not read. Other formats are written from `to_xarray`.
 
         Raises
         ------
@@ -116,15 +114,14 @@ class Result:
             If there is no such folder.
         """
         path, name = as_file(path), type(self).__name__
-        if path.suffix in ENDINGS:
+        if path.suffix == ".nc":
             write(self, self.to_xarray(), path)
             return path
         if path.suffix != ".csv":
-            endings = listed((*ENDINGS, ".csv"))
-            raise ValueError(f"cannot save a {name} as {shown(path.name)}; use a name that ends in {endings}")
+            raise ValueError(f"cannot save a {name} as {shown(path.name)}; use a name that ends in .nc or .csv")
         table, units = self._table()
         if table.empty:
-            raise ValueError(f"a {name} has no table that CSV can hold; use a name that ends in {listed(ENDINGS)}")
+            raise ValueError(f"a {name} has no table that CSV can hold; use a name that ends in .nc")
         table = table.reset_index()
         table.columns = [f"{column} [{unit}]" if unit else column for column, unit in zip(table, units, strict=True)]
         table = table.astype(dict.fromkeys(table.select_dtypes(bool).columns, int))

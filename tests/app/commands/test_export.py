@@ -3,7 +3,6 @@
 import json
 import os
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -44,14 +43,6 @@ def test_the_command_writes_what_the_verb_writes(to, name, path, tmp_path):
     assert own.path.read_bytes() == (tmp_path / name).read_bytes()
 
 
-def test_the_response_of_the_project_is_a_mat_file(path, tmp_path):
-    run = invoke(path, "--to", "mat", "-o", tmp_path / "response.mat")
-    assert run.exit_code == 0, run.output
-    assert run.stdout == f"Level axis: mat in {tmp_path / 'response.mat'}\n"
-    found, own = sw.load(tmp_path / "response.mat"), sw.read_project(path).response()
-    np.testing.assert_array_equal(found.oscillation, own.oscillation)
-
-
 LAW = """\
 from typing import Annotated, NamedTuple
 
@@ -86,7 +77,7 @@ def test_a_law_of_the_project_that_branches_is_one_sentence(tmp_path):
     ("given", "sentence"),
     [
         (("--to", "c", "-o", "a.fmu"), "strainwave: the file is 'a.fmu'; give it a name that ends in .c\n"),
-        (("--to", "mat", "-o", "a.nc"), "strainwave: the file is 'a.nc'; give it a name that ends in .mat\n"),
+        (("--to", "html", "-o", "a.nc"), "strainwave: the file is 'a.nc'; give it a name that ends in .html\n"),
         (("--to", "fmu2", "-o", "none/a.fmu"), "strainwave: there is no folder none; make it, or save elsewhere\n"),
         (("--to", "c", "-o", "a.c", "--step", "1 s"), "give a shorter one\n"),
         (

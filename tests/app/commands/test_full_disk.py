@@ -47,7 +47,6 @@ FULL = "file too large; free some space or choose another place; what was there 
     [
         (("export", "--to", "c"), "drive.c"),
         (("export", "--to", "fmu2"), "drive.fmu"),
-        (("export", "--to", "mat"), "drive.mat"),
         (("response",), "curve.csv"),
         (("response",), "curve.svg"),
     ],

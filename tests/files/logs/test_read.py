@@ -1,14 +1,17 @@
 """What reading does to raw channels, and what it doubts; measured files and binary ones."""
 
 import sys
+from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 import scipy.io
 
 import strainwave as sw
+from strainwave.files.logs import mat_file
 
 KINOVA = Path(__file__).parents[2] / "measured/kinova_gen3"
 RNG = np.random.default_rng(16)
@@ -308,3 +311,39 @@ def test_files_of_the_libraries_themselves_are_read(tmp_path):
 def test_a_file_that_is_not_there_is_said(tmp_path, name):
     with pytest.raises(ValueError, match=rf"{name}:1:1: file: does not exist"):
         sw.read_log(tmp_path / name)
+
+
+def test_a_mat_file_that_is_damaged_is_refused(tmp_path, monkeypatch):
+    """A wrong type of an array's name, in byte 177, ends the process of SciPy's reader by a signal."""
+    monkeypatch.chdir(tmp_path)
+    Path("pickle.py").write_text("raise SystemExit")  # no module of the folder is taken
+    stream = BytesIO()
+    scipy.io.savemat(stream, {"time": 0.1 * np.arange(9.0), "torque": np.ones(9)})
+    whole = stream.getvalue()
+    for content in (whole[:177] + b"\xad" + whole[178:], whole[:177] + b"\x94" + whole[178:], whole[:150], b"text"):
+        Path("damaged.mat").write_bytes(content)
+        with pytest.raises(ValueError, match=r"damaged\.mat:1:1: file: is no whole \.mat file"):
+            sw.read_log("damaged.mat")
+
+
+@pytest.mark.parametrize("cause", ["no program", "no memory", "no SciPy"])
+def test_a_mat_file_that_no_process_can_read_is_not_called_damaged(cause, tmp_path, monkeypatch):
+    scipy.io.savemat(tmp_path / "log.mat", {"time": 0.1 * np.arange(9.0), "torque": np.ones(9)})
+    if cause == "no program":
+        monkeypatch.setattr(mat_file.sys, "executable", str(tmp_path / "none"))
+        words = "No such file"
+    elif cause == "no SciPy":
+        monkeypatch.setattr(mat_file, "CHILD", "import scipy_that_nobody_has")
+        words = "No module named"
+    else:
+        words = "Cannot allocate memory"
+        monkeypatch.setattr(mat_file.subprocess, "run", Mock(side_effect=OSError(12, words)))
+    with pytest.raises(RuntimeError, match=rf"log\.mat is read by .*, which does not run \(.*{words}.*; let "):
+        sw.read_log(tmp_path / "log.mat")
+
+
+def test_a_mat_file_whose_reader_was_ended_is_not_called_damaged(tmp_path, monkeypatch):
+    scipy.io.savemat(tmp_path / "log.mat", {"time": 0.1 * np.arange(9.0), "torque": np.ones(9)})
+    monkeypatch.setattr(mat_file, "CHILD", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")  # as for memory
+    with pytest.raises(RuntimeError, match=r"log\.mat is read by .*ended from outside \(signal 9\).*memory"):
+        sw.read_log(tmp_path / "log.mat")

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ...base.formats import NoReader, mat_variables
 from ...base.quantities import numbers
 from ...base.results import Floats
 from ...study.identification.log import Log, LogSegment
+from .mat_file import NoReader, mat_variables
 from .names import TURN, canonical, epoch_unit, named
 from .table import Column, refuse
 
@@ -34,7 +34,7 @@ def read_npz(path: Path) -> Read:
 def read_mat(path: Path) -> Read:
     """Variables and fields of structs of a MATLAB file."""
     try:
-        content = mat_variables(path, squeezed=True)
+        content = mat_variables(path)
     except NoReader:
         raise
     except NotImplementedError:
