@@ -73,7 +73,7 @@ PROJECTS = [
     "%YAML 9.9\n---\na",
 ]  # fmt: skip
 STATES = [5, None, [], "x", {"gear": 5}, {"gear": []}]
-MAP = {"state": GEAR, "kind": "map", "axes": [{"name": "a", "values": ["1"] * 4000}] * 2}
+MAP = {"state": GEAR, "kind": "speed-map", "loads": [1.0] * 4000}
 CHUNK = b"10000\r\n" + b" " * 65536 + b"\r\n"
 LOGS = ["a.csv", "../../a.csv", "a.npz", "a.mat", "a.parquet", "a.mf4", "a.py", ""]
 HOSTILE: dict[str, Callable[[int, random.Random], bytes]] = {
@@ -92,7 +92,7 @@ HOSTILE: dict[str, Callable[[int, random.Random], bytes]] = {
     "speed": lambda p, r: posted(
         p, r, {"state": GEAR, "speed": r.choice([-1, 0, 1e6, 1e300, "5", True])}, "/api/motion"
     ),
-    "many axes": lambda p, r: posted(p, r, MAP, "/api/jobs"),
+    "many loads": lambda p, r: posted(p, r, MAP, "/api/jobs"),
     "wrong job": lambda p, r: request(
         p, "/api/jobs/" + r.choice(["0", "../x", "%00", "a" * 5000]), method=r.choice(["GET", "DELETE"])
     ),

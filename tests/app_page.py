@@ -5,7 +5,8 @@ import re
 import zlib
 
 PATIENCE = 300_000  # ms; the first picture may have to be compiled
-DONE = "() => document.getElementById('stage').textContent === 'done'"  # a map is shown while it is computed
+DONE = "() => document.getElementById('stage').textContent === 'done'"
+MANY_LOADS = "; ".join(map(str, range(-80, 0, 2)))  # of a speed map that takes ten seconds
 DROP = """([name, text]) => {
     const data = new DataTransfer();
     data.items.add(new File([text], name));

@@ -34,8 +34,6 @@ from strainwave.model.train.train_forms import AtLoad
 from strainwave.plot import Axis, Panel, figure
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
-KINKED = DUFFING._replace(law=sw.Backlash(1.0, 0.3))
-SWINGING = sw.Oscillator(1.0, 0.0, sw.Linear(1.0), sw.Harmonic(0.0), 1.0)  # x = cos t
 START = (0.5, -0.2)
 EXACT = sw.Dopri5(rtol=1e-12, atol=1e-14)
 GRID = np.linspace(0.0, 1.0, 2001)  # of a turn
@@ -195,116 +193,6 @@ def test_curves_of_a_users_linear_law_and_pulses_are_the_closed_forms():
     assert many.peak[-1] == pytest.approx(np.max(np.abs(0.2 + waves.real)), rel=1e-5)
 
 
-# Integration methods. Bogacki & Shampine 1989, Appl. Math. Lett. 2, 321; Shu & Osher 1988, J. Comput. Phys. 77, 439.
-BOGACKI_SHAMPINE = sw.numerics.runge_kutta(
-    ((), (1 / 2,), (0, 3 / 4)), (2 / 9, 1 / 3, 4 / 9), embedded=(7 / 24, 1 / 4, 1 / 3, 1 / 8)
-)
-SSPRK3 = sw.numerics.runge_kutta(((), (1,), (1 / 4, 1 / 4)), (1 / 6, 1 / 6, 2 / 3))
-
-
-class Midpoint(NamedTuple):
-    """The explicit midpoint step of two states."""
-
-    def order(self):
-        return 2
-
-    def step(self, system, phase, turn, y, h):
-        v, a = system.rhs(phase, y)
-        v, a = system.rhs(phase + 0.5 * turn, (y[0] + 0.5 * h * v, y[1] + 0.5 * h * a))
-        return y[0] + h * v, y[1] + h * a
-
-
-def error_after_a_period(scheme, steps):
-    end = sw.simulate(SWINGING, (1.0, 0.0), 2 * np.pi, method=sw.numerics.FixedStep(scheme, steps_per_period=steps)).y[
-        :, -1
-    ]
-    return np.hypot(end[0] - 1.0, end[1])
-
-
-@pytest.mark.parametrize(("scheme", "order"), [(SSPRK3, 3), (BOGACKI_SHAMPINE, 3), (Midpoint(), 2)])
-def test_scheme_of_a_user_has_its_order_in_simulate(scheme, order):
-    assert scheme.order() == order
-    assert np.log2(error_after_a_period(scheme, 40) / error_after_a_period(scheme, 80)) == pytest.approx(order, abs=0.1)
-
-
-@pytest.mark.parametrize("system", [DUFFING, KINKED])
-def test_adaptive_scheme_of_a_user_meets_its_tolerance_between_steps_too(system):
-    times = np.linspace(0.0, 10.0, 37)
-    method = sw.numerics.AdaptiveStep(BOGACKI_SHAMPINE, rtol=1e-7, atol=1e-9)
-    run, exact = (sw.simulate(system, START, times, method=m) for m in (method, EXACT))
-    assert run.switches == exact.switches
-    np.testing.assert_allclose(run.y, exact.y, rtol=0, atol=1e-5)
-    assert run.steps > 2 * sw.simulate(system, START, times, method=sw.Dopri5(rtol=1e-7, atol=1e-9)).steps
-
-
-def test_its_tableau_gives_the_steps_of_dormand_and_prince():
-    a = (
-        (), (1 / 5,), (3 / 40, 9 / 40), (44 / 45, -56 / 15, 32 / 9),
-        (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
-        (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
-    )  # fmt: skip
-    b = (35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84)
-    embedded = (5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40)
-    dense = (
-        -12715105075 / 11282082432, 0, 87487479700 / 32700410799, -10690763975 / 1880347072,
-        701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423,
-    )  # fmt: skip
-    scheme = sw.numerics.runge_kutta(a, b, embedded=embedded, dense=dense)
-    assert scheme.stable() == pytest.approx(sw.Dopri5().scheme.stable(), abs=0.05)
-    times = np.linspace(0.0, 30.0, 50)
-    run, own = (
-        sw.simulate(DUFFING, START, times, method=m)
-        for m in (sw.numerics.AdaptiveStep(scheme, 1e-6, 1e-9), sw.Dopri5(1e-6, 1e-9))
-    )
-    assert abs(run.steps - own.steps) <= 1  # at the begin nothing is known of the longest step but its stability
-    np.testing.assert_allclose(run.y, own.y, rtol=0, atol=1e-9)
-    with pytest.raises(ValueError, match="estimate of fourth order needs `dense`"):
-        sw.numerics.runge_kutta(a, b, embedded=embedded)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "method",
-    [
-        sw.numerics.FixedStep(Midpoint(), steps_per_period=4000),
-        sw.numerics.FixedStep(SSPRK3, steps=200),
-        sw.numerics.AdaptiveStep(BOGACKI_SHAMPINE, rtol=1e-7, atol=1e-9),
-    ],
-)
-def test_method_of_a_user_runs_ensembles(method):
-    omega = np.array([0.7, 1.3])
-    options = {"periods": 2, "settle": 1, "measures": (sw.Peak(), sw.Rms(), sw.Amplitude(1), sw.Final())}
-    found, exact = (sw.ensemble(DUFFING, {"omega": omega}, START, method=m, **options) for m in (method, EXACT))
-    for name in ("peak", "rms", "amplitude_1", "final"):
-        error = np.max(np.abs(found[name].values - exact[name].values))
-        assert error < 1e-4
-        if not method.adaptive:
-            assert error <= 1.1 * found[name].attrs["error_estimate"] + 1e-9
-    assert ("steps" in found) is not method.adaptive
-
-
-@pytest.mark.parametrize(
-    ("wrong", "sentence"),
-    [
-        (
-            lambda: sw.numerics.runge_kutta(((), (1 / 2, 0)), (0, 1)),
-            r"row 1 of a is \(0\.5, 0\); it must be 1 finite weights",
-        ),
-        (lambda: sw.numerics.runge_kutta(((), (1 / 2,)), (0, 0.9)), "must add up to 1"),
-        (lambda: sw.numerics.runge_kutta(((),), (0, 1)), "a has 1 rows and b 2 weights"),
-        (
-            lambda: sw.numerics.AdaptiveStep(SSPRK3),
-            r"needs an estimate of the error; give runge_kutta\(\.\.\., embedded=",
-        ),
-        (lambda: sw.numerics.AdaptiveStep(Midpoint()), r"has no attempt, error_order, stable, looks"),
-        (lambda: sw.numerics.FixedStep(np.cos), "FixedStep takes a NamedTuple with step, order"),
-    ],
-)
-def test_wrong_scheme_is_one_sentence(wrong, sentence):
-    with pytest.raises((TypeError, ValueError), match=sentence):
-        wrong()
-
-
 class TopSpeed(NamedTuple):
     """Largest rate of the first state at the ends of the steps."""
 
@@ -331,7 +219,7 @@ class Drift(NamedTuple):
         return {"end": y[0]}
 
 
-@pytest.mark.parametrize("method", [sw.Dopri5(), sw.Dop8(), sw.Rk4(), sw.numerics.FixedStep(SSPRK3)])
+@pytest.mark.parametrize("method", [sw.Dopri5(), sw.Dop8(), sw.Rk4()])
 def test_measure_of_a_user_is_a_variable_of_an_ensemble(method):
     kept = sw.Peak(), TopSpeed(), Drift(), sw.numerics.Poincare()
     found = sw.ensemble(DUFFING, {"omega": [0.7, 1.3]}, START, periods=5, measures=kept, method=method)

@@ -17,7 +17,7 @@ from strainwave.base.records import Result
 from strainwave.study.analysis.verdict import Answer, Verdict
 
 CALLED_BY_VERBS = {
-    "AdaptiveStep": "simulate", "Dopri5": "simulate", "FixedStep": "simulate", "Rk4": "simulate", "Dop8": "simulate",
+    "Dopri5": "simulate", "Rk4": "simulate", "Dop8": "simulate",
     "EnsembleMeasure": "sweep", "Compensator": "compensate",
 }  # fmt: skip
 MADE_BY_VERBS = ("refused",)  # of a class: `lyapunov` makes one

@@ -616,9 +616,6 @@ CALLS = {
         {"system": STRONG, "orbit": curve().folds[0], "span": (1.0, 1.4), "parameter": "omega", "harmonics": 3,
          "points": 10},
     ),
-    "runge_kutta": call(
-        sw.numerics.runge_kutta, a=[[], [0.5]], b=[0.0, 1.0], embedded=[1.0, 0.0], dense=None
-    ),
     "loop_response": call(sw.numerics.loop_response, loop=CLOSED, omega=[10.0], at=None, steps=1, output=None),
     "loop_ensemble": call(
         sw.numerics.loop_ensemble, loop=CLOSED, varied={"controller.K_p": [10.0]}, duration=4e-3, settle=2e-3, orders=(2.0,),

@@ -36,7 +36,6 @@ LEFT_OUT = {
     "demo": "the analyses of two of the twelve projects",
     "draw": "pictures; `draw` of the results is called by the commands that write figures",
     "app": "serves a page; its answers are those of the verbs",
-    "runge_kutta": "a table of coefficients of the caller",
     "read_specification": "read by the command design",
     "replace": "changes a number of a model, which the verbs then show",
     "speed_table": "a controller made of a prediction_table",

@@ -15,8 +15,8 @@ from playwright.sync_api import sync_playwright
 
 TARGET = Path(__file__).resolve().parent.parent / "docs/images/app.png"
 SIZES = {375: 812, 1280: 900, 3840: 2160}  # width and height [px]
-JOBS = {"speed-map": "speed-map", "compensation": "compensation", "map": "map"}  # views that a job fills: their picture
-LAST = {"response": "torque", "motion": "phase", "move": "move-speed", "speed-map": "campbell", "log": "log-load_angle"}
+JOBS = ("speed-map", "compensation")  # views that a job fills
+LAST = {"response": "torque", "motion": "phase", "move": "move-speed", "log": "log-load_angle"}
 PATIENCE = 300_000  # ms
 
 
@@ -56,7 +56,7 @@ def wait(page: Any, name: str) -> None:
 
 def every_view(page: Any, address: str, folder: Path) -> None:
     """Save each view in each size, light and dark."""
-    for view in ("response", "motion", "move", "speed-map", "compensation", "map", "log"):
+    for view in ("response", "motion", "move", "speed-map", "compensation", "log"):
         page.goto("about:blank")
         page.goto(f"{address}#gear=CSG-40-50&view={view}")
         page.wait_for_selector("#title:not(:empty)")

@@ -107,14 +107,7 @@ class LinearPart(Protocol):
 
 
 class Scheme(Protocol):
-    """What takes a step of an integration; `FixedStep` and `AdaptiveStep` make a method of it.
-
-    For adaptive steps it has, in place of these, `attempt(system, phase, turn, y, h, rate)`, `error_order()`,
-    `stable()` and `looks()`, see `numerics.integration.schemes`.
-    """
-
-    def order(self) -> int:
-        """Its order: the error of a step is of one power of h more."""
+    """What takes the equal steps of an integration."""
 
     def step(self, system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
         """State, a tuple, after a step of h in time [s] and of `turn` in the base angle [rad]."""

@@ -18,9 +18,6 @@ from .ensemble.measures import Mean as Mean
 from .ensemble.measures import Peak as Peak
 from .ensemble.measures import Poincare as Poincare
 from .ensemble.measures import Rms as Rms
-from .integration.methods import AdaptiveStep as AdaptiveStep
-from .integration.methods import FixedStep as FixedStep
-from .integration.schemes import runge_kutta as runge_kutta
 from .shooting import shoot as shoot
 
 __all__: list[str]

@@ -195,10 +195,6 @@ def test_exported_project_reads_back_as_the_same_drive(client, written):
     assert (wrong["title"], "cannot be printed" in wrong["unknown"]["title"]) == ("CSG-40-50", True)
 
 
-AXES = [
-    {"name": "load.inertia", "values": ["0.9 kg*m^2", "1.1 kg*m^2"]},
-    {"name": "damping.ratio", "values": ["3 %", "5 %"]},
-]
 NUMBER = re.compile(r"-?[0-9]+(?:[.][0-9]+)?(?:e[-+]?[0-9]+)?")
 
 
@@ -228,13 +224,6 @@ def test_script_of_a_move_prints_the_error_of_the_page(client, tmp_path, monkeyp
     shown = posted(client, "/api/move", state=GEAR)
     said = printed(client, tmp_path, monkeypatch, capsys, "move")
     assert said == pytest.approx([shown["peak_arcsec"], shown["duration"]], rel=1e-5)
-
-
-def test_script_of_a_map_prints_its_cells(client, tmp_path, monkeypatch, capsys):
-    job = waited(client, posted(client, "/api/jobs", state=GEAR, kind="map", axes=AXES)["id"])
-    (a, b), (c, d) = job["result"]["largest_oscillation_arcsec"]
-    said = printed(client, tmp_path, monkeypatch, capsys, "map", axes=AXES)
-    assert said == pytest.approx([3, a, b, 5, c, d], rel=1e-4)
 
 
 LOADS = [-89.5, 0.0]
@@ -289,21 +278,18 @@ def test_compensation_of_a_joint_is_that_of_the_library(client, written):
         assert one["after_rms_arcsec"] * ARCSEC == pytest.approx(own.after, rel=1e-9)
 
 
-def test_values_of_a_script_stay_texts(client):
-    values = ["ALONG", "+str(print(12345))+", "__import__('os')", "{FIRST}", '"""']
-    axes = [{"name": "load.inertia", "values": values}, {"name": "SECOND", "values": values[::-1]}]
-    script = client.post("/api/export/script", json={"state": GEAR, "view": "map", "axes": axes}).text
-    loops = {node.target.id: node.iter for node in ast.walk(ast.parse(script)) if isinstance(node, ast.For)}
-    assert ast.literal_eval(loops["across"]) == values
-    assert ast.literal_eval(loops["up"]) == values[::-1]
+def test_words_of_a_project_stay_words_in_a_script(client):
+    title = "SPEED {body} __import__('os') \\"
+    state = {**GEAR, "values": {"title": title}}
+    script = client.post("/api/export/script", json={"state": state, "view": "motion", "speed": 900.0}).text
+    words = {node.value for node in ast.walk(ast.parse(script)) if isinstance(node, ast.Constant)}
+    assert any(isinstance(text, str) and f"title: {title}\n" in text for text in words)
 
 
 @pytest.mark.parametrize(
     ("body", "said"),
     [
         ({"view": "motion"}, "needs its speed"),
-        ({"view": "map", "axes": AXES[:1]}, "needs two axes"),
-        ({"view": "map", "axes": [AXES[0], AXES[0]]}, "two axes of different names"),
         ({"view": "log"}, "view: "),
     ],
 )
@@ -322,25 +308,8 @@ def waited(client, name):
     raise AssertionError("the job does not end")
 
 
-def test_map_has_the_response_at_every_point(client):
-    axes = [
-        {"name": "load.inertia", "values": ["0.9 kg*m^2", "1.1 kg*m^2"]},
-        {"name": "damping.ratio", "values": ["3 %", "5 %"]},
-    ]
-    name = posted(client, "/api/jobs", state=GEAR, kind="map", axes=axes)["id"]
-    job = waited(client, name)
-    values = {"load.inertia": "1.1 kg*m^2", "damping.ratio": "3 %"}
-    alone = posted(client, "/api/response", state={**GEAR, "values": values})
-    assert job["state"] == "done"
-    assert job["result"]["largest_oscillation_arcsec"][0][1] == pytest.approx(alone["largest"]["oscillation_arcsec"])
-
-
 def test_cancelled_job_is_gone(client):
-    axes = [
-        {"name": "load.inertia", "values": [f"{1 + 0.01 * i} kg*m^2" for i in range(40)]},
-        {"name": "damping.ratio", "values": [f"{3 + 0.1 * i} %" for i in range(40)]},
-    ]
-    name = posted(client, "/api/jobs", state=GEAR, kind="map", axes=axes)["id"]
+    name = posted(client, "/api/jobs", state=GEAR, kind="speed-map", loads=[-float(i) for i in range(40)])["id"]
     assert client.delete(f"/api/jobs/{name}").json()["state"] == "cancelled"
     assert client.get(f"/api/jobs/{name}").status_code == 404
 

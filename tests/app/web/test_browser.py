@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from app_page import DROP, drawn, largest, paused, pauses, until_drawn_again
+from app_page import DROP, MANY_LOADS, drawn, largest, paused, pauses, until_drawn_again
 
 SURE = "() => document.getElementById('answer').textContent.includes('How sure')"
 
@@ -60,11 +60,11 @@ def test_another_gear_is_another_drive(page):
 
 
 def test_map_is_computed_and_cancelled(held_page):
-    held_page.get_by_role("tab", name="Two-parameter map").click()
-    held_page.select_option("#map-count", "10")
+    held_page.get_by_role("tab", name="Speed map").click()
+    held_page.fill("#loads", "-20; 0")
     held_page.locator("#begin").click()
-    held_page.wait_for_selector("#plot-map[data-drawn]")
-    held_page.select_option("#map-count", "40")
+    held_page.wait_for_selector("#plot-speed-map[data-drawn]")
+    held_page.fill("#loads", MANY_LOADS)
     held_page.locator("#begin").click()
     held_page.wait_for_function("() => document.getElementById('progress').value > 0")
     held_page.locator("#cancel").click()

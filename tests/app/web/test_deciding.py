@@ -1,7 +1,7 @@
-"""What helps to decide: the answer in sight, values that meet the limit, curves side by side, the limit in a map."""
+"""What helps to decide: the answer in sight, values that meet the limit, curves side by side, gains."""
 
 import pytest
-from app_page import DONE, drawn, largest, said, until_drawn_again
+from app_page import drawn, largest, said, until_drawn_again
 
 THREE_DIGITS = 5e-3  # relative, of an answer
 FOCUS = "() => document.activeElement.id"
@@ -85,37 +85,6 @@ def test_zoom_of_one_picture_is_that_of_the_other_and_goes_back(page):
     page.locator("#whole").click()
     page.wait_for_function("() => document.getElementById('plot-torque').layout.xaxis.autorange")
     assert page.evaluate(ranges) == whole
-
-
-def test_a_map_has_the_limit_and_the_drive_and_a_click_takes_a_cell(held_page):
-    page = held_page
-    page.get_by_role("tab", name="Two-parameter map").click()
-    page.locator("#begin").click()
-    page.wait_for_function(DONE)
-    kinds = page.evaluate("() => document.getElementById('plot-map').data.map((one) => one.type ?? one.mode)")
-    assert kinds == ["heatmap", "contour", "contour", "markers"]
-    star = "() => { const one = document.getElementById('plot-map').data.at(-1); return [one.x[0], one.y[0]]; }"
-    assert page.evaluate(star) == [19.9, 3]
-    box = page.locator("#plot-map .nsewdrag").bounding_box()
-    page.mouse.click(box["x"] + 0.85 * box["width"], box["y"] + 0.25 * box["height"])
-    page.wait_for_function("() => location.hash.includes('v.damping.ratio')")
-    page.wait_for_function(f"() => ({star})()[0] !== 19.9")
-    clicked = page.evaluate(star)
-    page.locator("#plot-map").focus()
-    page.keyboard.press("ArrowLeft")
-    said(page, "Enter takes these")
-    page.keyboard.press("Enter")
-    page.wait_for_function(f"was => ({star})()[0] < was", arg=clicked[0])
-    across, up = page.evaluate(star)
-    assert up == clicked[1]
-    assert page.locator('[id="value-damping.ratio"]').input_value() == f"{up:g}"
-    shown = "(i) => document.getElementById('plot-map').data[0].customdata[i]"
-    cell = page.evaluate("() => [...document.getElementById('plot-map').data[0].y]").index(up)
-    row = page.evaluate(shown, cell)
-    column = page.evaluate("() => [...document.getElementById('plot-map').data[0].x]").index(across)
-    page.get_by_role("tab", name="Response").click()
-    said(page, "Oscillation up to")
-    assert largest(page) == pytest.approx(row[column], rel=THREE_DIGITS)
 
 
 def test_a_move_is_edited_and_its_motor_torque_is_shown(page):

@@ -3,14 +3,13 @@
 import re
 
 import pytest
-from app_page import DONE, DROP, address_of, drawn, largest, until_drawn_again
-from one_joint import HELD
+from app_page import DONE, DROP, drawn, largest, until_drawn_again
 
 LAST = {
-    "response": "torque", "motion": "phase", "move": "move-speed",
-    "speed-map": "campbell", "compensation": "compensation", "map": "map",
+    "response": "torque", "motion": "phase", "move": "move-speed", "speed-map": "speed-map",
+    "compensation": "compensation",
 }  # fmt: skip
-JOBS = ("speed-map", "compensation", "map")
+JOBS = ("speed-map", "compensation")
 LOW_CONTRAST = """() => {
     const parse = (text) => (text.match(/[\\d.]+/g) ?? [0, 0, 0, 0]).map(Number);
     const light = ([r, g, b]) => [r, g, b]
@@ -66,8 +65,7 @@ def settled(page, view):
 
 @pytest.mark.parametrize("view", LAST)
 def test_address_of_a_view_gives_its_picture_again_and_its_data(blank, view, tmp_path):
-    drive = address_of(blank.base, HELD) if view == "map" else f"{blank.base}#gear=CSG-40-50"  # a hundred curves
-    blank.goto(f"{drive}&view={view}&v.damping.ratio=4+%25&o.speed=1300&o.along=damping.ratio")
+    blank.goto(f"{blank.base}#gear=CSG-40-50&view={view}&v.damping.ratio=4+%25&o.speed=1300")
     if view in JOBS:
         blank.locator("#begin").click()
         blank.wait_for_function("() => location.hash.includes('o.run=')")
@@ -99,9 +97,7 @@ def test_address_of_a_view_gives_its_picture_again_and_its_data(blank, view, tmp
 @pytest.mark.parametrize("view", [*LAST, "tuning", "log"])
 def test_axe_finds_nothing_in_any_view_in_light_and_dark(blank, view):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
-    blank.goto(
-        f"{address_of(blank.base, HELD) if view == 'map' else blank.base + '#gear=CSG-40-50'}&view={view}&o.search=no"
-    )
+    blank.goto(f"{blank.base}#gear=CSG-40-50&view={view}&o.search=no")
     if view in (*JOBS, "tuning"):
         blank.locator("#begin").click()
         blank.wait_for_function(DONE)

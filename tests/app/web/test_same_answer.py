@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from app_page import DONE, DROP, address_of, drawn, said, until_drawn_again
+from app_page import DONE, DROP, MANY_LOADS, address_of, drawn, said, until_drawn_again
 from measured_axis import PROJECT, measured
 from one_joint import HELD
 
@@ -139,8 +139,8 @@ def test_the_script_of_the_page_leaves_the_folder_as_it_is(page, tmp_path):
 
 
 def test_a_second_page_says_which_job_it_waits_for(held_page):
-    held_page.get_by_role("tab", name="Two-parameter map").click()
-    held_page.select_option("#map-count", "40")
+    held_page.get_by_role("tab", name="Speed map").click()
+    held_page.fill("#loads", MANY_LOADS)
     held_page.locator("#begin").click()
     held_page.wait_for_function("() => document.getElementById('progress').value > 0")
     second = held_page.context.new_page()
@@ -148,7 +148,7 @@ def test_a_second_page_says_which_job_it_waits_for(held_page):
     second.locator("#begin").wait_for()
     second.get_by_role("tab", name="Compensation").click()
     second.locator("#begin").click()
-    second.wait_for_function("() => document.getElementById('stage').textContent.startsWith('waiting for a two-param')")
+    second.wait_for_function("() => document.getElementById('stage').textContent.startsWith('waiting for a speed map')")
     second.locator("#cancel").click()
     held_page.locator("#cancel").click()
 

@@ -118,11 +118,7 @@ def test_a_damaged_packed_log_is_refused_in_a_sentence(client, name, content):
 
 
 def test_jobs_are_capped(client):
-    axes = [
-        {"name": n, "values": [f"{1 + i} {u}" for i in range(40)]}
-        for n, u in (("load.inertia", "kg*m^2"), ("damping.ratio", "%"))
-    ]
-    body = {"state": GEAR, "kind": "map", "axes": axes}
+    body = {"state": GEAR, "kind": "speed-map", "loads": [-float(i) for i in range(40)]}
     answers = [client.post("/api/jobs", json=body) for _ in range(20)]
     for answer in answers:
         if answer.status_code == 201:

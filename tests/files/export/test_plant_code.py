@@ -39,11 +39,6 @@ CASES = {
         )
     ),
 }
-METHODS = {
-    "Rk4": sw.Rk4(),
-    "Dop8": sw.Dop8(),
-    "Heun": sw.numerics.FixedStep(sw.numerics.runge_kutta([[], [1.0]], [0.5, 0.5])),
-}
 
 
 def assert_equal_to_1e_12(theirs, ours):
@@ -141,11 +136,11 @@ def test_a_number_that_decides_a_branch_and_an_integer_are_no_parameters():
 
 
 @needs_cc
-@pytest.mark.parametrize("name", METHODS)
-def test_c_takes_the_steps_of_any_scheme(name, tmp_path):
-    plant = plant_of(CASES["three slopes"], step=1e-4, method=METHODS[name])
+@pytest.mark.parametrize("method", [sw.Rk4(), sw.Dop8()])
+def test_c_takes_the_steps_of_both_methods(method, tmp_path):
+    plant = plant_of(CASES["three slopes"], step=1e-4, method=method)
     torques = recorded_torques(200)
-    ours, theirs = by_python(plant, torques, METHODS[name].scheme), by_c(tmp_path, plant, torques)
+    ours, theirs = by_python(plant, torques, method.scheme), by_c(tmp_path, plant, torques)
     assert_equal_to_1e_12(theirs, ours)
 
 

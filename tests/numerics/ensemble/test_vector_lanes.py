@@ -11,7 +11,7 @@ import strainwave as sw
 from strainwave.base.law import states_of
 from strainwave.compile import lanes
 from strainwave.numerics.ensemble import fixed_step
-from strainwave.numerics.integration.schemes import Classical
+from strainwave.numerics.integration.steps import Classical
 
 SCALAR: set[str] = set()  # laws whose loop is known to stay scalar, with the reason in docs/sweeps.md
 TORQUE, NO_ERROR = sw.Harmonic(0.3), sw.NoError()

@@ -16,10 +16,10 @@ from .options import file_type, json_option, output_option, project_argument, wr
 @click.command()
 @project_argument
 @click.option(
-    "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf", "urdf")), required=True,
-    help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo or in URDF.",
+    "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf")), required=True,
+    help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo.",
 )  # fmt: skip
-@output_option("File: .c (and .h beside it), .fmu, .xml or .urdf.", type=written_type, required=True)
+@output_option("File: .c (and .h beside it), .fmu or .xml.", type=written_type, required=True)
 @click.option("--step", help='Length of a step of C and FMU, as "250 us". Default: 16 in the shortest time scale.')
 @json_option
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:

@@ -31,7 +31,6 @@ from .state import (
     ScriptRequest,
     asked,
     parsed,
-    two_axes,
 )
 from .worker import Unexpected
 from .workers import Abandoned, Work, Workers
@@ -39,15 +38,14 @@ from .workers import Abandoned, Work, Workers
 Handler = Callable[[Request], Awaitable[Response]]
 OF_STATE, RESPONSE = Work("state", "of_state"), Work("views", "response")
 JOBS = {
-    "map": Work("views", "two_parameters"),
     "speed-map": Work("views", "mapped"),
     "compensation": Work("goals", "compensated"),
     "tuning": Work("goals", "tuned"),
     "report": Work("exports", "report_of"),
 }
 WORDS = {
-    "map": "a two-parameter map", "speed-map": "a speed map", "compensation": "a compensation", "tuning": "a tuning",
-    "report": "a report", "identify": "an identification",
+    "speed-map": "a speed map", "compensation": "a compensation", "tuning": "a tuning", "report": "a report",
+    "identify": "an identification",
 }  # fmt: skip
 
 
@@ -90,7 +88,6 @@ class Job:
     share: float = 0.0
     begun: float = field(default_factory=monotonic)
     seen: float = field(default_factory=monotonic)
-    part: Any = None  # of the result, as far as it is known
     result: Any = None
     error: str = ""
     task: asyncio.Task[None] | None = None
@@ -99,10 +96,9 @@ class Job:
         """Record that the work begins."""
         self.state, self.begun = "running", monotonic()
 
-    def progress(self, stage: str, share: float, part: Any = None) -> None:
-        """Record the progress, and the part of the result that is known."""
+    def progress(self, stage: str, share: float) -> None:
+        """Record the progress."""
         self.stage, self.share = stage, max(self.share, min(1.0, float(share)))
-        self.part = self.part if part is None else part
 
     def cancel(self) -> None:
         """Stop the work, unless it has ended."""
@@ -116,8 +112,7 @@ class Job:
         took = monotonic() - self.begun
         left = took * (1.0 / self.share - 1.0) if self.state == "running" and self.share > 0.02 else None
         told = {"kind": self.kind, "state": self.state, "stage": self.stage, "share": self.share, "seconds_left": left}
-        part = self.part if self.state == "running" else None
-        return told | {"part": part, "result": self.result, "error": self.error or None}
+        return told | {"result": self.result, "error": self.error or None}
 
 
 class Jobs:
@@ -277,11 +272,7 @@ async def begin(request: Request) -> Response:
     body = await asked(request, JobRequest)
     jobs: Jobs = request.app.state.jobs
     await _computed(request, OF_STATE, bool, body.state)
-    args: tuple[Any, ...] = ()
-    if body.kind == "map":
-        args = ([(axis.name, list(axis.values)) for axis in two_axes(body.axes)],)
-    elif body.kind == "speed-map":
-        args = body.search, list(body.loads)
+    args = (body.search, list(body.loads)) if body.kind == "speed-map" else ()
     return JSONResponse({"id": jobs.begin(body.kind, OF_STATE, JOBS[body.kind], body.state, *args)}, 201)
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from ...drive.project import Project
 from ..report.report import write
-from .state import Refused, ScriptRequest, project_of, two_axes, yaml_of
+from .state import Refused, ScriptRequest, project_of, yaml_of
 
-FRAME = '''"""{title}: {what}, as `strainwave app` shows it.{picture}"""
+FRAME = '''"""{title}: {what}, as `strainwave app` shows it. With the name of a file, as picture.svg, it draws."""
 
 import sys
 from pathlib import Path
@@ -28,10 +28,9 @@ def main():
 
 if __name__ == "__main__":
     shown = main()
-    if shown is not None and len(sys.argv) > 1:
+    if len(sys.argv) > 1:
         shown.plot().figure.savefig(sys.argv[1])
 '''
-PICTURE = " With the name of a file, as picture.svg, it draws."
 RESPONSE = """\
     found = project.response(coexisting=False)
     top = found.top
@@ -65,26 +64,13 @@ COMPENSATION = """\
     print(*found.warnings, *found.remarks, sep="\\n")
     return found
 """
-MAP = """\
-    for up in ALONG:
-        row = []
-        for across in ACROSS:
-            try:
-                drive = sw.replaced(project, {FIRST: across, SECOND: up}, retune=True)
-                found = drive.response(coexisting=False)
-                row.append(np.degrees(np.max(found.oscillation[found.visited()])) * 3600)
-            except (ValueError, sw.SolveError):  # no drive, or none with a motion
-                row.append(np.nan)
-        print(up, *(f"{value:.6g}" for value in row))
-"""
-PLACEHOLDER = re.compile(r"\b(?:SPEED|SEARCH|LOADS|ACROSS|ALONG|FIRST|SECOND)\b")
+PLACEHOLDER = re.compile(r"\b(?:SPEED|SEARCH|LOADS)\b")
 VIEWS = {
     "response": ("the pointing error over the speed", RESPONSE),
     "motion": ("the motion at a speed", MOTION),
     "move": ("the move", MOVE),
     "speed-map": ("the speed map", SPEED_MAP),
     "compensation": ("the error before and after compensation", COMPENSATION),
-    "map": ("the largest oscillation over two numbers", MAP),
 }
 
 
@@ -101,12 +87,8 @@ def script_of(request: ScriptRequest) -> str:
         values = {"SPEED": request.speed}
     elif request.view == "speed-map":
         values = {"SEARCH": request.search, "LOADS": list(request.loads) or None}
-    elif request.view == "map":
-        first, second = two_axes(request.axes)
-        values = {"ACROSS": first.values, "ALONG": second.values, "FIRST": first.name, "SECOND": second.name}
     body = PLACEHOLDER.sub(lambda name: repr(values[name[0]]), body)  # one pass: values are never looked at again
-    text, picture = text.rstrip("\n") + "\n", "" if request.view == "map" else PICTURE
-    return FRAME.format(title=title, what=subject, picture=picture, text=text, body=body)
+    return FRAME.format(title=title, what=subject, text=text.rstrip("\n") + "\n", body=body)
 
 
 def report_of(project: Project, progress: Callable[[str, float], None]) -> str:

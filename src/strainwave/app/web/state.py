@@ -33,7 +33,7 @@ FASTEST = 3000.0  # rpm of a gear's first project, where the gear's own average 
 ACCURACY = 60.0  # arcsec peak-to-peak, of a gear without one in the catalogue
 
 MOST_VALUES, LONGEST = 64, 80
-MOST_ALONG = 40  # points of an axis of a map
+MOST_LOADS = 40  # of a speed map
 
 
 class Refused(ValueError):
@@ -83,42 +83,27 @@ class MotionRequest(OfState):
     speed: Annotated[float, Field(gt=0.0, lt=1e7)]
 
 
-class Axis(Body):
-    """Values of a number of the project, with their units."""
-
-    name: Annotated[str, Field(max_length=LONGEST)]
-    values: Annotated[list[Annotated[str, Field(max_length=LONGEST)]], Field(min_length=2, max_length=MOST_ALONG)]
-
-
 class MapRequest(OfState):
-    """A request that may be about a map: two `axes`, or `search` and `loads` of a speed map."""
+    """A request that may be about a speed map, with its `search` and `loads`."""
 
-    axes: Annotated[list[Axis], Field(max_length=2)] = []
     search: bool = True
-    loads: Annotated[list[float], Field(max_length=MOST_ALONG)] = []
-
-
-def two_axes(axes: list[Axis]) -> list[Axis]:
-    """The axes of a two-parameter map (Refused)."""
-    if len(axes) != 2 or axes[0].name == axes[1].name:
-        raise Refused("a two-parameter map needs two axes of different names")
-    return axes
+    loads: Annotated[list[float], Field(max_length=MOST_LOADS)] = []
 
 
 class JobRequest(MapRequest):
-    """A job: a two-parameter map (with its `axes`), the speed map, the compensation, or the report.
+    """A job: the speed map, the compensation, the tuning, or the report.
 
     With `search` the speed map looks for motions that do not join a curve. Its `loads` [N*m] are those of the project
     where none are given; a resisting one is negative.
     """
 
-    kind: Literal["map", "speed-map", "compensation", "tuning", "report"]
+    kind: Literal["speed-map", "compensation", "tuning", "report"]
 
 
 class ScriptRequest(MapRequest):
-    """The script of a view: of a motion with its `speed`, of maps with their `axes`, or `search` and `loads`."""
+    """The script of a view: of a motion with its `speed`, of a speed map with its `search` and `loads`."""
 
-    view: Literal["response", "motion", "move", "speed-map", "compensation", "map"] = "response"
+    view: Literal["response", "motion", "move", "speed-map", "compensation"] = "response"
     speed: Annotated[float, Field(gt=0.0, lt=1e7)] | None = None
 
 

@@ -4,10 +4,8 @@ The curve that follows a slider: fewer points, over the shortest period that all
 """
 
 import math
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +17,6 @@ from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.notes import exciting, load_remark, unsaid
-from ...files.variants.replaced import replaced, tuning
 from ...files.variants.sureness import how_sure
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.avoid import without_stable
@@ -30,7 +27,7 @@ from ...study.speed_map.speed_map import speed_map
 from ..console import without_calls
 from ..view import angle_unit, writer
 
-Progress = Callable[..., None]  # of a stage and a share, and of a part of the result where one is known
+Progress = Callable[[str, float], None]  # of a stage and a share
 POINTS = 40  # about, of the curve that follows a slider
 MOST_SHOWN = 4000  # samples of a run
 HELD = (
@@ -291,7 +288,7 @@ def moved(project: Project) -> dict[str, Any]:
 
 
 def mapped(project: Project, search: bool, loads: list[float], progress: Progress) -> dict[str, Any]:
-    """The speed map with the Campbell diagram, under loads [N*m] or those of the project, as `speed_map` takes them.
+    """The speed map under loads [N*m] or those of the project, as `speed_map` takes them.
 
     `search` looks for motions apart from the curves.
     """
@@ -305,40 +302,7 @@ def mapped(project: Project, search: bool, loads: list[float], progress: Progres
         "torque": chart.torque,
         "forbidden": [band / RPM for band in chart.forbidden],
         "allowed": chart.windows / RPM,
-        "lines": [
-            {name: getattr(line, name) for name in ("load", "order", "mode", "excited")}
-            | {"speed": line.speed / RPM, "amplitude_arcsec": line.amplitude / ARCSEC}
-            for line in chart.lines
-        ],
         "rule": chart.rule, "numbers": without_calls(str(chart)),
         "failures": list(chart.failures),
         "remarks": list(chart.remarks),
     }  # fmt: skip
-
-
-def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress: Progress) -> dict[str, Any]:
-    """Largest oscillation over two numbers of the project, row by row; points without a motion are None."""
-    (first, across), (second, along) = axes
-    rows: list[list[float | None]] = [[None] * len(across) for _ in along]
-    reasons = Counter[str]()
-    cells = sorted(product(range(len(along)), range(len(across))), key=_fineness)
-    head = {"axes": [{"name": first, "values": across}, {"name": second, "values": along}], "remarks": []}
-    for k, (i, j) in enumerate(cells):
-        part = head | {"largest_oscillation_arcsec": rows} if k % len(across) == 1 else None
-        progress("two-parameter map", k / len(cells), part)
-        try:
-            drive = replaced(project, {first: across[j], second: along[i]}, retune=True)  # as a slider does
-            found = solved(drive).found
-            rows[i][j] = float(found.oscillation[found.top] / ARCSEC)
-        except (ValueError, SolveError) as error:
-            reasons[str(error)] += 1
-    missing = [f"{count} points have no value: {sentence}" for sentence, count in reasons.items()]
-    return head | {
-        "largest_oscillation_arcsec": rows,
-        "remarks": [*filter(None, [tuning(project, (first, second), True)]), *missing],
-    }
-
-
-def _fineness(cell: tuple[int, int]) -> int:
-    """How fine the first grid is that a cell of a map belongs to: every fourth row and column, every second, all."""
-    return sum(any(place % step for place in cell) for step in (4, 2))

@@ -1,7 +1,7 @@
 """A process that computes for the server: it takes one piece of work after another from its standard input.
 
 Every message is a length of 8 bytes and a pickle of that length. Work is (function, arguments); the answers are
-("progress", (stage, share, or also a part of the result)) as often as the work tells it, ("compiling", sentence) when a
+("progress", (stage, share)) as often as the work tells it, ("compiling", sentence) when a
 compilation begins and with "" when it ends, ("computed", seconds of processor time without compiling since the last
 one), and then ("done", (JSON, seconds of processor time)), ("refused", sentence) or ("failed", name of the error). The
 process ends with its input: no server leaves one behind.
@@ -35,7 +35,7 @@ LOOK = 0.25  # seconds between two looks at what is compiled
 YOUNG = 50_000  # new objects between two garbage collections: an answer makes fewer
 NICE = 10  # of a background process: a view goes before it
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-Progress = Callable[..., None]  # of a stage and a share, and of a part of the result where one is known
+Progress = Callable[[str, float], None]  # of a stage and a share
 
 
 class Died(Exception):
@@ -169,8 +169,8 @@ def work_on(source: BinaryIO, sink: BinaryIO) -> None:
                     send("compiling", sentence)
                     previous = sentence
 
-    def progress(stage: str, share: float, part: Any = None) -> None:
-        send("progress", (stage, share) if part is None else (stage, share, plain(part)))
+    def progress(stage: str, share: float) -> None:
+        send("progress", (stage, share))
 
     messages: SimpleQueue[bytes] = SimpleQueue()
     Thread(target=announce, daemon=True).start()

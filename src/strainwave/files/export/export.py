@@ -1,7 +1,7 @@
 """The verb that takes a plant, a controller or a joint to another program.
 
 A sampled controller in C: one update a sample, recorded from the controller's own method. A drive train as the joint of
-a robot simulator: MJCF (MuJoCo) and URDF, with what these formats cannot carry.
+a robot simulator: MJCF (MuJoCo), with what this format cannot carry.
 """
 
 from dataclasses import dataclass
@@ -32,43 +32,6 @@ from .plant import plant_code, plant_of
 from .traced import Recording, literal
 
 SMALL = "1e-09"  # kg*m^2 of the rotor's body: its inertia is the armature of its joint, and MuJoCo refuses 0
-
-
-@dataclass
-class Joint:
-    """What both formats can say of a train, on the output side, and what they leave out.
-
-    Attributes
-    ----------
-    ratio, stiffness, damping : float
-        N, the slope of the gear's law at rest [N*m/rad], B [N*m*s/rad].
-    armature, inertia : float
-        N^2 J_m, and the inertia behind the gear [kg*m^2].
-    dry, viscous : (float, float)
-        Friction [N*m] and damping [N*m*s/rad] of motor and load.
-    lost : list of str
-        What is left out, in words.
-    """
-
-    ratio: float
-    stiffness: float
-    damping: float
-    armature: float
-    inertia: float
-    dry: tuple[float, float]
-    viscous: tuple[float, float]
-    lost: list[str]
-
-
-def joint_of(train: DriveTrain) -> Joint:
-    """Numbers of a train that a joint can have."""
-    N, end = train.N, train.load.end()
-    stiffness = float(spring_stiffness(train.law, 0.0))
-    motor, load = _friction(train.motor.drag), _friction(end.drag)
-    dry, viscous = (N * motor[0], load[0]), (N * N * motor[1], load[1])
-    of_shafts = [f"{name} of the {shaft}" for shaft, drag in (("motor", motor), ("load", load)) for name in drag[2]]
-    lost = [*_left_out(train), *of_shafts]
-    return Joint(N, stiffness, train.B, N * N * train.motor.J, train.load_inertia, dry, viscous, lost)
 
 
 def _friction(law: Law) -> tuple[float, float, list[str]]:
@@ -103,64 +66,41 @@ def _left_out(train: DriveTrain) -> list[str]:
 
 
 def mjcf(train: DriveTrain, name: str) -> str:
-    """Text of an MJCF file: motor and load as two joints of one parent, the gear as a spring between them."""
-    joint = joint_of(train)
+    """Text of an MJCF file: motor and load as two joints of one parent, the gear as a spring between them.
+
+    All is on the output side; the spring has the slope of the gear's law at rest.
+    """
+    N, end = train.N, train.load.end()
+    motor, load = _friction(train.motor.drag), _friction(end.drag)
     root = element("mujoco", {"model": name})
     world = child(root, "worldbody")
-    for i, (shaft, mass, inertia, armature) in enumerate(
-        (("motor", "1e-06", SMALL, joint.armature), ("load", "1", repr(joint.inertia), 0.0))
+    for shaft, mass, inertia, armature, viscous, dry in (
+        ("motor", "1e-06", SMALL, N * N * train.motor.J, N * N * motor[1], N * motor[0]),
+        ("load", "1", repr(train.load_inertia), 0.0, load[1], load[0]),
     ):
         body = child(world, "body", name=f"{name}_{shaft}")
         child(body, "inertial", pos="0 0 0", mass=mass, diaginertia=" ".join([inertia] * 3))
-        own = {"armature": repr(armature), "damping": repr(joint.viscous[i]), "frictionloss": repr(joint.dry[i])}
+        own = {"armature": repr(armature), "damping": repr(viscous), "frictionloss": repr(dry)}
         child(body, "joint", name=f"{name}_{shaft}", type="hinge", axis="0 0 1", **own)
-    spring = {"stiffness": repr(joint.stiffness), "damping": repr(joint.damping), "springlength": "0"}
+    spring = {"stiffness": repr(float(spring_stiffness(train.law, 0.0))), "damping": repr(train.B), "springlength": "0"}
     gear = child(child(root, "tendon"), "fixed", name=f"{name}_gear", **spring)
     child(gear, "joint", joint=f"{name}_motor", coef="1")
     child(gear, "joint", joint=f"{name}_load", coef="-1")
-    child(child(root, "actuator"), "motor", name=f"{name}_torque", joint=f"{name}_motor", gear=repr(joint.ratio))
-    return written(root, _comment(joint, [
-        f"Angles and torques are on the output side: {name}_motor is the motor's angle over {joint.ratio:g}.",
+    child(child(root, "actuator"), "motor", name=f"{name}_torque", joint=f"{name}_motor", gear=repr(N))
+    of_shafts = [f"{what} of the {shaft}" for shaft, drag in (("motor", motor), ("load", load)) for what in drag[2]]
+    return written(root, "\n".join(f"  {line}" for line in [
+        f"Written by strainwave {version()}; SI units.",
+        f"Angles and torques are on the output side: {name}_motor is the motor's angle over {N:g}.",
         f"The control of {name}_torque is the torque of the motor [N*m]; gear multiplies it by the ratio.",
         "A flexible gear takes two joints. For a rigid one put armature, damping and frictionloss on the load's joint.",
         "Masses are placeholders, and so is the shape of the load: its inertia about the axis counts.",
+        "Left out, as the format does not have it:",
+        *([f"- {what}" for what in [*_left_out(train), *of_shafts]] or ["- nothing"]),
     ]))  # fmt: skip
 
 
-def urdf(train: DriveTrain, name: str) -> str:
-    """Text of a URDF file: the rigid joint with its friction and its ratio."""
-    joint = joint_of(train)
-    joint.lost[:0] = [
-        f"the inertia of the motor, {joint.armature:.6g} kg*m^2 on the output side (MuJoCo's armature)",
-        f"the stiffness of the gear, {joint.stiffness:.6g} N*m/rad, and its damping, {joint.damping:.6g} N*m*s/rad",
-    ]
-    root, J = element("robot", {"name": name}), repr(joint.inertia)
-    child(root, "link", name=f"{name}_base")
-    inertial = child(child(root, "link", name=f"{name}_load"), "inertial")
-    child(inertial, "mass", value="1")
-    child(inertial, "inertia", ixx=J, ixy="0", ixz="0", iyy=J, iyz="0", izz=J)
-    hinge = child(root, "joint", name=name, type="continuous")
-    child(hinge, "parent", link=f"{name}_base")
-    child(hinge, "child", link=f"{name}_load")
-    child(hinge, "axis", xyz="0 0 1")
-    child(hinge, "dynamics", damping=repr(sum(joint.viscous)), friction=repr(sum(joint.dry)))
-    transmission = child(root, "transmission", name=f"{name}_gear")
-    child(transmission, "type", "transmission_interface/SimpleTransmission")
-    child(transmission, "joint", name=name)
-    child(child(transmission, "actuator", name=f"{name}_motor"), "mechanicalReduction", repr(joint.ratio))
-    return written(root, _comment(joint, [
-        "Damping and friction are those of motor and load together, on the output side, of a rigid gear.",
-        "The mass is a placeholder, and so is the shape of the load: its inertia about the axis counts.",
-    ]))  # fmt: skip
-
-
-def _comment(joint: Joint, facts: list[str]) -> str:
-    lines = [f"Written by strainwave {version()}; SI units.", *facts, "Left out, as the format does not have it:"]
-    return "\n".join(f"  {line}" for line in lines + ([f"- {what}" for what in joint.lost] or ["- nothing"]))
-
-
-Target = Literal["c", "fmu2", "fmu3", "mjcf", "urdf"]
-ENDINGS = {"c": ".c", "fmu2": ".fmu", "fmu3": ".fmu", "mjcf": ".xml", "urdf": ".urdf"}
+Target = Literal["c", "fmu2", "fmu3", "mjcf"]
+ENDINGS = {"c": ".c", "fmu2": ".fmu", "fmu3": ".fmu", "mjcf": ".xml"}
 SAMPLE = Measurement(*[0.0] * len(Measurement._fields))
 STIFFER = "where a state is stiffer, as with friction under load, it takes a step in parts"
 FORWARD = "its kinematic error is that of forward motion under the mean torque of the file, whatever it is given"
@@ -311,14 +251,14 @@ def export(
         reference and the torques of its own are left out. A controller is a NamedTuple with `start()`, a tuple of
         floats, and `update(state, measurement)`, the next state and the torque [N*m]; only C takes one.
     path : str or path
-        File, whose stem is the name in the other program: .c (and .h beside it), .fmu, .xml or .urdf.
-    to : {"c", "fmu2", "fmu3", "mjcf", "urdf"}
+        File, whose stem is the name in the other program: .c (and .h beside it), .fmu or .xml.
+    to : {"c", "fmu2", "fmu3", "mjcf"}
         C99 without allocation; functional mock-up unit of FMI 2.0 (model exchange and co-simulation) or 3.0
-        (co-simulation); a joint for MuJoCo, or of the Unified Robot Description Format.
+        (co-simulation); a joint for MuJoCo.
     step : float, optional
         Of C and FMI: length of a step [s]. Default: as many steps of the method per shortest time scale as it has.
-    method : FixedStep, optional
-        Of C and FMI: `Rk4()`, `Dop8()` or any other scheme of fixed steps. Default: `Dop8()`.
+    method : Rk4 or Dop8, optional
+        Of C and FMI. Default: `Dop8()`.
     start : (states,) array_like, optional
         Of C and FMI: state to begin with, as `state_names()` of the train with a free motor lists it; for instance
         `operating_state`. Default: zeros.
@@ -348,9 +288,9 @@ def export(
             raise ValueError(f"a controller is exported to c alone, not to {to}")
         return Exported(controller_code(source, measurement, name).write(path))
     train = _train(source)
-    if to in ("mjcf", "urdf"):
+    if to == "mjcf":
         with atomic(path) as part:
-            Path(part).write_text((mjcf if to == "mjcf" else urdf)(checked(train), name), encoding="utf-8")
+            Path(part).write_text(mjcf(checked(train), name), encoding="utf-8")
         return Exported(path)
     plant = plant_of(train, step, method, start)
     remarks: list[str] = []

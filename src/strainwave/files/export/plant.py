@@ -65,8 +65,8 @@ class Plant:
         The train with a free motor at rest, without torques of its own.
     step : float
         Length of a step [s].
-    method : FixedStep
-        Its scheme takes the steps.
+    method : Rk4 or Dop8
+        What takes the steps.
     start : tuple of float
         State to begin with.
     fastest : float
@@ -107,7 +107,7 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
         Motor, gear and load.
     step : float, optional
         Length of a step [s]. Default: as many steps of the method per shortest time scale as it has.
-    method : FixedStep, optional
+    method : Rk4 or Dop8, optional
         Default: `Dop8()`.
     start : (states,) array_like, optional
         State to begin with, as of the train with a free motor. Default: zeros.
@@ -122,7 +122,7 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
     train = checked(with_parts("export", train, "power_names"))
     method = Dop8() if method is None else method
     if not isinstance(method, FixedStep):
-        raise TypeError(f"method is {shown(method)}; C code takes fixed steps: give Rk4(), Dop8() or FixedStep(scheme)")
+        raise TypeError(f"method is {shown(method)}; C code takes fixed steps: give Rk4() or Dop8()")
     train = train._replace(motor=train.motor._replace(control=FREE), reference=AtRest(), omega=1.0)
     states = len(train.state_names())
     begun = (0.0,) * states if start is None else tuple(numbers("start", start, count=states).tolist())

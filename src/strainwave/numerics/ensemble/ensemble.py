@@ -140,7 +140,7 @@ def ensemble(
         Periods before that.
     measures : tuple
         What to keep: `Peak()`, `Extremes()`, `Rms()`, `Mean()`, `Amplitude(k)`, `Final()`, `Poincare()`.
-    method : Dop8, Rk4, Dopri5, or your own FixedStep or AdaptiveStep, optional
+    method : Dop8, Rk4 or Dopri5, optional
         Default: `Dop8()` for smooth laws of an oscillator, `Dopri5()` (adaptive in every lane) for laws with
         breakpoints or memory and for other systems. `steps` of a fixed method count per shortest time scale met.
     threads : int, optional
@@ -346,7 +346,7 @@ def _add_error_estimates(
     sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))
     part = _some(batch, sample)
     finer = _march_all(part, 2 * steps[sample], method, threads)
-    factor = 2.0 if kinks else 1.0 / (1.0 - 0.5 ** method.scheme.order())  # of the error to its change
+    factor = 2.0 if kinks else 1.0 / (1.0 - 0.5**4)  # of the error to its change
     few = dataset_of(system, {p: v[sample] for p, v in varied.items()}, part, finer, measures, method)
     for name in few:
         if few[name].dtype.kind == "f" and name != "ended":

@@ -19,7 +19,8 @@ from ...base.results import Floats
 from ...compile.jit import borrowed, chosen, kernel, kernel_as
 from ...compile.lanes import lane, load, store
 from ...compile.tree import count
-from ..integration.methods import AdaptiveStep, FixedStep
+from ..integration.methods import Dopri5, FixedStep
+from ..integration.steps import ORDER, dopri5_step
 from .fixed_step import every_lane, march_pairs, march_steps, strobe
 from .pieces import Piece, Whole, about_log2, about_one_over, about_two_to, extreme_between, updated
 
@@ -100,26 +101,26 @@ def begin(
 
 @kernel
 def attempt(
-    scheme: Any, system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float,
+    system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float,
     measuring: float, waiting: Any, j: slice,
 ) -> None:  # fmt: skip
     """Attempt one step of lane j; a lane at the end of its period takes a step of no length."""
     base, n = count(system), count(y0)
-    place, order, part = base + 1 + 2 * n + count(sums), scheme.error_order(), 1.0 / scheme.error_order()
+    place, part = base + 1 + 2 * n + count(sums), 1.0 / ORDER
     s, per_omega = lane(system, rows, 0, j), load(rows, base, j)
     y, k, before = lane(y0, rows, base + 1, j), lane(y0, rows, base + 1 + n, j), lane(sums, rows, base + 1 + 2 * n, j)
     phase, step, past = load(rows, place, j), load(rows, place + 1, j), load(rows, place + 2, j)
     left = TURN - phase
     q = smaller(step, left)
     h = q * per_omega
-    y1, k1, error, _ = scheme.attempt(s, phase, q, y, h, k)
+    y1, k1, error, _ = dopri5_step(s, phase, q, y, h, k)
     e = 0.0 * h
     for i in range(n):
         scaled = error[i] * about_one_over(atol + rtol * larger(abs(y[i]), abs(y1[i])))
         e = e + scaled * scaled / n
     good, moving = e <= 1.0, left > 0.0
     size = 0.5 * about_log2(larger(e, 1e-20))
-    grown, shrunk = SAFETY + 0.2 / order * past - 0.85 * part * size, select(e > 1.0, SAFETY - part * size, -3.3)
+    grown, shrunk = SAFETY + 0.2 / ORDER * past - 0.85 * part * size, select(e > 1.0, SAFETY - part * size, -3.3)
     power = select(good, grown, shrunk)  # shrunk also where the error is no number
     next_step = q * about_two_to(smaller(larger(power, select(e == e, -2.3, -3.3)), 3.3))
     after = smaller(select(good, larger(next_step, select(left > step, 0.0, step)), next_step), LONGEST_STEP)
@@ -153,8 +154,8 @@ def march_adaptive(
     system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Floats, rule: Any, waiting: Any, settle: int,
     periods: int, last: Floats, points: Floats, ended: Floats,
 ) -> int:  # fmt: skip
-    """March a block through its periods; `rule` is scheme, tolerances and steps at most. Returns the attempts made."""
-    scheme, rtol, atol, most = rule
+    """March a block through its periods; `rule` is tolerances and steps at most. Returns the attempts made."""
+    rtol, atol, most = rule
     rows, waiting, last, points, ended = borrowed((rows, waiting, last, points, ended))
     base, attempts = count(system) + 1, 0
     for period in range(settle + periods):
@@ -163,7 +164,7 @@ def march_adaptive(
         measuring, running = (1.0 if period >= settle else 0.0), 1
         while running > 0:
             for j in every_lane():
-                attempt(scheme, system, y0, kind, measures, sums, rows, rtol, atol, measuring, waiting, j)
+                attempt(system, y0, kind, measures, sums, rows, rtol, atol, measuring, waiting, j)
             attempts += 1
             running = total(waiting)
         for j in every_lane():
@@ -175,11 +176,11 @@ def march_adaptive(
 
 @dataclass(frozen=True)
 class AdaptiveLanes:
-    """Steps of a method that adapts them, in every lane."""
+    """Adaptive steps, in every lane."""
 
     blocks: ClassVar = 1  # that are worth a chunk of a sweep
 
-    method: AdaptiveStep
+    method: Dopri5
 
     @property
     def kernel(self) -> Any:
@@ -189,14 +190,13 @@ class AdaptiveLanes:
     def arguments(self, omega: Floats, _: int) -> tuple[Any, Floats]:
         """Arguments of the march, and the times (lanes,) that it counts in."""
         method = self.method
-        return (method.scheme, float(method.rtol), float(method.atol), method.max_steps), 1.0 / omega
+        return (float(method.rtol), float(method.atol), method.max_steps), 1.0 / omega
 
     def check(self, _: Any) -> None:
         """Refuse what lanes cannot do (ValueError)."""
         if self.method.largest_step is not None:
-            name = type(self.method).__name__
             raise ValueError(
-                f"{name}.largest_step is {self.method.largest_step:g} s; steps of an ensemble are at most 1/16 of a "
+                f"Dopri5.largest_step is {self.method.largest_step:g} s; steps of an ensemble are at most 1/16 of a "
                 "turn: leave it out, or give Rk4(steps_per_period=...)"
             )
 

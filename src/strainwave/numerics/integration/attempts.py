@@ -1,4 +1,4 @@
-"""Steps of a scheme in a workspace, where kernels know the scheme and its system by an address.
+"""Steps of a method in a workspace, where kernels know its system by an address.
 
 A step is compiled with a system of few states: it would take a quarter longer if it called it by an address of its
 own, where nothing is shared by the stages. That of a train would compile for seconds, and there a call costs little.
@@ -25,7 +25,7 @@ from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
 from ...compile.jit import entry, kernel, kernel_as, routine
 from ...compile.tree import axpy, times
 from ..addressed import Tupled, rates_entry, torsion, watched
-from .steps import bounded, dense_weights, error_square, weighted
+from .steps import bounded, dense_weights, dopri5_step, error_square, weighted
 
 FEW = 3  # states of a system that is compiled into a step
 BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
@@ -99,8 +99,8 @@ def look(w: Floats, s: float, h: float) -> None:
         out[i] = weighted(a, y[i], k[i], y1[i], k1[i], dense[i])
 
 
-class SchemeAt(NamedTuple):
-    """A scheme and its system by the addresses of their words and functions; 0 stands for what is not needed."""
+class StepsAt(NamedTuple):
+    """What takes steps of a system by the addresses of its words and functions; 0 stands for what is not needed."""
 
     words: int
     step_at: int
@@ -108,31 +108,30 @@ class SchemeAt(NamedTuple):
     inside_at: int
 
 
-def attempts_by_address(scheme: Scheme, system: System, states: int, kinked: bool) -> ByAddress:
-    """A scheme for kernels that `attempt` to step a system of so many states; where `kinked` they look for switches."""
+def attempts_by_address(system: System, states: int, kinked: bool) -> ByAddress:
+    """A system of so many states for kernels that `attempt` to step it; where `kinked` they look for switches."""
 
-    def addressed(words: Callable[[Any], int]) -> SchemeAt:
+    def addressed(words: Callable[[Any], int]) -> StepsAt:
         inside = entry(_torsion_inside, system, *[float] * 3, *[states] * 5) if kinked else 0
         place = words(system)
-        pair = scheme, system if states <= FEW else Tupled(place, rates_entry(system, states))
-        return SchemeAt(words(pair), entry(_attempt, pair, *[float] * 5, *[states] * 6), place, inside)
+        stepped = system if states <= FEW else Tupled(place, rates_entry(system, states))
+        return StepsAt(words(stepped), entry(_attempt, stepped, *[float] * 5, *[states] * 6), place, inside)
 
-    return ByAddress((scheme, system), addressed)
+    return ByAddress(system, addressed)
 
 
 def steps_by_address(scheme: Scheme, system: System, states: int) -> ByAddress:
     """A scheme for kernels that `step` a system of so many states."""
     pair = scheme, system
-    return ByAddress(pair, lambda words: SchemeAt(words(pair), entry(_step, pair, *[float] * 3, *[states] * 3), 0, 0))
+    return ByAddress(pair, lambda words: StepsAt(words(pair), entry(_step, pair, *[float] * 3, *[states] * 3), 0, 0))
 
 
 def _attempt(
-    pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, y: Any, rate: States, y1: Any, k1: Any,
+    system: Any, phase: float, turn: float, h: float, rtol: float, atol: float, y: Any, rate: States, y1: Any, k1: Any,
     error: Floats, dense: Any,
 ) -> Any:  # fmt: skip
-    scheme, system = at(pair)
     begin = at(y)
-    end, end_rate, missed, between = scheme.attempt(system, phase, turn, begin, h, at(rate))
+    end, end_rate, missed, between = dopri5_step(at(system), phase, turn, begin, h, at(rate))
     put_at(y1, end)
     put_at(k1, end_rate)
     put_at(error, missed)
@@ -160,19 +159,19 @@ def _sound(y: States, rate: States) -> float:
     return 1.0 if bounded(y, BOUND) and bounded(rate, math.inf) else 0.0
 
 
-def _attempt_loops(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Floats) -> Any:
+def _attempt_loops(system: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Floats) -> Any:
     ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
-    return value(pair.step_at, pair.words, (phase, turn, h, rtol, atol, *ends, row(w, ERROR), row(w, DENSE)))
+    return value(system.step_at, system.words, (phase, turn, h, rtol, atol, *ends, row(w, ERROR), row(w, DENSE)))
 
 
 @kernel_as(_attempt_loops, inline=True)
-def attempt(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Floats) -> float:
+def attempt(system: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Floats) -> float:
     """Try a step of h in time and `turn` in phase: its end, the error, and the vector of the dense output.
 
     Returns the mean square of the error in units of the tolerance; less one and negative where a state passes `BOUND`.
     """
-    (scheme, system), (y, rate) = pair, w[Y : K + 1].tolist()
-    w[Y1 : DENSE + 1] = scheme.attempt(system, phase, turn, tuple(y), h, tuple(rate))
+    y, rate = w[Y : K + 1].tolist()
+    w[Y1 : DENSE + 1] = dopri5_step(system, phase, turn, tuple(y), h, tuple(rate))
     return _outcome(y, w[Y1], w[ERROR], rtol, atol)
 
 
@@ -195,16 +194,16 @@ def _torsion_inside(system: Any, phase: float, s: float, h: float, y: Any, k: An
     return 1.0 * torsion_of(system, phase, axpy(axpy(begin, 1.0, end), a[4], at(dense)))
 
 
-def _inside_loops(pair: Any, phase: float, s: float, h: float, w: Floats) -> Any:
+def _inside_loops(system: Any, phase: float, s: float, h: float, w: Floats) -> Any:
     ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
-    return value(pair.inside_at, pair.system, (phase, s, h, *ends, row(w, DENSE)))
+    return value(system.inside_at, system.system, (phase, s, h, *ends, row(w, DENSE)))
 
 
 @kernel_as(_inside_loops)
-def torsion_inside(pair: Any, phase: float, s: float, h: float, w: Floats) -> float:
+def torsion_inside(system: Any, phase: float, s: float, h: float, w: Floats) -> float:
     """Torsion [rad] at the fraction s of a step of h."""
     look(w, s, h)
-    return torsion(pair[1], phase, w[INSIDE])
+    return torsion(system, phase, w[INSIDE])
 
 
 DIFFERENCE = 1e-5  # step of the differences that give the rates of what is watched, in units of 1 s and of 1/omega

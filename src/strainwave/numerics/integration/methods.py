@@ -1,33 +1,34 @@
-"""Integration methods: a scheme (see `schemes`) with its step control.
+"""Integration methods: a step (see `steps`) with its step control.
 
-`AdaptiveStep` chooses its steps by tolerances and, where the system has `breakpoints()` (torsions where its law is not
-smooth), ends a step on each of them, so that the order of the scheme is kept. `FixedStep` takes equal steps. `Dopri5`,
-`Rk4` and `Dop8` are these with the schemes of the library.
+`Dopri5` chooses its steps by tolerances and, where the system has `breakpoints()` (torsions where its law is not
+smooth), ends a step on each of them, so that its order is kept. `Rk4` and `Dop8` take equal steps.
 
 The recorded samples of a running integration, and word of its progress.
 """
 
 import logging
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import monotonic
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...base.law import breakpoints_of
-from ...base.protocols import System, has_jacobian, lacking, omega_of, orders_of
+from ...base.protocols import Scheme, System, has_jacobian, lacking, omega_of, orders_of
 from ...base.quantities import States, number, positive_count, shown
 from ...base.results import Floats, Status, Trajectory
 from ...compile.jit import run
 from ..addressed import system_by_address
 from .attempts import K, Y, attempts_by_address, steps_by_address, workspace
 from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
-from .schemes import Classical, DormandPrince, EighthOrder
+from .steps import ORDER, Classical, EighthOrder
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
 MOST_STEPS = 10_000_000  # of an integration: some seconds, and where each is recorded up to a GB
 HOPELESS = 10  # times as many steps, by what the start tells, are not begun
+STABLE = 3.3  # length of the real interval of stability of Dormand & Prince 5(4) (Hairer & Wanner II, sec. IV.2)
+LOOKS = np.array([[0.1, 0.425, 0.55, 0.675]])  # fractions of its step where its stages are more than 1/8 of it apart
 NEAR, ROUNDS = 1e-7, 6  # size of the differences next to states of size 1; rounds of the power iteration
 ENDED = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS}
 
@@ -117,8 +118,8 @@ class Record:
 
 
 @dataclass(frozen=True)
-class AdaptiveStep:
-    """Adaptive steps of any scheme with an estimate of its error; rtol and atol apply to every state.
+class Dopri5:
+    """Adaptive Dormand-Prince 5(4) with dense output and located switches; rtol and atol apply to every state.
 
     Steps end at the `corners()` of profiles. A function of the base angle of your own without them is met as it comes:
     at rest too the system is looked at about fifteen times in the period of its fastest vibration, or two hundred times
@@ -127,9 +128,6 @@ class AdaptiveStep:
 
     Parameters
     ----------
-    scheme : NamedTuple
-        What takes a step: `runge_kutta(a, b, embedded=...)`, or a NamedTuple of your own with `attempt(system, phase,
-        turn, y, h, rate)`, `error_order()`, `stable()` and `looks()` (see `strainwave.numerics.integration.schemes`).
     rtol, atol : float
         Relative and absolute tolerance of the error of a step.
     max_steps : int
@@ -142,29 +140,22 @@ class AdaptiveStep:
     ------
     ValueError
         If rtol is below 1e-14 (rounding alone is larger), atol or largest_step is not positive or max_steps is below 1.
-    TypeError
-        If the scheme is none, or has no estimate of its error.
     """
 
     adaptive: ClassVar = True
 
-    scheme: Any
     rtol: float = 1e-9
     atol: float = 1e-12
     max_steps: int = MOST_STEPS
     largest_step: float | None = None
 
     def __post_init__(self) -> None:
-        name = type(self).__name__
-        _check_scheme(name, self.scheme, ("attempt", "error_order", "stable", "looks"))
-        if not getattr(self.scheme, "error", True):
-            raise TypeError(f"{name} needs an estimate of the error; give runge_kutta(..., embedded=...)")
-        rtol, atol = number(f"{name}.rtol", self.rtol), number(f"{name}.atol", self.atol)
+        rtol, atol = number("Dopri5.rtol", self.rtol), number("Dopri5.atol", self.atol)
         if not (1e-14 <= rtol < 1.0 and atol > 0.0):
-            raise ValueError(f"{name} has rtol {rtol:g}, atol {atol:g}; it needs 1e-14 <= rtol < 1, atol > 0")
-        positive_count(f"{name}.max_steps", self.max_steps)
+            raise ValueError(f"Dopri5 has rtol {rtol:g}, atol {atol:g}; it needs 1e-14 <= rtol < 1, atol > 0")
+        positive_count("Dopri5.max_steps", self.max_steps)
         if self.largest_step is not None:
-            number(f"{name}.largest_step [s]", self.largest_step, positive=True)
+            number("Dopri5.largest_step [s]", self.largest_step, positive=True)
 
     def trajectory(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
@@ -177,12 +168,11 @@ class AdaptiveStep:
         breakpoints = breakpoints_of(system)
         kinks = np.array([breakpoints, [1.0] * len(breakpoints)])
         longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
-        if _is_hopeless(system, spans[0][0], span, y, self.scheme.stable(), max(MOST_STEPS, self.max_steps)):
+        if _is_hopeless(system, spans[0][0], span, y, max(MOST_STEPS, self.max_steps)):
             return record.trajectory(Status.TOO_MANY_STEPS, 0)
         limits = longest, span, float(self.rtol), float(self.atol)
         t, h, kink, w = spans[0][0], 0.0, -1, workspace(y)
-        scheme = attempts_by_address(self.scheme, system, len(y), len(breakpoints) > 0)
-        constants = self.scheme.error_order(), float(self.scheme.stable()), np.array([self.scheme.looks()], float)
+        attempts = attempts_by_address(system, len(y), len(breakpoints) > 0)
         by_address = system_by_address(system, len(y), torsion=len(breakpoints) > 0)
         steps, rejected, switches, status = 0, 0, 0, DONE
         try:
@@ -194,7 +184,7 @@ class AdaptiveStep:
                 while status == PAUSED and steps + rejected < self.max_steps:
                     budget = record.room(min(BUDGET, self.max_steps - steps - rejected))
                     t, h, kink, filled, status, new, bad, crossed = run(
-                        adaptive, scheme, *constants, by_address, omega, t, w, end, h, *limits, kinks, kink,
+                        adaptive, attempts, ORDER, STABLE, LOOKS, by_address, omega, t, w, end, h, *limits, kinks, kink,
                         record.samples, record.filled, budget, *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)
@@ -208,16 +198,13 @@ class AdaptiveStep:
 
 @dataclass(frozen=True)
 class FixedStep:
-    """Equal steps of any scheme, second order only across a breakpoint.
+    """Equal steps, second order only across a breakpoint.
 
     `steps` per shortest time scale (2 pi/omega_0 at the largest stiffness met, and the forcing period), or exactly
     `steps_per_period` per period of the base angle.
 
     Parameters
     ----------
-    scheme : NamedTuple
-        What takes a step: `runge_kutta(a, b)`, or a NamedTuple of your own with `step(system, phase, turn, y, h)`, the
-        state after a step of h in time and `turn` in phase, and `order()`.
     steps, steps_per_period : int
         Numbers of steps.
 
@@ -225,20 +212,17 @@ class FixedStep:
     ------
     ValueError
         If a number of steps is no whole number of at least 1.
-    TypeError
-        If the scheme is none.
     """
 
     adaptive: ClassVar = False
     piece: ClassVar = 1  # steps that the measures of an ensemble take together
+    scheme: ClassVar[Scheme]
 
-    scheme: Any
     steps: int = 64
     steps_per_period: int | None = None
 
     def __post_init__(self) -> None:
         name = type(self).__name__
-        _check_scheme(name, self.scheme, ("step", "order"))
         positive_count(f"{name}.steps", self.steps)
         if self.steps_per_period is not None:
             positive_count(f"{name}.steps_per_period", self.steps_per_period)
@@ -298,49 +282,34 @@ class FixedStep:
 
 
 @dataclass(frozen=True)
-class Dopri5(AdaptiveStep):
-    """Adaptive Dormand-Prince 5(4) with dense output and located switches; parameters as of `AdaptiveStep`."""
-
-    scheme: Any = field(default=DormandPrince(), init=False, repr=False)
-
-
-@dataclass(frozen=True)
 class Rk4(FixedStep):
-    """Classical Runge-Kutta with a fixed step; `steps` and `steps_per_period` as in `FixedStep`."""
+    """Classical Runge-Kutta with a fixed step.
+
+    `steps` per shortest time scale (2 pi/omega_0 at the largest stiffness met, and the forcing period), or exactly
+    `steps_per_period` per period of the base angle. It is of second order only across a breakpoint.
+    """
 
     piece: ClassVar = 2
-
-    scheme: Any = field(default=Classical(), init=False, repr=False)
+    scheme: ClassVar = Classical()
 
 
 @dataclass(frozen=True)
 class Dop8(FixedStep):
-    """The eighth-order method of DOP853 with a fixed step; `steps` and `steps_per_period` as in `FixedStep`."""
+    """The eighth-order method of DOP853 with a fixed step; `steps` and `steps_per_period` as in `Rk4`."""
 
-    scheme: Any = field(default=EighthOrder(), init=False, repr=False)
+    scheme: ClassVar = EighthOrder()
+
     steps: int = 16
 
 
-Method = AdaptiveStep | FixedStep
+Method = Dopri5 | FixedStep
 
 
 def checked(method: Any) -> Method:
     """Return a method, or refuse what is none (TypeError)."""
     if not isinstance(method, Method):
-        raise TypeError(
-            f"method is {shown(method)}; it must be Dopri5(...), Rk4(...) or Dop8(...), or with a scheme of your own "
-            "AdaptiveStep(scheme) or FixedStep(scheme)"
-        )
+        raise TypeError(f"method is {shown(method)}; it must be Dopri5(...), Rk4(...) or Dop8(...)")
     return method
-
-
-def _check_scheme(name: str, scheme: Any, wanted: tuple[str, ...]) -> None:
-    lacks = [part for part in wanted if not callable(getattr(type(scheme), part, None))]
-    if lacks or not isinstance(scheme, tuple):
-        raise TypeError(
-            f"{name} takes a NamedTuple with {', '.join(wanted)}, such as runge_kutta(a, b) makes; {shown(scheme)} has "
-            f"no {', '.join(lacks) or 'fields'}"
-        )
 
 
 def _grid(times: Floats, spans: Any, h: float) -> Floats:
@@ -355,10 +324,10 @@ def _grid(times: Floats, spans: Any, h: float) -> Floats:
     return grid
 
 
-def _is_hopeless(system: Any, t: float, span: float, y: States, stable: float, most: int) -> bool:
+def _is_hopeless(system: Any, t: float, span: float, y: States, most: int) -> bool:
     """Whether a span [s] takes far more steps than `most`, by what the system does at its start.
 
-    A step is at most as long as the method is `stable` for the largest eigenvalue of the Jacobian (by power iteration,
+    A step is at most as long as the method is stable for the largest eigenvalue of the Jacobian (by power iteration,
     two rounds together, because those of a vibration are a pair), and as a period of the highest order.
     """
     omega, fastest = float(omega_of(system)), HOPELESS * most / span
@@ -377,9 +346,9 @@ def _is_hopeless(system: Any, t: float, span: float, y: States, stable: float, m
         if not 0.0 < size < math.inf:
             return False
         before, grown = grown, size / distance
-        if before == 0.0 and not grown > stable * fastest:
+        if before == 0.0 and not grown > STABLE * fastest:
             return False
-    return math.sqrt(grown * before) > stable * fastest
+    return math.sqrt(grown * before) > STABLE * fastest
 
 
 def across(system: System, omega: float, t: float, y: Any, begin: float) -> tuple[float, Any, Any]:

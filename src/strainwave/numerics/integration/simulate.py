@@ -36,7 +36,7 @@ def simulate(system: System, y0: ArrayLike, t: float | ArrayLike, *, method: Met
         End time [s] (from 0), or (start, end): every step is recorded, at a corner of a profile once just before and
         once just after it. More than two increasing times: the solution is recorded there, by dense output, with the
         largest values in between.
-    method : Dopri5, Rk4, Dop8, or your own AdaptiveStep or FixedStep
+    method : Dopri5, Rk4 or Dop8
         Integration method and its tolerances or steps.
 
     Returns

@@ -6,13 +6,15 @@ and the step in time.
 Butcher tableaus: Dormand & Prince 5(4) with its dense output, and the 8th-order method of DOP853.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...base.protocols import System
 from ...base.quantities import Reals, States
 from ...base.results import Floats
 from ...compile.jit import chosen, kernel, routine
 from ...compile.tree import axpy, times
+
+ORDER = 5  # power of h that the estimate of the error of Dormand & Prince 5(4) grows with
 
 DOP8_C = (
     0.0,
@@ -132,6 +134,22 @@ def dop8_step(system: System, phase: Reals, turn: Reals, y: States, h: Reals) ->
     k10 = times(h, system.rhs(phase + turn * c[10], combined(y, a[10], (k0, k3, k4, k5, k6, k7, k8, k9))))
     k11 = times(h, system.rhs(phase + turn, combined(y, a[11], (k0, k3, k4, k5, k6, k7, k8, k9, k10))))
     return combined(y, DOP8_B, (k0, k5, k6, k7, k8, k9, k10, k11))
+
+
+class Classical(NamedTuple):
+    """The classical Runge-Kutta step of fourth order."""
+
+    def step(self, system: System, phase: Reals, turn: Reals, y: States, h: Reals) -> Any:
+        """State after a step of h in time, `turn` in phase."""
+        return rk4_step(system, phase, turn, y, h)
+
+
+class EighthOrder(NamedTuple):
+    """The step of DOP853."""
+
+    def step(self, system: System, phase: Reals, turn: Reals, y: States, h: Reals) -> Any:
+        """State after a step of h in time, `turn` in phase."""
+        return dop8_step(system, phase, turn, y, h)
 
 
 @kernel

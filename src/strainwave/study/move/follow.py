@@ -17,7 +17,7 @@ from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
 from ...model.train.train_forms import behind_gear
 from ...numerics.integration.attempts import watched_ends
-from ...numerics.integration.methods import AdaptiveStep, Method
+from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
 from ...numerics.steady import finished_or_interrupted
 from .servo import on_segment
@@ -235,7 +235,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
     segments = [Segment(*row) for row in np.array(path.segments(np.arange(len(path.angle)), train.N)).T.tolist()]
     knots, states = [*path.knots.tolist(), path.duration + tail], len(y0)
     y = np.append(y0, np.zeros(len(train.power_names()) + len(MEANS)))
-    most = min(MOST_STEPS, method.max_steps) if isinstance(method, AdaptiveStep) else MOST_STEPS
+    most = min(MOST_STEPS, method.max_steps) if isinstance(method, Dopri5) else MOST_STEPS
     t, values, rates, means, left = [], [], [], y[-len(MEANS) :], most
     for i, segment in enumerate([*segments, standstill]):
         system, span = Watched(on_segment(train, segment)), (knots[i], knots[i + 1])
@@ -263,4 +263,4 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
 
 def _within(method: Method, steps: int) -> Method:
     """The method with so many steps at most, where it chooses them."""
-    return replace(method, max_steps=steps) if isinstance(method, AdaptiveStep) else method
+    return replace(method, max_steps=steps) if isinstance(method, Dopri5) else method

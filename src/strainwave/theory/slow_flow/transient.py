@@ -10,7 +10,6 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Angle, Sentence, Speed
 from ...numerics.integration.attempts import DENSE, K1, Y1, K, Y, attempt, turned, workspace
 from ...numerics.integration.marches import first_step
-from ...numerics.integration.schemes import DormandPrince
 from ...numerics.integration.steps import dense_weights, weighted
 from .averaging import AveragedFlow, Sampled
 from .closed_forms import CubicFlow
@@ -191,7 +190,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     h = min(first_step(5, system, 1.0, time, w, rtol, atol), end - time)
     z, filled = np.full(len(t), z0, complex), 1
     for _ in range(most):
-        e = math.sqrt(abs(attempt((DormandPrince(), system), time, h, h, rtol, atol, w)))
+        e = math.sqrt(abs(attempt(system, time, h, h, rtol, atol, w)))
         if not time + h > time:
             break
         if e <= 1.0:

@@ -9,16 +9,12 @@ export const busy = (name) => going(jobs.get(name));
 export const jobOf = (name) => jobs.get(name);
 const tell = (name) => ask("job", name);
 const drop = (one) => one.id && call("/api/jobs/" + one.id, { method: "DELETE" }).catch(() => {});
-// The drive, without the numbers that a map varies.
-function drive(except = []) {
-  const { values, ...which } = asked();
-  return JSON.stringify([which, Object.entries(values).filter(([name]) => !except.includes(name))]);
-}
+const drive = () => JSON.stringify(asked());
 
 // Start a job and follow it; `start` asks the server for it. What has ended is told by its state.
 export async function run(name, start, more = {}) {
   stop(name);
-  const one = { ...more, drive: drive(more.except), state: "waiting", stage: "waiting", share: 0, seconds_left: null };
+  const one = { ...more, drive: drive(), state: "waiting", stage: "waiting", share: 0, seconds_left: null };
   jobs.set(name, one);
   tell(name);
   try {
@@ -52,7 +48,7 @@ export const stopAll = () => [...jobs.values()].filter(going).forEach(drop);
 
 export const progressOf = (one) => one.stage + (one.seconds_left === null ? "" : `, about ${Math.ceil(one.seconds_left)} s left`);
 
-// The controls of a view that a job fills, and its picture as far as it is known. `begin` gives {start, ...more}.
+// The controls of a view that a job fills, and its picture. `begin` gives {start, ...more}.
 export async function jobView(question, label, begin, paint) {
   const controls = byId("controls"), view = state.view;
   if (!controls.querySelector("#begin")) {
@@ -65,7 +61,7 @@ export async function jobView(question, label, begin, paint) {
       try {
         const { start: asks, ...more } = begin();
         const one = await run(view, asks, more);
-        if (one.state !== "done" || one.drive !== drive(one.except) || state.view !== view || view === "log") return;
+        if (one.state !== "done" || one.drive !== drive() || state.view !== view || view === "log") return;
         state.options.run = view; // the address is that of a computed picture
         await remember();
       } catch (error) {
@@ -76,7 +72,7 @@ export async function jobView(question, label, begin, paint) {
     if (state.options.run === view && !jobs.has(view)) start.click();
   }
   const one = jobs.get(view) ?? { state: "none", stage: "", share: 0, seconds_left: null };
-  const changed = one.result && (one.drive !== drive(one.except) || one.outdated) && view !== "log";
+  const changed = one.result && (one.drive !== drive() || one.outdated) && view !== "log";
   byId("begin").disabled = going(one);
   byId("cancel").disabled = !going(one);
   byId("progress").value = one.share;
@@ -86,11 +82,10 @@ export async function jobView(question, label, begin, paint) {
     delete state.options.run;
     remember();
   }
-  const result = one.result ?? one.part;
+  const result = one.result;
   if (!result && question) answer(question);
-  const where = drive();
-  if (!result || (one.painted === result && one.epoch === epoch && (!one.except || one.where === where))) return one.remarks ?? [];
-  Object.assign(one, { painted: result, epoch, where });
+  if (!result || (one.painted === result && one.epoch === epoch)) return one.remarks ?? [];
+  Object.assign(one, { painted: result, epoch });
   one.remarks = await paint(result, one);
   if (result.numbers) numbers(result.numbers);
   return one.remarks ?? [];

@@ -1,77 +1,12 @@
-// The views that a job fills: maps over two numbers and over speed and load, and the compensation.
+// The views that a job fills: the map over speed and load, the compensation and the tuning.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, ask, between, BLUE, button, byId, COLOURS, element, GREEN, inward, pictures, placed, RED, round, sentences, signed, sure, tabled } from "/static/plots.js";
-import { numberNow } from "/static/sliders.js";
+import { answer, ask, between, BLUE, button, byId, element, GREEN, inward, pictures, placed, RED, round, sentences, signed, sure, tabled } from "/static/plots.js";
 import { about, asked, state } from "/static/state.js";
 
 const job = (body) => () => call("/api/jobs", { body: { state: asked(), ...body } });
 const EDGE = [{ color: "#000", width: 5 }, { color: "#fff", width: 2 }]; // a line that is seen on every colour, and in grey
 const heat = { colorscale: "Cividis", colorbar: { title: { text: "arcsec", side: "right" }, thickness: 14 } };
-
-export function mapAxes() {
-  return ["across", "along"].map((key) => {
-    const p = about.parameters.find((one) => one.name === byId("map-" + key).value);
-    const now = numberNow(p.name), [n, span] = ["count", "span"].map((key) => Number(byId("map-" + key).value));
-    return { p, values: Array.from({ length: n }, (_, i) => Number((now * span ** ((2 * i) / (n - 1) - 1)).toPrecision(5))) };
-  });
-}
-
-export const asTexts = (axes) => axes.map(({ p, values }) => ({ name: p.name, values: values.map((v) => `${v} ${p.unit}`.trim()) }));
-
-export async function map() {
-  const controls = byId("controls");
-  if (controls.childElementCount) return mapView();
-  const able = about.parameters.filter((p) => p.value > 0 && !p.name.startsWith("speed.") && !p.name.startsWith("limit."));
-  const choice = (key, usual, texts) => {
-    const list = element("select", { id: "map-" + key }, ...Object.entries(texts).map(([value, textContent]) => element("option", { value, textContent })));
-    list.value = state.options[key] in texts ? state.options[key] : usual;
-    list.addEventListener("change", () => { state.options[key] = list.value; outdated(); });
-    return list;
-  };
-  const names = Object.fromEntries(able.map((p) => [p.name, p.label]));
-  const pick = (key, usual, at) => choice(key, (able.find((p) => usual.test(p.name)) ?? able[Math.min(at, able.length - 1)]).name, names);
-  const across = pick("across", /kinematic_error.*amplitude$|[.]accuracy$/, 0), along = pick("along", /^damping[.]/, 1);
-  const count = choice("count", "10", { 10: "10 × 10", 20: "20 × 20", 40: "40 × 40" });
-  const span = choice("span", "2", { 2: "half to twice", 4: "a quarter to 4 times", 10: "a tenth to 10 times" });
-  controls.append(element("label", {}, "Across ", across), element("label", {}, "Up ", along), element("label", {}, "Points ", count), element("label", {}, "Range ", span));
-  return mapView();
-}
-
-const mapView = () => jobView("Largest oscillation over two numbers of the drive, about its values.", "Compute the map", beginMap, paintMap);
-
-function beginMap() {
-  const axes = mapAxes();
-  return { start: job({ kind: "map", axes: asTexts(axes) }), axes, except: axes.map(({ p }) => p.name) };
-}
-
-async function paintMap(r, { axes: [a, b] }) {
-  const draw = pictures();
-  const table = { [`${a.p.label} [${a.p.unit}]`]: b.values.flatMap(() => a.values), [`${b.p.label} [${b.p.unit}]`]: b.values.flatMap((v) => a.values.map(() => v)), "largest oscillation [arcsec]": r.largest_oscillation_arcsec.flat() };
-  const limit = numberNow("limit.oscillation"), logs = r.largest_oscillation_arcsec.map((row) => row.map((value) => (value === null ? null : Math.log10(value))));
-  const ticks = [-1, 0, 1, 2, 3, 4].flatMap((power) => [1, 2, 5].map((digit) => Number(`${digit}e${power}`)));
-  const data = [{ type: "heatmap", x: a.values, y: b.values, z: logs, customdata: r.largest_oscillation_arcsec, connectgaps: true, ...heat, colorbar: { ...heat.colorbar, tickvals: ticks.map(Math.log10), ticktext: ticks }, hovertemplate: `%{x:.4g} ${a.p.shown_unit}<br>%{y:.4g} ${b.p.shown_unit}<br>%{customdata:.4g} arcsec<br>a click takes these<extra></extra>` }];
-  if (limit) for (const line of EDGE) data.push({ type: "contour", x: a.values, y: b.values, z: logs, connectgaps: true, showscale: false, hoverinfo: "skip", contours: { coloring: "none", start: Math.log10(limit), end: Math.log10(limit), size: 1 }, line: { ...line } });
-  data.push({ x: [numberNow(a.p.name)], y: [numberNow(b.p.name)], mode: "markers", marker: { symbol: "star", size: 16, color: "#fff", line: { color: "#000", width: 1.5 } }, hovertemplate: "the drive<extra></extra>" });
-  await draw("map", { data, layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" });
-  const box = byId("plot-map"), cellOf = ({ p, values }) => values.reduce((best, value, i) => (Math.abs(Math.log(value / numberNow(p.name))) < Math.abs(Math.log(values[best] / numberNow(p.name))) ? i : best), 0);
-  const taken = (...cell) => ask("values", Object.fromEntries([a, b].map(({ p }, i) => [p.name, `${cell[i]} ${p.unit}`.trim()])));
-  box.removeAllListeners("plotly_click");
-  box.on("plotly_click", ({ points: [point] }) => taken(point.x, point.y));
-  box.tabIndex = 0;
-  let cell = [cellOf(a), cellOf(b)];
-  box.onkeydown = (event) => { // arrows go over the cells, Enter takes one
-    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1], Enter: [0, 0] }[event.key];
-    if (!way) return;
-    event.preventDefault();
-    const [i, j] = (cell = [a, b].map(({ values }, k) => Math.min(values.length - 1, Math.max(0, cell[k] + way[k]))));
-    if (event.key === "Enter") return void taken(a.values[i], b.values[j]);
-    window.Plotly.Fx.hover(box, [{ curveNumber: 0, pointNumber: [j, i] }]);
-    answer(`${a.p.label} ${round(a.values[i])} ${a.p.shown_unit}, ${b.p.label} ${round(b.values[j])} ${b.p.shown_unit}: ${round(r.largest_oscillation_arcsec[j][i])} arcsec. Enter takes these.`);
-  };
-  answer(`Largest oscillation over ${a.p.label} and ${b.p.label}: ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}.${limit ? ` The line is the limit of ${round(limit)} arcsec.` : ""} The star is the drive; a click, or the arrow keys and Enter, take another one.`);
-  return r.remarks;
-}
 
 export async function speedMap() {
   const controls = byId("controls");
@@ -82,7 +17,7 @@ export async function speedMap() {
     loads.addEventListener("input", () => { state.options.loads = loads.value; outdated(); });
     controls.append(element("label", {}, "Loads [N·m] ", loads), element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
   }
-  return jobView("Which motor speeds are allowed under which load, and where orders meet resonances.", "Compute the speed map", () => {
+  return jobView("Which motor speeds are allowed under which load.", "Compute the speed map", () => {
     const asks = mapOptions();
     return { start: job({ kind: "speed-map", ...asks }), asks };
   }, paintSpeedMap);
@@ -111,12 +46,6 @@ async function paintSpeedMap(r, { asks }) {
   await draw("speed-map", { data: [
     { type: "heatmap", x: r.speed, y: [...r.load.map((_, i) => below(i)), above(last)], z: r.oscillation_arcsec, ...heat, customdata: r.load.map((load) => r.speed.map(() => load)), hovertemplate: `%{x:.5g} rpm<br>%{customdata:.4g} ${signed(r.load_unit)}<br>%{z:.4g} arcsec<extra></extra>` },
   ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: `${r.load_name} [${signed(r.load_unit)}]`, tickvals: r.load, ticktext: r.load.map((load) => signed(round(load))) }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
-  const slowest = r.speed[0], fastest = r.speed.at(-1), excited = r.lines.filter((l) => l.excited);
-  const within = excited.filter((l) => l.speed.some((speed) => speed >= slowest && speed <= fastest)), lines = within.length ? within : excited;
-  const dashes = ["solid", "dash", "dot", "dashdot"], orders = [...new Set(lines.map((l) => l.order))];
-  const upright = Math.max(...lines.flatMap((l) => l.amplitude_arcsec)) || Math.max(...r.oscillation_arcsec.flat().filter(Number.isFinite)); // of a speed that no amplitude changes
-  const path = (l) => (l.speed.length === 1 ? { x: [l.speed[0], l.speed[0]], y: [0, upright] } : { x: l.speed, y: l.amplitude_arcsec });
-  await draw("campbell", { data: lines.map((l, i) => ({ ...path(l), mode: "lines", name: `order ${round(l.order)}`, legendgroup: l.order, showlegend: lines.findIndex((one) => one.order === l.order) === i, line: { color: COLOURS[orders.indexOf(l.order) % COLOURS.length], dash: dashes[orders.indexOf(l.order) % 4] }, hovertemplate: `%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>order ${round(l.order)}, ${round(l.load)} ${signed(r.load_unit)}</extra>` })), layout: { xaxis: { title: "resonant motor speed [rpm]", range: [slowest, fastest] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
   return r.remarks;
 }
 

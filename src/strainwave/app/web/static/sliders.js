@@ -27,7 +27,6 @@ const ownUnit = (p, text) => (p.unit && text.endsWith(" " + p.unit) ? text.slice
 let rows = new Map();
 export const showGoal = (name, value) => rows.get(name).goal(value); // what meets the limit; null where nothing does
 export const hideGoals = () => rows.forEach((one) => one.goal(null));
-export const numberNow = (name) => rows.get(name).now();
 
 // Show the numbers; where they are those that are shown, what is typed stays as it is.
 export function build({ parameters, parts, sources }, slid, typed) {
@@ -148,5 +147,5 @@ function row(p, slid, typed) {
     if (p.now !== null) slider.value = place(p, p.now);
     unit.textContent = p.now !== null && p.unit && own === text ? `= ${short(p.now)} ${p.shown_unit}` : p.shown_unit;
   };
-  return { box, show, goal, now: () => now };
+  return { box, show, goal };
 }

@@ -2,7 +2,7 @@
 import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
-import { asTexts, compensation, map, mapAxes, mapOptions, speedMap, tuning } from "/static/maps.js";
+import { compensation, mapOptions, speedMap, tuning } from "/static/maps.js";
 import { answer, ask, between, BLUE, button, byId, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, numbers, ORANGE, parts, pictures, PINK, RED, round, sentences, signed, sure, tabled, toward } from "/static/plots.js";
 import { about, asked, remember, state, stem } from "/static/state.js";
 
@@ -215,7 +215,7 @@ export const VIEWS = {
   response: { name: "Response", show: response }, motion: { name: "Motion at a speed", show: motion },
   move: { name: "Move", show: move }, "speed-map": { name: "Speed map", show: speedMap },
   compensation: { name: "Compensation", show: compensation },
-  tuning: { name: "Tuning", show: tuning }, map: { name: "Two-parameter map", show: map }, log: { name: "Log", show: log },
+  tuning: { name: "Tuning", show: tuning }, log: { name: "Log", show: log },
 };
 
 function scriptView() {
@@ -224,7 +224,6 @@ function scriptView() {
   const view = { view: state.view };
   if (state.view === "motion") view.speed = Number(byId("speed").value);
   if (state.view === "speed-map") Object.assign(view, mapOptions());
-  if (state.view === "map") view.axes = asTexts(mapAxes());
   return view;
 }
 
