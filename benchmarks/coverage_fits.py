@@ -1,9 +1,8 @@
 """Coverage of the 95 % intervals of fits over synthetic data sets, with white, coloured and quantised noise.
 
-    python benchmarks/coverage_fits.py [regression] [decay] [response] [missing] [white] [coloured] [quantised]
-        [--sets 400]
+    python benchmarks/coverage_fits.py [regression] [decay] [missing] [white] [coloured] [quantised] [--sets 400]
 
-The measurements come from SciPy's integrator (decay) and from harmonic balance (response); regression is linear.
+The measurements of the decay come from SciPy's integrator; regression is linear.
 """
 
 import sys
@@ -60,37 +59,7 @@ def decay():
     return tuple(true), one
 
 
-def reached(system, rising, points):
-    """Frequencies of a sweep from 0.8 to 1.5 rad/s, or back, and the first harmonics of the motions that it reaches."""
-    curve = sw.frequency_response(system, (0.79, 1.51), harmonics=9)
-    forward = rising == (curve.omega[0] < curve.omega[-1])
-    omega = np.linspace(0.8, 1.5, points)[:: 1 if rising else -1]
-    found = []
-    for w in omega:
-        near = np.flatnonzero((curve.omega[:-1] - w) * (curve.omega[1:] - w) <= 0.0)[0 if forward else -1]
-        share = (w - curve.omega[near]) / (curve.omega[near + 1] - curve.omega[near])
-        guess = (1.0 - share) * curve.coefficients[near] + share * curve.coefficients[near + 1]
-        orbit = sw.find_orbit(system._replace(omega=float(w)), harmonics=9, guess=guess, throw=True)
-        found.append(complex(orbit.coefficients[1, 0], -orbit.coefficients[2, 0]))
-    return omega, np.array(found)
-
-
-def response():
-    true = {"B": 0.05, "law.K": 1.0, "law.alpha": 0.1, "excitation.amplitude": 0.18}
-    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
-    guess = sw.Oscillator(1.0, 0.06, sw.Cubic(1.1, 0.08), sw.Harmonic(0.2), 1.0)
-    sweeps = [reached(system, rising, 20) for rising in (True, False)]
-    omega, clean = (np.concatenate(parts) for parts in zip(*sweeps, strict=True))
-
-    def one(kind, rng):
-        y = noisy(kind, clean.real, 0.02, rng) + 1j * noisy(kind, clean.imag, 0.02, rng)
-        found = sw.fit.fit_response(omega, y, guess, free=tuple(true), harmonics=3)
-        return np.abs(found.values - [*true.values()]), np.sqrt(np.diag(found.covariance)), found.freedom
-
-    return tuple(true), one
-
-
-CASES = {"regression": regression, "decay": decay, "response": response}
+CASES = {"regression": regression, "decay": decay}
 
 
 def coverage(name, kinds, sets):

@@ -76,14 +76,6 @@ def decay():
 
 
 @cache
-def response_fit():
-    curve = branch()
-    first = curve.coefficients[:, 1] - 1j * curve.coefficients[:, 2]
-    below = slice(0, int(np.flatnonzero(curve.omega > 1.0)[0]))
-    return sw.fit.fit_response(curve.omega[below], first[below], DUFFING, free=("B", "law.K"), harmonics=5)
-
-
-@cache
 def measured_bode():
     omega = np.geomspace(10.0, 1000.0, 20)
     return sw.fit.measured_bode(omega, 1.0 / (1j * omega * 5e-4), deviation=0.1 / omega, amplitude=1.0)
@@ -166,7 +158,6 @@ RESULTS = {
         "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
         "StatesAtSpeeds": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).states_at(NUMBERS),
         "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
-        "ValidityMap": lambda: sw.study.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0]),
         "Hardening": lambda: sw.study.hardening(DUFFING, [0.0, 0.1], (0.2, 1.6), speeds=[1.1]),
         "Passage": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.9, 1.4), 0.02),
         "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.9, 1.4), [0.02, 0.04]),
@@ -218,7 +209,6 @@ RESULTS = {
             ("linear",), np.array([2.0]), np.array([1e-3]), np.array([1.1e-3]), (identified(),)
         ),
         "OrderScan": order_scan,
-        "ResponseFit": response_fit,
         "MeasuredBode": measured_bode,
         "Standstill": lambda: sw.study.standstill(LOOPED),
         "BodeFit": lambda: sw.fit.fit_bode(measured_bode(), LOOPED, free=("J_m", "gain")),

@@ -1,12 +1,13 @@
 """Errors of multiple scales at the peak of the primary resonance of any drive with a hardening cubic law."""
 
+from dataclasses import replace
+
 import numpy as np
 
 import strainwave as sw
 from strainwave.theory.slow_flow.certificate import balance_of
 from strainwave.theory.slow_flow.fixed_points import newton_step
 from strainwave.theory.slow_flow.setting import real_matrix
-from strainwave.theory.slow_flow.states import at
 
 ROUNDS, NEAR, STEP = 40, 1e-12, 1e-6  # of Newton's method: steps, last relative change; step of a difference in omega
 
@@ -51,15 +52,21 @@ def _true_peak(form, a):
     return np.where(good, omega, np.nan), np.where(good, torque, np.nan)
 
 
+def _at(flow, omega, torque):
+    """The flow at speeds under a torque of amplitude 1 times factors."""
+    lines = np.multiply.outer(torque, flow.setting.torque_lines)
+    return replace(flow, setting=replace(flow.setting, torque_lines=lines)).at(omega)
+
+
 def _peak(flow, torque, a, omega):
     """Amplitude [rad] and speed of a flow's own state with a lag of 90 degrees under a torque, from the true ones."""
     a, omega = a.copy(), omega.copy()
     with np.errstate(all="ignore"):
         for _ in range(ROUNDS):
             z = -1j * a
-            rate, by_z = at(flow, omega, torque).balance(z)
-            up = at(flow, omega + STEP, torque).balance(z)[0]
-            down = at(flow, omega - STEP, torque).balance(z)[0]
+            rate, by_z = _at(flow, omega, torque).balance(z)
+            up = _at(flow, omega + STEP, torque).balance(z)[0]
+            down = _at(flow, omega - STEP, torque).balance(z)[0]
             by_a = -(by_z[:, 0, 1] + 1j * by_z[:, 1, 1])
             step = newton_step(real_matrix(by_a, (up - down) / (2.0 * STEP)), rate)
             share = np.minimum(1.0, 0.3 / np.maximum(np.abs(step.real) / a, np.abs(step.imag) / omega))

@@ -53,7 +53,6 @@ OTHERS = {
     "SlowFlow": lambda: by_verb("slow_flow"),
     "StabilityProof": lambda: by_verb("lyapunov"),
     "Basins": lambda: by_verb("basins"),
-    "FoldCurve": lambda: by_verb("fold_curve"),
     "HysteresisLoop": lambda: by_verb("hysteresis_loop"),
     "TunedLoop": tuned,
     "TuningPoint": lambda: POINT,

@@ -571,11 +571,6 @@ CALLS = {
         sw.fit.sandwich, jacobian=np.vander(NUMBERS, 2), residual=np.cos(NUMBERS**7), records=None
     ),
     "spread": call(sw.fit.spread, jacobian=np.vander(NUMBERS, 2), residual=np.cos(NUMBERS**7), records=None),
-    "fit_response": lambda: (
-        sw.fit.fit_response,
-        {"omega": np.linspace(0.7, 0.95, 8), "amplitude": 0.18 / (1.0 - np.linspace(0.7, 0.95, 8) ** 2 + 0.05),
-         "system": DUFFING, "free": ("B",), "phase": None, "harmonics": 3, "speed_error": 1e-4},
-    ),
     "standstill": call(sw.study.standstill, project=LOOPED),
     "fit_bode": call(
         sw.fit.fit_bode, measured=RESULTS["MeasuredBode"](), project=LOOPED, free=("J_m",), speed=0.0
@@ -598,11 +593,6 @@ CALLS = {
         method=QUICK,
     ),
     "backbone": call(sw.numerics.backbone, system=DUFFING, amplitudes=[0.1, 1.0], harmonics=3),
-    "fold_curve": lambda: (
-        sw.numerics.fold_curve,
-        {"system": STRONG, "fold": curve().folds[0], "path": "B", "span": (0.04, 0.06), "parameter": "omega",
-         "harmonics": 3, "points": 5},
-    ),
     "parameter_response": call(
         sw.numerics.parameter_response, system=DUFFING, path="B", span=(0.05, 0.06), harmonics=3, period=1, start=None,
         points=10, throw=False,
@@ -623,16 +613,8 @@ CALLS = {
     ),
     "run_loop": call(sw.numerics.run_loop, loop=CLOSED, duration=4e-3, y0=None, every=1, steps=1, unit=0),
     "shoot": call(sw.numerics.shoot, system=STRONG, y0=(0.0, 0.0), period=1, rtol=1e-4, throw=False),
-    "parametric_tongue": call(sw.theory.parametric_tongue, omega_0=1.0, mu=0.01, depth=0.1),
     "operating_state": call(sw.study.operating_state, "train", train=train, speed=100.0, near=(), angle=0.0),
-    "compare_reductions": call(
-        sw.study.compare_reductions, drive=sw.HDC_40_050, kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), omega=[60.0],
-        motor_torque=None, load_torque=None, harmonics=4,
-    ),
     "hardening": call(sw.study.hardening, system=DUFFING, alpha=[0.1], span=(0.2, 1.3), speeds=[0.65], harmonics=3),
-    "validity_map": call(
-        sw.study.validity_map, system=DUFFING, resonance=sw.PRIMARY, speeds=[0.9, 1.1], amplitudes=[0.5]
-    ),
     "compare_with_integration": call(
         sw.study.compare_with_integration, system=DUFFING, resonance=sw.PRIMARY, y0=(0.0, 0.0), t_end=40.0, multiples=(1,)
     ),
@@ -669,7 +651,6 @@ def method_calls():
         "DecayFit": {"interval": {"path": "B", "level": 0.9}, "value": {"path": "B"}, "deviation": {"path": "B"}},
         "OrderScan": {"delay_interval": {"level": 0.9}, "line": {"order": 4.0},
                       "predict": {"time": TIMES, "angle": 10.0 * TIMES}},
-        "ValidityMap": {"holds": {"percent": 10.0}},
         "Hardening": {"best": {"weights": (1.0,)}},
         "Bode": {"decibels": {"shaft": "motor"}, "degrees": {"shaft": "motor"}},
         "StateSpace": {"response": {"omega": [1.0, 2.0]}},

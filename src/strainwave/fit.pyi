@@ -4,6 +4,9 @@ from .files.scan_file import read_profile as read_profile
 from .files.scan_file import read_scan as read_scan
 from .files.variants.identify_drive import identify_drive as identify_drive
 from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
+from .study.identification.bode.bode_fit import fit_bode as fit_bode
+from .study.identification.bode.measured_bode import bode_of_records as bode_of_records
+from .study.identification.bode.measured_bode import measured_bode as measured_bode
 from .study.identification.decay import fit_decay as fit_decay
 from .study.identification.discrepancy import discrepancy as discrepancy
 from .study.identification.fitted import unidentifiable as unidentifiable
@@ -17,9 +20,5 @@ from .study.identification.loops.loop_fit import fit_loop as fit_loop
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.orders.order_scan import order_scan as order_scan
 from .study.identification.orders.places import arrangement as arrangement
-from .study.identification.response_curve.bode_fit import fit_bode as fit_bode
-from .study.identification.response_curve.measured_bode import bode_of_records as bode_of_records
-from .study.identification.response_curve.measured_bode import measured_bode as measured_bode
-from .study.identification.response_curve.response_fit import fit_response as fit_response
 
 __all__: list[str]

@@ -11,7 +11,6 @@ from .drive.jumps import Jump as Jump
 from .drive.jumps import Jumps as Jumps
 from .drive.loop_margin import Bode as Bode
 from .drive.margins import Margins as Margins
-from .drive.reductions import Reductions as Reductions
 from .drive.run import DriveRun as DriveRun
 from .drive.standstill import Standstill as Standstill
 from .drive.state_space import StateSpace as StateSpace
@@ -26,7 +25,6 @@ from .numerics.attractors.poincare import OrbitDiagram as OrbitDiagram
 from .numerics.attractors.poincare import PoincareSection as PoincareSection
 from .numerics.attractors.settle import LyapunovExponent as LyapunovExponent
 from .numerics.curves.backbone import Backbone as Backbone
-from .numerics.curves.fold_curve import FoldCurve as FoldCurve
 from .numerics.ensemble.linear_loops import LoopResponse as LoopResponse
 from .numerics.ensemble.loops import LoopEnsemble as LoopEnsemble
 from .numerics.ensemble.loops import LoopRun as LoopRun
@@ -34,7 +32,6 @@ from .sample.result import Variability as Variability
 from .study.analysis.hardening import Hardening as Hardening
 from .study.analysis.in_time import DriveMotion as DriveMotion
 from .study.analysis.validity import Comparison as Comparison
-from .study.analysis.validity import ValidityMap as ValidityMap
 from .study.compensation.monitoring import Monitored as Monitored
 from .study.compensation.prediction import PredictionTable as PredictionTable
 from .study.compensation.result import Compensation as Compensation
@@ -51,6 +48,8 @@ from .study.gear.energy import EnergyBalance as EnergyBalance
 from .study.gear.error_parts import ErrorParts as ErrorParts
 from .study.gear.hysteresis import HysteresisFit as HysteresisFit
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
+from .study.identification.bode.bode_fit import BodeFit as BodeFit
+from .study.identification.bode.measured_bode import MeasuredBode as MeasuredBode
 from .study.identification.decay import DecayFit as DecayFit
 from .study.identification.discrepancy import Discrepancy as Discrepancy
 from .study.identification.discrepancy import MissingTerm as MissingTerm
@@ -69,9 +68,6 @@ from .study.identification.orders.error_result import ScanLine as ScanLine
 from .study.identification.orders.order_result import OrderLine as OrderLine
 from .study.identification.orders.order_result import OrderScan as OrderScan
 from .study.identification.orders.places import Counted as Counted
-from .study.identification.response_curve.bode_fit import BodeFit as BodeFit
-from .study.identification.response_curve.measured_bode import MeasuredBode as MeasuredBode
-from .study.identification.response_curve.response_fit import ResponseFit as ResponseFit
 from .study.move.result import Move as Move
 from .study.move.result import Pass as Pass
 from .study.speed_map.result import SpeedMap as SpeedMap
@@ -90,7 +86,6 @@ from .theory.slow_flow.passage.moving import DelayedJump as DelayedJump
 from .theory.slow_flow.passage.moving import Passage as Passage
 from .theory.slow_flow.passage.moving import Passages as Passages
 from .theory.slow_flow.results import SteadyState as SteadyState
-from .theory.small_signal import ParametricTongue as ParametricTongue
 from .theory.small_signal import SmallSignal as SmallSignal
 from .theory.stability_proof import StabilityProof as StabilityProof
 

@@ -6,7 +6,7 @@ import numpy as np
 
 import strainwave as sw
 
-from .drives import ARCSEC, CLOSED, DUFFING, ERROR, EXACT, FITTED
+from .drives import ARCSEC, ERROR, EXACT, FITTED
 
 INTERVALS = 1e-4  # widths of intervals: derivatives by differences
 
@@ -101,22 +101,6 @@ def fit_decay():
     values, intervals = fitted(sw.fit_decay(time, angle, joint._replace(B=2.0, law=guess), free=names), names)
     yield "values", values, FITTED
     yield "intervals", intervals, INTERVALS
-
-
-def fit_response():
-    """Stiffness and damping from a response curve."""
-    curve = sw.frequency_response(DUFFING, (0.9, 1.4), harmonics=5)
-    omega = np.linspace(0.9, 1.1, 15)
-    orbits = [sw.find_orbit(DUFFING._replace(omega=w), harmonics=7) for w in omega]
-    first = np.array([o.coefficients[1, 0] - 1j * o.coefficients[2, 0] for o in orbits])
-    noise = 0.01 * np.random.default_rng(5).standard_normal((2, 15))
-    names = ("B", "law.K", "law.alpha", "excitation.amplitude")
-    guess = sw.Oscillator(1.0, 0.07, sw.Cubic(1.2, 0.07), sw.Harmonic(0.2), 1.0)
-    found = sw.fit.fit_response(omega, first + noise[0] + 1j * noise[1], guess, free=names)
-    values, intervals = fitted(found, names)
-    yield "values", values, FITTED
-    yield "intervals", intervals, INTERVALS
-    yield "curve", [fold.omega for fold in curve.folds], CLOSED
 
 
 def identify():

@@ -112,12 +112,9 @@ def frequency_response():
 
 
 def parameter_response():
-    """Curves over another parameter, curves of folds, isolas, switched branches, backbones."""
+    """Curves over another parameter, isolas, switched branches, backbones."""
     branch = sw.numerics.parameter_response(DUFFING, "excitation.amplitude", (0.0, 0.5))
     yield "amplitude", curve_numbers(branch), NEAR_FOLD
-    curve = sw.frequency_response(DUFFING, (0.5, 1.6))
-    folds = sw.numerics.fold_curve(DUFFING, curve.folds[0], "excitation.amplitude", (0.02, 0.3))
-    yield "fold_curve", np.array(folds.cusps), 1e-6  # where two folds meet, each moves as a square root
     driven = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
     yield "isolas", [curve_numbers(loop) for loop in sw.isolas(driven, (3.0, 10.0))], NEAR_FOLD
     main = sw.frequency_response(BIASED, (1.9, 2.6))

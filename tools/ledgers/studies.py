@@ -212,5 +212,3 @@ def gear():
     )
     parts = sw.study.error_parts(loaded)
     yield "error_parts", [parts.ate, parts.wind_up], 1e-8
-    free = sw.study.compare_reductions(DRIVE, ERROR, [100.0, 180.0], motor_torque=sw.Harmonic(0.2, 2))
-    yield "compare_reductions", free, SEARCHED

@@ -1,18 +1,13 @@
-"""What the error equations leave out: both reductions of a drive against the whole drive train, over the speed."""
+"""What the error equations leave out: that of a free motor against the whole drive train, over the speed."""
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..base.protocols import orders_of
-from ..base.quantities import numbers, shown
-from ..base.results import Floats, Orbit, SolveError
-from ..base.sentences import Sentence, Speed, on_screen
-from ..model.drive import Drive
-from ..model.excitation import KinematicError
+from ..base.results import Floats, Orbit
+from ..base.sentences import Sentence, Speed
 from ..model.laws.friction import NO_FRICTION
 from ..model.oscillator import Oscillator
 from ..model.train.drive_train import DriveTrain
@@ -27,7 +22,7 @@ APART = 0.5  # relative difference beyond which the two are taken for motions on
 
 @dataclass(frozen=True, eq=False)
 class Reductions:
-    """Largest |dynamic error| of a drive with kinematic error, by the whole train and by the error equations.
+    """Largest |dynamic error| of a drive with kinematic error, by the whole train and by the error equation.
 
     Attributes
     ----------
@@ -35,9 +30,8 @@ class Reductions:
         Mean motor speeds [rad/s].
     exact : (n,) array
         Of the whole train with the motor free, at that mean speed [rad]; nan where no periodic motion was found.
-    free, held : (n,) arrays
-        Of the error equation with the motor free (which drops terms of order N e' and the speed ripple), and with the
-        motor held [rad].
+    free : (n,) array
+        Of the error equation [rad], which drops terms of order N e' and the speed ripple.
     error_slope : float
         Largest N |e'|, how far the ratio of the gear varies, relative to 1/N.
     ripple : (n,) array
@@ -47,7 +41,6 @@ class Reductions:
     omega: Floats
     exact: Floats
     free: Floats
-    held: Floats
     error_slope: float
     ripple: Floats
 
@@ -74,91 +67,34 @@ class Reductions:
             Speed(self.omega[worst], digits=5), jumped,
         )  # fmt: skip
 
-    def __str__(self) -> str:
-        rows = (
-            f"{w:>10.5g} {e:>12.6g} {f:>12.6g} {d:>+9.2%} {r:>9.2%} {h:>12.6g}"
-            for w, e, f, d, r, h in zip(
-                self.omega, self.exact, self.free, self.difference, self.ripple, self.held, strict=True
-            )
-        )
-        head = f"{'rad/s':>10} {'whole train':>12} {'free':>12} {'diff.':>9} {'ripple':>9} {'held':>12}"
-        return on_screen("\n".join([f"Largest |x| [rad]; N e' up to {self.error_slope:.3g}", head, *rows]))
 
-
-def compare_reductions(
-    drive: Drive,
-    kinematic_error: KinematicError,
-    omega: ArrayLike,
-    *,
-    motor_torque: Any = None,
-    load_torque: Any = None,
-    harmonics: int | None = None,
-) -> Reductions:
-    """Compare the error equations of a drive with its whole train, at constant mean speeds.
+def compare_with_train(train: DriveTrain, free: Oscillator, omega: Floats, harmonics: int) -> Reductions:
+    """Compare the error equation of a drive with a free motor with its whole train.
 
     Parameters
     ----------
-    drive : Drive
-        The drive.
-    kinematic_error : KinematicError
-        Its kinematic error; the lines follow the motor's angle.
-    omega : (n,) array_like
-        Mean motor speeds [rad/s], each followed from the one before: a sweep up where they ascend. The whole train is
-        sought next to the orbit of the free error equation.
-    motor_torque, load_torque : Harmonic or Harmonics, optional
-        As in `Drive.error_equation`, on orders of the motor's angle. A mean motor torque does not matter: the one that
-        keeps the mean speed is found.
-    harmonics : int, optional
-        Highest harmonic of the whole train. Default: grown as in `find_orbit`, which takes long for a law with kinks.
-
-    Returns
-    -------
-    Reductions
-        The largest |x| [rad] of each at `omega` [rad/s], the `difference` and what it comes from.
-
-    Raises
-    ------
-    ValueError, TypeError
-        As `Drive.error_equation` and `find_orbit`.
-    SolveError
-        If no periodic motion of the whole train is found at any of the speeds.
+    train : DriveTrain
+        The whole train, whose motor is free.
+    free : Oscillator
+        Its error equation.
+    omega : (n,) array
+        Mean motor speeds [rad/s], each followed from the one before. The whole train is sought next to the orbit of
+        the error equation.
+    harmonics : int
+        Highest harmonic of the whole train.
     """
-    if not isinstance(drive, Drive):
-        raise TypeError(f"drive is {shown(drive)}; it must be a Drive(J_m, J_l, N, B, law)")
-    torques = {"motor_torque": motor_torque, "load_torque": load_torque}
-    train = drive.train(kinematic_error=kinematic_error, **torques)
-    free = drive.error_equation(kinematic_error=kinematic_error, **torques)
-    held = drive.error_equation(kinematic_error=kinematic_error, load_torque=load_torque, motor="held")
-    table = compare_with_train(train, free, held, omega, harmonics)
-    if np.all(np.isnan(table.exact)):
-        raise SolveError(
-            f"no periodic motion of the whole drive train was found at {len(table.omega)} speeds from "
-            f"{table.omega[0]:.4g} rad/s on; give some nearer to its natural frequency, {drive.omega_0:.4g} rad/s"
-        )
-    return table
-
-
-def compare_with_train(
-    train: DriveTrain, free: Oscillator, held: Oscillator | None, omega: ArrayLike, harmonics: int | None = None
-) -> Reductions:
-    """Compare error equations with the train they come from, as `compare_reductions`; nan for a `held` that is None."""
-    speeds = numbers("omega", omega)
-    whole = SteadyTrain(train, 1.0)
-    table = np.full((len(speeds), 4), np.nan)
-    before: list[Orbit | None] = [None, None]
-    phase = _angles(train)
-    for i, speed in enumerate(speeds):
-        for j, equation in enumerate((free, held)):
-            if equation is not None:
-                orbit = before[j] = _followed(equation._replace(omega=float(speed)), before[j])
-                table[i, 1 + j] = np.nan if orbit is None else orbit.peak
-        if before[0] is not None:
-            exact = find_orbit(
-                whole._replace(omega=float(speed)), guess=_extended(train, free, before[0]), harmonics=harmonics
-            )
-            if exact.status.found:
-                table[i, 0], table[i, 3] = exact.peak, np.max(np.abs(exact.state(phase)[2])) / speed
-    return Reductions(speeds, table[:, 0], table[:, 1], table[:, 2], error_slope(train), table[:, 3])
+    whole, phase = SteadyTrain(train, 1.0), _angles(train)
+    table = np.full((len(omega), 3), np.nan)
+    before: Orbit | None = None
+    for row, speed in zip(table, omega.tolist(), strict=True):
+        before = _followed(free._replace(omega=speed), before)
+        if before is None:
+            continue
+        row[1] = before.peak
+        exact = find_orbit(whole._replace(omega=speed), guess=_extended(train, free, before), harmonics=harmonics)
+        if exact.status.found:
+            row[0], row[2] = exact.peak, np.max(np.abs(exact.state(phase)[2])) / speed
+    return Reductions(omega, table[:, 0], table[:, 1], error_slope(train), table[:, 2])
 
 
 def error_slope(train: DriveTrain) -> float:
@@ -180,7 +116,7 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
 
     That equation has a motor ideally held or free, the gear, and a rigid load. The drag of a motor that is ideally held
     changes nothing: the motor keeps its speed whatever opposes it. What a free motor does with the kinematic error is
-    the approximation that `compare_reductions` measures, no part that is missing.
+    the approximation that `compare_with_train` measures, no part that is missing.
     """
     motor, load = train.motor, train.load.end()
     held, couplings = motor.held, len(train.load.couplings())

@@ -4,7 +4,6 @@ from .attractors.poincare import orbit_diagram as orbit_diagram
 from .attractors.poincare import poincare_section as poincare_section
 from .attractors.settle import lyapunov_exponent as lyapunov_exponent
 from .curves.backbone import backbone as backbone
-from .curves.fold_curve import fold_curve as fold_curve
 from .curves.parameter_response import parameter_response as parameter_response
 from .curves.response import response_family as response_family
 from .curves.switching import switch_branch as switch_branch

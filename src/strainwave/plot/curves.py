@@ -1,7 +1,4 @@
-"""Figures of response curves, orbits and motions, of ensembles, and of where closed forms hold."""
-
-from collections.abc import Iterator
-from itertools import product
+"""Figures of response curves, orbits and motions, and of ensembles."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +11,9 @@ from ..numerics.attractors.poincare import OrbitDiagram
 from ..numerics.ensemble.linear_loops import LoopResponse
 from ..numerics.ensemble.loops import LoopEnsemble, LoopRun
 from ..sample.result import Variability
-from ..study.analysis.validity import LEVELS, ORDERS, ValidityMap
 from ..theory.slow_flow.results import SlowResponse
 from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PALE, PINK
-from .panels import HERTZ, TIME, Axis, Cells, Note, Panel, angle, angle_unit, panels_of
+from .panels import HERTZ, TIME, Axis, Cells, Panel, angle, angle_unit, panels_of
 
 SAMPLES = 16  # of an orbit, per harmonic
 
@@ -26,10 +22,6 @@ BASIN = ("#cfe6f5", "#d9822b", "#00664b", "#e3c93b", "#9a5a86", "#1f63a8")
 REST = {DIVERGED: ("#ffffff", "diverged"), CHAOTIC: ("#222222", "chaotic"), UNSETTLED: ("#888888", "not settled")}
 MARKERS = "os^v"
 CLEAR = 0.1  # part of neighbouring cells with different labels, beyond which a line between them would hide them
-
-WIDTHS = (0.9, 1.6, 2.4)  # of the levels, from small to large errors
-FLOOR = 1e-6  # of an error on the logarithmic scale on which contours are drawn
-NAMES = ("first", "second")
 
 
 def _parameter(name: str, unit: str = "") -> Axis:
@@ -201,74 +193,3 @@ def variability_panels(variability: Variability) -> list[Panel]:
         panel.line(across, values[:, i], colour, dash=DASHES, width=0.6)
         panel.points(across, values[:, i], colour, f"{share:.0%} of drives", MARKERS[i % len(MARKERS)], colour)
     return [panel]
-
-
-@panels_of.register
-def validity_panels(validity: ValidityMap) -> list[Panel]:
-    """The contours of 1, 5 and 20 % error of both orders over speed and strength of the excitation.
-
-    An order without a contour holds, or fails, in the whole map; the legend says so.
-    """
-    panel = Panel("", _parameter("omega"), Axis("excitation over that of the system"))
-    panel.log = bool(validity.amplitudes[-1] > 5.0 * validity.amplitudes[0])
-    return _contours(panel, validity.speeds, validity.amplitudes, validity.error)
-
-
-def _contours(panel: Panel, x: Floats, y: Floats, error: Floats) -> list[Panel]:
-    panel.xlim, panel.ylim = (float(x[0]), float(x[-1])), (float(y[0]), float(y[-1]))
-    for order, sizes, colour, dash in zip(ORDERS, error, (BLUE, ORANGE), ("", DASHES), strict=True):
-        height = np.log(np.maximum(sizes.T, FLOOR))
-        name, everywhere = f"{NAMES[order - 1]} order", []
-        for level, width in zip(LEVELS, WIDTHS, strict=True):
-            inside = sizes <= 0.01 * level
-            if np.all(inside) or not np.any(inside):
-                everywhere.append(f"{'within' if np.all(inside) else 'beyond'} {level:g} % everywhere")
-                continue
-            lines = list(contours(x, y, height - np.log(0.01 * level)))
-            for across, up in lines:
-                panel.line(across, up, colour, dash=dash, width=width)
-            across, up = max(lines, key=lambda line: len(line[0]))
-            middle = len(across) // 2
-            panel.notes.append(Note(float(across[middle]), float(up[middle]), f"{level:g} %"))
-        # the strictest level within which, and the widest beyond which
-        ranges = [part for part in everywhere[:1] if part.startswith("within")] or everywhere[-1:]
-        panel.line([np.nan], [np.nan], colour, ", ".join([name, *ranges]), dash)
-    return [panel]
-
-
-def contours(x: Floats, y: Floats, height: Floats) -> Iterator[tuple[Floats, Floats]]:
-    """Polylines on which a height (rows, columns) over x (columns,) and y (rows,) is zero.
-
-    Each piece crosses a triangle, half a cell, in which the height is linear; pieces that meet are joined.
-    """
-    pieces: dict[tuple[float, float], list[tuple[float, float]]] = {}
-    halves = ((0, 0), (0, 1), (1, 1)), ((0, 0), (1, 0), (1, 1))
-    negative = (height < 0.0).astype(int)
-    count = negative[1:, 1:] + negative[1:, :-1] + negative[:-1, 1:] + negative[:-1, :-1]
-    for (i, j), triangle in product(np.argwhere(count % 4).tolist(), halves):
-        corners = [(x[j + b], y[i + a], height[i + a, j + b]) for a, b in triangle]
-        ends = list(_crossings(corners))
-        if len(ends) == 2 and ends[0] != ends[1]:
-            for first, second in (ends, ends[::-1]):
-                pieces.setdefault(first, []).append(second)
-    while pieces:
-        point = next((end for end, neighbours in pieces.items() if len(neighbours) == 1), next(iter(pieces)))
-        line = [point]
-        while point in pieces:
-            following = pieces[point].pop()
-            pieces[following].remove(point)
-            for end in (point, following):
-                if not pieces[end]:
-                    del pieces[end]
-            point = following
-            line.append(point)
-        yield np.array(line)[:, 0], np.array(line)[:, 1]
-
-
-def _crossings(corners: list[tuple[float, float, float]]) -> Iterator[tuple[float, float]]:
-    """Points (x, y) on the sides of a triangle where the height changes its sign, each side in a fixed direction."""
-    for i, k in ((0, 1), (1, 2), (0, 2)):
-        (x0, y0, h0), (x1, y1, h1) = corners[i], corners[k]
-        if (h0 < 0.0) != (h1 < 0.0):
-            share = h0 / (h0 - h1)
-            yield float(x0 + share * (x1 - x0)), float(y0 + share * (y1 - y0))

@@ -8,16 +8,15 @@ import numpy as np
 from ..base.results import Floats
 from ..base.sentences import number
 from ..base.units import ARCSEC
+from ..study.identification.bode.bode_fit import BodeFit
+from ..study.identification.bode.measured_bode import Complexes, MeasuredBode
 from ..study.identification.decay import DecayFit
 from ..study.identification.friction_model import FrictionFit
 from ..study.identification.identified import Identified
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
-from ..study.identification.response_curve.bode_fit import BodeFit
-from ..study.identification.response_curve.measured_bode import Complexes, MeasuredBode
-from ..study.identification.response_curve.response_fit import ResponseFit
-from .colours import BLACK, BLUE, DASHES, GREY, ORANGE, PALE
+from .colours import BLUE, DASHES, GREY, ORANGE, PALE
 from .panels import HERTZ, TIME, Axis, Note, Panel, angle, panels_of
 
 TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
@@ -69,23 +68,6 @@ def decay_panels(fit: DecayFit) -> list[Panel]:
         panel.line(fit.amplitude[order], curve[order], colour, "fitted", dash)
     damping.ylim = (0.0, 2.0 * float(np.max(fitted)))
     return [frequency, damping]
-
-
-@panels_of.register
-def response_fit_panels(fit: ResponseFit) -> list[Panel]:
-    """The measured first harmonics, up and down, and the curve of the fitted system with its folds."""
-    curve = fit.curve()
-    size = curve.amplitude(1)
-    panel = Panel("", Axis("omega", "rad/s"), angle("amplitude of the first harmonic", size))
-    for jump in fit.jumps:
-        panel.band(jump, -np.inf, np.inf, PALE, "jump")
-    panel.parted(curve.omega, size, curve.stable, GREY, "fitted", widths=(1.2, 1.2))
-    for up, marker, colour, direction in ((True, "^", BLUE, "up"), (False, "v", ORANGE, "down")):
-        chosen = fit.up == up
-        panel.points(fit.omega[chosen], np.abs(fit.measured[chosen]), colour, f"measured, sweep {direction}", marker)
-    folds = curve.folds
-    panel.points([fold.omega for fold in folds], [fold.amplitude(1) for fold in folds], BLACK, "folds", "o", BLACK)
-    return [panel]
 
 
 @panels_of.register

@@ -3,14 +3,12 @@
 from ..drive.operating_point import operating_state as operating_state
 from ..drive.postures import Link as Link
 from ..drive.postures import two_link as two_link
-from ..drive.reductions import compare_reductions as compare_reductions
 from ..drive.standstill import standstill as standstill
 from ..drive.two_turns import two_turn_motion as two_turn_motion
 from ..drive.two_turns import two_turn_response as two_turn_response
 from ..theory.slow_flow.parametric import parametric_resonances as parametric_resonances
 from .analysis.hardening import hardening as hardening
 from .analysis.validity import compare_with_integration as compare_with_integration
-from .analysis.validity import validity_map as validity_map
 from .compensation.compensate import compensation_bench as compensation_bench
 from .compensation.designs import COMPENSATORS as COMPENSATORS
 from .compensation.designs import Compensator as Compensator

@@ -2,6 +2,5 @@
 
 from .derivation import derive as derive
 from .derivation import derive_arrangement as derive_arrangement
-from .small_signal import parametric_tongue as parametric_tongue
 
 __all__: list[str]

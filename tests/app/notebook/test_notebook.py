@@ -10,7 +10,6 @@ from all_results import RESULTS, WITHOUT_FIGURE, branch
 from matplotlib.figure import Figure
 
 import strainwave as sw
-from strainwave.plot.curves import contours
 
 pytestmark = pytest.mark.compiled
 
@@ -84,12 +83,3 @@ def test_what_a_summary_says_is_escaped():
     assert "<script" not in html
     assert "a&lt;b&gt;&amp;" in html
     ElementTree.fromstring(html)
-
-
-def test_lines_of_equal_height_lie_on_it_and_are_in_one_piece():
-    x, y = np.linspace(-1.0, 1.0, 9), np.linspace(0.0, 1.0, 7)
-    ((across, up),) = contours(x, y, 2.0 * x + 3.0 * y[:, None] - 1.1)
-    assert len(across) > 10
-    np.testing.assert_allclose(2.0 * across + 3.0 * up, 1.1, rtol=1e-12)
-    (ring,) = contours(x, x, x * x + x[:, None] ** 2 - 0.3)
-    assert (ring[0][0], ring[1][0]) == (ring[0][-1], ring[1][-1])

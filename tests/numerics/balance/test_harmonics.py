@@ -88,8 +88,6 @@ def cut_short():
     yield sw.numerics.parameter_response(HARDENING, "excitation.amplitude", (0.1, 0.5), **few)
     yield sw.numerics.response_family(HARDENING, (0.5, 1.6), {"B": [0.05]}, **few, threads=1)[0]
     yield sw.numerics.backbone(HARDENING, [2.8], harmonics=2)
-    fold = sw.frequency_response(HARDENING, (0.5, 1.6), **few).folds[0]
-    yield sw.numerics.fold_curve(HARDENING, fold, "excitation.amplitude", (0.15, 0.2))
 
 
 def test_every_verb_says_that_the_harmonics_left_out_matter():

@@ -36,30 +36,23 @@ def test_edges_of_the_tongues_are_the_characteristic_values_of_mathieus_equation
 
 
 @pytest.mark.compiled
-def test_the_closed_form_of_the_tongue_is_right_to_second_order_in_the_depth():
-    wrong = []
+def test_one_harmonic_gives_the_edges_of_the_tongue_to_second_order_in_the_depth():
+    wrong, mu = [], 0.01
     for depth in (0.2, 0.1, 0.05):
-        (found,) = sw.study.parametric_resonances(drive(depth, 0.005), (1.8, 2.2))
-        form = sw.theory.parametric_tongue(1.0, 0.01, depth)
-        wrong.append([abs(found.low - form.low), abs(found.high - form.high)])
-        assert found.growth == pytest.approx(form.growth, rel=depth**2)
+        (found,) = sw.study.parametric_resonances(drive(depth, 0.5 * mu), (1.8, 2.2))
+        half = math.sqrt(
+            0.25 * depth**2 - mu**2 + 0.25 * mu**4
+        )  # Nayfeh & Mook 1979, sec. 5.7: w^2 = 1 - mu^2/2 +- half
+        edges = [2.0 * math.sqrt(1.0 - 0.5 * mu**2 + side * half) for side in (-1.0, 1.0)]
+        wrong.append([abs(found.low - edges[0]), abs(found.high - edges[1])])
+        assert found.growth == pytest.approx(0.25 * depth - 0.5 * mu, rel=depth**2)
     slope = np.log2(np.array(wrong[:-1]) / np.array(wrong[1:]))
     np.testing.assert_allclose(slope, 2.0, atol=0.15)
 
 
-def test_near_the_tip_the_edges_are_two_omega_0_plus_minus_the_root():
-    form = sw.theory.parametric_tongue(1.0, 0.01, 0.03)
-    root = math.sqrt((0.5 * 0.03) ** 2 - 0.01**2)
-    assert form.low == pytest.approx(2.0 - root, abs=2e-4)
-    assert form.high == pytest.approx(2.0 + root, abs=2e-4)
-    assert form.threshold == pytest.approx(4 * 0.005, rel=1e-4)
-    assert sw.theory.parametric_tongue(1.0, 0.01, 0.0199).low is None
-    assert sw.theory.parametric_tongue(1.0, 0.0, 0.0).high is None
-
-
 @pytest.mark.parametrize(("share", "unstable"), [(0.99, False), (1.01, True)])
 def test_the_threshold_in_the_depth_divides_decay_from_growth(share, unstable):
-    depth = share * sw.theory.parametric_tongue(1.0, 0.02, 0.0).threshold
+    depth = share * 4.0 * 0.01 * math.sqrt(1.0 - 0.01**2)  # of one harmonic
     (found,) = sw.study.parametric_resonances(drive(depth, 0.01), (1.8, 2.2))
     assert found.unstable is unstable
     assert (found.growth > 0.0) is unstable
@@ -189,10 +182,6 @@ def test_what_cannot_be_asked_is_refused_in_one_sentence():
         sw.study.parametric_resonances(drive(0.1), (0.0, 1.0))
     with pytest.raises(ValueError, match="it takes a positive one"):
         sw.study.parametric_resonances(drive(0.1, law=sw.Backlash(1.0, 0.5)), (0.1, 1.0))
-    with pytest.raises(ValueError, match="hold for light damping"):
-        sw.theory.parametric_tongue(1.0, 1.5, 0.1)
-    with pytest.raises(ValueError, match="0 <= depth < 1"):
-        sw.theory.parametric_tongue(1.0, 0.1, 1.0)
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5])
@@ -215,15 +204,6 @@ def test_a_drive_at_the_edge_of_vibrating_gives_finite_numbers_or_none(ratio):
     found = sw.study.parametric_resonances(drive(0.3, ratio, orders=(1, 24)), (0.01, 10.0))
     assert bool(found) == (ratio < 0.99)
     assert all(math.isfinite(r.growth) and r.growth < 0.0 and not r.unstable for r in found)
-
-
-@pytest.mark.parametrize("scale", [1e-57, 1e57])
-def test_the_closed_form_of_the_tongue_scales_with_the_frequency(scale):
-    one, other = sw.theory.parametric_tongue(1.0, 0.01, 0.1), sw.theory.parametric_tongue(scale, 0.01 * scale, 0.1)
-    assert (other.low, other.high, other.growth) == pytest.approx(
-        (scale * one.low, scale * one.high, scale * one.growth), rel=1e-12
-    )
-    assert other.threshold == pytest.approx(one.threshold, rel=1e-12)
 
 
 def test_a_tongue_of_a_high_order_is_that_of_the_first_order_at_a_slower_turn():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.theory.slow_flow.states import states
 
 pytestmark = pytest.mark.compiled
 
@@ -115,17 +114,6 @@ def test_speeds_keep_their_order_and_states_fall_in_amplitude():
     assert np.all(np.diff(found.amplitude[:3]) < 0.0)
     assert np.array_equal(found.amplitude[:3], found.amplitude[4:7])
     assert found.stable.tolist() == [True, False, True, True, True, False, True, True]
-
-
-def test_a_factor_is_that_of_the_lines_and_not_of_the_mean_torque():
-    system = DUFFING._replace(excitation=sw.Harmonic(0.01, 1, 0.2, 0.3))
-    omega, factor = np.full(3, 1.25), np.array([0.5, 1.0, 2.5])
-    flow = sw.slow_flow(system, sw.PRIMARY, order=2)
-    found = states(flow._flow, omega, factor)
-    for i, f in enumerate(factor):
-        scaled = system._replace(excitation=sw.Harmonic(0.01 * f, 1, 0.2, 0.3), omega=1.25)
-        expected = [s.amplitude for s in sw.slow_flow(scaled, sw.PRIMARY, order=2).steady_states()]
-        assert np.abs(found.z[: len(expected), i]) == pytest.approx(expected, rel=1e-9)
 
 
 def test_bad_speeds_are_refused_in_one_sentence():

@@ -12,7 +12,7 @@ from ...base.arguments import typed
 from ...base.quantities import joined, shown
 from ...base.results import Floats
 from ...base.units import HERTZ
-from ...study.identification.response_curve.measured_bode import (
+from ...study.identification.bode.measured_bode import (
     Complexes,
     Estimator,
     MeasuredBode,

@@ -47,6 +47,7 @@ FEW = 4  # points of a curve where what is left out is estimated
 MOST_SMOOTH, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
 MOST_BEYOND = 100  # points beyond a range
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
+FAR = 1e3  # units of the unknowns: the length of a step that leads nowhere
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
 
 
@@ -74,7 +75,7 @@ def least_step(matrix: Floats, residual: Floats) -> Floats | None:
 
 def newton(
     equations: Callable[[Floats], tuple[Floats, Floats]], x: Floats, scale: Floats, tiny: float,
-    *, most: int = 20, far: float = 1e3, solve: Callable[..., Any] = np.linalg.solve,
+    *, most: int = 20, solve: Callable[..., Any] = np.linalg.solve,
 ) -> Floats | None:  # fmt: skip
     """Root of equations, which give values and derivatives at x, or None; steps count in units `scale` of the unknowns.
 
@@ -90,7 +91,7 @@ def newton(
             return None
         x = x - step * scale
         size = float(np.linalg.norm(step))
-        if not size < far:
+        if not size < FAR:
             return None
         following = size * (size / last) ** 2 if last < np.inf else np.inf  # where the steps shrink quadratically
         if size < tiny or (size < 1e3 * tiny and size > 0.3 * last) or following < 0.01 * tiny:

@@ -233,7 +233,7 @@ def train_study(
         if curve is None:
             probes = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
             progress("comparison with the error equation")
-            left_out = compare_with_train(train, system, None, probes, min(MOST_HARMONICS, max(top + 2, 4 * top)))
+            left_out = compare_with_train(train, system, probes, min(MOST_HARMONICS, max(top + 2, 4 * top)))
             whole, reduced = left_out.exact, left_out.free
     else:
         progress("run-up")

@@ -51,10 +51,6 @@ class Balance:
     harmonics: int
     points: int
 
-    def of(self, which: Any) -> "Balance":
-        """The balance of some of many states, whose lines are (states, lines) arrays; the same where all share one."""
-        return self if self.setting.torque_lines.ndim == 1 else replace(self, setting=self.setting.of(which))
-
     @cached_property
     def loops(self) -> Loops | None:
         """The closed loops of a law with friction or memory; None of a spring."""
@@ -200,50 +196,42 @@ class Balance:
 
 @dataclass(frozen=True, eq=False)
 class Corrected:
-    """States moved to the true motion.
+    """A state moved to the true motion.
 
     Attributes
     ----------
-    c : (states, H+1) complex array
+    c : (1, H+1) complex array
         Coefficients [rad]; after one step only where the correction does not converge.
-    omega : (states,) array
+    omega : (1,) array
         Speed of the base angle [rad/s].
-    converged : (states,) bool array
+    converged : bool
     """
 
     c: Complexes
     omega: Floats
-    converged: Any
+    converged: bool
 
 
 def corrected(
     balance: Balance, c: Complexes, omega: Floats, turn: Complexes | None, steps: int = MOST_STEPS
 ) -> Corrected:
-    """Newton's method to convergence from approximate motions, many at once."""
-    first_c, first_omega, tolerance = c, omega, NEAR if balance.loops is None else ON_LOOPS
-    end_c, end_omega = c.copy(), np.array(omega, float)
-    converged, going = np.zeros(len(c), bool), np.arange(len(c))
-    c, omega = c.copy(), np.array(omega, float)
+    """Newton's method to convergence from an approximate motion."""
+    first, tolerance = (c, omega), NEAR if balance.loops is None else ON_LOOPS
     for round_ in range(steps):
-        part = balance.of(going)
         try:
-            new, speed = part.newton(c, omega, None if turn is None else turn[going])
+            new, speed = balance.newton(c, omega, turn)
         except np.linalg.LinAlgError:
             break
-        size = np.max(np.abs(new), axis=1)
-        with np.errstate(all="ignore"):
-            sound = np.all(np.isfinite(new), axis=1) & (speed > 0.0) & np.isfinite(size)
-            change = np.max(np.abs(new - c), axis=1) + size * np.abs(speed / omega - 1.0)
-        if round_ == 0:
-            first_c, first_omega = np.where(sound[:, None], new, c), np.where(sound, speed, omega)
-        ready = sound & (change <= tolerance * np.max(np.abs(c), axis=1))
-        end_c[going[ready]], end_omega[going[ready]], converged[going[ready]] = new[ready], speed[ready], True
-        keep = sound & ~ready
-        going, c, omega = going[keep], new[keep], speed[keep]
-        if not len(going):
+        if not (np.all(np.isfinite(new)) and speed[0] > 0.0):
             break
-    end_c[~converged], end_omega[~converged] = first_c[~converged], first_omega[~converged]
-    return Corrected(end_c, end_omega, converged)
+        first = (new, speed) if round_ == 0 else first
+        size = np.max(np.abs(new))
+        with np.errstate(all="ignore"):
+            change = np.max(np.abs(new - c)) + size * np.abs(speed[0] / omega[0] - 1.0)
+        if change <= tolerance * np.max(np.abs(c)):
+            return Corrected(new, speed, True)
+        c, omega = new, speed
+    return Corrected(*first, False)
 
 
 def followed(balance: Balance, true: Corrected, omega: float) -> Corrected:
@@ -252,12 +240,12 @@ def followed(balance: Balance, true: Corrected, omega: float) -> Corrected:
     while abs(step[0]) > LEAST_STEP * omega:
         moved = corrected(balance, true.c, true.omega + step, None, FEW_STEPS)
         change = np.abs((moved.c - true.c)[:, balance.fast]) / np.abs(true.c[:, balance.fast])
-        if moved.converged[0] and change[0] <= MOST_CHANGE:
+        if moved.converged and change[0] <= MOST_CHANGE:
             true, left = moved, omega - moved.omega
             step = np.where(np.abs(2.0 * step) < np.abs(left), 2.0 * step, left)
         else:
             step = 0.5 * step
-    return replace(true, converged=np.abs(omega - true.omega) <= LEAST_STEP * omega)
+    return replace(true, converged=bool(abs(omega - true.omega[0]) <= LEAST_STEP * omega))
 
 
 def balance_of(s: Setting) -> Balance:
@@ -290,11 +278,11 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
     along = equal = corrected(balance, c0, speed, None)
     if turn is not None:
         along = corrected(balance, c0, speed, turn)
-    if along.converged[0] and not equal.converged[0]:
+    if along.converged and not equal.converged:
         equal = followed(balance, along, s.omega)
     at_speed = errors(balance, c0, equal.c, z != 0.0)
     at_phase = errors(balance, c0, along.c, z != 0.0)
-    solved, converged = bool(equal.converged[0]), bool(along.converged[0])
+    solved, converged = equal.converged, along.converged
     amplitude = float(at_phase.amplitude[0]) if converged else max(float(at_phase.amplitude[0]), 1.0)
     shift = float(s.omega / along.omega[0] - 1.0)
     largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if solved else 0.0)

@@ -138,11 +138,6 @@ class Setting:
         soft = complex(soft) if np.ndim(soft) == 0 else soft
         return replace(self, system=system, omega=omega, fast=fast, hard=hard, soft=soft)
 
-    def scaled(self, factor: Reals) -> "Setting":
-        """Return the problem with every line times a factor, or with (n,) factors for n speeds; `at` counts them."""
-        factor = np.expand_dims(factor, -1)
-        return replace(self, torque_lines=factor * self.torque_lines, error_lines=factor * self.error_lines)
-
     def unforced(self) -> "Setting":
         """Return the free vibration about the same operating point."""
         none = np.zeros(0, complex)
@@ -154,7 +149,6 @@ class Setting:
         if np.ndim(self.omega) == 0:
             return self
         names = ["omega", "hard", "soft", *(["fast"] if self.resonance.ratio else [])]
-        names += ["torque_lines", "error_lines"] if self.torque_lines.ndim > 1 else []
         system = self.system._replace(omega=self.omega[places])  # type: ignore[index]
         return replace(self, system=system, **{name: getattr(self, name)[places] for name in names})
 

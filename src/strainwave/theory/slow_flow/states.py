@@ -1,4 +1,4 @@
-"""Every steady state at many speeds at once, under the lines of the excitation times a factor of each speed.
+"""Every steady state at many speeds at once.
 
 First order of a cubic law, and second order of a square and a cube under a line on the fast angle alone, are
 polynomials in |z|^2: all their roots are found at once. Without hard lines the rate is z g(|z|) - push whatever the law
@@ -52,11 +52,6 @@ class States:
     z: Complexes
     stable: Any
 
-    def largest_stable(self) -> Complexes:
-        """The stable state [rad] of the largest amplitude at each speed; not finite where there is none."""
-        first, across = np.argmax(self.stable, axis=0), np.arange(self.z.shape[1])
-        return np.where(self.stable[first, across], self.z[first, across], np.nan)
-
 
 @dataclass(frozen=True, eq=False)
 class Table:
@@ -75,26 +70,20 @@ class Table:
         return _between(self.pull.T, i, slice(None), share[:, None]).T
 
 
-def states(flow: Flow, omega: Floats, factor: Any = 1.0) -> States:
-    """All steady states at speeds (n,) [rad/s] under the lines times factors (n,); a = 0 where it is one."""
-    factor = np.broadcast_to(np.asarray(factor, float), omega.shape)
-    scan = None if remembers(flow.setting.system.law) else _search(flow, omega, factor)
+def states(flow: Flow, omega: Floats) -> States:
+    """All steady states at speeds (n,) [rad/s]; a = 0 where it is one."""
+    scan = None if remembers(flow.setting.system.law) else _search(flow, omega)
     indices, z, stable = list[Any](), list[Complexes](), list[Any]()
     for i in range(0, len(omega), TOGETHER):
-        part = omega[i : i + TOGETHER], factor[i : i + TOGETHER]
-        moving = _one_by_one(flow, *part) if scan is None else _together(at(flow, *part), scan)
-        for at_some, states_there, attract in (moving, _at_rest(flow, *part)):
+        part = omega[i : i + TOGETHER]
+        moving = _one_by_one(flow, part) if scan is None else _together(flow.at(part), scan)
+        for at_some, states_there, attract in (moving, _at_rest(flow, part)):
             indices, z, stable = [*indices, at_some + i], [*z, states_there], [*stable, attract]
     places = np.concatenate(indices)
     order = np.lexsort((-np.abs(np.concatenate(z)), places))
     roots, attract = np.concatenate(z)[order], np.concatenate(stable)[order]
     count = len(omega)
     return States(_padded(places[order], count, roots, np.nan), _padded(places[order], count, attract, False))
-
-
-def at(flow: Any, omega: Any, factor: Any) -> Any:
-    """The flow at other speeds [rad/s], under its lines times a factor."""
-    return replace(flow, setting=flow.setting.scaled(factor)).at(omega)
 
 
 def polished(flow: Flow, z: Complexes) -> Complexes:
@@ -143,17 +132,17 @@ def _alone(flow: Flow) -> tuple[Complexes, Any]:
     """Nontrivial states of a flow at its one speed, and whether they attract."""
     if flow.setting.resonance.ratio is None:
         return np.zeros(0, complex), np.zeros(0, bool)
-    how = _search(flow, np.array([flow.setting.omega]), np.ones(1))
+    how = _search(flow, np.array([flow.setting.omega]))
     return _together(flow, _by_scan if how in (None, _by_grid) else how)[1:]
 
 
-def _search(flow: Flow, omega: Floats, factor: Floats) -> Callable[[Any], Found] | None:
+def _search(flow: Flow, omega: Floats) -> Callable[[Any], Found] | None:
     """How states are first looked for at many speeds at once; None where each speed is searched by itself."""
     s = flow.setting
     if _is_polynomial(flow):
         return _by_polynomial
     if not np.any(s.hard):
-        return partial(_by_table, table=_table(flow, omega, factor))
+        return partial(_by_table, table=_table(flow, omega))
     if isinstance(flow, SecondOrderFlow) and s.resonance.ratio is not None and not remembers(s.system.law):
         return _by_grid
     return None
@@ -193,17 +182,17 @@ def _distinct(flow: Flow, places: Any, z: Complexes) -> Found:
     return places, rows[np.isfinite(rows)]
 
 
-def _one_by_one(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
+def _one_by_one(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow that each speed is searched for by itself."""
-    each = [at(flow, float(w), float(f)) for w, f in zip(omega, factor, strict=True)]
+    each = [flow.at(w) for w in omega.tolist()]
     return _columns([(i, *state) for i, one in enumerate(each) for state in zip(*_alone(one), strict=True)])
 
 
-def _at_rest(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
+def _at_rest(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
     """Where a = 0 is a state."""
-    if np.all(flow.setting.scaled(factor[:1]).at(omega[:1]).soft != 0.0):
+    if flow.setting.at(float(omega[0])).soft != 0.0:
         return _columns([])
-    each = (at(flow, float(w), float(f)) for w, f in zip(omega, factor, strict=True))
+    each = (flow.at(w) for w in omega.tolist())
     return _columns([(i, 0j, is_stable(one, 0j)) for i, one in enumerate(each) if is_trivial(one)])
 
 
@@ -251,13 +240,11 @@ def _by_polynomial(flow: Any) -> Found:
     return places, z[np.isfinite(z)]
 
 
-def _table(flow: Any, omega: Floats, factor: Floats) -> Table:
+def _table(flow: Any, omega: Floats) -> Table:
     """Tabulate g over the amplitudes that matter, at every speed or at `NODES` of them."""
     lo, hi = float(np.min(omega)), float(np.max(omega))
     nodes = np.unique(omega) if len(np.unique(omega)) <= NODES else np.linspace(lo, hi, NODES)
-    ends = [
-        amplitudes(at(flow, w, f).coarse, RING) for w in {lo, 0.5 * (lo + hi), hi} for f in {factor.min(), factor.max()}
-    ]
+    ends = [amplitudes(flow.at(w).coarse, RING) for w in {lo, 0.5 * (lo + hi), hi}]
     low, high = min(a[0] for a in ends), max(a[-1] for a in ends)
     a = np.geomspace(low, high, int(np.ceil(RING * np.log10(high / low))))
     each = [flow.coarse.at(float(w)) for w in nodes]

@@ -14,12 +14,12 @@ from ....files.reading import read_project
 from ....files.yaml_text import FileError, Problem, complaint
 from ....plot.panels import named
 from ....plot.svg import stacked
+from ....study.identification.bode.bode_fit import BodeFit
+from ....study.identification.bode.bode_fit import fit_bode as bode_fitted
+from ....study.identification.bode.measured_bode import Estimator, Quantity
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop as loop_fitted
 from ....study.identification.loops.loop_model import LoopFit
-from ....study.identification.response_curve.bode_fit import BodeFit
-from ....study.identification.response_curve.bode_fit import fit_bode as bode_fitted
-from ....study.identification.response_curve.measured_bode import Estimator, Quantity
 from ...console import number, print_table, reported, to_json, write_all
 from ...view import quantity as value_of
 from ...view import sign

@@ -1,0 +1,1 @@
+"""A measured Bode plot: its numbers, and the fit of a drive to them."""

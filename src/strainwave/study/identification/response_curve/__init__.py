@@ -1,1 +1,0 @@
-"""A measured response curve: computed points with sensitivities, and the fit."""
