@@ -314,7 +314,6 @@ def test_what_once_had_no_sentence_has_one(name, spoilt, tmp_path, monkeypatch):
         ("Sampling", {"seed": 10**30}, "Sampling.seed is 10+; it must not exceed 9.0072e"),
         ("scattered", {"count": 10**9}, "count is 1000000000; it must be at most 1000000"),
         ("exceedance", {"count": 10**9}, "count is 1000000000; it must be at most 1000000"),
-        ("variability", {"count": 10**9}, "count is 1000000000; it must be at most 1000000"),
         ("LatinHypercube", {"count": 10**9}, "1,000,000,000 points are more than 100,000,000; give the sweep a store"),
     ],
 )

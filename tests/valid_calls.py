@@ -498,10 +498,6 @@ CALLS = {
     "scattered": call(
         lambda **k: list(sw.sample.scattered(**k)), "project", project=project, count=2, seed=0, retune=False
     ),
-    "variability": call(
-        sw.sample.variability, system=DUFFING, distributions=SCATTER, speeds=[1.0], count=32, seed=0,
-        quantiles=(0.5,), settle=2, longest=50, jump_span=None, jump_count=2, speed_band=None, amplitude=0.0, threads=1,
-    ),
     "draw": call(sw.draw, "result", result=branch, axes=None),
     "from_bandwidth": call(
         sw.train.from_bandwidth, bandwidth=100.0, inertia=1e-3, damping=0.7, kind="position", lag=0.0

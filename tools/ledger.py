@@ -41,7 +41,7 @@ LEFT_OUT = {
     "speed_table": "a controller made of a prediction_table",
     "completion, schema, new": "texts, which their tests compare",
     "doctor": "tells of the machine",
-    "scattered": "drawn by exceedance and variability",
+    "scattered": "drawn by exceedance",
 }
 SKIPPED = {"steps", "rejected", "switches", "path", "text", "project"}
 MOST = 8  # elements of an array that are written one by one

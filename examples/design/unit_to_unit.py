@@ -2,8 +2,9 @@
 How much do drives of one type differ?
 ======================================
 
-Twenty speeds, 1000 drives of one type: the stiffness scatters by 5 %, the kinematic error by 13 %, the damping by 15 %,
-the load's inertia by 3 %. What peak error do 95 % of them stay below, and which parameter is to blame?
+Twenty speeds, 1024 drives of one type: the stiffness scatters by 5 %, the kinematic error by 13 %, the damping by 15 %,
+the load's inertia by 3 %. What peak error do 95 % of them stay below, and which parameter is to blame? The peak's
+squared correlation with a parameter is the share of its variance that is linear in it.
 
 The number: the 95 % quantile of the peak error at 1300 rpm, 6 % below the typical drive's second-order resonance.
 """
@@ -24,6 +25,7 @@ SCATTER = {
     "B": sw.Normal(DAMPING, 0.15 * DAMPING, low=0.3 * DAMPING),
     "J": sw.Normal(INERTIA, 0.03 * INERTIA),
 }
+SHARES = (0.05, 0.5, 0.95)
 
 
 def drive():
@@ -35,19 +37,23 @@ def drive():
 
 def main():
     plt.style.use("tableau-colorblind10")
-    speeds = np.append(np.linspace(600.0, 2000.0, 19), 1300.0)
-    found = sw.sample.variability(drive(), SCATTER, speeds=np.sort(speeds) * RPM, count=1000)
+    measure = sw.EnsembleMeasure((0.0, 0.0), periods=1, settle=60, measures=(sw.Peak(),))
+    speeds = np.sort(np.append(np.linspace(600.0, 2000.0, 19), 1300.0)) * RPM
+    found = [sw.sweep(measure, drive()._replace(omega=w), sw.sample.Sobol(1024, SCATTER)) for w in speeds]
+    quantiles = np.array([drives["peak"].quantile(SHARES) for drives in found])
     _, panels = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
-    sw.draw(found, panels[0])
+    panels[0].plot(speeds, quantiles / ARCSEC, "o-", ms=4, label=[f"{share:.0%} of drives" for share in SHARES])
+    panels[0].set(ylabel="peak |x| (arcsec)")
     for path, marker in zip(SCATTER, "osD^", strict=True):
-        shares = [next(r.index for r in s.ranking.rows if r.path == path) for s in found.speeds]
-        panels[1].plot([s.omega for s in found.speeds], shares, marker + "-", ms=4, label=path)
-    panels[1].set(xlabel="speed (rad/s)", ylabel="share of the variance of the peak")
-    panels[1].legend(fontsize=8, frameon=False)
-    there = next(s for s in found.speeds if math.isclose(s.omega, 1300 * RPM))
-    return float(there.quantiles[-1]), float(there.errors[-1])
+        shares = [np.corrcoef(drives[path], drives["peak"])[0, 1] ** 2 for drives in found]
+        panels[1].plot(speeds, shares, marker + "-", ms=4, label=path)
+    panels[1].set(ylabel="share of the variance of the peak")
+    for panel in panels:
+        panel.set(xlabel="speed (rad/s)")
+        panel.legend(fontsize=8, frameon=False)
+    return float(quantiles[np.argmin(np.abs(speeds - 1300 * RPM)), -1])
 
 
 if __name__ == "__main__":
-    print("95 % of the drives stay below {:.3e} +- {:.0e} rad".format(*main()))
+    print(f"95 % of the drives stay below {main():.3e} rad")
     plt.show()

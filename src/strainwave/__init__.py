@@ -9,7 +9,7 @@ move), `tune` (gains of the motor's loop), `compensate` (what a controller leave
 exceeds its limit), `compare`, `replaced` (other numbers), `export` (C, FMU, simulators).
 Of a system: `find_orbit` (error at one speed), `frequency_response`, `simulate` (error in time), `slow_flow` (a
 formula, and how good it is), `passage` (run-up through a resonance), `lyapunov` (does every motion decay), `basins`
-(where it comes to rest), `sweep` and `ensemble` (many variants), `sample.variability` (drives of one type).
+(where it comes to rest), `sweep` and `ensemble` (many variants, drives of one type).
 Of a train: `margins` and `bode` (the motor's loop), `state_space`, `drive_run` (a run in time).
 From measurements: `identify_drive` (stiffness, damping, error from a log), `fit_loop` (stiffness from a loop on a
 bench), `fit_decay` (from a free vibration), `fit.fit_bode` (from a Bode plot), `error_scan` and `order_scan` (orders),

@@ -28,7 +28,6 @@ from .numerics.curves.backbone import Backbone as Backbone
 from .numerics.ensemble.linear_loops import LoopResponse as LoopResponse
 from .numerics.ensemble.loops import LoopEnsemble as LoopEnsemble
 from .numerics.ensemble.loops import LoopRun as LoopRun
-from .sample.result import Variability as Variability
 from .study.analysis.hardening import Hardening as Hardening
 from .study.analysis.in_time import DriveMotion as DriveMotion
 from .study.analysis.validity import Comparison as Comparison

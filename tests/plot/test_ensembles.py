@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 import strainwave as sw
 from strainwave.numerics.attractors.basins import CHAOTIC, DIVERGED
 from strainwave.plot import curves, panels_of
-from strainwave.sample.result import Ranking, RunningQuantile, SpeedSpread, Variability
 
 QUIET = sw.results.Attractor(1, -1.0, 1.0, np.array([[0.2, -0.3]]), 0.5, True)
 THIRD = sw.results.Attractor(3, -2.0, 2.0, np.array([[1.0, 0.0], [-0.5, 0.9], [-0.5, -0.9]]), 0.7, True)
@@ -46,21 +45,6 @@ def test_an_orbit_diagram_shows_both_sweeps(axes):
     assert axes.get_xlabel() == "speed omega (rad/s)"
     assert axes.get_ylabel() == "x once per turn (rad)"
     assert axes.get_legend().markerscale == 1.0
-
-
-@pytest.mark.parametrize("speeds", [1, 2])
-def test_variability_goes_over_speeds_or_over_the_number_of_drives(axes, speeds):
-    running = RunningQuantile(np.array([32, 64]), np.array([[1.0, 3.0], [1.5, 2.5]]), np.full((2, 2), 0.1))
-    spread = SpeedSpread(5.0, np.array([0.5, 0.95]), np.ones(64), running, Ranking((), 1.0), 0, 0)
-    found = Variability({"J": np.ones(64)}, (spread,) * speeds, None, None, 0)
-    sw.draw(found, axes)
-    handles, names = axes.get_legend_handles_labels()
-    assert names == ["50% of drives", "95% of drives"]
-    assert handles[0].get_ydata().tolist() == ([1.0, 1.5] if speeds == 1 else [1.5, 1.5])
-    bars = np.asarray(axes.lines[0].get_ydata()).reshape(2, 3)  # two standard errors to each side, and a gap
-    np.testing.assert_allclose(bars[:, 1] - bars[:, 0], 0.4 if speeds == 1 else 4.0 * spread.errors[0])
-    assert axes.get_xlabel() == ("drives" if speeds == 1 else "speed (rad/s)")
-    assert axes.get_xscale() == ("log" if speeds == 1 else "linear")
 
 
 def test_neighbouring_basins_differ_without_colour():

@@ -139,7 +139,6 @@ BROKEN = r"the order 1\.96 is not an integer, so the motion does not repeat"
         (lambda: sw.ensemble(OF_TWO_TURNS, {"omega": [1.0, 1.1]}, (0.0, 0.0), periods=9), BROKEN),
         (lambda: sw.basins(OF_TWO_TURNS, [0.0, 0.1], [0.0, 0.1]), BROKEN),
         (lambda: sw.numerics.lyapunov_exponent(OF_TWO_TURNS, (0.0, 0.0)), BROKEN),
-        (lambda: sw.sample.variability(OF_TWO_TURNS, {"B": sw.sample.Normal(0.1, 0.01)}, count=32), BROKEN),
         (
             lambda: sw.compensate(OF_TRAIN, "repetitive", speed=50.0),
             r"order 2 - 2/50 is a line of the output's turn; use 'adaptive'",

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 import strainwave as sw
-from strainwave.sample.result import ranking
+from strainwave.files.variants.ranking import ranking
 from strainwave.theory.article import reproduce
 
 from .row import Row
@@ -187,7 +187,7 @@ ROWS = (
         "first-order indices S1, S2, S3",
         ("0.3139", "0.4424", "0.0000"),
         ishigami,
-        "sample/test_variability.py::test_first_order_indices_of_the_ishigami_function",
+        "files/variants/test_ranking.py::test_first_order_indices_of_the_ishigami_function",
         note="from 8000 points: within three standard errors",
     ),
 )

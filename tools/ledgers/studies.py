@@ -173,19 +173,11 @@ def sweep():
     yield "project", {name: table[name].values for name in table if table[name].dtype.kind in "fib"}, SEARCHED
 
 
-def variability():
-    """Spread of the drives of a type, and how probably one exceeds its limit."""
-    scatter = {
-        "law.alpha": sw.Normal(0.1, 0.01),
-        "B": sw.Uniform(0.08, 0.12),
-        "excitation.amplitude": sw.Normal(1, 0.1),
-    }
-    system = DUFFING._replace(B=0.1, excitation=sw.Harmonic(1.0))
-    found = sw.sample.variability(system, scatter, count=64, speeds=[0.8, 1.3], jump_span=(0.9, 2.5), jump_count=4)
+def variants():
+    """How probably a drive of a type exceeds its limit; a project with another number, and beside itself."""
     likely = sw.exceedance(scattering(), count=32)
     yield "exceedance", [likely.probability, likely.interval, likely.exceeding, likely.failed], EXACT
     yield "exceedance/numbers", [likely.oscillation, likely.at, likely.ranking], SEARCHED
-    yield "ensemble", found.dataset, 1e-6  # its jumps are by harmonic balance, its lanes to the bit
     text = projects()["position loop, coupling"]
     varied = sw.replaced(text, {"load.inertia": "1.1 kg*m^2"})
     yield "replaced", [varied.J, varied.omega_0, varied.text], CLOSED

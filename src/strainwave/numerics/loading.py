@@ -157,9 +157,9 @@ class _Path(NamedTuple):
         side = math.copysign(1.0, target)
 
         def missing(s: Any) -> Any:
-            return side * (self.at(np.ravel(s))[1].reshape(np.shape(s)) - target)
+            return side * (self.at(s)[1] - target)
 
-        (low,), (high,) = first_reached(missing, np.linspace(0.0, end, SAMPLES)[:, None])
+        low, high = first_reached(missing, np.linspace(0.0, end, SAMPLES))
         if math.isnan(high):
             return end, reached
-        return root_between(lambda s: float(missing(s)), float(low), float(high), xtol=1e-16 * end), True
+        return root_between(lambda s: float(missing(s)), low, high, xtol=1e-16 * end), True

@@ -9,7 +9,7 @@ Root of one function in a bracket, also one that asks for the values and is told
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,11 +19,9 @@ from ..base.results import Floats
 from ..base.sentences import Angle, Sentence
 from ..compile.jit import routine
 
-# Torsions looked at, over that of the linear law: 1.2 % apart, and 5 % for means over a vibration, which are smooth.
-FINE = np.append(0.0, np.geomspace(1e-6, 1e6, 2401))
-COARSE = np.append(0.0, np.geomspace(1e-6, 1e6, 601))
+TORSIONS = np.append(0.0, np.geomspace(1e-6, 1e6, 2401))  # looked at, over that of the linear law: 1.2 % apart
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-SHRINKINGS, HALVINGS = 80, 60  # of an interval around a largest torque, and of one around a root: to the last bit
+SHRINKINGS = 80  # of an interval around a largest torque: to the last bit
 ROUNDING = 4e-16  # share of the mean torque by which a largest torque may fall short of it
 
 Function = Callable[[Any], Any]
@@ -141,94 +139,52 @@ def operating_point(law: Any, mean: float) -> float:
     offset = float(law.torque(0.0)) - mean
     if offset == 0.0:
         return 0.0
+    toward, slope = 1.0 if offset < 0.0 else -1.0, float(law.stiffness(0.0))
 
     def missing(x: Any) -> Any:
-        return law.torque(x) - mean
+        return toward * (law.torque(x) - mean)
 
-    way = _way(law, np.array([offset]), np.array([float(law.stiffness(0.0))]), FINE)
-    (low,), (high,) = _bracket(missing, way, ROUNDING * abs(mean))
+    far = max(map(abs, breakpoints_of(law)), default=1.0)  # how far to look for the stiffness behind a gap
+    places = toward * (abs(offset) / slope if slope > 0.0 else far) * TORSIONS
+    low, high = first_reached(missing, places, ROUNDING * abs(mean))
+    if slope < 0.0:  # a law that falls at rest may have it on either side
+        opposite = first_reached(missing, -places, ROUNDING * abs(mean))
+        if not (math.isnan(opposite[1]) or abs(high) <= abs(opposite[1])):
+            low, high = opposite
     if math.isnan(high):
-        at, missed = _largest(lambda x: way.toward * missing(x), way.places)
-        raise ValueError(too_much(law, mean, mean + float((way.toward * missed)[0]), float(at[0])))
-    return root_between(lambda x: float(missing(x)), float(low), float(high), xtol=1e-300)
+        at, missed = _largest(missing, places)
+        said = (
+            f"{type(law).__name__} carries at most {mean + toward * missed:.6g} N*m, at {{}}, and the mean torque is "
+            f"{mean:.6g} N*m; lower the mean torque or stiffen the law"
+        )
+        raise ValueError(Sentence(said, Angle(at, digits=3)))
+    return root_between(lambda x: float(missing(x)), low, high, xtol=1e-300)
 
 
-def operating_points(law: Any, mean: Floats, wave: Any = 0.0) -> Floats:
-    """Torsions (lanes,) [rad] nearest to zero at which springs carry their mean torques; nan where none does.
-
-    Parameters
-    ----------
-    law : NamedTuple
-        Law whose fields are numbers or arrays (lanes,).
-    mean : (lanes,) array
-        Mean torques [N*m].
-    wave : (samples, 1) or (samples, lanes) array, optional
-        Motion [rad] about the torsion, over whose samples the torque is averaged.
-    """
-    mean, wave = np.asarray(mean, float), np.asarray(wave, float)
-
-    def missing(x: Floats) -> Any:
-        if not wave.ndim:
-            return law.torque(x) - mean
-        return np.mean(law.torque(x + wave.reshape(len(wave), *[1] * (np.ndim(x) - 1), -1)), axis=0) - mean
-
-    offset = missing(np.zeros(len(mean))) + 0.0 * mean
-    slope = law.stiffness(wave) + np.zeros(len(mean))
-    slope = np.mean(slope, axis=0) if wave.ndim else slope
-    way = _way(law, offset, slope, COARSE if wave.ndim else FINE)
-    low, high = _bracket(missing, way, ROUNDING * np.abs(mean))
-    with np.errstate(all="ignore"):
-        rising = missing(high) >= missing(low)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            beyond = (missing(middle) >= 0.0) == rising
-            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    return np.where(offset == 0.0, 0.0, high)
-
-
-def too_much(law: Any, mean: float, largest: float, at: float) -> str:
-    """Sentence about a mean torque [N*m] that a law does not carry, whose largest torque is at a torsion [rad]."""
-    return Sentence(
-        f"{type(law).__name__} carries at most {largest:.6g} N*m, at {{}}, and the mean torque is {mean:.6g} N*m; "
-        "lower the mean torque or stiffen the law",
-        Angle(at, digits=3),
-    )
-
-
-def first_reached(f: Function, places: Floats, slack: Floats | float = 0.0) -> tuple[Floats, Floats]:
-    """Places (lanes,) between which functions first reach zero from below on their ways; nan where they do not.
+def first_reached(f: Function, places: Floats, slack: float = 0.0) -> tuple[float, float]:
+    """Places between which a function first reaches zero from below on its way; nan where it does not.
 
     A summit between two places counts too.
 
     Parameters
     ----------
     f : callable
-        Values (..., lanes) at places (..., lanes).
-    places : (n, lanes) array
-        The ways, rising or falling.
-    slack : (lanes,) array or float
+        Values at places, one or (n,).
+    places : (n,) array
+        The way, rising or falling.
+    slack : float
         How far below zero a summit may stay and count as zero.
     """
     with np.errstate(all="ignore"):
         values = np.asarray(f(places), float) + 0.0 * places[0]
         values = np.where(np.isnan(values), -np.inf, values)
-        reached = values >= 0.0
-        some, first = reached.any(axis=0), reached.argmax(axis=0)
-        if some.all():
-            values = values[: first.max() + 2]
-        lanes = np.arange(values.shape[1])
-        low, high = np.where(some, [places[first - 1, lanes], places[first, lanes]], np.nan)
-        first = np.where(some, first, len(values))
-        tops = _summits(values, first)
-        while tops.any():
-            j = tops.argmax(axis=0) + 1
-            place, value = _summit(f, places[j - 1, lanes], places[j + 1, lanes])
-            good = tops.any(axis=0) & (value >= -slack)
-            low = np.where(good, np.where(value > 0.0, places[j - 1, lanes], place), low)
-            high = np.where(good, place, high)
-            tops[j - 1, lanes] = False
-            tops[:, good] = False
-    return low, high
+        reached = np.flatnonzero(values >= 0.0)
+        first = int(reached[0]) if len(reached) else len(values)
+        for j in _summits(values[: first + 1]).tolist():
+            place, value = _summit(f, places[j - 1], places[j + 1])
+            if value >= -slack:
+                return (float(places[j - 1]) if value > 0.0 else place), place
+    return (float(places[first - 1]), float(places[first])) if len(reached) else (math.nan, math.nan)
 
 
 def root_between(f: Callable[[float], float], low: float, high: float, *, xtol: float) -> float:
@@ -236,63 +192,29 @@ def root_between(f: Callable[[float], float], low: float, high: float, *, xtol: 
     return high if f(low) * f(high) >= 0.0 else bracketed_root(f, low, high, xtol=xtol)
 
 
-class _Way(NamedTuple):
-    """Places (n, lanes) [rad] from rest in the direction `toward` of the torque, and where the law falls at rest."""
-
-    places: Floats
-    toward: Floats
-    falls: Any
-
-
-def _way(law: Any, offset: Floats, slope: Floats, grid: Floats) -> _Way:
-    """Way from rest, where the torque lies by an offset [N*m] above the mean one and has a slope [N*m/rad]."""
-    toward = np.where(offset < 0.0, 1.0, -1.0)
-    breaks = [np.abs(place) for place in breakpoints_of(law)]  # how far to look for the stiffness behind a gap
-    far = np.max(np.array(np.broadcast_arrays(*breaks)), axis=0) if breaks else 1.0
-    with np.errstate(all="ignore"):
-        reach = np.where(offset == 0.0, 1.0, np.where(slope > 0.0, np.abs(offset) / slope, far))
-    return _Way(toward * reach * grid[:, None], toward, slope < 0.0)
-
-
-def _bracket(missing: Function, scan: _Way, slack: Floats | float) -> tuple[Floats, Floats]:
-    """Bracket of the root nearest to zero; a law that falls at rest may have it on either side."""
-
-    def crossed(x: Floats) -> Any:
-        return scan.toward * missing(x)
-
-    low, high = first_reached(crossed, scan.places, slack)
-    if not scan.falls.any():
-        return low, high
-    opposite = first_reached(crossed, -scan.places, slack)
-    nearer = scan.falls & ~np.isnan(opposite[1]) & ~(np.abs(high) <= np.abs(opposite[1]))
-    return np.where(nearer, opposite[0], low), np.where(nearer, opposite[1], high)
-
-
-def _summits(values: Floats, first: Any) -> Any:
-    """Which inner values (n - 2, lanes) stand at a summit that may reach zero before the values do.
+def _summits(values: Floats) -> Any:
+    """Places of inner values (n,) that stand at a summit that may reach zero before the values do.
 
     A parabola through a sample and its neighbours rises above it by an eighth of what the lower one falls at most.
     """
     before, here, after = values[:-2], values[1:-1], values[2:]
-    tops = (here > before) & (here >= after) & (np.arange(1, len(values) - 1)[:, None] < first)
-    return tops & (2.0 * here >= np.minimum(before, after)) if tops.any() else tops
+    return 1 + np.flatnonzero((here > before) & (here >= after) & (2.0 * here >= np.minimum(before, after)))
 
 
-def _largest(f: Function, places: Floats) -> tuple[Floats, Floats]:
-    """Place and value (lanes,) of the largest value on the ways."""
+def _largest(f: Function, places: Floats) -> tuple[float, float]:
+    """Place and value of the largest value on the way."""
     with np.errstate(all="ignore"):
         values = np.nan_to_num(f(places), nan=-np.inf, posinf=-np.inf)
-        j, lanes = np.clip(values.argmax(axis=0), 1, len(values) - 2), np.arange(values.shape[1])
-        return _summit(f, places[j - 1, lanes], places[j + 1, lanes])
+        j = min(max(int(values.argmax()), 1), len(values) - 2)
+        return _summit(f, places[j - 1], places[j + 1])
 
 
-def _summit(f: Function, a: Floats, b: Floats) -> tuple[Floats, Floats]:
+def _summit(f: Function, a: Any, b: Any) -> tuple[float, float]:
     """Place and value of the largest value between places, by golden sections."""
     left, right = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
     f_left, f_right = f(left), f(right)
     for _ in range(SHRINKINGS):
-        higher = f_left > f_right
-        a, b = np.where(higher, a, left), np.where(higher, right, b)
+        a, b = (a, right) if f_left > f_right else (left, b)
         left, right = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
         f_left, f_right = f(left), f(right)
-    return np.where(f_left > f_right, left, right), np.maximum(f_left, f_right)
+    return (float(left), float(f_left)) if f_left > f_right else (float(right), float(f_right))

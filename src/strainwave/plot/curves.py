@@ -10,9 +10,8 @@ from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
 from ..numerics.ensemble.linear_loops import LoopResponse
 from ..numerics.ensemble.loops import LoopEnsemble, LoopRun
-from ..sample.result import Variability
 from ..theory.slow_flow.results import SlowResponse
-from .colours import BLACK, BLUE, DASHES, GREEN, GREY, OCHRE, ORANGE, PALE, PINK
+from .colours import BLACK, BLUE, DASHES, ORANGE, PALE
 from .panels import HERTZ, TIME, Axis, Cells, Panel, angle, angle_unit, panels_of
 
 SAMPLES = 16  # of an orbit, per harmonic
@@ -167,29 +166,4 @@ def orbit_diagram_panels(diagram: OrbitDiagram) -> list[Panel]:
     panel = Panel("", _parameter(diagram.parameter, diagram.unit), angle("x once per turn", [diagram.up, diagram.down]))
     panel.points(values, diagram.down.ravel(), ORANGE, "sweep down", "o", "none")
     panel.points(values, diagram.up.ravel(), BLUE, "sweep up", ".", BLUE)
-    return [panel]
-
-
-@panels_of.register
-def variability_panels(variability: Variability) -> list[Panel]:
-    """The quantiles of the peak error: over the speed, or of one speed over the number of drives.
-
-    Bars are two standard errors long to each side; the dashed lines only lead the eye.
-    """
-    speeds = variability.speeds
-    by_speed = len(speeds) > 1
-    if by_speed:
-        across = np.array([s.omega for s in speeds])
-        values, errors = np.array([(s.quantiles, s.errors) for s in speeds]).swapaxes(0, 1)
-    else:
-        running = speeds[0].running
-        across, values, errors = running.counts, running.values, running.errors
-    panel = Panel("", Axis("speed", "rad/s") if by_speed else Axis("drives"), angle("peak |x|", values))
-    panel.xlog = not by_speed
-    colours = (BLUE, ORANGE, GREEN, PINK, OCHRE, GREY)
-    for i, share in enumerate(speeds[0].shares):
-        colour = colours[i % len(colours)]
-        panel.bars(across, values[:, i] - 2.0 * errors[:, i], values[:, i] + 2.0 * errors[:, i], colour)
-        panel.line(across, values[:, i], colour, dash=DASHES, width=0.6)
-        panel.points(across, values[:, i], colour, f"{share:.0%} of drives", MARKERS[i % len(MARKERS)], colour)
     return [panel]

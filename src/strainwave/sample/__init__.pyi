@@ -4,7 +4,6 @@ from ..files.variants.comparison import compare as compare
 from ..files.variants.project_sweep import largest as largest
 from ..files.variants.scatter import exceedance as exceedance
 from ..files.variants.scatter import scattered as scattered
-from .quantiles import variability as variability
 from .sampling import LatinHypercube as LatinHypercube
 from .sampling import LogUniform as LogUniform
 from .sampling import Normal as Normal

@@ -23,7 +23,6 @@ from ..base.results import Floats
 
 SOBOL_BITS = 30  # of SciPy's points: 2**30 of them are distinct
 LARGEST_SAMPLE = 2**40
-MOST_DRIVES = 1_000_000  # that are drawn at once
 TOGETHER = " & "  # between the paths of parameters that share a factor, in the name of that factor
 ROUNDS = 6  # of the Feistel network that shuffles the strata of a Latin hypercube
 

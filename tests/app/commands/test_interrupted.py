@@ -91,7 +91,7 @@ def stopped(after, *call):
 
 
 @pytest.mark.slow
-def test_variability_answers_with_the_drives_that_were_finished(drive):
+def test_exceedance_answers_with_the_drives_that_were_finished(drive):
     run = stopped(40, "exceedance", drive, "--count", "200", "--seed", "4", "--json")
     report, whole = json.loads(run.stdout), sw.exceedance(sw.read_project(drive), count=40, seed=4)
     assert report["drives"] == 40

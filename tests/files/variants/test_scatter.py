@@ -13,8 +13,7 @@ import strainwave as sw
 from strainwave.files import yaml_text
 from strainwave.files.reading import ProjectError, from_text
 from strainwave.files.variants.names import nominal_of
-from strainwave.files.variants.scatter import drawn
-from strainwave.sample.result import clopper_pearson
+from strainwave.files.variants.scatter import clopper_pearson, drawn
 
 OMEGA = np.linspace(100.0, 200.0, 4001)
 

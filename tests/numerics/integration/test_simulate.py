@@ -640,7 +640,6 @@ def test_profile_is_refused_where_motions_must_repeat():
         ("isolas", lambda: sw.isolas(DRIVE, (1.0, 2.0))),
         ("slow_flow", lambda: sw.slow_flow(DRIVE, sw.PRIMARY)),
         ("lyapunov", lambda: sw.lyapunov(DRIVE)),
-        ("variability", lambda: sw.sample.variability(DRIVE, {"B": sw.Uniform(10.0, 20.0)})),
         ("error_parts", lambda: sw.study.error_parts(DRIVE)),
         ("parametric_resonances", lambda: sw.study.parametric_resonances(ripply, (1.0, 2.0))),
     ):

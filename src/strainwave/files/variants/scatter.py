@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import betaincinv, ndtr, ndtri
 
 from ...base.arguments import refuse, silent, typed
 from ...base.facts import Fact
@@ -18,18 +18,18 @@ from ...base.units import Speeds
 from ...compile.jit import load
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
-from ...sample.quantiles import LEAST
-from ...sample.result import CONFIDENCE, Ranking, clopper_pearson, ranking
-from ...sample.sampling import MOST_DRIVES
 from ...study.analysis.avoid import band_above
 from ...study.analysis.load_cases import WITH_MEMORY
 from ...study.identification.intervals import Interval
 from ..fields.groups import Radians
 from ..yaml_text import read
 from .names import nominal_of
+from .ranking import Ranking, ranking
 from .replaced import replaced, tuning
 
 TOLD, MOST_ERRORS = (0.05, 0.5, 0.95), 3  # quantiles and errors that the text has
+LEAST, MOST_DRIVES = 32, 1_000_000  # drives: fewer mean nothing, more are not drawn at once
+CONFIDENCE = 0.95
 CUT = 3.0  # standard deviations: no drive is farther from its nominal value
 
 
@@ -249,6 +249,13 @@ def exceedance(
         some = f"the result is that of the {len(rows)} drives that were finished, of {count}"
         raise Interrupted(f"interrupted; {some}", result()) from None
     return result()
+
+
+def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
+    """Interval of 95 % of a probability of which `count` trials gave `hits`."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = 0.0 if hits == 0 else float(betaincinv(hits, count - hits + 1, tail))
+    return low, (1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail)))
 
 
 def _torques(drive: Project) -> tuple[float, ...]:
