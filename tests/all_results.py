@@ -159,8 +159,9 @@ RESULTS = {
         "StatesAtSpeeds": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).states_at(NUMBERS),
         "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
         "Hardening": lambda: sw.study.hardening(DUFFING, [0.0, 0.1], (0.2, 1.6), speeds=[1.1]),
-        "Passage": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.9, 1.4), 0.02),
-        "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.9, 1.4), [0.02, 0.04]),
+        "RunUps": lambda: sw.results.RunUps(
+            NUMBERS, np.array([NUMBERS, 0.5 * NUMBERS]) * 1e-4, np.array([NUMBERS, NUMBERS]), (0.5, 2.0), "error x"
+        ),
         "LoopFit": loop_fit,
         "FrictionFit": friction_fit,
         "DriveRun": run,
@@ -222,8 +223,6 @@ WITHOUT_FIGURE = (
     "DriveMotion",
     "Hardening",
     "StatesAtSpeeds",
-    "Passage",
-    "Passages",
     "StateSpace",
     "Standstill",
     "Margins",

@@ -305,6 +305,7 @@ CALLS = {
         sw.drive_run, "train", train=train, y0=(0.0, 0.0, 0.0, 0.0), t=0.001, gear=GEAR, method=sw.Dopri5(1e-4, 1e-7)
     ),
     "drive_motion": call(sw.drive_motion, "project", project=axis, omega=120.0, load=5.0),
+    "run_up": call(sw.run_up, system=STRONG._replace(B=0.5), rates=[0.1], speeds=(0.9, 1.1)),
     "ensemble": call(
         sw.ensemble, system=STRONG, parameters={"B": [0.1, 0.2]}, y0=(0.0, 0.0), periods=1, settle=1,
         measures=(sw.Peak(), sw.Rms(), sw.Amplitude(1)), method=QUICK, threads=1,
@@ -326,7 +327,6 @@ CALLS = {
     "jumps": call(sw.jumps, "branch", branch=branch),
     "slow_flow": call(sw.slow_flow, system=DUFFING, resonance=sw.PRIMARY, order=1),
     "Resonance": call(lambda **k: sw.slow_flow(DUFFING, sw.Resonance(**k)), p=1, q=1),
-    "passage": call(sw.passage, system=DUFFING, resonance=sw.PRIMARY, band=(0.9, 1.1), rate=[0.05], order=1),
     "lyapunov": call(sw.lyapunov, system=LIGHT, span=1.0, near=0.0),
     "small_signal": call(sw.small_signal, law=sw.Cubic(1.0, 0.1), mean_torque=0.1, amplitude=0.1),
     "bode": call(sw.bode, "train", train=train, omega=[1.0, 10.0], source="motor", amplitude=None, at=None, speed=0.0),

@@ -4,12 +4,13 @@ A *project* is a project file, read by `read_project`: the whole drive. A *syste
 `drive.error_equation(...)`; a *train* is the whole drive in numbers, `drive.train(...)`. Numbers are SI and radians.
 
 Of a project: `report.write` (is the drive all right, and what would help), `project.response` (error at each speed,
-jumps), `speed_map` (speeds to avoid), `drive_motion` (motion at one speed), `move` (worst error and settling of a
-move), `tune` (gains of the motor's loop), `compensate` (what a controller leaves), `exceedance` (how likely a drive
-exceeds its limit), `compare`, `replaced` (other numbers), `export` (C, FMU, simulators).
+jumps), `speed_map` (speeds to avoid), `drive_motion` (motion at one speed), `run_up` (error of a run through the
+speeds), `move` (worst error and settling of a move), `tune` (gains of the motor's loop), `compensate` (what a
+controller leaves), `exceedance` (how likely a drive exceeds its limit), `compare`, `replaced` (other numbers), `export`
+(C, FMU, simulators).
 Of a system: `find_orbit` (error at one speed), `frequency_response`, `simulate` (error in time), `slow_flow` (a
-formula, and how good it is), `passage` (run-up through a resonance), `lyapunov` (does every motion decay), `basins`
-(where it comes to rest), `sweep` and `ensemble` (many variants, drives of one type).
+formula, and how good it is), `lyapunov` (does every motion decay), `basins` (where it comes to rest), `sweep` and
+`ensemble` (many variants, drives of one type).
 Of a train: `margins` and `bode` (the motor's loop), `state_space`, `drive_run` (a run in time).
 From measurements: `identify_drive` (stiffness, damping, error from a log), `fit_loop` (stiffness from a loop on a
 bench), `fit_decay` (from a free vibration), `fit.fit_bode` (from a Bode plot), `error_scan` and `order_scan` (orders),

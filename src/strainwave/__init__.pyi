@@ -79,7 +79,6 @@ from .theory.slow_flow.setting import PRIMARY as PRIMARY
 from .theory.slow_flow.setting import SUPERHARMONIC as SUPERHARMONIC
 from .theory.slow_flow.setting import SUBHARMONIC as SUBHARMONIC
 from .theory.slow_flow.setting import NONRESONANT as NONRESONANT
-from .theory.slow_flow.passage.passage import passage as passage
 from .theory.lyapunov import lyapunov as lyapunov
 from .theory.small_signal import small_signal as small_signal
 
@@ -92,6 +91,7 @@ from .study.tuning.tune import tune as tune
 # Speeds, moves, design
 from .study.speed_map.speed_map import speed_map as speed_map
 from .study.move.move import move as move
+from .study.move.run_up import run_up as run_up
 from .study.move.postures import move_postures as move_postures
 from .study.move.profiles import Trapezoid as Trapezoid
 from .study.move.profiles import SCurve as SCurve

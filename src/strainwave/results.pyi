@@ -69,6 +69,7 @@ from .study.identification.orders.order_result import OrderScan as OrderScan
 from .study.identification.orders.places import Counted as Counted
 from .study.move.result import Move as Move
 from .study.move.result import Pass as Pass
+from .study.move.run_up import RunUps as RunUps
 from .study.speed_map.result import SpeedMap as SpeedMap
 from .study.speed_map.rules import VendorRule as VendorRule
 from .study.speed_map.under_load import CampbellLine as CampbellLine
@@ -81,9 +82,6 @@ from .study.tuning.trial import TuningPoint as TuningPoint
 from .theory.derivation import Derivation as Derivation
 from .theory.slow_flow.flow import SlowFlow as SlowFlow
 from .theory.slow_flow.parametric import ParametricResonance as ParametricResonance
-from .theory.slow_flow.passage.moving import DelayedJump as DelayedJump
-from .theory.slow_flow.passage.moving import Passage as Passage
-from .theory.slow_flow.passage.moving import Passages as Passages
 from .theory.slow_flow.results import SteadyState as SteadyState
 from .theory.small_signal import SmallSignal as SmallSignal
 from .theory.stability_proof import StabilityProof as StabilityProof

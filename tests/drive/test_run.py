@@ -94,7 +94,7 @@ def test_bad_starts_and_times_are_told():
         sw.drive_run(sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(1.0), 1.0))
 
 
-def passage(duration):
+def run_through(duration):
     """Largest |x| of the held drive on a run-up through its resonance."""
     profile = sw.train.SpeedProfile((0.0, duration), (100.0, 200.0))
     train = DRIVE.train(control=sw.train.Held(), kinematic_error=ERROR, reference=profile)
@@ -108,7 +108,7 @@ def test_slow_run_up_reaches_the_peak_of_the_steady_response_and_a_fast_one_does
     equation = DRIVE.error_equation(motor="held", kinematic_error=ERROR)
     steady = sw.frequency_response(equation, (100.0, 200.0))
     assert len(steady.folds) == 2  # the jump is there: the run-up follows the upper branch to its end
-    largest = [passage(duration) / steady.peak.max() for duration in (0.5, 2.0, 8.0)]
+    largest = [run_through(duration) / steady.peak.max() for duration in (0.5, 2.0, 8.0)]
     assert largest[0] < largest[1] < largest[2] < 1.0
     assert largest[0] < 0.7
     assert largest[2] > 0.95

@@ -51,7 +51,6 @@ def arm(**changes):
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda: sw.passage(3.0, sw.PRIMARY, (0.5, 1.8), 0.01), "NamedTuple, such as Oscillator.*, not 3.0"),
         (lambda: sw.numerics.orbit_diagram(S, [], [0.1, 0.2], (0.0, 0.0)), r"path is \[\]; give a text"),
         (lambda: sw.sample.scattered(3.0, 4), "project is 3.0; give what read_project returns"),
         (lambda: sw.move(TRAIN, sw.Trapezoid(0.3, 0.3), bands=3), "bands is 3; give a list or tuple"),

@@ -169,16 +169,6 @@ ROWS = (
         note="rounding",
     ),
     Row(
-        "Passage through the resonance of a linear drive",
-        "SciPy DOP853",
-        "largest difference over the amplitude",
-        (),
-        None,
-        "theory/slow_flow/passage/test_passage.py::test_a_linear_passage_is_exact",
-        told=("< 1e-9",),
-        note="tolerance",
-    ),
-    Row(
         "Linear train with and without loop",
         "python-control; transfer functions by hand",
         "frequency responses and poles",

@@ -87,17 +87,6 @@ def slow_flow():
     yield "predictor", [found.amplitude, found.x, found.rate], CLOSED
 
 
-def passage():
-    """Passages through a resonance: largest motions, delayed jumps."""
-    for order in (1, 2):
-        for rate in (2e-4, 5e-3):
-            one = sw.passage(DUFFING, sw.PRIMARY, (0.7, 1.6), rate, order=order)
-            found = [one.largest, one.at, one.peak, one.jumps, one.settling, one.valid]
-            yield f"{order}/{rate}", found, 1e-6  # where it is largest is known as the square root of its size
-    study = sw.passage(DUFFING, sw.PRIMARY, (0.7, 1.6), np.geomspace(1e-4, 3e-2, 5))
-    yield "rates", [study.largest, study.rate_without_jump], 1e-5
-
-
 def lyapunov():
     """Proofs of stability of every system."""
     for name, system in SYSTEMS.items():

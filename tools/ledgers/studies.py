@@ -103,6 +103,22 @@ def drive_run():
         yield f"{name}/ripple", [run.speed_ripple, run.pointing, run.torque], INTEGRATED
 
 
+def run_up():
+    """Largest errors of run-ups and run-downs."""
+    slow, fast = [5e-3, 5e-2], [20.0, 200.0]
+    for name, system, rates, speeds in (
+        ("jump", DUFFING, slow, None),
+        ("backlash", SYSTEMS["backlash"], slow, (0.3, 1.5)),
+        ("Bouc-Wen", SYSTEMS["Bouc-Wen"], fast, None),
+        ("varying", SYSTEMS["varying"], fast, (100.0, 200.0)),
+        ("loop", AXIS, fast, (100.0, 200.0)),
+        ("project", scattering(), fast, None),
+    ):
+        found = sw.run_up(system, rates, speeds=speeds)
+        yield f"{name}/largest", found.largest, INTEGRATED
+        yield f"{name}/at", found.at, 1e-2  # the sample before the largest error
+
+
 def move():
     """Moves of the load."""
     limits = sw.MotorLimits(3.0, 600.0)

@@ -15,6 +15,7 @@ from .units import ARCSEC, RPM, angle_unit
 
 UNITS = {  # what keys end in: the unit as it is printed, and its size in SI
     "_rad_per_N_m": ("rad/(N·m)", 1.0), "_N_m": ("N·m", 1.0), "_rad_per_s": ("rad/s", 1.0), "_rad": ("rad", 1.0),
+    "_rad_per_s2": ("rad/s²", 1.0),
     "_arcsec": ("arcsec", ARCSEC),
     "_rpm_per_s": ("rpm/s", RPM), "_rpm": ("rpm", RPM), "_s": ("s", 1.0), "_h": ("h", 1.0), "_J": ("J", 1.0),
     "_kg_m2": ("kg·m²", 1.0), "_A": ("A", 1.0),

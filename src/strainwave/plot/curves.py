@@ -10,6 +10,7 @@ from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
 from ..numerics.ensemble.linear_loops import LoopResponse
 from ..numerics.ensemble.loops import LoopEnsemble, LoopRun
+from ..study.move.run_up import DIRECTIONS, RunUps
 from ..theory.slow_flow.results import SlowResponse
 from .colours import BLACK, BLUE, DASHES, ORANGE, PALE
 from .panels import HERTZ, TIME, Axis, Cells, Panel, angle, angle_unit, panels_of
@@ -77,6 +78,17 @@ def trajectory_panels(trajectory: Trajectory) -> list[Panel]:
 def run_panels(run: DriveRun) -> list[Panel]:
     """The error between motor and load over the time."""
     return _in_time(run.trajectory.t, run.error, "error between motor and load")
+
+
+@panels_of.register
+def run_ups_panels(runs: RunUps) -> list[Panel]:
+    """The largest error of both ways over the rate."""
+    order = np.argsort(runs.rates)
+    panel = Panel("", Axis("rate", "rad/s**2"), angle(f"largest |{runs.name}|", runs.largest), xlog=True)
+    for name, colour, sizes in zip(DIRECTIONS, (BLUE, ORANGE), runs.largest, strict=True):
+        panel.line(runs.rates[order], sizes[order], colour)
+        panel.points(runs.rates[order], sizes[order], colour, name, "o", colour)
+    return [panel]
 
 
 @panels_of.register

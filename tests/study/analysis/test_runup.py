@@ -6,7 +6,7 @@ from direct_project import project_of
 
 import strainwave as sw
 from strainwave.drive.response import exact_response
-from strainwave.study.analysis.in_time import RunUp, run_up
+from strainwave.study.analysis.in_time import RunUp, run_up_and_down
 from strainwave.study.analysis.resonances import operating_point
 
 # OSCILATE's Duffing example (case T4): folds by converged harmonic balance at 1.02129 and 1.07115
@@ -16,7 +16,7 @@ SPEEDS = (0.9, 1.2)
 
 def checked(system, speeds):
     exact = exact_response(system, speeds)
-    return exact, run_up(system, speeds, exact, operating_point(system))
+    return exact, run_up_and_down(system, speeds, exact, operating_point(system))
 
 
 @pytest.fixture(scope="module")

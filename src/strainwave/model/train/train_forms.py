@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ...base.protocols import joint_orders
 from ...base.quantities import AngularSpeed, Ratio, Reals, States
 from ...compile.jit import kernel
 from ...compile.tree import axpy
@@ -204,7 +205,7 @@ class AtLoad(NamedTuple):
 
     def orders(self) -> tuple[float, ...]:
         """Orders of the torques and of the kinematic error."""
-        return tuple(sorted({*self.train.orders(), *self.train.load.end().excitation.orders()}))
+        return joint_orders(self.train, self.train.load.end().excitation)
 
     def linear_part(self) -> Any:
         """What is linear around its laws; its mean torque keeps the speed of a motor that nothing holds."""

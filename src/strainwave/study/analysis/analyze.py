@@ -33,7 +33,7 @@ from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from .analysis import Analysis, GearLoop, loop_of, parametric_of
 from .avoid import HALF_POWER, between, in_run, merged, searched, speeds_to_avoid
-from .in_time import RunUp, beat_of, run_up
+from .in_time import RunUp, beat_of, run_up_and_down
 from .knobs import Subject
 from .load_cases import LoadCase, load_cases, over_all
 from .remedies import what_helps, with_other_damping
@@ -254,7 +254,9 @@ def _of_one_turn(
         return (), {}, RunUp((), (), np.empty(0), np.empty(0)), ()
     limits = project.speeds.limits
     all_regimes, close = _resonances(system, limits, point, exact, progress)
-    sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share))
+    sweep = run_up_and_down(
+        system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share)
+    )
     return all_regimes, close, sweep, _in_time(system, project.speeds, point, all_regimes, sweep, progress)
 
 

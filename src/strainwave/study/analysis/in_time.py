@@ -71,7 +71,7 @@ class RunUp:
         return max(found) if found else None
 
 
-def run_up(
+def run_up_and_down(
     system: Any,
     speeds: tuple[float, float],
     exact: DriveResponse,

@@ -350,10 +350,10 @@ def _branch(curve: Curve, points: Floats, closed: bool) -> SlowBranch:
     z: Any = curve.size * (points[:, 0] + 1j * points[:, 1])
     omega = curve.width * points[:, 2]
     stable = np.asarray(are_stable(curve.flow, omega, z))
-    return SlowBranch(omega, np.abs(z), -np.angle(z), envelope(curve.flow, omega, z), stable, closed)
+    return SlowBranch(omega, np.abs(z), -np.angle(z), _envelope(curve.flow, omega, z), stable, closed)
 
 
-def envelope(flow: Flow, omega: Floats, z: Complexes) -> Floats:
+def _envelope(flow: Flow, omega: Floats, z: Complexes) -> Floats:
     """Largest |x| [rad] over the base angle of slow states z [rad] at speeds omega [rad/s], both (n,)."""
     s = flow.setting.at(omega)
     ratio = s.resonance.ratio

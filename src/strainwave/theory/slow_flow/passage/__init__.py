@@ -1,1 +1,0 @@
-"""Motions of a slow flow in time: passages through resonance at a finite rate, and basins."""
