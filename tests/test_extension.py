@@ -209,11 +209,8 @@ class TopSpeed(NamedTuple):
         return "rad/s"
 
 
-class Drift(NamedTuple):
-    """How far the first state moves from the first turn to the last, and where it ends."""
-
-    def of_turns(self, y):
-        return {"drift": y[-1, 0] - y[0, 0]}
+class Place(NamedTuple):
+    """Where the first state ends."""
 
     def of_end(self, y):
         return {"end": y[0]}
@@ -221,21 +218,19 @@ class Drift(NamedTuple):
 
 @pytest.mark.parametrize("method", [sw.Dopri5(), sw.Dop8(), sw.Rk4()])
 def test_measure_of_a_user_is_a_variable_of_an_ensemble(method):
-    kept = sw.Peak(), TopSpeed(), Drift(), sw.numerics.Poincare()
+    kept = sw.Peak(), TopSpeed(), Place(), sw.Final()
     found = sw.ensemble(DUFFING, {"omega": [0.7, 1.3]}, START, periods=5, measures=kept, method=method)
     assert (found["top_speed"].attrs["units"], found["peak"].attrs["units"]) == ("rad/s", "rad")
     run = sw.simulate(DUFFING._replace(omega=1.3), START, np.linspace(0.0, 10 * np.pi / 1.3, 2001))
     assert found["top_speed"].values[1] == pytest.approx(np.max(np.abs(run.y[1])), rel=2e-2)
-    points = found["points"].values
-    np.testing.assert_array_equal(found["drift"], points[-1, 0] - points[0, 0])
-    np.testing.assert_array_equal(found["end"], points[-1, 0])
+    np.testing.assert_array_equal(found["end"], found["final"].values[0])
 
 
 def test_measure_of_a_user_is_swept():
-    measure = sw.EnsembleMeasure(START, periods=3, measures=(TopSpeed(), Drift()))
+    measure = sw.EnsembleMeasure(START, periods=3, measures=(TopSpeed(), Place()))
     found = sw.sweep(measure, DUFFING, {"omega": [0.7, 1.3], "law.alpha": [0.0, 0.05]})
-    whole = sw.ensemble(DUFFING, {"omega": [0.7, 1.3]}, START, periods=3, measures=(TopSpeed(), Drift()))
-    for name in ("top_speed", "drift", "end"):
+    whole = sw.ensemble(DUFFING, {"omega": [0.7, 1.3]}, START, periods=3, measures=(TopSpeed(), Place()))
+    for name in ("top_speed", "end"):
         np.testing.assert_allclose(found[name].sel({"law.alpha": 0.05}), whole[name], rtol=1e-12)
 
 

@@ -579,15 +579,6 @@ CALLS = {
         sw.fit.bode_of_records, time=TIMES, reference=SWEEP, torque=np.roll(SWEEP, 2), speed=np.roll(SWEEP, 3),
         held=True, amplitude=1.0, notes=(),
     ),
-    "lyapunov_exponent": call(sw.numerics.lyapunov_exponent, system=DUFFING, y0=(0.0, 0.0), turns=20, settle=1),
-    "orbit_diagram": call(
-        sw.numerics.orbit_diagram, system=DUFFING, path="B", values=[0.1, 0.2], y0=(0.0, 0.0), settle=1, points=2,
-        method=QUICK, threads=1,
-    ),
-    "poincare_section": call(
-        sw.numerics.poincare_section, system=DUFFING, y0=(0.0, 0.0), turns=2, settle=1, phase=0.1, torsion_level=None,
-        method=QUICK,
-    ),
     "backbone": call(sw.numerics.backbone, system=DUFFING, amplitudes=[0.1, 1.0], harmonics=3),
     "parameter_response": call(
         sw.numerics.parameter_response, system=DUFFING, path="B", span=(0.05, 0.06), harmonics=3, period=1, start=None,

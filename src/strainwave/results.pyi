@@ -21,9 +21,6 @@ from .files.variants.identify_drive import IdentifiedDrive as IdentifiedDrive
 from .files.variants.scatter import Exceedance as Exceedance
 from .numerics.attractors.attractors import Attractor as Attractor
 from .numerics.attractors.basins import Basins as Basins
-from .numerics.attractors.poincare import OrbitDiagram as OrbitDiagram
-from .numerics.attractors.poincare import PoincareSection as PoincareSection
-from .numerics.attractors.settle import LyapunovExponent as LyapunovExponent
 from .numerics.curves.backbone import Backbone as Backbone
 from .numerics.ensemble.linear_loops import LoopResponse as LoopResponse
 from .numerics.ensemble.loops import LoopEnsemble as LoopEnsemble

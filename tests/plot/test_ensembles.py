@@ -33,20 +33,6 @@ def test_basins_show_attractors_and_what_is_left(axes, shape):
         assert picture[0, 0] == picture[0, 2] != picture[1, 0]
 
 
-def test_an_orbit_diagram_shows_both_sweeps(axes):
-    x = np.arange(12.0).reshape(3, 4, 1)
-    period, peak = np.ones((3, 1), int), np.ones((3, 1))
-    found = sw.results.OrbitDiagram("omega", np.array([1.0, 2.0, 3.0]), x, -x, period, period, peak, peak, "rad/s")
-    sw.draw(found, axes)
-    down, up = axes.lines
-    assert up.get_xdata()[4] == 2.0
-    assert up.get_ydata()[4] == 4.0
-    assert np.array_equal(down.get_ydata(), -up.get_ydata())
-    assert axes.get_xlabel() == "speed omega (rad/s)"
-    assert axes.get_ylabel() == "x once per turn (rad)"
-    assert axes.get_legend().markerscale == 1.0
-
-
 def test_neighbouring_basins_differ_without_colour():
     rgb = [[int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for colour in curves.BASIN]
     grey = np.array(rgb) @ (0.299, 0.587, 0.114)

@@ -149,7 +149,7 @@ def test_the_store_is_read_through_xarray_when_its_values_are_used(tmp_path):
             sw.sample.Sobol(8, {"J": sw.Uniform(1.0, 2.0)}),
         ),
         (lambda system: system.B, {("J", "B"): [0.9, 1.0, 1.1]}),
-        (sw.EnsembleMeasure((0.0, 0.0), 2, (sw.Peak(), sw.Final(), sw.numerics.Poincare())), {"omega": OMEGA[:4]}),
+        (sw.EnsembleMeasure((0.0, 0.0), 2, (sw.Peak(), sw.Final())), {"omega": OMEGA[:4]}),
     ],
 )
 def test_results_are_written_as_netcdf_and_read_back_equal(tmp_path, measure, grid):

@@ -51,7 +51,6 @@ def arm(**changes):
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda: sw.numerics.orbit_diagram(S, [], [0.1, 0.2], (0.0, 0.0)), r"path is \[\]; give a text"),
         (lambda: sw.sample.scattered(3.0, 4), "project is 3.0; give what read_project returns"),
         (lambda: sw.move(TRAIN, sw.Trapezoid(0.3, 0.3), bands=3), "bands is 3; give a list or tuple"),
         (lambda: monitor(orders=b"x"), "orders is b'x'; it must be a list or tuple"),
@@ -74,7 +73,6 @@ def arm(**changes):
             "free is 3; write the paths of the free parameters",
         ),
         (lambda: sw.fit.fit_decay(T, np.cos(T), S, free=(np.ones(2),)), "it must be the paths"),
-        (lambda: sw.numerics.orbit_diagram(S, "B", "12", (0.0, 0.0)), "values is '12'; it must be one or more finite"),
         (lambda: sw.numerics.parameter_response(S, np.ones(2), (0.1, 0.2)), "no continuous parameter array"),
         (lambda: move(feedforward=sw.Feedforward(np.ones(3))), "Feedforward.acceleration must be a number, not array"),
         (lambda: orbit().amplitude(-1), "k is -1; it must be a whole number of at least 0"),
@@ -137,7 +135,6 @@ BROKEN = r"the order 1\.96 is not an integer, so the motion does not repeat"
     [
         (lambda: sw.ensemble(OF_TWO_TURNS, {"omega": [1.0, 1.1]}, (0.0, 0.0), periods=9), BROKEN),
         (lambda: sw.basins(OF_TWO_TURNS, [0.0, 0.1], [0.0, 0.1]), BROKEN),
-        (lambda: sw.numerics.lyapunov_exponent(OF_TWO_TURNS, (0.0, 0.0)), BROKEN),
         (
             lambda: sw.compensate(OF_TRAIN, "repetitive", speed=50.0),
             r"order 2 - 2/50 is a line of the output's turn; use 'adaptive'",

@@ -107,11 +107,6 @@ def bouc_wen_loss():
     return [loop.energy / area - 1.0]
 
 
-def drifting_exponent():
-    under = sw.Oscillator(2.0, 0.3, sw.Linear(5.0), sw.Harmonic(1.0), 1.3)
-    return [sw.numerics.lyapunov_exponent(under, (0.0, 0.0), turns=400).value]
-
-
 def backlash_contact():
     """Speed beyond which the free motion A/(omega sqrt(omega^2 + B^2)) fits into the gap."""
     system = sw.Oscillator(1.0, 0.1, sw.Backlash(1.0, 0.5), sw.Harmonic(0.6), 1.0)
@@ -223,13 +218,5 @@ ROWS = (
         ("0.0000",),
         bouc_wen_loss,
         "theory/slow_flow/test_memory.py::test_bouc_wen_loses_the_area_of_its_exact_loop",
-    ),
-    Row(
-        "Linear oscillator, J 2, B 0.3",
-        "−B/(2J)",
-        "Lyapunov exponent [1/s]",
-        ("-0.0750",),
-        drifting_exponent,
-        "numerics/attractors/test_lyapunov_exponent.py::test_a_damped_linear_oscillator_has_half_its_damping",
     ),
 )

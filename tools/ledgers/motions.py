@@ -130,23 +130,11 @@ def parameter_response():
 
 
 def attractors():
-    """Attractors and basins, sections, an orbit diagram, exponents of Lyapunov."""
+    """Attractors and basins."""
     wells = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.0)
     found = sw.basins(wells, (-2.2, 2.2), (-2.2, 2.2), samples=500)
     yield "basins", [found.fractions, found.standard_errors], EXACT
     yield "basins/attractors", [(a.period, a.amplitude, a.peak) for a in found.attractors], 1e-6  # until it settles
-    section = sw.numerics.poincare_section(DUFFING, (0.3, 0.0), turns=5, settle=200)
-    yield "poincare_section", vars(section), 1e-7
-    diagram = sw.numerics.orbit_diagram(BIASED, "omega", [2.0, 2.2, 2.5], settle=200, points=4)
-    yield "orbit_diagram", diagram.dataset, 1e-6
-    exponent = sw.numerics.lyapunov_exponent(DUFFING, (0.3, 0.0), turns=200)
-    yield "exponent/periodic", exponent.value, 1e-6
-    ueda = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(7.5), 1.0)
-    yield (
-        "exponent/chaotic",
-        sw.numerics.lyapunov_exponent(ueda, (2.5, 0.0), turns=500).value > 0.05,
-        EXACT,
-    )  # digits are lost
 
 
 MEASURES = (
@@ -156,7 +144,6 @@ MEASURES = (
     sw.numerics.Extremes(),
     sw.Final(),
     sw.Amplitude(1),
-    sw.numerics.Poincare(),
 )
 
 

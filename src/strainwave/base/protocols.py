@@ -116,7 +116,7 @@ class Scheme(Protocol):
 class Measure(Protocol):
     """A number of each lane of an ensemble, accumulated while it runs.
 
-    It may have `of_end(y)` and `of_turns(y)` in place of the two below, and `order()`, `unit()` and `check()`.
+    It may have `of_end(y)` in place of the two below, and `order()`, `unit()` and `check()`.
     """
 
     def start(self) -> Any:

@@ -1,8 +1,5 @@
 """Computing with any system that has `rhs(phase, y)` and `omega`; no model is imported here."""
 
-from .attractors.poincare import orbit_diagram as orbit_diagram
-from .attractors.poincare import poincare_section as poincare_section
-from .attractors.settle import lyapunov_exponent as lyapunov_exponent
 from .curves.backbone import backbone as backbone
 from .curves.parameter_response import parameter_response as parameter_response
 from .curves.response import response_family as response_family
@@ -15,7 +12,6 @@ from .ensemble.measures import Extremes as Extremes
 from .ensemble.measures import Final as Final
 from .ensemble.measures import Mean as Mean
 from .ensemble.measures import Peak as Peak
-from .ensemble.measures import Poincare as Poincare
 from .ensemble.measures import Rms as Rms
 from .shooting import shoot as shoot
 

@@ -7,7 +7,6 @@ from ..base.results import Branch, Floats, Orbit, Trajectory
 from ..drive.jumps import Jumps
 from ..drive.run import DriveRun
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
-from ..numerics.attractors.poincare import OrbitDiagram
 from ..numerics.ensemble.linear_loops import LoopResponse
 from ..numerics.ensemble.loops import LoopEnsemble, LoopRun
 from ..study.move.run_up import DIRECTIONS, RunUps
@@ -24,8 +23,8 @@ MARKERS = "os^v"
 CLEAR = 0.1  # part of neighbouring cells with different labels, beyond which a line between them would hide them
 
 
-def _parameter(name: str, unit: str = "") -> Axis:
-    return Axis("speed omega", "rad/s") if name == "omega" else Axis(name, unit)
+def _parameter(name: str) -> Axis:
+    return Axis("speed omega", "rad/s") if name == "omega" else Axis(name)
 
 
 @panels_of.register
@@ -169,13 +168,3 @@ def _borders(label: NDArray[np.int64], x: Floats, y: Floats) -> tuple[Floats, Fl
     across = np.vstack([np.r_[x[j + 1], x[m]], np.r_[x[j + 1], x[m + 1]], np.r_[gaps]])
     up = np.vstack([np.r_[y[i], y[k + 1]], np.r_[y[i + 1], y[k + 1]], np.r_[gaps]])
     return across.T.ravel(), up.T.ravel()
-
-
-@panels_of.register
-def orbit_diagram_panels(diagram: OrbitDiagram) -> list[Panel]:
-    """The stroboscopic points over the parameter: the sweep up as dots, the sweep down as rings."""
-    values = np.repeat(diagram.values, diagram.up.shape[1] * diagram.up.shape[2])
-    panel = Panel("", _parameter(diagram.parameter, diagram.unit), angle("x once per turn", [diagram.up, diagram.down]))
-    panel.points(values, diagram.down.ravel(), ORANGE, "sweep down", "o", "none")
-    panel.points(values, diagram.up.ravel(), BLUE, "sweep up", ".", BLUE)
-    return [panel]

@@ -1,12 +1,15 @@
 """Basins: a published fraction, another integrator on the same states, attractors as orbits, chaos, escape."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.numerics.attractors import settle
 from strainwave.numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED
-from strainwave.numerics.attractors.settle import Bounded
+from strainwave.numerics.attractors.settle import Bounded, stretching
 
 TWO_WELLS = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.0)
 LINEAR = sw.Cubic(2.0, 0.0)  # of a class that other tests compile
@@ -88,6 +91,38 @@ def test_chaos_and_escape_are_counted_as_such():
     escape = sw.basins(soft, (-3.0, 3.0), (-0.1, 0.1), resolution=(6, 1))
     assert escape.label.tolist() == [DIVERGED, DIVERGED, 0, 0, DIVERGED, DIVERGED]
     assert escape.share(DIVERGED)[0] == pytest.approx(2.0 / 3.0)
+
+
+class Lorenz(NamedTuple):
+    """Three states, no jacobian, no base frequency."""
+
+    sigma: float
+    rho: float
+    beta: float
+
+    def rhs(self, phase, y):
+        a, b, c = y
+        return self.sigma * (b - a), a * (self.rho - c) - b, a * b - self.beta * c
+
+
+@pytest.mark.slow
+def test_neighbours_drift_apart_at_the_known_rates():
+    """-B/(2J) of a linear oscillator; 0.905630 of Lorenz's system (Viswanath 1998, thesis, Cornell)."""
+    linear = sw.Oscillator(2.0, 0.3, sw.Linear(5.0), sw.Harmonic(1.0), 1.3)
+    assert np.mean(stretching(linear, np.array([[0.1], [0.0]]))) == pytest.approx(-0.075, abs=1e-4)
+    starts = np.array([[1.0], [1.0], [20.0]]) + np.random.default_rng(0).normal(size=(3, 64))
+    means = np.mean(stretching(Lorenz(10.0, 28.0, 8.0 / 3.0), starts), axis=0)
+    error = np.std(means, ddof=1) / 8.0
+    assert error < 0.002
+    assert abs(np.mean(means) - 0.90563) < 3.0 * error
+
+
+@pytest.mark.interpreted
+def test_turns_that_take_minutes_are_refused_before_they_are_marched(monkeypatch):
+    monkeypatch.setattr(settle, "MOST_STRETCHED", 10)
+    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.5), 1.2)
+    with pytest.raises(sw.SolveError, match=r"110 turns of [0-9]+ steps, .* are too many: at most 10 steps a turn; "):
+        stretching(system, np.array([[0.1], [0.0]]))
 
 
 @pytest.mark.slow

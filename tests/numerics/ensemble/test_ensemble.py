@@ -143,13 +143,13 @@ def test_lanes_with_more_stiffness_get_more_steps():
 def test_a_lane_that_diverges_says_so_and_leaves_the_others_alone(method):
     soft = DUFFING._replace(law=sw.Cubic(1.0, -1.0), excitation=sw.Harmonic(0.1))
     found = sw.ensemble(
-        soft, {}, (np.array([0.1, 3.0]), 0.0), periods=2, method=method, measures=(sw.Peak(), sw.numerics.Poincare())
+        soft, {}, (np.array([0.1, 3.0]), 0.0), periods=2, method=method, measures=(sw.Peak(), sw.Final())
     )
     assert found["status"].values.tolist() == [0, 1]
     assert np.isfinite(found["peak"][0])
     assert np.isnan(found["peak"][1])
     assert float(found["ended"][1]) < float(found["ended"][0])
-    assert np.all(np.isfinite(found["points"].values[:, :, 0]))
+    assert np.isfinite(found["final"].values).tolist() == [[True, False], [True, False]]
 
 
 def test_a_single_number_is_shared_by_all_lanes():

@@ -635,8 +635,6 @@ def test_profile_is_refused_where_motions_must_repeat():
         ("parameter_response", lambda: sw.numerics.parameter_response(DRIVE, "B", (10.0, 20.0))),
         ("ensemble", lambda: sw.ensemble(DRIVE, {"B": [10.0, 20.0]}, (0.0, 0.0), periods=1)),
         ("response_family", lambda: sw.numerics.response_family(DRIVE, (1.0, 2.0), {"B": [10.0, 20.0]})),
-        ("poincare_section", lambda: sw.numerics.poincare_section(DRIVE, (0.0, 0.0))),
-        ("lyapunov_exponent", lambda: sw.numerics.lyapunov_exponent(DRIVE, (0.0, 0.0), turns=20)),
         ("isolas", lambda: sw.isolas(DRIVE, (1.0, 2.0))),
         ("slow_flow", lambda: sw.slow_flow(DRIVE, sw.PRIMARY)),
         ("lyapunov", lambda: sw.lyapunov(DRIVE)),

@@ -168,7 +168,7 @@ def basins(
     label[ends.diverged] = DIVERGED
     left = np.flatnonzero(label == UNSETTLED)
     if len(left):
-        rates, _ = stretching(system, {}, ends.state[:, left])
+        rates = stretching(system, ends.state[:, left])
         error = np.std(rates, axis=0, ddof=1) / np.sqrt(len(rates))
         label[left[np.mean(rates, axis=0) > CERTAIN * error]] = CHAOTIC
     return Basins(x, v, label, attractors, shape, spans)

@@ -7,7 +7,6 @@ are filled up with copies.
 What is told of an ensemble: its variables over the lanes, with units.
 """
 
-import itertools
 import logging
 import math
 import os
@@ -66,12 +65,10 @@ def dataset_of(
         row += n
         for name, values in variables.items():
             data[name] = ("lane", np.where(good, values, np.nan), _unit(measure, angle))
-    inside = np.arange(len(block.points))[:, None, None] < ended
-    states = {"of_end": np.where(good, block.last[-1], np.nan), "of_turns": np.where(inside, block.points, np.nan)}
-    for part, measure in itertools.product(states, measures):
-        if not lacking(measure, part):
-            for name, values in getattr(measure, part)(states[part]).items():
-                data[name] = (("turn", "state", "lane")[-np.ndim(values) :], values, _unit(measure, {}))
+    for measure in measures:
+        if not lacking(measure, "of_end"):
+            for name, values in measure.of_end(np.where(good, block.last[-1], np.nan)).items():
+                data[name] = (("state", "lane")[-np.ndim(values) :], values, _unit(measure, {}))
     if "state" in data.dims:
         data = data.assign_coords(state=list(names))
     status = np.where(short, 2, np.where(good, 0, 1)).astype(np.int8)
@@ -139,7 +136,7 @@ def ensemble(
     settle : int
         Periods before that.
     measures : tuple
-        What to keep: `Peak()`, `Extremes()`, `Rms()`, `Mean()`, `Amplitude(k)`, `Final()`, `Poincare()`.
+        What to keep: `Peak()`, `Extremes()`, `Rms()`, `Mean()`, `Amplitude(k)`, `Final()`.
     method : Dop8, Rk4 or Dopri5, optional
         Default: `Dop8()` for smooth laws of an oscillator, `Dopri5()` (adaptive in every lane) for laws with
         breakpoints or memory and for other systems. `steps` of a fixed method count per shortest time scale met.
@@ -189,9 +186,7 @@ def lanes_run(
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
     kept, chosen = what_and_how(system, measures, method)
-    batch = _batch(
-        system, varied, states, lanes, kept, settle, periods, any(not lacking(m, "of_turns") for m in measures)
-    )
+    batch = _batch(system, varied, states, lanes, kept, settle, periods)
     threads = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     members = replace(system, varied)
     found, steps = _run(batch, members, chosen, threads, most)
@@ -208,8 +203,7 @@ def lanes_run(
 
 
 def _batch(
-    system: System, varied: dict[str, Floats], y0: Floats, lanes: int, measures: Any, settle: int, periods: int,
-    points: bool,
+    system: System, varied: dict[str, Floats], y0: Floats, lanes: int, measures: Any, settle: int, periods: int
 ) -> Batch:  # fmt: skip
     members = replace(system, varied)
     numbers = prepared(members)
@@ -217,7 +211,7 @@ def _batch(
     omega = np.broadcast_to(np.asarray(omega_of(members), float), (lanes,))
     kind = Smooth() if _is_smooth(system, len(y0)) else General()
     template = mapped(lambda number: float(np.ravel(number)[0]), numbers)
-    return Batch(template, table, omega, y0, kind, measures, settle, periods, points)
+    return Batch(template, table, omega, y0, kind, measures, settle, periods)
 
 
 def _is_smooth(system: System, states: int) -> bool:
@@ -260,7 +254,7 @@ def _run(batch: Batch, members: Any, method: Any, threads: int, most: float) -> 
         steps[repeated] = finer[repeated]
         better = _march_all(_some(batch, repeated), steps[repeated], method, threads)
         lost[repeated] = ~stayed[repeated] & (better.ended == block.ended[repeated])
-        for name in ("sums", "last", "points", "ended", "reach"):
+        for name in ("sums", "last", "ended", "reach"):
             getattr(block, name)[..., repeated] = getattr(better, name)
     return block, steps
 
@@ -324,7 +318,7 @@ def _march_all(batch: Batch, steps: Any, method: Method, threads: int) -> Block:
     order = np.concatenate([places for places, _ in jobs])
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
-    parts = ("sums", "last", "points", "ended", "reach")
+    parts = ("sums", "last", "ended", "reach")
     whole: Any = {part: np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts}
     return Block(**whole)
 

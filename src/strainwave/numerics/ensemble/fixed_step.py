@@ -103,12 +103,10 @@ def close(system: System, y0: States, measures: Any, sums: Any, rows: Any, turn:
 
 
 @kernel
-def strobe(y0: States, rows: Floats, at: int, period: int, last: Floats, points: Floats, ended: Any, j: slice) -> None:
+def strobe(y0: States, rows: Floats, at: int, period: int, last: Floats, ended: Any, j: slice) -> None:
     """Keep the state at the end of a period, and count the periods over which all states stay bounded."""
     y = lane(y0, rows, at, j)
     store(y, last[period % KEPT], 0, j)
-    if len(points) > 0:
-        store(y, points[period], 0, j)
     size = abs(y[0])
     for i in range(1, len(y)):
         size = size + abs(y[i])
@@ -118,11 +116,11 @@ def strobe(y0: States, rows: Floats, at: int, period: int, last: Floats, points:
 @kernel
 def march_pairs(
     system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Floats, rule: Any, waiting: Any, settle: int,
-    periods: int, last: Floats, points: Floats, ended: Floats,
+    periods: int, last: Floats, ended: Floats,
 ) -> None:  # fmt: skip
     """March a block by pairs of steps; `rule` is the scheme and the steps a period (fours). Measure pairs of steps."""
     scheme, steps = rule
-    rows, last, points, ended = borrowed((rows, last, points, ended))
+    rows, last, ended = borrowed((rows, last, ended))
     turn, offset, n = 2.0 * math.pi / steps, count(system) + 1, count(y0)
     for period in range(settle + periods):
         if period == settle:
@@ -141,7 +139,7 @@ def march_pairs(
                 for j in every_lane():
                     measure(system, y0, measures, sums, rows, offset + n, offset, later, turn, j)
         for j in every_lane():
-            strobe(y0, rows, offset, period, last, points, ended, j)
+            strobe(y0, rows, offset, period, last, ended, j)
     for j in every_lane():
         close(system, y0, measures, sums, rows, turn, 2.0, j)
 
@@ -149,11 +147,11 @@ def march_pairs(
 @kernel
 def march_steps(
     system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Floats, rule: Any, waiting: Any, settle: int,
-    periods: int, last: Floats, points: Floats, ended: Floats,
+    periods: int, last: Floats, ended: Floats,
 ) -> None:  # fmt: skip
     """March a block step by step; `rule` is the scheme and the steps a period. Measure after the first periods."""
     scheme, steps = rule
-    rows, last, points, ended = borrowed((rows, last, points, ended))
+    rows, last, ended = borrowed((rows, last, ended))
     turn, offset = 2.0 * math.pi / steps, count(system) + 1
     for period in range(settle + periods):
         if period == settle:
@@ -167,6 +165,6 @@ def march_steps(
                 for j in every_lane():
                     measured_step(scheme, system, y0, kind, measures, sums, rows, i * turn, turn, j)
         for j in every_lane():
-            strobe(y0, rows, offset, period, last, points, ended, j)
+            strobe(y0, rows, offset, period, last, ended, j)
     for j in every_lane():
         close(system, y0, measures, sums, rows, turn, 1.0, j)

@@ -34,8 +34,6 @@ class Batch:
         Measures that are accumulated.
     settle, periods : int
         Periods before the measures begin, and of the measures.
-    points : bool
-        Whether to keep the states at the end of every period.
     """
 
     template: Any
@@ -46,7 +44,6 @@ class Batch:
     measures: tuple[Any, ...]
     settle: int
     periods: int
-    points: bool
 
 
 @dataclass(frozen=True)
@@ -59,8 +56,6 @@ class Block:
         Sums of the measures.
     last : (up to 9, states, lanes) array
         States at the ends of the last periods, oldest first.
-    points : (periods or 0, states, lanes) array
-        States at the ends of all periods, if asked for.
     ended : (lanes,) array
         Periods over which the states stayed bounded.
     reach : (lanes,) array
@@ -71,7 +66,6 @@ class Block:
 
     sums: Floats
     last: Floats
-    points: Floats
     ended: Floats
     reach: Floats
     attempts: int = 0
@@ -89,16 +83,11 @@ def march(batch: Batch, places: Any, method: Method, steps: int) -> Block:
     rows[first : first + len(sums)] = sums[:, None]
     periods = batch.settle + batch.periods
     last, ended = np.zeros((KEPT, states, LANES)), np.zeros(LANES)
-    points = np.empty((periods if batch.points else 0, states, LANES))
     common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
     stepping, waiting = stepping_of(method), np.zeros(LANES, np.int64)
     rule, rows[floats] = stepping.arguments(batch.omega[full], steps)
     with np.errstate(all="ignore"):
-        attempts = run(
-            stepping.kernel, *common, rule, waiting, batch.settle, batch.periods, last, points, ended
-        )  # fmt: skip
+        attempts = run(stepping.kernel, *common, rule, waiting, batch.settle, batch.periods, last, ended)
     newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
     end = first + len(sums)
-    return Block(
-        rows[first:end, :n], last[newest, :, :n], points[:, :, :n], ended[:n], rows[end + states, :n], attempts or 0
-    )
+    return Block(rows[first:end, :n], last[newest, :, :n], ended[:n], rows[end + states, :n], attempts or 0)

@@ -5,7 +5,6 @@ after a piece of the trajectory, and `results(sums, time)`, the variables that c
 state between two instants, never the whole. Instead of these three, or beside them, it may have
 
 - `of_end(y)`, variables from the states (states, lanes) at the end, nan where a lane was lost,
-- `of_turns(y)`, variables from the states (turns, states, lanes) at the end of every period, nan from the loss on,
 - `order()`, the highest order that the steps must resolve,
 - `unit()`, that of its variables, where it is not that of the first state,
 - `check()`, which refuses parameters out of range.
@@ -129,11 +128,3 @@ class Final(NamedTuple):
     def of_end(self, y: Floats) -> dict[str, Any]:
         """Variables from the states at the end."""
         return {"final": y}
-
-
-class Poincare(NamedTuple):
-    """States at the end of every period, those before the measures too: variable `points` over period, state, lane."""
-
-    def of_turns(self, y: Floats) -> dict[str, Any]:
-        """Variables from the states at the end of every turn."""
-        return {"points": y}

@@ -137,7 +137,7 @@ def summed_measures(measures: Any) -> tuple[Any, ...]:
     for measure in measures:
         if isinstance(measure, type):
             raise TypeError(f"{measure.__name__} is the class of a measure; write {measure.__name__}()")
-        if lacking(measure, "start", "update", "results") and len(lacking(measure, "of_end", "of_turns")) == 2:
+        if lacking(measure, "start", "update", "results") and lacking(measure, "of_end"):
             raise TypeError(f"{shown(measure)} is no measure; take Peak(), Rms(), Amplitude(k), Final() or the like")
         if not lacking(measure, "check"):
             measure.check()

@@ -152,11 +152,11 @@ def judge(system: System, y0: States, sums: Any, rows: Floats, ended: Floats, j:
 @kernel
 def march_adaptive(
     system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Floats, rule: Any, waiting: Any, settle: int,
-    periods: int, last: Floats, points: Floats, ended: Floats,
+    periods: int, last: Floats, ended: Floats,
 ) -> int:  # fmt: skip
     """March a block through its periods; `rule` is tolerances and steps at most. Returns the attempts made."""
     rtol, atol, most = rule
-    rows, waiting, last, points, ended = borrowed((rows, waiting, last, points, ended))
+    rows, waiting, last, ended = borrowed((rows, waiting, last, ended))
     base, attempts = count(system) + 1, 0
     for period in range(settle + periods):
         for j in every_lane():
@@ -168,7 +168,7 @@ def march_adaptive(
             attempts += 1
             running = total(waiting)
         for j in every_lane():
-            strobe(y0, rows, base, period, last, points, ended, j)
+            strobe(y0, rows, base, period, last, ended, j)
     for j in every_lane():
         judge(system, y0, sums, rows, ended, j)
     return attempts
