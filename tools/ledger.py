@@ -37,7 +37,7 @@ LEFT_OUT = {
     "draw": "pictures; `draw` of the results is called by the commands that write figures",
     "app": "serves a page; its answers are those of the verbs",
     "read_specification": "read by the command design",
-    "replace": "changes a number of a model, which the verbs then show",
+    "replaced": "changes a number of a model, which the verbs then show",
     "speed_table": "a controller made of a prediction_table",
     "completion, schema, new": "texts, which their tests compare",
     "doctor": "tells of the machine",
