@@ -1,13 +1,11 @@
-"""How often 95 % intervals of `fit_loop` and `fit_friction` hold the true value, over synthetic data sets.
+"""How often 95 % intervals of `fit_loop` hold the true value, over synthetic data sets.
 
-    python benchmarks/coverage_loops.py [loop|friction] [white|coloured|quantised] [COUNT]
+    python benchmarks/coverage_loops.py [white|coloured|quantised] [COUNT]
 
 Loops are integrated by SciPy with equations of their own (tests/loop_machines.py): three cycles of an SHG-25-100 with
 hysteresis, 1200 samples, noise of 0.3 N*m. White: also 1e-6 rad (0.2 arcsec) on the torsion. Coloured: first-order
-autoregression with phi = 0.8. Quantised: white noise, torque in steps of 0.5 N*m, torsion of 2e-6 rad. Friction:
-48 runs at 12 speeds in both directions with two loads, noise of 1e-3 N*m; coloured: 200 samples a run with phi = 0.9,
-averaged; quantised in steps of 2e-3 N*m. Wrong candidates that were taken count as misses where the number is missing.
-The last column is how often the law, which is the right one, is said not to fit.
+autoregression with phi = 0.8. Quantised: white noise, torque in steps of 0.5 N*m, torsion of 2e-6 rad.
+Wrong candidates that were taken count as misses where the number is missing. The last column is how often the law, which is the right one, is said not to fit.
 """
 
 import sys
@@ -21,7 +19,6 @@ TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "study" / "identification")]
 
 from loop_machines import ELEMENT, SLOPES, coloured, loop  # noqa: E402
-from test_friction_fit import LOAD, SPEED, TRUE, torque  # noqa: E402
 
 RATED = 87.0  # N*m
 LACK = "lack of fit"  # said, where there is none
@@ -38,31 +35,16 @@ def of_loop(kind, x, t, rng):
     return sw.fit_loop(x, t, rated_torque=RATED)
 
 
-def of_friction(kind, clean, rng):
-    """Fit one noisy set of runs."""
-    if kind == "coloured":
-        return sw.fit_friction(SPEED, [level + coloured(rng, 200, 0.01, 0.9) for level in clean], LOAD)
-    t = clean + 1e-3 * rng.normal(size=len(clean))
-    return sw.fit_friction(SPEED, 2e-3 * np.round(t / 2e-3) if kind == "quantised" else t, LOAD)
-
-
-def coverage(what, kind, count):
+def coverage(kind, count):
     """Share of the intervals that hold the true value, by the number's name."""
-    if what == "loop":
-        x, t = loop(samples=1200)
-        law = sw.Parallel(sw.PiecewiseLinear(*SLOPES), sw.BoucWen(ELEMENT[0], 0.0, ELEMENT[1]))
-        truth = dict(zip(("K1", "K2", "K3", "T1", "T2"), SLOPES, strict=True))
-        truth |= {"K": ELEMENT[0], "yield_twist": ELEMENT[1], "torsion_offset": 0.0, "torque_offset": 0.0}
-        truth |= {
-            "lost_motion": sw.study.lost_motion(law, RATED),
-            "hysteresis_loss": sw.hysteresis_loop(law, RATED).loss,
-        }
-    else:
-        clean, truth = torque(), TRUE
+    x, t = loop(samples=1200)
+    law = sw.Parallel(sw.PiecewiseLinear(*SLOPES), sw.BoucWen(ELEMENT[0], 0.0, ELEMENT[1]))
+    truth = dict(zip(("K1", "K2", "K3", "T1", "T2"), SLOPES, strict=True))
+    truth |= {"K": ELEMENT[0], "yield_twist": ELEMENT[1], "torsion_offset": 0.0, "torque_offset": 0.0}
+    truth |= {"lost_motion": sw.study.lost_motion(law, RATED), "hysteresis_loss": sw.hysteresis_loop(law, RATED).loss}
     hits = dict.fromkeys((*truth, LACK), 0)
     for seed in range(count):
-        rng = np.random.default_rng(seed)
-        fit = of_loop(kind, x, t, rng) if what == "loop" else of_friction(kind, clean, rng)
+        fit = of_loop(kind, x, t, np.random.default_rng(seed))
         for name, value in truth.items():
             if name in fit.values:
                 low, high = fit.interval(name)
@@ -75,11 +57,9 @@ def main():
     """Print the table."""
     given = sys.argv[1:]
     count = next((int(word) for word in given if word.isdigit()), 400)
-    for what in [word for word in given if word in ("loop", "friction")] or ("loop", "friction"):
-        for kind in [word for word in given if word in KINDS] or KINDS:
-            shares = coverage(what, kind, count)
-            row = "  ".join(f"{name} {100.0 * share:.1f}" for name, share in shares.items())
-            print(f"{what:<9}{kind:<10}{count} sets, %: {row}", flush=True)
+    for kind in [word for word in given if word in KINDS] or KINDS:
+        row = "  ".join(f"{name} {100.0 * share:.1f}" for name, share in coverage(kind, count).items())
+        print(f"{kind:<10}{count} sets, %: {row}", flush=True)
 
 
 if __name__ == "__main__":

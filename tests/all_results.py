@@ -140,12 +140,6 @@ def loop_fit():
     return sw.fit_loop(way, sw.PiecewiseLinear(3e4, 5e4, 6e4, 14.0, 48.0).torque(way), rated_torque=90.0)
 
 
-@cache
-def friction_fit():
-    speed = np.array([-20.0, -10.0, -5.0, -2.0, 2.0, 5.0, 10.0, 20.0])
-    return sw.fit_friction(speed, 0.05 * np.sign(speed) + 1e-3 * speed + 1e-4 * np.cos(7.0 * speed))
-
-
 RESULTS = {
     name: cache(make)  # each is computed once
     for name, make in {
@@ -163,7 +157,6 @@ RESULTS = {
             NUMBERS, np.array([NUMBERS, 0.5 * NUMBERS]) * 1e-4, np.array([NUMBERS, NUMBERS]), (0.5, 2.0), "error x"
         ),
         "LoopFit": loop_fit,
-        "FrictionFit": friction_fit,
         "DriveRun": run,
         "Move": move,
         "Bode": lambda: sw.bode(

@@ -191,7 +191,6 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         ("compare_laws", {"log": {"time": [1, [2, 3]], "input": TIMES, "output": TIMES}}),
         ("ensemble", {"measures": ({}, sw.Rms())}),
         ("export", {"source": sw.Peak()}),
-        ("fit_friction", {"breakaway": [1, [2, 3]]}),
         ("Log", {"channels": {"motor_angle": [1, [2, 3]]}}),
         ("loop_response", {"output": sw.Cubic}),
         ("move", {"limits": sw.MotorLimits(5.0, 500.0, peak_torque=[[]])}),

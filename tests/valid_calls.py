@@ -452,10 +452,6 @@ CALLS = {
         sw.fit_decay,
         {"time": decay()[0], "value": decay()[1], "system": LIGHT._replace(law=sw.Linear(1.1)), "free": ("B", "law.K")},
     ),
-    "fit_friction": call(
-        sw.fit_friction, speed=SPEEDS, torque=0.05 * np.sign(SPEEDS) + 1e-3 * SPEEDS + 1e-4 * np.cos(7.0 * SPEEDS),
-        load=None, deviation=None, breakaway=None, presliding=None, width=None,
-    ),
     "identify": lambda: (
         sw.identify,
         {"system": sw.Oscillator(1.0, 0.12, sw.Linear(1.1), sw.Harmonic(0.0), 1.0), "log": log(), "free": ("law.K",),

@@ -120,7 +120,6 @@ from .study.identification.orders.order_scan import order_scan as order_scan
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
 from .study.identification.decay import fit_decay as fit_decay
-from .study.identification.friction_fit import fit_friction as fit_friction
 from .study.identification.identify import identify as identify
 from .files.variants.identify_drive import identify_drive as identify_drive
 from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop

@@ -10,7 +10,6 @@ from .study.identification.bode.measured_bode import measured_bode as measured_b
 from .study.identification.decay import fit_decay as fit_decay
 from .study.identification.discrepancy import discrepancy as discrepancy
 from .study.identification.fitted import unidentifiable as unidentifiable
-from .study.identification.friction_fit import fit_friction as fit_friction
 from .study.identification.identify import identify as identify
 from .study.identification.intervals import bootstrap as bootstrap
 from .study.identification.intervals import sandwich as sandwich

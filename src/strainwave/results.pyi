@@ -49,8 +49,6 @@ from .study.identification.bode.measured_bode import MeasuredBode as MeasuredBod
 from .study.identification.decay import DecayFit as DecayFit
 from .study.identification.discrepancy import Discrepancy as Discrepancy
 from .study.identification.discrepancy import MissingTerm as MissingTerm
-from .study.identification.friction_model import FrictionCandidate as FrictionCandidate
-from .study.identification.friction_model import FrictionFit as FrictionFit
 from .study.identification.identified import Identified as Identified
 from .study.identification.intervals import Interval as Interval
 from .study.identification.law_fit import LawComparison as LawComparison

@@ -77,19 +77,6 @@ def fit_loop():
     yield "yaml", found.yaml.splitlines()[0] if isinstance(found.yaml, str) else "", EXACT
 
 
-def fit_friction():
-    """Friction from torques at constant speeds."""
-    levels = np.array([0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0, 80.0, 120.0])
-    speed, load = np.tile(np.concatenate([levels, -levels]), 2), np.repeat([0.0, 0.5], 24)
-    dry = 0.06 + 0.03 * np.exp(-((speed / 3.0) ** 2)) + 0.05 * load
-    noise = 1e-3 * np.random.default_rng(0).normal(size=48)
-    found = sw.fit_friction(speed, np.sign(speed) * dry + 3e-4 * speed + 0.008 + noise, load)
-    values, intervals = fitted(found, ("T_c", "T_s", "v_s", "B", "mu"))
-    yield "values", values, FITTED
-    yield "intervals", intervals, INTERVALS
-    yield "candidates", [(row.name, row.unknowns, row.chosen) for row in found.comparison], EXACT
-
-
 def fit_decay():
     """Stiffness and damping from a free vibration."""
     gear = sw.Parallel(sw.Cubic(7160.0, 1e5), sw.laws.Coulomb(0.1, 1e-3))

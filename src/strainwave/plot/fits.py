@@ -11,7 +11,6 @@ from ..base.units import ARCSEC
 from ..study.identification.bode.bode_fit import BodeFit
 from ..study.identification.bode.measured_bode import Complexes, MeasuredBode
 from ..study.identification.decay import DecayFit
-from ..study.identification.friction_model import FrictionFit
 from ..study.identification.identified import Identified
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
@@ -124,17 +123,6 @@ def loop_fit_panels(fit: LoopFit) -> list[Panel]:
     residual, few = Panel(title, TORSION, Axis("residual", "N*m")), rows[:: max(1, len(rows) // SOME)]
     residual.points(fit.torsion[few], (fit.torque - fit.fitted)[few], ORANGE, "residual", ".", ORANGE)
     return [loop, residual]
-
-
-@panels_of.register
-def friction_fit_panels(fit: FrictionFit) -> list[Panel]:
-    """Measured and fitted torque over the speed."""
-    order = np.argsort(fit.speed)
-    panel = Panel("", Axis("speed", "rad/s"), Axis("torque", "N*m"))
-    panel.points(fit.speed, fit.torque, ORANGE, "measured")
-    panel.line(fit.speed[order], fit.fitted[order], BLUE, "fitted", width=1.0)
-    panel.points(fit.speed[order], fit.fitted[order], BLUE, "", ".", BLUE)
-    return [panel]
 
 
 @panels_of.register
