@@ -5,7 +5,8 @@
 Loops are integrated by SciPy with equations of their own (tests/loop_machines.py): three cycles of an SHG-25-100 with
 hysteresis, 1200 samples, noise of 0.3 N*m. White: also 1e-6 rad (0.2 arcsec) on the torsion. Coloured: first-order
 autoregression with phi = 0.8. Quantised: white noise, torque in steps of 0.5 N*m, torsion of 2e-6 rad.
-Wrong candidates that were taken count as misses where the number is missing. The last column is how often the law, which is the right one, is said not to fit.
+Wrong candidates that were taken count as misses where the number is missing. The last column is how often the law,
+which is the right one, is said not to fit.
 """
 
 import sys

@@ -4,7 +4,11 @@
 import os
 import re
 import shlex
+import signal
+import traceback
 import warnings
+from contextlib import contextmanager
+from opcode import opmap
 from pathlib import Path
 from random import Random
 from shutil import rmtree
@@ -12,14 +16,36 @@ from shutil import rmtree
 import click
 import numpy as np
 from click.testing import CliRunner
-from hostile_calls import Late, fault, within
-from valid_calls import AXIS, TIMES, TURN, table
 
+import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.compile.tree import shown
 from strainwave.files.yaml_text import FileError
 
+TIMES = 0.01 * np.arange(200)
+TURN = np.linspace(0.0, 4.0 * np.pi, 240, endpoint=False)
+PROJECT = """
+gear: CSG-40-50
+motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz, damping: 0.7}, max_torque: 3 N*m}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 100 rad/s, to: 180 rad/s, shaft: motor}
+limit: {oscillation: 100 arcsec}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+scatter: {load.inertia: 3 %}
+"""
+SENTENCES = (ValueError, TypeError, sw.SolveError, RuntimeError, FileNotFoundError, ModuleNotFoundError)
+ROOT = str(Path(sw.__file__).parent)
+LONGEST = 900  # letters of a sentence
+
+
+def table(*columns, names):
+    """Text of a CSV file."""
+    rows = [",".join(names), *(",".join(f"{value:.12g}" for value in row) for row in zip(*columns, strict=True))]
+    return "\n".join(rows) + "\n"
+
+
 OWN = ("app",)  # it serves until it is stopped
-PROJECT = AXIS.replace("{name: CSG-40-50}", "CSG-40-50")
 LINEAR = PROJECT.replace("CSG-40-50", "{ratio: 50, law: {type: linear, K: 5e4 N*m/rad}}")  # computed five times as fast
 COLUMNS = "time [s],motor_angle [rad],load_angle [rad],torque [N*m]"
 SPECIFICATION = """
@@ -95,6 +121,54 @@ TEXTS = (
     "log.csv", "scan.csv", "loop.csv", "empty.yaml", "bytes.csv", "missing.csv", "out", "no/such/folder/x", "%s%n", "{}",
     "[1, 2]", "True", "1e3", "3.7", "0x10", "2 kg/0.3 m", "1 kg*m", "90deg/0.5s", "1 rpm/1 rpm", "CSG-40-50", "csv",
 )  # fmt: skip
+
+
+class Late(BaseException):
+    """A call took longer than it may."""
+
+
+@contextmanager
+def within(seconds):
+    """Stop what takes longer (`Late`): so many seconds of the processor, or thirty times as many of waiting."""
+
+    def late(*_):
+        raise Late
+
+    timers = {signal.SIGPROF: (signal.ITIMER_PROF, seconds), signal.SIGALRM: (signal.ITIMER_REAL, 30.0 * seconds)}
+    before = {sign: signal.signal(sign, late) for sign in timers}
+    for timer, time in timers.values():
+        signal.setitimer(timer, time, 1.0)  # again, as Python drops what is raised in a `__del__`
+    try:
+        yield
+    finally:
+        for sign, (timer, _) in timers.items():
+            signal.setitimer(timer, 0.0)
+            signal.signal(sign, before[sign])
+
+
+def inner(error):
+    """Last line of the package that an error came through."""
+    lines = [
+        f"{Path(f.filename).name}:{f.lineno}"
+        for f in traceback.extract_tb(error.__traceback__)
+        if f.filename.startswith(ROOT)
+    ]
+    return lines[-1] if lines else ""
+
+
+def fault(error):
+    """What is unsound about an error; "" for nothing: a statement of the package raised it, with words."""
+    place = error.__traceback__
+    while place.tb_next is not None:
+        place = place.tb_next
+    code = place.tb_frame.f_code
+    said = f"{type(error).__name__}: {shown(str(error))} @ {Path(code.co_filename).name}:{place.tb_lineno}"
+    if not isinstance(error, SENTENCES):
+        return said
+    raised = code.co_code[place.tb_lasti] == opmap["RAISE_VARARGS"]
+    if not (raised and code.co_filename.startswith(ROOT)):
+        return f"{said} < {inner(error)}"
+    return "" if len(str(error).split()) > 3 and len(str(error)) <= LONGEST else f"no sentence: {said}"
 
 
 def valid_command(name):

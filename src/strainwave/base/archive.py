@@ -37,13 +37,6 @@ def version() -> str:
     return str(vars(import_module(MARK))["__version__"])
 
 
-def as_file(path: object) -> Path:
-    """Path of a file to be written or read (TypeError)."""
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"the file is {shown(path)}; give its name as text, for example 'curve.nc'")
-    return Path(path)
-
-
 class atomic:
     """Context manager: a temporary sibling of `path` that replaces it on success and vanishes on any error."""
 
@@ -142,10 +135,8 @@ def load(path: str | os.PathLike[str]) -> Any:
         If the file is no NetCDF, damaged, or made by another version.
     FileNotFoundError
         If there is none.
-    TypeError
-        If the path is none.
     """
-    path = as_file(path)
+    path = Path(path)
     if path.suffix != ".nc":
         raise ValueError(f"cannot load {shown(path.name)}; results are saved with names that end in .nc")
     if not path.exists():

@@ -5,9 +5,9 @@ the only place that asks an object for what it may have; `law` does the same for
 """
 
 from collections.abc import Callable
+from inspect import signature
 from typing import Any, Protocol
 
-from .arguments import takes
 from .law import is_spring
 from .quantities import Reals, checked, shown
 from .results import Floats
@@ -282,6 +282,17 @@ class Load(Protocol):
 def lacking(thing: object, *methods: str) -> tuple[str, ...]:
     """Those of the methods or fields that an object lacks: all of them if it is a class."""
     return methods if isinstance(thing, type) else tuple(name for name in methods if not hasattr(thing, name))
+
+
+def takes(function: Any, count: int) -> bool:
+    """Whether a function or a method can be called with so many arguments, as far as it says."""
+    try:
+        signature(function).bind(*range(count))
+    except ValueError:  # of a function written in C
+        return True
+    except TypeError:
+        return False
+    return True
 
 
 def need(field: str, thing: object, *methods: str, remedy: str = "") -> None:

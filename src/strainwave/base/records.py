@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..compile.tree import shown
 from .above import above
-from .archive import as_file, atomic, version, write
+from .archive import atomic, version, write
 from .facts import Fact, lines
 from .sentences import on_screen
 
@@ -108,12 +108,10 @@ class Result:
         ------
         ValueError
             If the ending is another, the result holds a class that is not of this package, or has no table for CSV.
-        TypeError
-            If the path is none.
         FileNotFoundError
             If there is no such folder.
         """
-        path, name = as_file(path), type(self).__name__
+        path, name = Path(path), type(self).__name__
         if path.suffix == ".nc":
             write(self, self.to_xarray(), path)
             return path

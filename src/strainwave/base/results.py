@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .archive import as_file, atomic
-from .arguments import typed
+from .archive import atomic
 from .quantities import array_of, index, whole
 from .records import Along, Labelled, Result, Waves
 from .sentences import on_screen
@@ -115,7 +114,6 @@ class Trajectory(Result):
     switches: int
     largest: Floats | None = None
 
-    @typed
     def peak(self, component: int = 0, after: float = -np.inf) -> float:
         """Largest absolute value of a state, between the samples too.
 
@@ -152,7 +150,7 @@ class Trajectory(Result):
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything as other results do, or t and y as CSV (`.csv`); the file appears when it is complete."""
-        path = as_file(path)
+        path = Path(path)
         if path.suffix != ".csv":
             return super().save(path)
         names = ["x_rad", "v_rad_per_s"] if len(self.y) == 2 else [f"y{i}" for i in range(len(self.y))]
@@ -212,7 +210,6 @@ class Orbit(Result):
     label: str = ""
     value: float = math.nan
 
-    @typed
     def amplitude(self, k: int) -> float:
         """Amplitude of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
         x, k = self.coefficients[:, 0], whole("k", k)
@@ -332,7 +329,6 @@ class Branch(Result):
     beat: float | None = None
     waves: Waves | None = None
 
-    @typed
     def amplitude(self, k: int) -> Floats:
         """Amplitude (n,) of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
         x, k = self.coefficients, whole("k", k)

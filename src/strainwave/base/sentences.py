@@ -11,6 +11,10 @@ from typing import Any
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
+def silent(*_: Any) -> None:
+    """Progress of which nobody is told: the default of an argument `progress`."""
+
+
 class Quantity:
     """Values of one kind in a sentence, written between words; without values its unit alone.
 

@@ -81,7 +81,7 @@ def leaf_of(model: Any, path: str) -> int:
         If the path names no float.
     """
     paths = [at for at, _, _, value in numbers(model) if isinstance(value, float)]
-    if not isinstance(path, str) or path not in paths:
+    if path not in paths:
         raise ValueError(f"{type(model).__name__} has no continuous parameter {shown(path)}; it has {', '.join(paths)}")
     return paths.index(path)
 

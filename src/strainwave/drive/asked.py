@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
-from numbers import Real
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -68,7 +67,7 @@ class MotorLimits(NamedTuple):
             if name in CURVES:
                 if value and (said := curve_fault(value)):
                     raise ValueError(f"MotorLimits.{name} {said}")
-            elif not (isinstance(value, Real) and value == math.inf):
+            elif value != math.inf:
                 number(f"MotorLimits.{name}", value, positive=True)
         if said := self.crossing():
             raise ValueError(f"MotorLimits.continuous_torque {said}")

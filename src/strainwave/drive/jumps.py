@@ -13,8 +13,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.protocols import lacking
-from ..base.quantities import shown
 from ..base.records import Labelled, Result
 from ..base.results import Branch, Orbit
 from ..base.sentences import on_screen
@@ -224,8 +222,6 @@ def jumps(branch: Branch) -> Jumps:
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.1 (jump phenomena).
     """
-    if lacking(branch, "folds", "stable"):
-        raise TypeError(f"the branch is {shown(branch)}; give what frequency_response or parameter_response returns")
     low, high = branch.span if len(branch.values) else (0.0, 0.0)
     followed = pieces_of(branch, branch.stable | doubled(branch))  # or a stable motion of twice the period goes on
     pieces = [p for p in followed if np.max(branch.values[p]) > low and np.min(branch.values[p]) < high]

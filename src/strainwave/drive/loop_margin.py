@@ -12,9 +12,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.arguments import typed
 from ..base.protocols import Control, with_parts
-from ..base.quantities import SMALLEST, number, numbers
+from ..base.quantities import SMALLEST, choice, number, numbers
 from ..base.records import Along, Result
 from ..base.results import Floats, Orbit, SolveError
 from ..base.sentences import on_screen
@@ -74,13 +73,11 @@ class Bode(Result):
     arrays: ClassVar[Along] = {"omega": {"motor": "rad/(N*m*s)", "load": "rad/(N*m*s)"}, "pole": {"poles": "1/s"}}
     places: ClassVar[Along] = {"omega": {"omega": "rad/s"}}
 
-    @typed
     def decibels(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
         """Magnitude (n,) in dB of the speed of a shaft over the torque, relative to 1 rad/(N*m*s); -inf of one held."""
         size = np.abs(self._of(shaft))
         return 20.0 * np.log10(size, out=np.full(size.shape, -np.inf), where=size != 0.0)
 
-    @typed
     def degrees(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
         """Phase (n,) in degrees of the speed of a shaft, continuous along the frequencies."""
         return np.asarray(np.unwrap(np.angle(self._of(shaft))) * 180.0 / pi)
@@ -104,10 +101,10 @@ class Bode(Result):
         return on_screen("\n".join([*lines, *(f"  {message}" for message in self.messages[:1])]))
 
     def _of(self, shaft: str) -> Complexes:
+        choice("shaft", shaft, "motor", "load")
         return self.motor if shaft == "motor" else self.load
 
 
-@typed
 def bode(
     train: DriveTrain,
     omega: ArrayLike,
@@ -154,6 +151,7 @@ def bode(
     """
     train = with_parts("bode", train, "power_names")
     grid = numbers("omega", omega)
+    choice("source", source, "motor", "load")
     if not np.all(grid >= SMALLEST):
         raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive, {SMALLEST:g} up")
     if source == "motor" and train.motor.held:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.arguments import typed
 from ..base.law import share, states_of, torque_of, z_rate_of
 from ..base.protocols import Control, with_parts
 from ..base.records import Result
@@ -119,7 +118,6 @@ class Margins(Result):
         )
 
 
-@typed
 def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.0) -> Margins:
     """Find gain, phase and delay margins of the motor's loop, linear about an operating point.
 

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import typed
 from ..base.law import breakpoints_of, spring_stiffness, states_of, torque_of
 from ..base.protocols import lacking, terms_of, with_parts
 from ..base.quantities import number, numbers
@@ -24,7 +23,6 @@ ROUNDS, CLOSE = 50, 1e-9  # of Newton's method, and rates of the solution relati
 EXACT = 1e-14  # of the rates of a train with a twist: what rounding leaves of them
 
 
-@typed
 def operating_state(
     train: DriveTrain, speed: float, *, near: tuple[float, ...] = (), angle: float = 0.0
 ) -> Floats:  # fmt: skip

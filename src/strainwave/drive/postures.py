@@ -9,7 +9,6 @@ from dataclasses import replace
 from math import cos
 from typing import NamedTuple
 
-from ..base.arguments import typed
 from ..base.quantities import Inertia, Torque, TorsionalStiffness, array_of, checked, number
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import Elastic
@@ -87,7 +86,6 @@ class Link(NamedTuple):
                 raise ValueError(f"Link.{name} is {value:g}; it must be positive")
 
 
-@typed
 def two_link(
     first: Link, second: Link, angles: Iterable[tuple[float, float]], *, joint: int = 1, payload: float = 0.0,
     gravity: float = WEIGHT,

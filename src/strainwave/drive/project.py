@@ -7,10 +7,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..base.above import above
-from ..base.arguments import typed
 from ..base.law import depends
-from ..base.protocols import lacking
-from ..base.quantities import checked, number, positive_count, shown, whole
+from ..base.quantities import checked, number, positive_count, whole
 from ..base.results import SolveError
 from ..base.sentences import listed, on_screen
 from ..base.units import Speeds
@@ -242,7 +240,6 @@ class Project:
         """Least and largest torque [N*m] on the load beside the curve's: without those of its angle in a beat."""
         return (self.mean_range or (self.mean_load_torque,) * 2) if self.is_beating else self.load_torques
 
-    @typed
     def under(self, torque: float, keeps_gravity: bool = False) -> "Project":
         """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
         parts = self._loaded(torque)
@@ -260,7 +257,6 @@ class Project:
         error = self.kinematic_error if self.loaded_error is None else self.loaded_error.under(-torque)
         return {"load_torque": with_mean(self.load_torque, torque), "kinematic_error": error}
 
-    @typed
     def with_load_inertia(self, J_l: float) -> "Project":
         """The project with another inertia [kg*m^2] of the load behind all couplings; B and the loop stay."""
         J_l = number("J_l [kg*m^2]", J_l, positive=True)
@@ -268,7 +264,6 @@ class Project:
         train, whole = self.train and self.train.with_load(J=J_l), self.whole and self.whole.with_load(J=J_l)
         return replace(self, drive=self.drive._replace(J_l=before + J_l), train=train, whole=whole)
 
-    @typed
     def response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
     ) -> DriveResponse:  # fmt: skip
@@ -319,7 +314,6 @@ class Project:
         """The response of a drive whose motions beat; see `beating_response`."""
         return beating_response(self.whole, self.speeds.limits, self.limit)
 
-    @typed
     def train_response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
     ) -> DriveResponse | None:
@@ -331,7 +325,6 @@ class Project:
         points = OF_TRAIN if points is None else points
         return train_curve(self.train, self.speeds.limits, harmonics, coexisting=coexisting, points=points)
 
-    @typed
     def equation_response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
     ) -> DriveResponse:  # fmt: skip
@@ -351,17 +344,14 @@ class Project:
         """What the assumed numbers leave open in the response, a `Sureness`; as of `how_sure`."""
         return above("how_sure")(self)
 
-    @typed
     def judged(self, found: DriveResponse, turns: int = 1) -> Any:
         """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`; `turns` as of `judged`."""
         return above("judged")(self, found, turns)
 
-    @typed
     def analyze(self, progress: Callable[[str, float], None] | None = None, *, advice: bool = True) -> Any:
         """Analyse the drive through its speeds, an `Analysis`; arguments and errors as of `study.analysis.analyze`."""
         return above("analyze")(self, progress, advice=advice)
 
-    @typed
     def equation_of(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
         """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""
         damping = None if self.damping is None else self.damping._replace(B=drive.B)
@@ -376,15 +366,11 @@ def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:
 
     Raises
     ------
-    TypeError
-        If it is neither.
     ValueError
         If the project has no whole train.
     """
     if isinstance(project, DriveTrain):
         return "", checked(project)
-    if lacking(project, "motors"):
-        raise TypeError(f"{task} takes a Project or a DriveTrain, not {shown(project)}; read_project gives a project")
     trains: list[tuple[str, DriveTrain]] = list(project.motors().items())
     if not trains:
         raise ValueError(

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.arguments import typed
 from ..base.facts import Fact
 from ..base.law import states_of, torque_of
 from ..base.quantities import AngularSpeed, Torque
@@ -134,7 +133,6 @@ def _range(ends: tuple[float, float]) -> str:
     return f"{low} arcsec" if low == high else f"anything from {low} to {high} arcsec"
 
 
-@typed
 def standstill(project: Any) -> Standstill:
     """Find where a drive rests under its mean torques, and whether its loop hunts.
 

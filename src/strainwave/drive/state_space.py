@@ -9,9 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.arguments import typed
 from ..base.protocols import with_parts
-from ..base.quantities import number, numbers, several
+from ..base.quantities import number, numbers
 from ..base.records import Along, Labelled, Result
 from ..base.results import Floats
 from ..base.sentences import on_screen
@@ -65,10 +64,9 @@ class StateSpace(Result):
     at: Floats
     speed: float
 
-    @typed
     def units(self, names: Names) -> Names:
         """Units of states, inputs or outputs by their names; empty for internal states of laws and controls."""
-        return tuple(map(_unit, several("names", names)))
+        return tuple(map(_unit, tuple(names)))
 
     @property
     def poles(self) -> Complexes:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..base.blas import one_thread
 from ..base.law import breakpoints_of, depends
 from ..base.protocols import System, lacking, lines_of, orders_of, terms_of
-from ..base.quantities import checked, interval, number, shown
+from ..base.quantities import checked, interval, number
 from ..base.records import Waves
 from ..base.results import Branch, Floats, Orbit, SolveError, Status
 from ..base.sentences import Sentence, Speed
@@ -210,8 +210,6 @@ def two_turn_motion(system: System, omega: float, *, ratio: float | None = None,
         If no motion is found.
     """
     omega = number("omega [rad/s]", omega, positive=True)
-    if not (start is None or isinstance(start, TwoTurnCurve)):
-        raise TypeError(f"start is {shown(start)}; give a motion that two_turn_motion returned")
     driven, flow = _driven(system, ratio)
     guess = None if start is None else (start.problem, start.points[0])
     _refuse_falling(system, driven, omega)

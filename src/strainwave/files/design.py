@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..base.arguments import typed
 from ..base.quantities import floated
 from ..base.sentences import printable
 from ..base.units import RPM
@@ -18,7 +17,7 @@ from .fields.kinds import Items, Quantity, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
 from .fields.schema import INERTIA, SPEED, TITLE, DampingSpec, LimitSpec, LoadSpec, MotorSpec, ProjectSpec, SpeedSpec
 from .reading import FROM_REST, REST_NOTE, ProjectError
-from .yaml_text import Keys, Problem, as_path, name, read, refuse, text_of
+from .yaml_text import Keys, Problem, name, read, refuse, text_of
 
 KIND = "specification"
 LONGEST = 1000  # inertias of one kind, and segments
@@ -151,7 +150,7 @@ def read_specification(path: str | Path) -> Specification:
     ProjectError
         If the file cannot be read or specifies nothing; all problems found, one line each.
     """
-    path = as_path(path)
+    path = Path(path)
     located = read(text_of(path, KIND, error=ProjectError))
     spec, problems = read_file(located.content, SpecificationSpec, located)
     if not problems:
@@ -199,7 +198,6 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
     )
 
 
-@typed
 def design_text(specification: Specification, candidate: Candidate) -> str:
     """Write a design as a project file: its drive under the worst load and the mean torque, through the speeds.
 

@@ -79,7 +79,7 @@ def to_csv(table: Mapping[str, Any], columns: Sequence[Sequence[float]]) -> str:
 
 def to_c(table: Mapping[str, Any], sides: Mapping[str, Any], prefix: str) -> str:
     """Text of a table in C, with constant, lines and points by direction of motion."""
-    if not isinstance(prefix, str) or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,60}", prefix):
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,60}", prefix):
         raise ValueError(f"prefix is {shown(prefix)}; give a name of C")
     guard, functions = f"{prefix.upper()}_H", FUNCTIONS.replace("NAME", prefix)
     rows = [*_remarks("//", table), f"#ifndef {guard}", f"#define {guard}", "#include <math.h>", ""]

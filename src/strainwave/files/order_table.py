@@ -13,13 +13,13 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..base.archive import as_file, atomic
-from ..base.quantities import number, positive_count, samples_of, shown
+from ..base.archive import atomic
+from ..base.quantities import choice, number, positive_count, samples_of, shown
 from ..base.results import Floats
 from ..model.excitation import HIGHEST, Harmonic, Harmonics, Line
 from ..model.orders import Pair, order_pair
 from .order_files import MOST_POINTS, Unfit, from_text, to_c, to_csv, to_json
-from .yaml_text import FileError, Problem, as_path, complaint, text_of
+from .yaml_text import FileError, Problem, complaint, text_of
 
 FORMATS = {"json": ".json", "csv": ".csv", "c": ".h"}
 CHOICES = {
@@ -35,7 +35,7 @@ FEWEST, PER_PERIOD = 64, 32  # points a turn, and a period of the highest order,
 
 def format_of(path: str | os.PathLike[str], format: str | None) -> str:
     """Format of a file to be written, by its ending where it is not told (ValueError)."""
-    ending = as_file(path).suffix
+    ending = Path(path).suffix
     form = format or next((name for name, usual in FORMATS.items() if usual == ending), ending)
     if form not in FORMATS:
         raise ValueError(f"{shown(form)} is no format of order tables; formats: {', '.join(FORMATS)}")
@@ -96,9 +96,7 @@ class OrderTable:
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
-            if (value := getattr(self, name)) not in choices:
-                text = ", ".join(map(repr, choices))
-                raise ValueError(f"{name} of an order table is {shown(value)}; it must be one of {text}")
+            choice(f"{name} of an order table", getattr(self, name), *choices)
         values: dict[str, Any] = {"lines": _checked("lines", self.lines)}
         for name in ("zero", "mean", "mean_backward", "delay", "ratio", "load"):
             if (value := getattr(self, name)) is not None or name not in ("ratio", "load"):
@@ -257,7 +255,7 @@ class OrderTable:
         FileNotFoundError
             If there is no such folder.
         """
-        path, form = as_file(path), format_of(path, format)
+        path, form = Path(path), format_of(path, format)
         if form == "csv" and self.delay != 0.0:
             raise ValueError(
                 f"the table has a delay of {self.delay:g} s, whose phase depends on the speed, and points know no "
@@ -301,7 +299,7 @@ class OrderTable:
         FileError
             If the file is no table; a ValueError with one line, `file:line:column: field: fact, value, remedy`.
         """
-        path = as_path(path)
+        path = Path(path)
         text = text_of(path, "table of orders", LARGEST)
         try:
             return cls(**from_text(text, [field.name for field in fields(cls)]))
@@ -335,11 +333,9 @@ def _range(speeds: object) -> tuple[float, float]:
     return low, high
 
 
-def _terms(thing: object) -> list[Line]:
-    """Lines of an error, a torque or a sequence (TypeError, ValueError)."""
+def _terms(thing: Any) -> list[Line]:
+    """Lines of an error, a torque or a sequence (ValueError)."""
     terms = (thing,) if isinstance(thing, Harmonic) else getattr(thing, "terms", getattr(thing, "lines", thing))
-    if not isinstance(terms, Sequence) or not all(hasattr(line, "order") for line in terms):
-        raise TypeError(f"{shown(thing)} has no lines of orders; give a KinematicError, an ErrorScan, or lines")
     return [Line(*(number(name, getattr(line, name)) for name in Line._fields)) for line in terms]
 
 

@@ -15,7 +15,7 @@ from ..model.gears.gear import NUMBERS, Gear
 from .fields.kinds import Items, Quantity, Row, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file
 from .logs.names import named
-from .yaml_text import Keys, Located, Problem, as_path, name, read, refuse, shown, text_of
+from .yaml_text import Keys, Located, Problem, name, read, refuse, shown, text_of
 
 SPEEDS = {"max_rpm": "max_speed", "average_rpm": "average_speed"}
 NEEDED = ("K1", "K2", "K3", "T1", "T2")
@@ -89,7 +89,7 @@ def read_gears(path: str | Path) -> dict[str, Gear]:
         If the file cannot be read or a record is wrong, contradicts itself or appears twice; a ValueError with one line
         `file:line:column: field: fact, value, remedy` per problem.
     """
-    path = as_path(path)
+    path = Path(path)
     text, table = text_of(path, "gear file"), path.suffix.lower() == ".csv"
     located = _of_table(text) if table else read(text)
     spec, problems = read_file(located.content, GearsSpec, located)

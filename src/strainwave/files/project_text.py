@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..base.arguments import refuse
 from ..base.protocols import Law
 from ..base.quantities import checked, interval, number, shown
 from ..base.units import Speeds
@@ -54,18 +53,11 @@ def project_text(
 
     Raises
     ------
-    TypeError
-        If it is neither.
     ValueError
         With what a project file does not hold.
     """
-    refuse("title", title, str)
     if isinstance(source, Project):
         return _of_project(source)
-    if not isinstance(source, DriveTrain):
-        raise TypeError(
-            f"project_text takes a Project or a DriveTrain, not {shown(source)}; drive.train(...) gives a train"
-        )
     train = checked(source)
     if not isinstance(train.reference, Steady):
         raise ValueError(

@@ -34,7 +34,7 @@ from .fields.schema import ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes, posture_note, sources_of
 from .own_gears import read_gears
 from .python_law import with_python_laws
-from .yaml_text import FileError, Keys, Located, Problem, as_path, complaint, name, read, refuse, shown, text_of
+from .yaml_text import FileError, Keys, Located, Problem, complaint, name, read, refuse, shown, text_of
 
 T = TypeVar("T")
 ACCURACY_NOTE = (
@@ -205,7 +205,7 @@ def read_project(path: str | Path) -> Project:
     ProjectError
         If the file cannot be read or does not describe a drive; all problems found, one line each.
     """
-    path = as_path(path)
+    path = Path(path)
     return from_text(text_of(path, error=ProjectError), path)
 
 

@@ -8,11 +8,11 @@ speed, and postures, likewise.
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..base import arguments
 from ..base.quantities import checked, shown
 from ..base.results import Floats
 from ..drive.asked import Curve, curve_fault
@@ -20,7 +20,6 @@ from ..drive.postures import Posture
 from ..study.move.profiles import AngleProfile
 from .logs.names import named
 from .logs.table import columns_in_si, read_table, refuse, rising_columns
-from .yaml_text import as_path
 
 OURS, VENDORS, BACKWARD, ANGLE = "error", "ate", "backward", "angle"
 HINT = "name the columns with their units: angle [deg], error [arcsec], or give --angle, --error, --backward"
@@ -95,15 +94,8 @@ def read_scan(
         If the file cannot be read, a column or its unit is missing, a number is wrong, or angles do not ascend; a
         ValueError with one line, `file:line:column: field: fact, value, remedy`.
     """
-    path = as_path(path)
-    for flag, choice in (("ate", ate), ("reverse", reverse)):
-        arguments.refuse(flag, choice, bool)
+    path = Path(path)
     fields = {ANGLE: angle, OURS: error, BACKWARD: backward}
-    for field, name in fields.items():
-        if not isinstance(name, str) and (name is not None or field == ANGLE):
-            raise TypeError(
-                f"{field} is {shown(name)}; give the name of a column as text, with its unit: 'Winkel [deg]'"
-            )
     file, _, lines = read_table(path, delimiter, decimal, kind="scan file")
     names = [named(column.name).name for column in file]
     vendors = error is None and OURS not in names and VENDORS in names
@@ -147,7 +139,7 @@ def read_profile(
         If the file cannot be read, a column or its unit is missing, a number is wrong, or time goes back; a ValueError
         with one line, `file:line:column: field: fact, value, remedy`.
     """
-    path = as_path(path)
+    path = Path(path)
     file, _, lines = read_table(path, delimiter, decimal, kind="profile")
     if len(lines) < 2:
         raise refuse(path, f"has fewer than two points; {FORM}, and give one line per point")
@@ -165,7 +157,7 @@ def read_torque_curve(path: str | os.PathLike[str], column: str) -> Curve:
         If the file cannot be read, a column or its unit is missing, a number is wrong, speeds do not ascend from 0, or
         a torque is negative.
     """
-    path = as_path(path)
+    path = Path(path)
     file, _, lines = read_table(path, None, None, kind="torque curve")
     named_so = column in [named(one.name).name for one in file]
     form = f"name the columns with their units: speed [rpm], {column} [N*m]"
@@ -192,7 +184,7 @@ def read_postures(path: str | os.PathLike[str]) -> tuple[Posture, ...]:
         If the file cannot be read, a column or its unit is missing, a number is wrong, or an inertia or a stiffness is
         not positive.
     """
-    path = as_path(path)
+    path = Path(path)
     file, _, lines = read_table(path, None, None, kind="table of postures")
     there = {named(column.name).name for column in file} | {"inertia"}
     if other := sorted(there - POSTURE_UNITS.keys()):

@@ -6,7 +6,6 @@ a project file never needs (aliases, tags, several documents, deep nesting) is r
 
 import codecs
 import json
-import os
 import re
 from collections.abc import Iterator
 from contextlib import suppress
@@ -99,13 +98,6 @@ def kind_of(value: object) -> str:
 def shown(value: object) -> str:
     """Quote a value in a sentence: a text in quotes and on one line, else its kind."""
     return repr(value if len(value) <= 40 else value[:37] + "...") if isinstance(value, str) else kind_of(value)
-
-
-def as_path(path: object) -> Path:
-    """Return a path given as text or as `Path`, or say that it is none (TypeError)."""
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"the file is {repr(path)[:200]}; give its name as text")
-    return Path(path)
 
 
 def read_text(

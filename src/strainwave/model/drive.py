@@ -5,7 +5,7 @@ from typing import Any, Literal, NamedTuple
 
 from ..base.law import spring_stiffness
 from ..base.protocols import Law, need
-from ..base.quantities import SMALLEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
+from ..base.quantities import SMALLEST, AngularSpeed, Damping, Inertia, Ratio, checked, choice, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError, shortest
 from .laws.friction import NO_FRICTION
 from .laws.springs import Cubic
@@ -102,8 +102,7 @@ class Drive(NamedTuple):
             If a torque or the kinematic error is of another kind.
         """
         J_m, J_l, N = self._inertias()
-        if not isinstance(motor, str) or motor not in ("free", "held"):
-            raise ValueError(f"motor is {shown(motor)}; it must be 'free' (torque-driven) or 'held' (constant speed)")
+        choice("motor", motor, "free", "held")
         if motor == "held" and motor_torque is not None:
             raise ValueError("a held motor keeps its speed whatever its torque; drop motor_torque or use motor='free'")
         reflected, free = N * N * J_m, motor == "free"

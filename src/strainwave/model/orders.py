@@ -16,10 +16,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from math import pi
-from numbers import Real
 from typing import Any, Literal, NamedTuple
 
-from ..base.arguments import typed
 from ..base.quantities import checked, number, positive_count, shown, whole
 from ..base.sentences import on_screen
 from .excitation import Harmonic, Harmonics, KinematicError
@@ -46,8 +44,7 @@ class Arrangement(NamedTuple):
         ValueError
             If the gear has no such members, or one is both.
         """
-        ends = [member for member in (self.fixed, self.output) if isinstance(member, str)]
-        others = [member for member in MEMBERS if member not in ends]
+        others = [member for member in MEMBERS if member not in self]
         if len(others) != 1:
             raise ValueError(
                 f"fixed is {shown(self.fixed)} and output {shown(self.output)}; give two of {', '.join(MEMBERS)}"
@@ -88,12 +85,10 @@ class Arrangement(NamedTuple):
         R = self.ratio(N)
         return {self.output: Fraction(1), self.driven: -1 / R, self.fixed: 1 / R - 1}
 
-    @typed
     def turn(self, member: Member) -> Pair:
         """Turns of the motor and of the output that a member makes in the housing."""
         return int(member == self.driven), int(member == self.output)
 
-    @typed
     def lobes(self, spline: Member, times: int) -> Pair:
         """Pair of what repeats so many times per turn of the wave generator against a spline."""
         (a, b), (c, d), times = self.turn("wave generator"), self.turn(spline), int(times)
@@ -164,7 +159,6 @@ class OrderMap:
     orders: tuple[GearOrder, ...]
     arrangement: Arrangement = USUAL
 
-    @typed
     def order(self, name: str) -> GearOrder:
         """Return the order of this name.
 
@@ -213,8 +207,6 @@ def order_map(N: float, arrangement: Arrangement = USUAL, *, cogging: int = 0) -
     ------
     ValueError
         If N is not an integer of 2 to 10 000, the arrangement is none, or cogging is no count.
-    TypeError
-        If `arrangement` is no Arrangement.
 
     References
     ----------
@@ -222,8 +214,6 @@ def order_map(N: float, arrangement: Arrangement = USUAL, *, cogging: int = 0) -
     the wave generator's; the counts here follow from the tooth numbers as the module says. A flexspline tooth meets a
     lobe 2 z2/z1 times per motor turn, a circular-spline tooth 2 times, with the circular spline fixed.
     """
-    if not isinstance(arrangement, Arrangement):
-        raise TypeError(f"arrangement is {shown(arrangement)}; give an Arrangement(fixed, output)")
     n, ratio = whole_ratio(N), arrangement.ratio(N)
     cogging = positive_count("cogging", cogging, 10_000) if whole("cogging", cogging) else 0
     first: Member = "flexspline" if arrangement.fixed == "flexspline" else "circular spline"
@@ -335,7 +325,7 @@ def without_teeth(ratio: float) -> Iterator[str]:
 
 def whole_ratio(N: float) -> int:
     """Ratio that the teeth of a gear can have, as a whole number; others are refused (ValueError)."""
-    if not (isinstance(N, Real) and 2 <= N <= LARGEST_RATIO and N % 1 == 0):
+    if not (2 <= N <= LARGEST_RATIO and N % 1 == 0):
         raise ValueError(
             f"N is {shown(N)}; orders are counted for a whole ratio (motor turns per output turn), 2 to {LARGEST_RATIO}"
         )

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from ..base.law import breakpoints_of
-from ..base.quantities import shown
 from ..base.results import Floats
 from ..base.sentences import Angle, Sentence
 from ..compile.jit import routine
@@ -134,8 +133,6 @@ def operating_point(law: Any, mean: float) -> float:
     ValueError
         If no torsion carries it; the sentence says how much the law carries.
     """
-    if not hasattr(law, "torque"):
-        raise TypeError(f"{shown(law)} has no torque; give a law, such as Cubic(1.0, 0.1)")
     offset = float(law.torque(0.0)) - mean
     if offset == 0.0:
         return 0.0

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.arguments import refuse
 from ..base.law import breakpoints_of, is_spring, torsion
 from ..base.protocols import Balance, System, has_jacobian, omega_of, with_parts
 from ..base.quantities import Reals, States, number, numbers, positive_count, reals, shown
@@ -327,7 +326,6 @@ def _refined(system: System, orbit: Orbit, period: int) -> Orbit:
 
 def raised(orbit: Orbit, throw: bool) -> Orbit:
     """Return the orbit, or raise its message if it is none and `throw` is true."""
-    refuse("throw", throw, bool)
     if throw and not orbit.status.found:
         raise SolveError(orbit.message)
     return orbit

@@ -20,9 +20,9 @@ import xarray as xr
 
 from ..base.above import above
 from ..base.archive import version
-from ..base.arguments import refuse, silent
 from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats
+from ..base.sentences import silent
 from ..compile.lanes import LANES
 from ..drive.project import Project
 from ..numerics.ensemble.ensemble import ensemble
@@ -176,11 +176,9 @@ def sweep(
     workers = positive_count("workers", _processors() if workers is None else workers, MOST_WORKERS)
     folder = None if store is None else _folder(store)
     seed = whole("seed", seed)
-    parameter_units = _check(measure, system, points, units)
+    parameter_units = _check(system, points)
     if isinstance(measure, EnsembleMeasure):
         measure.check(system)
-    refuse("processes", processes, bool)
-    refuse("progress", progress, Callable[[str, float], None])
     job = Job(measure, system, seed)
     layout = layout_of(points.shape, chunk or chunk_size(points.shape, _least_chunk(job)))
     check_size(layout, folder is not None)
@@ -339,14 +337,8 @@ def _pool(client: Any, spec: str, workers: int, processes: bool, job: Job) -> An
     return ProcessPool(workers, job) if processes else ThreadPool(workers)
 
 
-def _check(measure: Any, system: Any, points: Points, units: Any) -> dict[str, str]:
+def _check(system: Any, points: Points) -> dict[str, str]:
     """Refuse what cannot be swept; return the units of the parameters."""
-    if not callable(measure):
-        raise TypeError(f"the measure is {shown(measure)}; it must be a function of the system, or an EnsembleMeasure")
-    if units is not None and not (
-        isinstance(units, Mapping) and all(isinstance(v, str) for pair in units.items() for v in pair)
-    ):
-        raise TypeError(f"units are {shown(units)}; they must be a dict such as {{'peak': 'rad'}}")
     parameter_units = check_names(system, points.paths)
     if taken := sorted(set(OWN_NAMES) & set(points.paths)):
         raise ValueError(f"a parameter named {taken[0]!r} cannot be swept: the store uses that name")
@@ -364,10 +356,8 @@ def _recognised(job: Job, grid: Grid, points: Points, layout: Layout, stored: bo
         return uuid4().hex, []  # nothing is resumed from memory
 
 
-def _folder(store: Any) -> Path:
+def _folder(store: str | os.PathLike[str]) -> Path:
     """Return the path of a store, or say that it is none."""
-    if not isinstance(store, str | os.PathLike):
-        raise TypeError(f"store is {shown(store)}; it must be the path of a folder, such as 'map.zarr'")
     path = Path(store)
     letters = not re.search("[\0\ud800-\udc7f\udd00-\udfff]", str(path))  # others are bytes of a name, escaped
     if not path.name or not letters:

@@ -30,7 +30,6 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from ..base.quantities import shown
 from ..base.results import Floats
 from .points import Job, Part, compute
 
@@ -52,10 +51,6 @@ class ClusterPool:
     """
 
     def __init__(self, client: Any, spec: str) -> None:
-        from distributed import Client  # only those who have a client have dask
-
-        if not isinstance(client, Client):
-            raise TypeError(f"client is {shown(client)}; it must be a dask.distributed.Client")
         if client.asynchronous:
             raise TypeError("the client is asynchronous; make it with Client(address), outside of a coroutine")
         self.client: Any = client  # distributed has annotations in some places only

@@ -16,8 +16,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..base.arguments import silent, typed
 from ..base.results import Floats
+from ..base.sentences import silent
 from ..model.drive import HDC_40_050
 from ..model.excitation import Harmonic
 from ..model.laws.springs import Cubic
@@ -141,7 +141,6 @@ def printed_system(omega: float = 1.0) -> Oscillator:
     return Oscillator(1.0, PRINTED_MU, Cubic(PRINTED_OMEGA_0**2, ALPHA), Harmonic(amplitude), omega)
 
 
-@typed
 def reproduce(*, progress: Callable[[str, float], None] = silent) -> Reproduction:
     """Compute the article's Tables 3 and 4 for both parameter sets.
 

@@ -9,7 +9,6 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..base.arguments import typed
 from ..base.protocols import lacking
 from ..base.quantities import Reals, array_of
 from ..base.sentences import Angle, Sentence, on_screen
@@ -123,7 +122,6 @@ class StabilityProof:
         b = self.system.damping.value(phase, v)
         return -(b + 0.5 * self.system.J * rate / kappa) * v * v / kappa + 0.0 * x
 
-    @typed
     def contains(self, x: float, v: float, phase: float = 0.0) -> bool:
         """Whether the claim covers a motion that starts at the error x [rad], the rate v [rad/s] and a base angle."""
         region = self.region

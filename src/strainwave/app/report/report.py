@@ -14,9 +14,8 @@ from urllib.parse import quote
 import numpy as np
 
 from ...base.archive import version
-from ...base.arguments import silent
 from ...base.results import Branch, Floats
-from ...base.sentences import Angle, Speed, listed
+from ...base.sentences import Angle, Speed, listed, silent
 from ...base.units import Speeds
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
@@ -26,7 +25,7 @@ from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
 from ..console import WHAT_X_IS, number, percent, slug, staged, to_json, write_csv
 from ..view import View, equation_alone
-from .section import Part, Section, asked, sections_of
+from .section import Part, Section, asked
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix
 
@@ -102,7 +101,6 @@ def write(
     OSError
         If the folder cannot be written; nothing is left behind.
     """
-    sections = sections_of(sections)
     project = project if isinstance(project, Project) else read_project(project)
     with nullcontext() if folder is None else staged(Path(folder)) as part:
         view = View.of(project, project.analyze(progress))

@@ -5,6 +5,7 @@ The floats of a model are recorded by name. One that decides a branch (a compari
 math) is fixed: it stands in the code as it is. So do integers. What the code does not use is no field.
 """
 
+import os
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ...base.archive import as_file, atomic, version
+from ...base.archive import atomic, version
 from ...base.quantities import parameters, shown
 from ...compile.tree import mapped, numbers
 from .traced import Decided, Recording, literal
@@ -51,17 +52,15 @@ class CCode:
         return path
 
 
-def c_name(path: object, ending: str) -> tuple[Path, str]:
+def c_name(path: str | os.PathLike[str], ending: str) -> tuple[Path, str]:
     """Path of a file with this ending, and its stem as a name in C.
 
     Raises
     ------
-    TypeError
-        If the path is none.
     ValueError
         If it ends in something else, or its stem is no name in C.
     """
-    path = as_file(path)
+    path = Path(path)
     if path.suffix != ending:
         raise ValueError(f"the file is {shown(path.name)}; give it a name that ends in {ending}")
     return path, as_name(path.stem)

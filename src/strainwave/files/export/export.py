@@ -4,16 +4,17 @@ A sampled controller in C: one update a sample, recorded from the controller's o
 a robot simulator: MJCF (MuJoCo), with what this format cannot carry.
 """
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
 from ...base.archive import atomic, version
 from ...base.law import spring_stiffness, states_of
 from ...base.protocols import Law, lacking, need
-from ...base.quantities import checked, floated, shown
+from ...base.quantities import checked, choice, floated, shown
 from ...base.sentences import on_screen
 from ...compile.tree import is_model, leaves, mapped, numbers
 from ...drive.project import Project
@@ -234,7 +235,7 @@ class Exported:
 
 def export(
     source: Any,
-    path: object,
+    path: str | os.PathLike[str],
     *,
     to: Target,
     step: float | None = None,
@@ -280,8 +281,7 @@ def export(
     OSError
         If the path cannot be written.
     """
-    if not isinstance(to, str) or to not in ENDINGS:
-        raise ValueError(f"to is {shown(to)}; it must be one of {', '.join(get_args(Target))}")
+    choice("to", to, *ENDINGS)
     path, name = c_name(path, ENDINGS[to])
     if not lacking(source, "start", "update") and lacking(source, "results"):
         if to != "c":
@@ -315,6 +315,5 @@ def _train(source: Any) -> DriveTrain:
                 "forcing); export takes a train"
             )
         return source.whole
-    if not isinstance(source, DriveTrain):
-        raise TypeError(f"export takes a Project, a Drive, a DriveTrain or a controller, not {shown(source)}")
-    return source
+    train: DriveTrain = source
+    return train

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.quantities import joined, shown
 from ...base.results import Floats
 from ...base.units import HERTZ
@@ -20,7 +19,7 @@ from ...study.identification.bode.measured_bode import (
     bode_of_records,
     measured_bode,
 )
-from ..yaml_text import FileError, as_path
+from ..yaml_text import FileError
 from .names import ENDINGS, QUANTITIES, SHAFTS
 from .read import columns_of, read_log
 from .table import Column, place_of, refuse, unit_of
@@ -53,7 +52,6 @@ RECORDS = {
 }
 
 
-@typed
 def read_frd(
     path: str | os.PathLike[str], columns: Columns = None, units: Mapping[str, str] | None = None, *,
     quantity: Quantity | None = None, amplitude: float | None = None, estimator: Estimator = "unknown",
@@ -89,7 +87,7 @@ def read_frd(
     FileError
         If the file has no such columns, several that may be meant, or a unit that is not clear; one sentence.
     """
-    path, columns = as_path(path), dict(columns or {})
+    path, columns = Path(path), dict(columns or {})
     file, notes = columns_of(path, delimiter, decimal)
     records = "frequency" not in columns and not any(_words(column) & WORDS["frequency"] for column in file)
     try:

@@ -115,8 +115,8 @@ def find(
     Unclear
         If no dialect reads the lines, or two read different tables.
     """
-    single = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1 and delimiter != '"')
-    sign = decimal is None or (isinstance(decimal, str) and decimal in SIGNS)
+    single = delimiter is None or (len(delimiter) == 1 and delimiter != '"')
+    sign = decimal is None or decimal in SIGNS
     if not (single and sign) or (decimal is not None and delimiter == decimal):
         raise Unclear(
             f"cannot be read with the delimiter {shown(delimiter)} and the decimal sign {shown(decimal)}; the "

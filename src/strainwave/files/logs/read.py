@@ -13,11 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base import arguments
-from ...base.quantities import joined, number, several, shown
+from ...base.quantities import joined, number, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
-from ..yaml_text import as_path
 from .conditioning import BINARY, aligned, averaged, regular, trimmed, unwrapped
 from .names import canonical, converted, epoch_unit, expected, named, si_unit
 from .table import Column, place_of, read_table, refuse, unit_of
@@ -89,8 +87,6 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
 
 
 def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> dict[str, Column]:
-    if isinstance(columns, str) or not all(name is None or isinstance(name, str) for name in columns):
-        raise TypeError(f"columns is {shown(columns)}; give names in their order, or {{'load_angle': 'position'}}")
     if len(columns) != len(file):
         raise refuse(path, f"has {len(file)} columns, and columns names {len(columns)}; give a name or None for each")
     names = [name for name in columns if name]
@@ -283,13 +279,8 @@ def read_log(
     ModuleNotFoundError
         If the library for a format is not installed.
     """
-    path = as_path(path)
-    arguments.refuse("unwrap", unwrap, bool)
-    count = (
-        None
-        if columns is None or isinstance(columns, Mapping)
-        else len(columns if isinstance(columns, str) else several("columns", columns))
-    )
+    path = Path(path)
+    count = None if columns is None or isinstance(columns, Mapping) else len(columns)
     file, notes = columns_of(path, delimiter, decimal, count)
     log = _log(path, file, columns, {} if units is None else units, rate, unwrap, notes)
     if ratio is not None:
@@ -314,10 +305,6 @@ def _log(
     path: Path, file: list[Column], columns: Columns | None, units: Units, rate: float | None, unwrap: bool,
     notes: list[str],
 ) -> Log:  # fmt: skip
-    if isinstance(columns, Mapping) and not all(isinstance(channel, str) for channel in columns):
-        raise TypeError(f"columns has channels {shown(list(columns))}; give each its name, as 'load_angle'")
-    if not isinstance(units, Mapping):
-        raise TypeError(f"units is {shown(units)}; give a dictionary of channels and units, such as {EXAMPLE}")
     picked, si = in_si(path, chosen(path, file, columns, notes), units, notes)
     time, channels = aligned(path, picked, rate, notes)
     if unwrap:

@@ -6,7 +6,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.facts import Fact
 from ...base.quantities import index
 from ...base.records import Labelled, Result
@@ -154,7 +153,6 @@ class ProjectComparison(Result):
         yield from [f"  {self._failures(i)}"] if self._failures(i) else []
 
 
-@typed
 def compare(projects: Sequence[Project], *, progress: Callable[[str, float], None] | None = None) -> ProjectComparison:
     """Analyse several projects, without what would help them, and put them side by side.
 

@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import silent, typed
 from ...base.law import states_of, torque_of
 from ...base.protocols import terms_of
 from ...base.quantities import joined, parameters, shown
 from ...base.results import Floats
-from ...base.sentences import listed, on_screen
+from ...base.sentences import listed, on_screen, silent
 from ...base.units import ARCSEC
 from ...compile.tree import numbers
 from ...drive.asked import Source
@@ -175,7 +174,6 @@ class IdentifiedDrive:
     names: tuple[str, ...]
     remarks: tuple[str, ...]
 
-    @typed
     def _path(self, name: str) -> str:
         if name not in self.names:
             raise ValueError(f"{shown(name)} was not free; found are {', '.join(self.names)}")
@@ -227,7 +225,6 @@ class IdentifiedDrive:
     __repr__ = __str__
 
 
-@typed
 def identify_drive(
     project: Project,
     log: Any,

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...base.arguments import typed
 from ...base.quantities import shown
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -53,7 +52,6 @@ class Variants:
         return self.measure(replaced(project, values, retune=self.retune))
 
 
-@typed
 def largest(project: Project) -> dict[str, float]:
     """Largest error, oscillation and torque of a drive over its speeds: a measure of a project for `sweep`.
 
@@ -86,7 +84,6 @@ def _largest(response: DriveResponse) -> dict[str, float]:
     return result | {"jumps": float(jumps), "truncated": float(not response.status)}
 
 
-@typed
 def sweep_project(
     project: Project,
     grid: Mapping[str, Sequence[str]],

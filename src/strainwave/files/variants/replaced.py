@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...base import quantities
-from ...base.arguments import typed
 from ...base.quantities import is_model, shown
 from ...drive.asked import Source
 from ...drive.project import Project
@@ -35,7 +34,6 @@ OF_RECORD = rows_of(PiecewiseLinear)  # of a catalogue gear's law
 PLACE = re.compile(r"^.*?:\d+:\d+: ", re.MULTILINE)  # of a complaint, in a file that nobody wrote
 
 
-@typed
 def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = False) -> Subject:
     """Read a project again with other values in its file, or change parameters of a model.
 
@@ -67,13 +65,10 @@ def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = Fals
     ValueError
         If there is no such field or path, the file may not have such a value, or a model would have NaN.
     TypeError
-        If it is neither a project nor a model, or `values` is no dict with names as keys.
+        If it is neither a project nor a model.
     """
     if not isinstance(project, Project):
         return quantities.replace(project, values)
-    if not (isinstance(values, Mapping) and all(isinstance(text, str) for pair in values.items() for text in pair)):
-        example = "{'load.inertia': '2 kg*m^2'}"
-        raise TypeError(f"values are {quantities.shown(values)}; give a dict of names to texts, as in {example}")
     content = json.loads(_content(project.text))
     placed = {path: (keys_of(content, path), text) for path, text in values.items()}
     of_record = {keys[1]: _of_record(path, text) for path, (keys, text) in placed.items() if _in_record(keys)}

@@ -7,13 +7,12 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import betaincinv, ndtr, ndtri
 
-from ...base.arguments import refuse, silent, typed
 from ...base.facts import Fact
 from ...base.quantities import number as checked_number
 from ...base.quantities import parse, positive_count, probabilities, whole
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted, SolveError
-from ...base.sentences import number
+from ...base.sentences import number, silent
 from ...base.units import Speeds
 from ...compile.jit import load
 from ...drive.project import Project
@@ -114,7 +113,6 @@ class Exceedance(Result):
         ends = [clopper_pearson(n, self.count) for n in (self.exceeding, self.exceeding + self.failed)]
         return ends[0][0], ends[1][1]
 
-    @typed
     def ends(self, level: float = CONFIDENCE) -> tuple[Interval, Interval] | None:
         """Intervals [rad/s] with a share `level` of the lower and of the upper ends; None where no drive has them."""
         finite = ~np.isnan(self.low)
@@ -165,7 +163,6 @@ class Exceedance(Result):
         return (f"speeds to avoid begin at {begin} and end at {end} {unit} (95 % of the drives that exceed it)",)
 
 
-@typed
 def exceedance(
     project: Project,
     *,
@@ -284,7 +281,6 @@ def _largest(
     return *max(rows)[:2], float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))
 
 
-@typed
 def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool = False) -> Iterator[Project]:
     """Draw drives by the scatter of a project file, as `exceedance` does.
 
@@ -315,7 +311,6 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
 def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
     """Factors (count,) of the numbers that scatter."""
     count, seed = positive_count("count", count, MOST_DRIVES), whole("seed", seed)
-    refuse("project", project, Project)
     if not project.scatter:
         raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
     return drawn(project.scatter, count, seed, project.correlation)

@@ -7,11 +7,12 @@ from math import pi
 from typing import Any, NamedTuple
 
 from ...base.choices import entry, select, with_entry
+from ...base.protocols import need
 from ...base.quantities import Angle, Order, Ratio, Reals, States, Time, Torque
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin, sqrt
 from ..laws.friction import positive
-from .loops import Measurement, is_controller, known
+from .loops import Measurement, known
 
 
 class AdaptiveCancellation(NamedTuple):
@@ -58,7 +59,7 @@ class AdaptiveCancellation(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and a gain or a limit that is not positive (ValueError)."""
-        is_controller("AdaptiveCancellation.loop", self.loop)
+        need("AdaptiveCancellation.loop", self.loop, "start", "update(state, measurement)")
         positive(self, "N", "gain", "most", "period")
         if not self.order > 0:
             raise ValueError(f"AdaptiveCancellation.order is {self.order}; it must be above 0")
@@ -142,7 +143,7 @@ class Repetitive(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and numbers out of range (ValueError)."""
-        is_controller("Repetitive.loop", self.loop)
+        need("Repetitive.loop", self.loop, "start", "update(state, measurement)")
         positive(self, "N", "gain", "most", "period")
         if not 0.0 <= self.smooth <= 1.0:
             raise ValueError(f"Repetitive.smooth is {self.smooth:g}; it is a share, from 0 to 1")

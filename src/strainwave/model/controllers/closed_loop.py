@@ -21,7 +21,7 @@ from ..excitation import Harmonic, Line, NoError
 from ..laws.friction import positive
 from ..train.controls import Commanded
 from ..train.drive_train import motor_motion
-from .loops import Measurement, is_controller, moved
+from .loops import Measurement, moved
 
 _GOLDEN, _FIRST, _SECOND = 0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
 _ALL, _PIECE = 2**64 - 1, 0xFFFF
@@ -292,7 +292,7 @@ class ClosedLoop(NamedTuple):
                 "ClosedLoop.train has a motor that is not commanded; give the train with "
                 "motor._replace(control=Commanded())"
             )
-        is_controller("ClosedLoop.controller", self.controller)
+        need("ClosedLoop.controller", self.controller, "start", "update(state, measurement)")
         for path, owner, name, number in numbers(self.controller):
             if name == "period" and abs(number - self.sampling.period) > JUST * self.sampling.period:
                 raise ValueError(

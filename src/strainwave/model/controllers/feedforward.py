@@ -12,7 +12,7 @@ from ...base.quantities import AngularSpeed, Inertia, Ratio, Reals, States, Time
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin
 from ..train.motion import MOST_POINTS, polygon
-from .loops import Measurement, is_controller, moved
+from .loops import Measurement, moved
 
 ROUNDS = 4  # of the fixed point theta_m = N (theta_l + u + e(theta_m)): it contracts by N e', below 1e-2
 
@@ -48,7 +48,7 @@ class AngleFeedforward(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop or an error that is none (TypeError)."""
-        is_controller("AngleFeedforward.loop", self.loop)
+        need("AngleFeedforward.loop", self.loop, "start", "update(state, measurement)")
         need("AngleFeedforward.error", self.error, "value(angle)", "slope(angle)", "curvature(angle)")
 
 
@@ -76,7 +76,7 @@ class TorqueTable(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop or a torque that is none (TypeError)."""
-        is_controller("TorqueTable.loop", self.loop)
+        need("TorqueTable.loop", self.loop, "start", "update(state, measurement)")
         need("TorqueTable.table", self.table, "torque(angle)")
 
 
@@ -107,7 +107,7 @@ class InverseDynamics(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and a train that it cannot invert (ValueError)."""
-        is_controller("InverseDynamics.loop", self.loop)
+        need("InverseDynamics.loop", self.loop, "start", "update(state, measurement)")
         need("InverseDynamics.train", self.train, "pointing_error")
         end = self.train.load.end()
         if end is not self.train.load or any(states_of(law) for law in (self.train.law, end.drag)):
@@ -170,7 +170,7 @@ class SpeedTable(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and speeds that do not increase or fit the torques (ValueError)."""
-        is_controller("SpeedTable.loop", self.loop)
+        need("SpeedTable.loop", self.loop, "start", "update(state, measurement)")
         n = len(self.speeds)
         if not 2 <= n <= MOST_POINTS or not n == len(self.cosines) == len(self.sines):
             raise ValueError(

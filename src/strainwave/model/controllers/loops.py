@@ -9,7 +9,7 @@ from math import pi, tan
 from typing import Any, NamedTuple
 
 from ...base.choices import select
-from ...base.protocols import lacking
+from ...base.protocols import need
 from ...base.quantities import (
     Angle,
     AngularAcceleration,
@@ -22,7 +22,6 @@ from ...base.quantities import (
     TorsionalStiffness,
     checked,
     number,
-    shown,
 )
 from ...compile.jit import kernel
 from ..laws.friction import positive
@@ -134,20 +133,6 @@ class Cascade(NamedTuple):
             raise ValueError(f"Cascade.K_p is {self.K_p:g}; the speed loop needs a positive gain")
 
 
-def is_controller(name: str, thing: Any, choice: str = "a controller, such as SampledPD(K_p, K_d, period)") -> None:
-    """Refuse what has not the methods of a controller, and what answers no measurement with a torque (TypeError)."""
-    if not lacking(thing, "start", "update"):
-        try:
-            _, torque = thing.update(thing.start(), Measurement(*[0.1] * len(Measurement._fields)))
-            if not lacking(torque, "__float__"):
-                return
-            cause = f"gives {shown(torque)} in place of a torque"
-        except (AttributeError, TypeError, ValueError) as error:
-            cause = f"takes no measurement: {error}"
-        raise TypeError(f"{name} is {shown(thing)}, whose update(state, measurement) {cause}; give {choice}")
-    raise TypeError(f"{name} is {shown(thing)}; give {choice}")
-
-
 def not_negative(controller: Any) -> None:
     """Refuse negative gains and a period that is not positive (ValueError)."""
     name = type(controller).__name__
@@ -188,7 +173,7 @@ class DisturbanceObserver(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and a bandwidth above what the samples allow (ValueError)."""
-        is_controller("DisturbanceObserver.loop", self.loop)
+        need("DisturbanceObserver.loop", self.loop, "start", "update(state, measurement)")
         positive(self, "period")
         if not 0.0 < self.bandwidth * self.period < 1.0:
             raise ValueError(
@@ -227,7 +212,7 @@ class Notch(NamedTuple):
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError)."""
-        is_controller("Notch.loop", self.loop)
+        need("Notch.loop", self.loop, "start", "update(state, measurement)")
 
 
 def sampled_filter(loop: Any, shape: tuple[float, float, float, float], period: float) -> Notch:

@@ -7,8 +7,7 @@ from math import log
 from typing import Any, NamedTuple
 
 from ...base.choices import larger, smaller
-from ...base.protocols import lacking
-from ...base.quantities import AngularSpeed, Reals, States, Time, shown
+from ...base.quantities import AngularSpeed, Reals, States, Time
 from ...compile.maths import cos, sin, sqrt
 from .loops import known
 
@@ -92,8 +91,6 @@ class Demodulator(NamedTuple):
         """Refuse a rate that is not positive or too quick for the samples, and an order below 1 (ValueError)."""
         together, inner = 2.0 * self.bandwidth, self.below
         while not isinstance(inner, Average):
-            if lacking(inner, "bandwidth", "below"):
-                raise TypeError(f"Demodulator.below is {shown(inner)}; give an Average or another Demodulator")
             together, inner = together + 2.0 * inner.bandwidth, inner.below
         together += inner.bandwidth
         if not self.bandwidth > 0.0 or not together * self.period < 1.0:

@@ -2,7 +2,6 @@
 
 import math
 
-from ...base.arguments import typed
 from ...base.quantities import number
 from ...base.units import RPM
 from .gear import Gear
@@ -13,7 +12,6 @@ LONG_SERIES = ("CSG", "SHG")
 RATED_SPEED = 2000.0 * RPM
 
 
-@typed
 def bearing_life(gear: Gear, average_torque: float, average_speed: float) -> float | None:
     """Hours after which one bearing in ten has failed: L10 = L_n (T_rated/T_av)^3 (n_rated/n_av).
 

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.arguments import typed
-from ...base.quantities import number, numbers, shown
+from ...base.quantities import number, numbers
 from ...base.units import RPM
 from .gear import Gear
 
@@ -97,13 +96,9 @@ def check_limits(
 
     Raises
     ------
-    TypeError
-        If `gear` is no `Gear`.
     ValueError
         If a quantity is no finite number.
     """
-    if not isinstance(gear, Gear):
-        raise TypeError(f"gear is {shown(gear)}; give a record, such as catalogue.gear('CSG-40-50')")
     findings = []
 
     def compare(limit: str, value: float, unit: str, fact: str, remedy: str) -> None:
@@ -148,7 +143,6 @@ def gravest(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
     return tuple(exceeded.values())
 
 
-@typed
 def cubic_mean(torque: Any, weights: Any = None) -> float:
     """Mean torque [N*m] that a bearing's life goes by: the cube root of the mean of |T|^3.
 

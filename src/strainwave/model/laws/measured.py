@@ -9,9 +9,6 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from ...base.arguments import refuse
 from ...base.quantities import LARGEST, Angle, Reals, Torque, TorsionalStiffness, checked, reals, shown
 from ...compile.jit import kernel
 from .springs import PiecewiseLinear, corners
@@ -228,9 +225,6 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17(2), 238-246 (monotone cubics); Fritsch & Butland 1984, SIAM J. Sci.
     Stat. Comput. 5(2), 300-304, eq. (5) (the mean); Moler 2004, Numerical Computing with MATLAB, sec. 3.6 (the ends).
     """
-    if not np.iterable(points):
-        raise TypeError(f"points are {shown(points)}; write [(torsion in rad, torque in N*m), ...]")
-    refuse("odd", odd, bool)
     pairs = [_pair(point) for point in points]
     if odd:
         if pairs and not pairs[0][0] > 0.0:

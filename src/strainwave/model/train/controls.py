@@ -20,6 +20,7 @@ from ...base.quantities import (
     Reals,
     Time,
     TorsionalStiffness,
+    choice,
     number,
     shown,
 )
@@ -365,8 +366,7 @@ def from_bandwidth(
     J = number("inertia [kg*m^2]", inertia, positive=True)
     omega, zeta = number("bandwidth [rad/s]", bandwidth, positive=True), number("damping", damping, positive=True)
     lag = number("lag [s]", lag)
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise ValueError(f"kind is {shown(kind)}; it must be 'position', 'speed' or 'cascade'")
+    choice("kind", kind, *KINDS)
     if lag < 0.0:
         raise ValueError(f"lag [s] is {lag:g}; it must be zero or more")
     if omega * lag > FASTEST:

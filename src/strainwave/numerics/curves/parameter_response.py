@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import refuse
 from ...base.protocols import Balance, System, with_parts
 from ...base.quantities import interval, replace, shown
 from ...base.results import Branch, Floats, Orbit, SolveError
@@ -81,7 +80,6 @@ def parameter_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
-    refuse("throw", throw, bool)
     period = start.period if isinstance(start, Orbit) else period
     system = periodic("parameter_response", with_parts("parameter_response", system, "rhs", "omega"), period)
     leaf, omega_leaf = leaf_of(system, path), leaf_of(system, "omega")

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import refuse
 from ...base.protocols import Balance, System
-from ...base.quantities import checked, interval, numbers, positive_count, replace, shown
+from ...base.quantities import checked, interval, numbers, positive_count, replace
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...base.sentences import Sentence, Speed
 from ...compile.tree import leaf_of, with_leaf
@@ -168,7 +167,6 @@ def frequency_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
-    refuse("throw", throw, bool)
     system = periodic("frequency_response", checked(system), period)
     lo, hi = frequencies(span)
     (branch,) = response_curves([system], lo, hi, harmonics, period, points)
@@ -249,7 +247,6 @@ def traced(
     share : callable, optional
         That share, from the tail. Without it the tail is not looked at: None.
     """
-    refuse("coexisting", coexisting, bool)
     pool = Coexisting()
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail | None, str], float]:
@@ -312,8 +309,8 @@ def response_family(
     ValueError
         If the arrays have different lengths, there are none, or a path does not exist.
     """
-    if not isinstance(parameters, dict) or not parameters:
-        raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every member")
+    if not parameters:
+        raise ValueError("parameters are empty; give a path with its values of every member")
     values = {path: numbers(path, v) for path, v in parameters.items()}
     lengths = {len(v) for v in values.values()}
     if len(lengths) != 1:

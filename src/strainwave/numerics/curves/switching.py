@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.protocols import Balance, with_parts
-from ...base.quantities import checked, interval, replace, shown
+from ...base.quantities import checked, interval, replace
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...compile.tree import leaf_of
 from ..balance.choice import balance_of
@@ -31,7 +30,6 @@ DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to
 UPRIGHT = 0.05  # of the largest departure from the old branch: below this a turn is that of the crossing
 
 
-@typed
 def switch_branch(
     system: Any,
     orbit: Orbit,
@@ -76,8 +74,6 @@ def switch_branch(
     ----------
     Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6.
     """
-    if not isinstance(orbit, Orbit):
-        raise ValueError(f"the orbit is {shown(orbit)}; take one of Branch.doublings or Branch.branch_points")
     system = periodic("switch_branch", with_parts("switch_branch", system, "rhs", "omega"), orbit.period)
     leaf = leaf_of(system, parameter)
     if not ("doubling" in orbit.label or "branch point" in orbit.label):

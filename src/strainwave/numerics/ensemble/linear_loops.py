@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base.arguments import number_of, typed
-from ...base.quantities import States, numbers
+from ...base.quantities import States, number_of, numbers
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -82,7 +81,6 @@ class LoopResponse(Result):
         return on_screen(f"LoopResponse: {len(self.omega)} frequencies, {len(self.poles)} poles, {how}")
 
 
-@typed
 def loop_response(
     loop: Any,
     omega: ArrayLike,

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import typed
 from ...base.protocols import System, lacking, need
 from ...base.quantities import States, checked, number, numbers, positive_count, reals, samples_of, shown
 from ...base.records import Along, Labelled, Result
@@ -66,7 +65,6 @@ class LoopRun(Result):
     memory: Any
     steps: int
 
-    @typed
     def rms(self, settle: float = 0.0) -> float:
         """Root mean square of the error [rad] from a time [s] on, its mean taken away."""
         late = self.time >= settle
@@ -149,7 +147,6 @@ class LoopEnsemble(Result):
         return on_screen(loops)
 
 
-@typed
 def run_loop(
     loop: Any, duration: float, *, y0: ArrayLike | None = None, every: int = 1, steps: int | None = None, unit: int = 0
 ) -> LoopRun:
@@ -207,7 +204,6 @@ def marched(
     return y, restored(memory) if restored else memory
 
 
-@typed
 def loop_ensemble(
     loop: Any,
     varied: Mapping[str, ArrayLike] | Sequence[Any],

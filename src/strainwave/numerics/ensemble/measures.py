@@ -114,11 +114,10 @@ class Amplitude(NamedTuple):
 
     def check(self) -> None:
         """Refuse an order below 1 (ValueError)."""
-        if isinstance(self.k, bool) or not isinstance(self.k, int):
-            raise TypeError(f"Amplitude.k is {shown(self.k)}; it must be the whole number of a harmonic, such as 1")
-        if not 1 <= self.k <= LARGEST:
+        if not 1 <= self.k <= LARGEST or self.k % 1:
             raise ValueError(
-                f"Amplitude.k is {shown(self.k)}; it must be at least 1, at most {LARGEST:g} (mean: sw.numerics.Mean())"
+                f"Amplitude.k is {shown(self.k)}; it must be a whole number of at least 1, at most {LARGEST:g} (mean: "
+                "sw.numerics.Mean())"
             )
 
 

@@ -5,7 +5,6 @@ Which lanes of an ensemble have parameters that no single system may have, witho
 
 from collections.abc import Mapping
 from itertools import product
-from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
 from ...base.protocols import System, lacking, names_of, omega_of, order_of, orders_of
-from ...base.quantities import checked, numbers, positive_count, replace, shown
+from ...base.quantities import checked, numbers, positive_count, replace, shown, whole
 from ...base.quantities import parameters as parameters_of
 from ...base.results import Floats
 from ..integration.methods import Dop8, Dopri5, Method
@@ -80,7 +79,7 @@ MOST_PERIODS = 10**9  # of one run
 def spans(periods: Any, settle: Any) -> tuple[int, int]:
     """Return the periods before the measures begin and those that are measured."""
     measured = positive_count("periods", periods, MOST_PERIODS)
-    if isinstance(settle, bool) or not isinstance(settle, Integral) or not 0 <= int(settle) <= MOST_PERIODS:
+    if whole("settle", settle) > MOST_PERIODS:
         raise ValueError(f"settle is {shown(settle)}; it must be a whole number of periods from 0 to {MOST_PERIODS}")
     return int(settle), measured
 
@@ -98,8 +97,6 @@ def what_and_how(system: System, measures: Any, method: Any) -> tuple[tuple[Any,
 
 def lanes_of(system: System, parameters: Any, y0: Any) -> tuple[dict[str, Floats], Floats, int]:
     """Return the values that vary by path, the states (states, lanes) and the number of lanes."""
-    if not isinstance(parameters, dict):
-        raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every lane")
     values_of = {p.path: p.value for p in parameters_of(system)}
     varied = {}
     for path, values in parameters.items():
@@ -111,7 +108,7 @@ def lanes_of(system: System, parameters: Any, y0: Any) -> tuple[dict[str, Floats
                 f"{path} is a whole number, which all lanes share; make one ensemble for each of its values"
             )
         varied[path] = numbers(path, values)
-    if not isinstance(y0, list | tuple | np.ndarray) or getattr(y0, "ndim", 1) == 0 or len(y0) == 0:
+    if len(y0) == 0:
         raise ValueError(f"y0 is {shown(y0)}; it must have one entry per state, a number or one value per lane")
     states = [numbers(f"y0[{i}]", entry) for i, entry in enumerate(y0)]
     lengths = {len(v) for v in [*varied.values(), *states] if len(v) > 1}
@@ -132,11 +129,9 @@ def lanes_of(system: System, parameters: Any, y0: Any) -> tuple[dict[str, Floats
 
 def summed_measures(measures: Any) -> tuple[Any, ...]:
     """Return those of the measures that are accumulated."""
-    if not isinstance(measures, tuple) or not measures:
-        raise TypeError(f"measures are {shown(measures)}; they must be a tuple such as (sw.Peak(), sw.Rms())")
+    if not measures:
+        raise ValueError("measures are empty; give a tuple such as (sw.Peak(), sw.Rms())")
     for measure in measures:
-        if isinstance(measure, type):
-            raise TypeError(f"{measure.__name__} is the class of a measure; write {measure.__name__}()")
         if lacking(measure, "start", "update", "results") and lacking(measure, "of_end"):
             raise TypeError(f"{shown(measure)} is no measure; take Peak(), Rms(), Amplitude(k), Final() or the like")
         if not lacking(measure, "check"):

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import silent
 from ...base.blas import one_thread
 from ...base.law import is_spring
 from ...base.results import SolveError
-from ...base.sentences import Angle, Sentence, Speed, number
+from ...base.sentences import Angle, Sentence, Speed, number, silent
 from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
 from ...drive.postures import titled

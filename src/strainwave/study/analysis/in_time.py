@@ -12,12 +12,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import silent, typed
 from ...base.protocols import System
 from ...base.quantities import number
 from ...base.records import Along, Result
 from ...base.results import Branch, Floats, SolveError, Trajectory, largest_between
-from ...base.sentences import Sentence, Speed, on_screen
+from ...base.sentences import Sentence, Speed, on_screen, silent
 from ...base.series import largest_of_samples
 from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
@@ -316,7 +315,6 @@ class DriveMotion(Result):
         )
 
 
-@typed
 def drive_motion(project: Project, omega: float, *, load: float | None = None) -> DriveMotion:
     """Integrate a drive at a constant speed from rest until its motion repeats.
 

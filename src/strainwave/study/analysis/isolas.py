@@ -19,7 +19,7 @@ import numpy as np
 
 from ...base.law import repeating, springs_only
 from ...base.protocols import Balance, with_parts
-from ...base.quantities import interval, leaf_of, shown
+from ...base.quantities import interval, leaf_of
 from ...base.results import Branch, Floats
 from ...numerics.attractors.attractors import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
@@ -138,10 +138,10 @@ def isolas(
     lo, hi = interval("the frequency range [rad/s]", span, positive=True)
     if hi > WIDEST * lo:
         raise ValueError(f"the frequency range ends at {hi / lo:.3g} times its start; take at most {WIDEST:g} times")
-    if not (isinstance(resonance, tuple) and len(resonance) == 2 and Resonance(*resonance).checked().q):
-        raise ValueError(f"resonance is {shown(resonance)}; isolas need a Resonance(p, q) such as SUBHARMONIC")
     resonance = Resonance(*resonance).checked()
     period = resonance.q
+    if not period:
+        raise ValueError("isolas need a resonance, such as SUBHARMONIC")
     leaf = leaf_of(system, "omega")
     problem = second_order(system, leaf, leaf, starting_harmonics(system, harmonics, period, points), period)
     if np.all(np.abs(problem.tau[1:]) <= 1e-12 * abs(problem.tau[0])) and not np.any(problem.error):

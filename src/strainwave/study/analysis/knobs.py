@@ -3,14 +3,14 @@
 The drive whose remedies are looked for: what is followed, and how another drive is made of it.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.law import depends, is_spring, spring_stiffness
 from ...base.protocols import Law, System, lines_of, terms_of
-from ...base.quantities import parameters, replace, shown
+from ...base.quantities import parameters, replace
 from ...base.results import SolveError
 from ...base.units import ARCSEC
 from ...drive.loop_margin import fastest_growth
@@ -282,11 +282,3 @@ def stiffer(law: Law, share: float) -> Any:
     x = np.geomspace(1e-5, 1e-1, 9)
     same = np.allclose(changed.torque(x), factor * law.torque(x), rtol=1e-9, atol=0.0)
     return changed if same else None
-
-
-def units_of(units: Iterable[Project]) -> list[Project]:
-    """Drives that scatter, as a list (TypeError)."""
-    for drive in (drives := list(units)):
-        if not isinstance(drive, Project):
-            raise TypeError(f"units has {shown(drive)}; give projects, such as those of `scattered`")
-    return drives

@@ -13,10 +13,9 @@ from itertools import chain
 from math import pi, sin, sqrt
 from typing import Any
 
-from ...base.arguments import silent
 from ...base.protocols import Law, lines_of
 from ...base.results import SolveError
-from ...base.sentences import listed
+from ...base.sentences import listed, silent
 from ...drive.drive_response import DriveResponse, Usage
 from ...drive.project import Project
 from ...drive.two_turns import is_beating

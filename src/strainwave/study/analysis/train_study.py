@@ -9,11 +9,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import silent
 from ...base.law import depends, spring_stiffness
 from ...base.protocols import terms_of
 from ...base.results import Floats, SolveError
-from ...base.sentences import Sentence
+from ...base.sentences import Sentence, silent
 from ...base.series import largest_of_samples, sizes_of_samples
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.loop_margin import Bode, bode

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.law import springs_only
 from ...base.protocols import orders_of
 from ...base.results import Floats, SolveError, Status, Trajectory
@@ -74,7 +73,6 @@ class Comparison:
         return self.integrated.t
 
 
-@typed
 def compare_with_integration(
     system: Any,
     resonance: Resonance,

@@ -8,14 +8,14 @@ import numpy as np
 
 from ...base.law import depends, states_of
 from ...base.protocols import Control, lacking, lines_of
-from ...base.quantities import checked, shown
+from ...base.quantities import checked
 from ...base.results import Floats, SolveError
 from ...drive.operating_point import operating_state, with_more
 from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...drive.two_turns import beat_said
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
-from ...model.controllers.loops import Cascade, Notch, SampledPD, is_controller, sampled_filter
+from ...model.controllers.loops import Cascade, Notch, SampledPD, sampled_filter
 from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
@@ -202,10 +202,6 @@ def bench_of(
         )
     if loop is None:
         loop = _sampled(control, inertia, timing, remarks)
-    else:
-        is_controller("loop", loop)
-    if plant is not None and not isinstance(plant, DriveTrain):
-        raise TypeError(f"plant is {shown(plant)}; give a DriveTrain, such as the model's with another law")
     model = checked(train.with_motor(control=COMMANDED)._replace(reference=Steady()))
     other = model if plant is None else plant.with_motor(control=COMMANDED)
     return Bench(model, checked(other), checked(loop), checked(timing), gear, tuple(remarks), backward)
@@ -249,8 +245,6 @@ def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
 
 def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks: list[str]) -> Sampling:
     if sampling is not None:
-        if not isinstance(sampling, Sampling):
-            raise TypeError(f"sampling is {shown(sampling)}; give Sampling(period, delay, limit, ...)")
         own: Sampling = checked(sampling)
         return own
     named: Sampling | None = getattr(project, "sampling", None)

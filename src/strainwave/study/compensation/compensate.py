@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import silent, typed
 from ...base.protocols import lines_of
 from ...base.quantities import number, numbers, shown, whole
+from ...base.sentences import silent
 from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from ...model.controllers.closed_loop import Sampling
-from ...model.controllers.loops import SampledPD, is_controller
+from ...model.controllers.loops import SampledPD
 from ...model.excitation import mean_torque
 from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, run_loop
@@ -37,7 +37,6 @@ LONG = 60.0  # s
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
 
-@typed
 def compensate(
     project: Project | DriveTrain,
     controller: Any = "adaptive-inverse",
@@ -106,7 +105,6 @@ def compensate(
     return _worst(benches, design, motor_speed, robust, int(units), whole("seed", seed), progress)
 
 
-@typed
 def compensation_bench(
     project: Project | DriveTrain,
     controllers: Sequence[Any] | str = tuple(COMPENSATORS),
@@ -197,7 +195,6 @@ def compensator_of(controller: Any) -> Compensator:
         if controller not in COMPENSATORS:
             raise ValueError(f"there is no controller {shown(controller)}; there are {', '.join(COMPENSATORS)}")
         return COMPENSATORS[controller]
-    is_controller("controller", controller, CONTROLLER)
     return given(controller)
 
 

@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import typed
-from ...base.quantities import checked, interval, number, reals, samples_of, several, shown
+from ...base.quantities import checked, interval, number, reals, samples_of, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import on_screen
@@ -85,7 +84,6 @@ class Monitored(Result):
         return on_screen("\n".join(lines))
 
 
-@typed
 def monitor(
     time: ArrayLike,
     signal: ArrayLike,
@@ -140,7 +138,7 @@ def monitor(
         raise ValueError("signal has no number that is not NaN; there is nothing to follow")
     if angle is None:
         return _tracked(t, y, period, frequencies, bandwidth)
-    return _demodulated(t, y, period, samples_of("angle", angle), several("orders", orders), bandwidth)
+    return _demodulated(t, y, period, samples_of("angle", angle), tuple(orders), bandwidth)
 
 
 def _demodulated(
@@ -149,7 +147,7 @@ def _demodulated(
     if angle.shape != t.shape or not np.all(np.isfinite(angle)):
         raise ValueError(f"angle has the shape {angle.shape}; give a finite angle for each of the {len(t)} samples")
     angle = np.unwrap(angle)
-    if not orders or any(not isinstance(k, int | np.integer) or isinstance(k, bool) or k < 1 for k in orders):
+    if not orders or any(k % 1 or k < 1 for k in orders):
         raise ValueError(f"orders is {shown(orders)}; give integers of at least 1")
     if len(set(orders)) < len(orders):
         raise ValueError(f"orders is {shown(orders)}; give each order once")

@@ -10,9 +10,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.arguments import typed
 from ...base.protocols import System
-from ...base.quantities import interval, number, several, shown
+from ...base.quantities import interval, number, shown
 from ...base.records import Labelled, Result
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
@@ -183,7 +182,6 @@ class PredictionTable(Result):
         edges = [0, *(np.flatnonzero(np.diff(way)) + 1).tolist(), len(way)]
         return [(a, b + 1) for a, b in pairwise(edges) if b > a and way[a] != 0.0]
 
-    @typed
     def at(self, speed: float, direction: int = 1, *, closed: bool = False) -> tuple[Complexes, str]:
         """Amplitudes (orders,) at a speed [rad/s] that is reached from below (1) or from above (-1), and a flag.
 
@@ -247,7 +245,6 @@ class PredictionTable(Result):
         return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
 
 
-@typed
 def prediction_table(
     project: Project,
     orders: tuple[int, ...] | None = None,
@@ -286,7 +283,7 @@ def prediction_table(
     SolveError
         If no periodic motion is found.
     """
-    chosen = bench_of(project).orders if orders is None else several("orders", orders)
+    chosen = bench_of(project).orders if orders is None else tuple(orders)
     if broken := [order for order in chosen if orders is None and order % 1]:
         raise ValueError(
             f"order {in_turns(broken[0], project.whole)} is a line of the output's turn, and a prediction over the "
@@ -301,7 +298,7 @@ def prediction_table(
     x = curve.coefficients
     way = slice(None, None, 1 if curve.omega[0] <= curve.omega[-1] else -1)
     most = x.shape[1] // 2
-    if not chosen or any(type(k) is bool or not (isinstance(k, int | np.integer) and 1 <= k <= most) for k in chosen):
+    if not chosen or any(k % 1 or not 1 <= k <= most for k in chosen):
         raise ValueError(f"orders is {shown(orders)}; give integers from 1 to {most}, the harmonics of this response")
     omega, rows = curve.omega[way], np.array([x[way, 2 * k - 1] - 1j * x[way, 2 * k] for k in chosen], complex)
     stable = curve.stable[way] | np.isin(omega, [fold.omega for fold in curve.folds])
@@ -321,7 +318,6 @@ def prediction_table(
     return replace(table, closed=found.amplitudes, valid=found.valid, remarks=remarks)
 
 
-@typed
 def speed_table(
     project: Project,
     speeds: tuple[float, float],

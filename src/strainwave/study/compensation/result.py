@@ -8,7 +8,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.quantities import probabilities
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
@@ -78,7 +77,6 @@ class Units(Result):
     amplitude: Floats
     unstable: tuple[tuple[int, str], ...]
 
-    @typed
     def quantiles(self, shares: tuple[float, ...] = (0.05, 0.5, 0.95)) -> tuple[float, ...]:
         """Quantiles of the rms of the residual [rad]."""
         return tuple(np.quantile(self.after.rms, probabilities("shares", shares)).tolist())
@@ -229,7 +227,6 @@ class CompensationBench(Result):
         """Reductions (controllers, speeds) of the rms [dB]."""
         return np.array([[one.reduction for one in row] for row in self.results])
 
-    @typed
     def best(self, *, load_encoder: bool = True) -> tuple[Compensation, ...]:
         """The best controller at every speed, with a load's encoder or without one."""
         rows = [row for row in self.results if load_encoder or not row[0].load_encoder]
@@ -239,7 +236,6 @@ class CompensationBench(Result):
 
         return tuple(min(column, key=rank) for column in zip(*rows, strict=True))
 
-    @typed
     def residuals(self, width: int) -> Iterator[str]:
         """Lines of the rms that is left [arcsec], controllers down and speeds across, in blocks of so many letters."""
         name = max(NAME, *map(len, self.names))

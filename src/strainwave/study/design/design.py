@@ -12,10 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import silent
-from ...base.quantities import shown
 from ...base.results import Interrupted, SolveError
-from ...base.sentences import listed
+from ...base.sentences import listed, silent
 from ...base.units import ARCSEC, RPM
 from ...model.drive import Drive
 from ...model.error_spectrum import accuracy_spectrum
@@ -88,10 +86,6 @@ def design(
     ----------
     Harmonic Drive LLC, CSF/CSG catalogue, p. 14 (selection by average, peak and momentary torque, speeds and life).
     """
-    if not isinstance(specification, Specification):
-        raise TypeError(
-            f"specification is {shown(specification)}; give a Specification, or read one with read_specification(path)"
-        )
     specification.check()
     return _Search(specification, progress).run(catalogue.select(gears))
 

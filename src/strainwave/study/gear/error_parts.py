@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.law import repeating
 from ...base.quantities import checked, positive_count
 from ...base.results import Floats, Orbit
@@ -68,7 +67,6 @@ class ErrorParts:
         )
 
 
-@typed
 def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
     """Separate the error between motor and load into the pure kinematic error and the torsion.
 

@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import refuse
 from ...base.law import check_law, states_of
 from ...base.protocols import Law, lacking
-from ...base.quantities import checked, mapped, number, shown
+from ...base.quantities import checked, mapped, number
 from ...base.results import Floats, SolveError
 from ...model.laws.hysteresis import BoucWen, Parallel
 from ...model.laws.springs import PiecewiseLinear, Play
@@ -214,19 +213,11 @@ def fit_hysteresis(
     ------
     ValueError
         If a number is not positive.
-    TypeError
-        If the spring is no `PiecewiseLinear`.
     SolveError
         If the values cannot be met; the sentence says by how much and why.
     """
     from scipy.optimize import least_squares  # half a second that a loop without a fit need not wait
 
-    refuse("replace_spring", replace_spring, bool)
-    if not isinstance(spring, PiecewiseLinear):
-        raise TypeError(
-            f"the spring is {shown(spring)}; it must be the datasheet's PiecewiseLinear(K1, K2, K3, T1, T2), for "
-            "example catalogue.gear('CSG-40-50').law"
-        )
     spring = checked(spring)
     datasheet = {"hysteresis loss": number("hysteresis_loss [rad]", hysteresis_loss, positive=True)}
     if lost_motion is not None:

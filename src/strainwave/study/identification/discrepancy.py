@@ -9,7 +9,6 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.special import gammaincc
 
-from ...base.arguments import typed
 from ...base.quantities import SMALLEST, array_of, number
 from ...base.results import Floats
 from ...base.sentences import listed
@@ -86,7 +85,6 @@ class Discrepancy:
         return "; ".join(parts)
 
 
-@typed
 def discrepancy(
     residual: Floats,
     jacobian: Floats,

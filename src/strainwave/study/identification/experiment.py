@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
 from ...base.protocols import System, names_of, omega_of
-from ...base.quantities import Angle, Ratio, checked, shown
+from ...base.quantities import Angle, Ratio, checked, choice, shown
 from ...base.results import Floats
 from ...compile.maths import cos, sin
 from ...compile.tree import leaf_of, numbers, part, replaced, with_leaf
@@ -182,6 +182,7 @@ def experiment(
     TypeError
         If the system does not name its states.
     """
+    choice("between", between, *get_args(Between))
     system = checked(system)
     driven = system
     for path in inputs:
@@ -199,8 +200,8 @@ def experiment(
     for name in outputs:
         if name not in states:
             raise ValueError(f"the output {shown(name)} is no state of the system; it has {', '.join(states)}")
-    if isinstance(free, str) or not len(free) or not all(isinstance(path, str) for path in free):
-        raise ValueError(f"free is {shown(free)}; give the paths of one number at least, for example ('law.K', 'B')")
+    if not len(free):
+        raise ValueError("free is empty; give the paths of one number at least, for example ('law.K', 'B')")
     ready = Experiment(system, driven, dict(inputs), dict(outputs), tuple(free), between)
     places = places_of(driven)
     if omega_of(driven) == 0.0:

@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import typed
-from ...base.quantities import array_of, number, several, shown
+from ...base.quantities import array_of, number, shown
 from ...base.records import Result
 from ...base.results import Floats
 from ...base.sentences import listed
@@ -25,7 +24,6 @@ SMALL = 1e-3  # of the largest entry: a parameter that does not take part
 EQUAL = 0.02  # how well relative changes are known to be equal
 
 
-@typed
 def unidentifiable(
     jacobian: Floats, names: Sequence[str], values: ArrayLike | None = None, *, tolerance: float = TOLERANCE
 ) -> str | None:
@@ -116,7 +114,6 @@ class Fit(Result):
     def _place(self, path: str) -> int:
         return list(self._found()).index(self._name(path))
 
-    @typed
     def value(self, path: str) -> float:
         """Value of a number in SI, by its name or its path in the law: "K1", "second.yield_twist".
 
@@ -127,13 +124,11 @@ class Fit(Result):
         """
         return self._found()[self._name(path)]
 
-    @typed
     def deviation(self, path: str) -> float:
         """Standard deviation of a number in SI; errors as `value`."""
         at = self._place(path)
         return float(np.sqrt(self.covariance[at, at]))
 
-    @typed
     def interval(self, path: str, level: float = 0.95) -> Interval:
         """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
         value, freedom = self.value(path), float(self.freedom[self._place(path)])
@@ -195,11 +190,6 @@ def free_leaves(system: Any, free: Sequence[str]) -> list[int]:
     ValueError
         If a path names no float of the system, or is there twice.
     """
-    if isinstance(free, str) or not np.iterable(free):
-        raise ValueError(f"free is {shown(free)}; write the paths of the free parameters as a tuple, ({shown(free)},)")
-    free = several("free", free)
-    if not all(isinstance(path, str) for path in free):
-        raise TypeError(f"free is {shown(free)}; it must be the paths of the free parameters, such as ('B', 'law.K')")
     if len(set(free)) < len(free):
         raise ValueError(f"free is {shown(tuple(free))}; name every parameter once")
     return [leaf_of(system, path) for path in free]

@@ -10,8 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.arguments import number_of, typed
-from ...base.quantities import joined, numbers, several, shown
+from ...base.quantities import joined, number_of, numbers, shown
 from ...base.records import Along, Labelled
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
@@ -30,11 +29,7 @@ LEAST, LARGEST = 1e-30, 1e30  # of a signal, in any unit
 
 def channels_of(log: Any) -> dict[str, Any]:
     """Time and channels of a log, or of a dictionary of arrays."""
-    if isinstance(log, Mapping) and all(isinstance(name, str) for name in log):
-        return dict(log)
-    if not hasattr(log, "channels"):
-        raise TypeError(f"log is {shown(log)}; give a Log (see read_log) or a dictionary of arrays by channel")
-    return {"time": log.time, **log.channels}
+    return dict(log) if isinstance(log, Mapping) else {"time": log.time, **log.channels}
 
 
 def record_of(setup: Experiment, channels: Mapping[str, Any], number_of: int | None) -> Record:
@@ -154,7 +149,6 @@ class Identified(Fitted):
     step: float
     experiment: Experiment
 
-    @typed
     def interval_of(self, function: Callable[[Any], float], level: float = 0.95) -> Interval:
         """Interval of what follows from the system, such as the speed of a jump.
 
@@ -242,7 +236,7 @@ class Identified(Fitted):
 
     def _first(self, start: Any) -> Any:
         if isinstance(start, tuple | list | np.ndarray):
-            return several("start", start)
+            return tuple(start)
         given = channels_of(start)
         missing = [name for name in self.experiment.outputs.values() if name not in given]
         if missing:

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import silent, typed
 from ...base.protocols import System, with_parts
 from ...base.quantities import Ratio, checked, positive_count
 from ...base.results import Floats, SolveError
+from ...base.sentences import silent
 from ...model.laws.friction import Coulomb, QuadraticDamping
 from ...model.laws.hysteresis import Parallel
 from ...model.laws.springs import Polynomial
@@ -83,7 +83,6 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound; they are refused
-@typed
 def identify(
     system: Any,
     log: Any,

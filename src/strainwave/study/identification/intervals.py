@@ -17,7 +17,6 @@ Coloured residuals: the autoregression r_i = a_1 r_(i-1) + a_2 r_(i-2) + ... + e
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +25,6 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
-from ...base.arguments import typed
 from ...base.quantities import SMALLEST, array_of, number, positive_count, shown, whole
 from ...base.results import Floats
 
@@ -45,13 +43,10 @@ def slices(records: Any, rows: int) -> list[slice]:
     """Rows of each record, from their counts or their slices; without records all rows are one."""
     if records is None:
         return [slice(0, rows)]
-    items = list(records) if isinstance(records, Sequence) or np.ndim(records) == 1 else []
-    if all(isinstance(item, slice) for item in items):
-        parts = [slice(*item.indices(rows)[:2]) for item in items]
-    elif not all(isinstance(item, Integral) and 0 < int(item) <= rows for item in items):
-        parts = []
+    if all(isinstance(item, slice) for item in records):
+        parts = [slice(*item.indices(rows)[:2]) for item in records]
     else:
-        parts = [slice(int(a), int(b)) for a, b in pairwise(np.cumsum([0, *items]))]
+        parts = [slice(int(a), int(b)) for a, b in pairwise(np.cumsum([0, *records]))]
     if sum(part.stop - part.start for part in parts) != rows or any(part.stop <= part.start for part in parts):
         raise ValueError(f"records are {shown(records)}; they must share out all {rows} rows, at least one to each")
     return parts
@@ -322,7 +317,6 @@ def derived_freedom(rates: Floats, covariance: Floats, freedom: Any) -> Floats:
     return np.asarray(np.maximum(np.sum(shares, axis=1) ** 2 / total, 1.0))
 
 
-@typed
 def bootstrap(
     jacobian: Floats, residual: Floats, records: Any = None, *, block: int | None = None, draws: int = 1000,
     seed: int = 0,

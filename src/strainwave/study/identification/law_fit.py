@@ -13,11 +13,10 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import silent, typed
 from ...base.quantities import joined, number, numbers, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, SolveError
-from ...base.sentences import on_screen
+from ...base.sentences import on_screen, silent
 from ...base.units import ARCSEC
 from .fitted import Fit
 from .identified import MOST_OF_START, Identified, channels_of, row_of
@@ -259,7 +258,6 @@ class LawComparison(Result):
         return on_screen("\n".join(["Comparison of laws by what was held out", *lines]))
 
 
-@typed
 def compare_laws(
     candidates: Mapping[str, tuple[Any, Sequence[str]]],
     log: Any,
@@ -296,9 +294,6 @@ def compare_laws(
     """
     if not candidates:
         raise ValueError("candidates is empty; give a name with a system and its free numbers")
-    for name, value in candidates.items():
-        if not isinstance(value, tuple | list) or len(value) != 2:
-            raise TypeError(f"candidate {name!r} is {shown(value)}; give a system and its free numbers, as a pair")
     held_out = number("held_out", held_out)
     if not 0.0 < held_out < 1.0:
         raise ValueError(f"held_out is {held_out:g}; it is the share of the log that is not fitted to, such as 0.25")

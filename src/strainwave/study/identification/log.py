@@ -16,7 +16,6 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ...base.arguments import refuse_fields, typed
 from ...base.quantities import LARGEST, SMALLEST, joined, numbers, reals, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
@@ -183,7 +182,6 @@ class Log(Result):
     places: ClassVar[Along] = {"time": {"time": "s"}}
 
     def __post_init__(self) -> None:
-        refuse_fields(self)
         object.__setattr__(self, "time", numbers("time [s] of a log", self.time))
         n, channels = self.time.size, {}
         if n < 2 or np.min(np.diff(self.time)) <= SMALLEST:
@@ -255,7 +253,6 @@ class Log(Result):
         edges = [0, *(int(i) for i in np.searchsorted(self.time, [gap.stop for gap in self.gaps])), len(self.time)]
         return tuple(slice(a, b) for a, b in pairwise(edges))
 
-    @typed
     def channel(self, name: str) -> Floats:
         """Values (n,) of a channel.
 
@@ -271,7 +268,6 @@ class Log(Result):
             )
         return self.channels[name]
 
-    @typed
     def cut(self, start: float = -math.inf, stop: float = math.inf) -> "Log":
         """Samples with start <= time <= stop [s]; their times stay.
 
@@ -298,7 +294,6 @@ class Log(Result):
         there = joined(self.channels) or "none"
         raise ValueError(f"segments need the angle or the speed of a shaft, as load_angle; the channels are {there}")
 
-    @typed
     def segments(self, tolerance: float = 0.1) -> tuple[LogSegment, ...]:
         """Stretches of rest, of constant speed, of run-up and run-down.
 
@@ -326,7 +321,6 @@ class Log(Result):
         speed, angle = self._motion
         return segments(self.time, speed, angle, self.unbroken(), tolerance)
 
-    @typed
     def run(self, channel: str, angle: str | None = None, *, part: LogSegment | None = None) -> Run:
         """One channel over the angle of a shaft, for `order_scan`.
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import refuse_fields
 from ...base.quantities import LARGEST, number, reals, samples_of
 from ...base.results import Floats
 
@@ -45,7 +44,6 @@ class Run:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        refuse_fields(self, "unit")
         columns = {name: column(name, getattr(self, name)) for name in ("time", "angle", "value")}
         shapes = {name: values.shape for name, values in columns.items()}
         if len(set(shapes.values())) > 1 or columns["time"].ndim != 1:

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
-from ...base.arguments import typed
 from ...base.law import has, spring_stiffness
 from ...base.protocols import lines_of
-from ...base.quantities import checked, interval, number, several
+from ...base.quantities import checked, interval, number
 from ...base.results import Floats, SolveError
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import PEAK, Feedforward, MotorLimits, Payload, Task
@@ -115,7 +114,6 @@ def settling(error: Quintic, final: float, window: float, begin: float, end: flo
     return bracketed_root(beyond, last, inside, xtol=0.0) - begin
 
 
-@typed
 def move(
     project: Any,
     profile: Any = None,
@@ -198,7 +196,7 @@ def move(
     mover = mover_of(project, gear, limits, task.payload if payload is None else payload)
     given = (window, task.window, getattr(project, "limit", None), WINDOW)
     window = number("window [rad]", next(value for value in given if value is not None), positive=True)
-    spans = tuple(interval("bands [rad/s]", band) for band in several("bands", bands))
+    spans = tuple(interval("bands [rad/s]", band) for band in tuple(bands))
     refuse_heavy(mover.train, path)
     y0 = _at_rest(mover.train, 0.0, float(path.angle[0]))
     poles = state_space(mover.train, at=y0).poles

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ...base.arguments import refuse, typed
 from ...base.facts import Fact, lines
 from ...drive.postures import Posture, titled
 from ...drive.project import Project
@@ -62,7 +61,6 @@ class PostureMoves(NamedTuple):
         return (Fact("posture", i + 1), *load, *numbers, Fact("passes", self.moves[i].within_limits))
 
 
-@typed
 def move_postures(
     project: Project, profile: Any = None, *, postures: Sequence[Posture] = (),
     progress: Callable[[float], None] = lambda _: None, **options: Any,
@@ -96,8 +94,6 @@ def move_postures(
         If there is no posture, or as of `move`.
     """
     rows = tuple(postures) or project.postures
-    for row in rows:
-        refuse("postures", row, Posture)
     if not rows:
         raise ValueError("there are no postures; give Posture(inertia, torque), or `postures` in the project file")
     moves, asked = [], project.move and project.move._replace(payload=None)

@@ -146,15 +146,10 @@ def parts_of(profile: Any) -> tuple[Part, ...]:
     ------
     ValueError
         If there are none, or a part has a number that is out of range.
-    TypeError
-        If something is not a part.
     """
-    parts = (profile,) if not lacking(profile, "path") or not isinstance(profile, list | tuple) else tuple(profile)
+    parts = tuple(profile) if lacking(profile, "path") else (profile,)
     if not parts:
         raise ValueError(f"the profile is empty; give {PARTS}")
-    for part in parts:
-        if lacking(part, "path"):
-            raise TypeError(f"a part of the profile is {shown(part)}; give {PARTS}")
     return tuple(checked(part) for part in parts)
 
 

@@ -10,7 +10,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.facts import Fact, lines
 from ...base.protocols import lines_of
 from ...base.records import Along, Result
@@ -72,7 +71,6 @@ class Pass:
             Fact("quasi_steady_rad", self.quasi_steady), Fact("amplification", self.amplification),
         )  # fmt: skip
 
-    @typed
     def sentence(self, times: int) -> str:
         """It in words, where it is the worst of so many."""
         (often,) = lines([Fact("largest_rad", self.largest, "at most {} of error")])

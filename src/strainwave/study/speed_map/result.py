@@ -7,7 +7,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...base.arguments import typed
 from ...base.facts import Fact
 from ...base.quantities import index
 from ...base.records import Labelled, Result
@@ -159,7 +158,6 @@ class SpeedMap(Result):
         ends = np.flatnonzero(good[1:] != good[:-1]).reshape(-1, 2)
         return common(np.column_stack([self.speeds[ends[:, 0]], self.speeds[ends[:, 1] - 1]]), self.windows)
 
-    @typed
     def is_allowed(self, speed: float, load: float) -> bool:
         """Whether a motor speed [rad/s] is allowed under a load.
 

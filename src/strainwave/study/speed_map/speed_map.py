@@ -12,16 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import silent, typed
 from ...base.quantities import interval, number, numbers, positive_count, shown
 from ...base.results import Floats, Interrupted, SolveError
+from ...base.sentences import silent
 from ...base.units import ARCSEC, RPM
 from ...drive.postures import Posture
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from ...drive.two_turns import is_beating
 from ..analysis.avoid import out_of_reach
-from ..analysis.knobs import units_of
 from ..analysis.load_cases import is_jumping, with_ends_of_jumps
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
@@ -37,7 +36,6 @@ NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbel
 Cells = tuple[Floats, Floats, Any, Any, Floats]  # oscillation, torque, motions, subharmonic, smallest of one load
 
 
-@typed
 def speed_map(
     project: Project,
     *,
@@ -123,7 +121,7 @@ def speed_map(
     rows = (*postures, *project.postures)[: len(values)] if name == POSTURE else ()
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
-    total, of_loads = len(cases), 0.5 if (drives := units_of(units)) else 1.0
+    total, of_loads = len(cases), 0.5 if (drives := list(units)) else 1.0
     computed, by_load = _all_motions(cases, span, search, count, rules, progress, of_loads)
     cases, variants, values = [cases[i] for i in computed], [variants[i] for i in computed], values[computed]
     if not any(loaded.curves for loaded in by_load):

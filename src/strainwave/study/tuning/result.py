@@ -7,7 +7,6 @@ from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.facts import Fact
 from ...base.records import Labelled, Result
 from ...base.sentences import number
@@ -104,7 +103,6 @@ class TunedLoop(Result):
 
     rows: ClassVar[str] = "point"
 
-    @typed
     def applied(self, project: Project, *, notch: bool = False) -> Project:
         """The project with the recommended loop, or with the one that has the notch filter."""
         tuned = having(project, self.notch.control if notch and self.notch else self.control)

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.arguments import typed
 from ...base.quantities import numbers
 from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
@@ -74,7 +73,6 @@ class TuningPoint(NamedTuple):
     motor_torque: float = nan
     motor_share: float = nan
 
-    @typed
     def used(self, limits: TuningLimits) -> dict[str, float]:
         """Share of every limit that is taken; above 1 it is broken."""
         peak, gain, phase, *_ = self.figures

@@ -6,17 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import silent, typed
 from ...base.quantities import number as checked_number
-from ...base.quantities import several, shown
+from ...base.quantities import shown
 from ...base.results import Floats, SolveError
-from ...base.sentences import number
+from ...base.sentences import number, silent
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
-from ..analysis.knobs import units_of
 from .result import GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, WORTH, Search, least_broken
 from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of
@@ -47,7 +45,6 @@ def rule(core: Any, inertia: float, time: float) -> Any:
     return PositionLoop(K_p / (4.0 * time), K_p)
 
 
-@typed
 def tune(
     project: Project,
     *,
@@ -137,7 +134,7 @@ def tune(
     if notch and isinstance(loop.core, SpeedLoop) and loop.core.K_d:
         raise ValueError("a loop with K_d takes no filter: leave K_d out, or tune without a notch")
     time, remarks = _delay(project, loop.lag, delay)
-    drives = _drives(project, units_of(units), loop)
+    drives = _drives(project, units, loop)
     if project.postures:
         remarks = (*remarks, f"The {len(project.postures)} postures of the project are drives with the same gains.")
     setting = Setting(loads, _goals(project, goals), limits, share, time)
@@ -182,7 +179,7 @@ class Loop:
         self.inertia, self.lag = project.loop_inertia, self.about.get("lag", 0.0)
         tunable = [name for name, gain in rule(self.core, self.inertia, 1.0)._asdict().items()
                    if gain != getattr(self.core, name) > 0.0]  # fmt: skip
-        self.names = tuple(tunable if names is None else map(str, several("gains", names)))
+        self.names = tuple(tunable if names is None else map(str, tuple(names)))
         if wrong := [name for name in self.names if name not in tunable]:
             raise ValueError(f"there is no gain {shown(wrong[0])} to tune in this loop; it has {', '.join(tunable)}")
 
@@ -215,7 +212,7 @@ def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
             raise ValueError(f"there is no goal {shown(name)}; there are {', '.join(GOALS)}")
         if GOALS[name].of_move and project.move is None:
             raise ValueError(f"the goal {name!r} is one of a move, and the project has none; write its group 'move'")
-    if not goals:
+    if not len(goals):
         raise ValueError(f"there is no goal; name one or more of {', '.join(GOALS)}")
     return tuple(dict.fromkeys(goals))
 

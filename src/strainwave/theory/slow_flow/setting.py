@@ -11,7 +11,6 @@ The resonances that multiple scales can treat: p omega near q omega_0, with omeg
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,10 +58,9 @@ class Resonance(NamedTuple):
         ValueError
             If p or q is not a positive integer (or both 0).
         """
-        whole = all(isinstance(n, Integral) and not isinstance(n, bool) for n in self)
-        if whole and self == (0, 0):
+        if self == (0, 0):
             return NONRESONANT
-        if not (whole and all(0 < n <= MOST_THINGS for n in self)):
+        if not all(0 < n <= MOST_THINGS and n % 1 == 0 for n in self):
             raise ValueError(
                 f"Resonance({shown(self.p)}, {shown(self.q)}) must have two positive integers, {MOST_THINGS:g} at "
                 "most, as in p omega ~ q omega_0; use strainwave.NONRESONANT where nothing resonates"

@@ -11,9 +11,8 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import cont2discrete
 
-from ....base.arguments import typed
 from ....base.facts import Fact
-from ....base.quantities import number, several, shown
+from ....base.quantities import number, shown
 from ....base.records import Labelled
 from ....base.results import Floats
 from ....drive.loop_margin import motor_name
@@ -193,7 +192,6 @@ class BodeFit(Fit):
         return 20.0 / log(10.0) * size, 180.0 / pi * phase if self.measured.phased else nan
 
 
-@typed
 def fit_bode(
     measured: MeasuredBode | Sequence[MeasuredBode], project: Any, *, free: Sequence[str] | None = None,
     speed: float = 0.0,
@@ -231,7 +229,7 @@ def fit_bode(
     ----------
     Pintelon & Schoukens 2012, System Identification: A Frequency Domain Approach, sec. 9.3 (weighted least squares).
     """
-    plots = (measured,) if isinstance(measured, MeasuredBode) else several("measured", measured)
+    plots = (measured,) if isinstance(measured, MeasuredBode) else tuple(measured)
     if len(plots) not in (1, 2):
         raise ValueError(f"measured has {len(plots)} Bode plots; give one, or two of different amplitudes")
     plot, (name, train) = plots[0], train_of(project, "fit_bode")
@@ -240,7 +238,7 @@ def fit_bode(
         raise ValueError(f"the {plot.quantity} was measured and the motor of the drive has no loop; give it one")
     modelled = Modelled(train, plot, number("speed [rad/s]", speed))
     start, unknown = modelled.start(), {} if plot.phased else {"delay": PHASELESS}
-    names = tuple(name for name in USUAL if name not in unknown) if free is None else several("free", free)
+    names = tuple(name for name in USUAL if name not in unknown) if free is None else tuple(free)
     wrong = next((name for name in names if name not in UNITS or names.count(name) > 1 or name in unknown), None)
     if wrong is not None:
         raise ValueError(unknown.get(wrong) or f"free has {shown(wrong)}; name each once, of {', '.join(UNITS)}")

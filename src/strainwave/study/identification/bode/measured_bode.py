@@ -2,15 +2,14 @@
 
 from dataclasses import dataclass
 from math import nan, pi
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import uniform_filter1d
 
-from ....base.arguments import typed
 from ....base.facts import Fact
-from ....base.quantities import array_of, complex_numbers, number, numbers
+from ....base.quantities import array_of, choice, complex_numbers, number, numbers
 from ....base.records import Along, Labelled, Result
 from ....base.results import Floats
 from ....model.train.controls import HERTZ
@@ -101,7 +100,6 @@ class MeasuredBode(Result):
         )  # fmt: skip
 
 
-@typed
 def measured_bode(
     omega: ArrayLike, value: ArrayLike, *, quantity: Quantity = "plant", phased: bool = True,
     deviation: ArrayLike | None = None, amplitude: float | None = None,
@@ -139,6 +137,8 @@ def measured_bode(
     ValueError
         If there are fewer than 8 frequencies, one is not positive or there twice, or a value is 0.
     """
+    choice("quantity", quantity, *get_args(Quantity))
+    choice("estimator", estimator, *get_args(Estimator))
     w, z = numbers("omega [rad/s]", omega), complex_numbers("value", value)
     noise = np.full(len(w), nan) if deviation is None else array_of("deviation", deviation, len(w))
     if len(w) < FEWEST or z.shape != w.shape:
@@ -155,7 +155,6 @@ def measured_bode(
     return MeasuredBode(w, z, noise, quantity, phased, size, (*notes, *bias))
 
 
-@typed
 def bode_of_records(
     time: ArrayLike, reference: ArrayLike, torque: ArrayLike, speed: ArrayLike, *, held: bool = True,
     amplitude: float | None = None, notes: tuple[str, ...] = (),

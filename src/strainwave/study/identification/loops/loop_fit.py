@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import fdtrc
 
-from ....base.arguments import typed
 from ....base.quantities import checked, number
 from ....base.results import Floats, SolveError
 from ....model.laws.hysteresis import BoucWen, Parallel
@@ -142,7 +141,6 @@ def _waves(loop: Loop, x: Floats) -> Floats:
     return np.hstack([waves * up, waves * ~up])
 
 
-@typed
 def fit_loop(
     torsion: ArrayLike, torque: ArrayLike, *, rated_torque: float | None = None, ratio: float | None = None,
     check_units: bool = True,

@@ -199,7 +199,7 @@ def fit_lines(run: Direction, orders: Sequence[int], drift: bool) -> Fit:
             f"{len(theta)} samples are given for {unknowns} unknowns (mean, drift and two a line); measure more samples"
         )
     half = 0.5 * (theta[-1] - theta[0])
-    columns = [np.ones_like(theta)] + [(theta - theta[0] - half) / half] * drift
+    columns = [np.ones_like(theta), *([(theta - theta[0] - half) / half] if drift else [])]
     columns += [part for k in orders for part in (np.cos(k * theta), np.sin(k * theta))]
     X = np.column_stack(columns)
     u, s, vt = np.linalg.svd(X, full_matrices=False)

@@ -8,17 +8,27 @@ Which orders a scan has: the strongest line first, and in the end only those tha
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....base.arguments import typed
-from ....base.quantities import positive_count, shown
+from ....base.quantities import choice, positive_count, shown
 from ....model.error_spectrum import extremes
 from ....model.excitation import HIGHEST
 from ..run import column
-from .error_result import Direction, ErrorScan, Fit, Reversal, ScanLine, fit_lines, polar, squared_amplitude, together
+from .error_result import (
+    Direction,
+    ErrorScan,
+    Fit,
+    Noise,
+    Reversal,
+    ScanLine,
+    fit_lines,
+    polar,
+    squared_amplitude,
+    together,
+)
 from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability, rounding
 
 HIGHEST_SOUGHT = 100
@@ -103,7 +113,6 @@ def _next(
     return order, sure
 
 
-@typed
 def error_scan(
     angle: ArrayLike,
     error: ArrayLike,
@@ -161,13 +170,12 @@ def error_scan(
     Lomb 1976, Astrophys. Space Sci. 39, 447-462, and Scargle 1982, Astrophys. J. 263, 835-853 (least-squares spectra of
     unevenly spaced data, false alarms); Bretthorst 1988, Bayesian Spectrum Analysis, ch. 2 (uncertainty of a line).
     """
-    if not (isinstance(false_alarm, float | int) and 1e-100 <= false_alarm < 1.0):
+    if not 1e-100 <= false_alarm < 1.0:
         raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability between 0 and 1, such as 0.01")
+    choice("noise", noise, "auto", *get_args(Noise))
     sign = -1.0 if ate else 1.0
     runs = [_direction("", angle, error, sign)]
     if backward is not None:
-        if not isinstance(backward, tuple | list) or len(backward) != 2:
-            raise ValueError(f"backward is {shown(backward)}; it must be a pair of arrays (angle, error)")
         runs.append(_direction("backward ", *backward, sign))
     limit = min(0.5 * len(run.angle) / run.turns for run in runs)
     looked_at = _sought(highest, limit)
@@ -220,8 +228,6 @@ def _sought(highest: int | None, limit: float) -> int:
 
 
 def _given(orders: Sequence[int], limit: float) -> list[int]:
-    if isinstance(orders, str) or not np.iterable(orders):
-        raise ValueError(f"orders are {shown(orders)}; give a list of whole numbers, for example [1, 2, 4]")
     chosen = [positive_count("order", order, HIGHEST) for order in orders]
     if not chosen or len(set(chosen)) < len(chosen):
         raise ValueError(f"orders are {shown(orders)}; give at least one, and none twice")

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....base.arguments import typed
+from ....base.quantities import number as checked_number
 from ....base.quantities import numbers, shown
 from ....base.records import Labelled, Result
 from ....base.results import Floats
@@ -80,7 +80,6 @@ class OrderLine:
         """The pair of turns that it belongs to; None where the runs cannot tell, or the ratio is not known."""
         return self.pairs[0] if len(self.pairs) == 1 else None
 
-    @typed
     def interval(self, name: str = "amplitude", level: float = 0.95) -> Interval:
         """Interval of "amplitude", from 0 on, "phase" or "order"."""
         if name == "order":
@@ -138,14 +137,12 @@ class OrderScan(Result):
         over_angle = [line for line in self.lines if line.kind != "frequency" and line.same < RARE / len(self.lines)]
         return tuple(line for line in over_angle if np.ptp(line.by_run) > VARIES * np.mean(line.by_run))
 
-    @typed
     def line(self, order: float) -> OrderLine:
         """The line nearest to an order."""
         if not self.lines:
             raise ValueError("the scan has no lines")
         return min(self.lines, key=lambda line: abs(line.order - order))
 
-    @typed
     def delay_interval(self, level: float = 0.95) -> Interval:
         """Interval of the delay [s]."""
         return interval(self.delay, self.delay_error, self.freedom, level)
@@ -171,7 +168,6 @@ class OrderScan(Result):
         lines = [Line(line.order, line.amplitude, line.phase) for line in self.lines if line.kind != "frequency"]
         return np.asarray(KinematicError(tuple(lines)).value(theta))
 
-    @typed
     def amplitude_at(self, order: float, speed: float, level: float = 0.95) -> tuple[float, float]:
         """Amplitude of a line at another speed, from runs at speeds near it.
 
@@ -201,7 +197,7 @@ class OrderScan(Result):
         near = [line for line in over_angle if abs(line.order - order) <= max(line.order_error, 1e-6 * order)]
         if not near:
             raise ValueError(f"the scan has no line at order {order:g}; give orders=[{order:g}] to fit it")
-        line = min(near, key=lambda some: abs(some.order - order))
+        line, speed = min(near, key=lambda some: abs(some.order - order)), checked_number("speed [rad/s]", speed)
         speeds, sizes, errors = np.abs(self.speeds), line.by_run, line.by_run_error
         close = (speeds <= abs(speed) * NEIGHBOUR) & (speeds * NEIGHBOUR >= abs(speed))
         if np.any(same_way := close & (self.speeds * speed > 0.0)):

@@ -1,14 +1,14 @@
 """Orders of a measured quantity from runs over any part of a turn, at one speed or several."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.special import gammaincc
 
-from ....base.quantities import number, numbers, several, shown
+from ....base.quantities import number, numbers, shown
 from ....base.results import Floats
 from ....model.orders import Turn
 from ..run import Run
@@ -183,14 +183,9 @@ def _notes(
 
 
 def _checked(given: Any) -> list[Run]:
-    if not isinstance(given, Run | Iterable):
-        raise TypeError(f"runs is {shown(given)}; give a list of Run")
-    runs: list[Run] = [given] if isinstance(given, Run) else list(several("runs", given))
+    runs: list[Run] = [given] if isinstance(given, Run) else list(given)
     if not runs:
         raise ValueError("runs is empty; give one run at least")
-    for run in runs:
-        if not isinstance(run, Run):
-            raise TypeError(f"{shown(run)} is no Run; make one by Run(time, angle, value)")
     units = sorted({run.unit for run in runs})
     if len(units) > 1:
         raise ValueError(f"the runs have values in {' and '.join(map(repr, units))}; give one quantity in one unit")

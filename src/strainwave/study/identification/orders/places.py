@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....base.arguments import typed
 from ....base.quantities import SMALLEST, array_of, number, positive_count
 from ....base.units import ARCSEC
 from ....model.orders import TURNING_SPLINE, USUAL, Arrangement, whole_ratio
@@ -148,7 +147,6 @@ class Counted(NamedTuple):
     why: str
 
 
-@typed
 def arrangement(motor_counts: ArrayLike, load_counts: ArrayLike, per_turn: int = 1 << 24) -> Counted:
     """Find ratio and arrangement of a gear from counts of encoders on motor and output.
 
