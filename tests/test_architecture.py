@@ -35,7 +35,7 @@ def functions_of(path: Path) -> list[ast.FunctionDef | ast.AsyncFunctionDef]:
 
 def test_files_have_at_most_400_lines():
     lines = {name_of(path): len(path.read_text(encoding="utf-8").splitlines()) for path in SOURCES}
-    assert len(lines) > 350
+    assert len(lines) > 300
     assert {name: count for name, count in lines.items() if count > 400} == {}
 
 

@@ -18,10 +18,10 @@ from strainwave.app.commands import cli
 from strainwave.app.report.report import together
 from strainwave.app.web import views
 from strainwave.app.web.parameters import parameters
-from strainwave.base.choices import larger
 from strainwave.base.facts import Fact
 from strainwave.base.records import Result
 from strainwave.base.sentences import Angle, Speed
+from strainwave.compile.elementwise import larger
 from strainwave.files.fields.kinds import Quantity
 from strainwave.files.fields.rows import field, group_text, read_file, rows_of
 from strainwave.files.fields.schema import LoadSpec, ProjectSpec

@@ -8,8 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import strainwave as sw
-from strainwave.numerics.loading import loaded_state
-from strainwave.numerics.operating_point import operating_point
+from strainwave.numerics.operating_point import loaded_state, operating_point
 
 SLOPES = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)
 SOFT = sw.Cubic(1e5, -1e6)  # largest torque 2/3 K/sqrt(3 |alpha|) = 38.4900 N*m at 1/sqrt(3 |alpha|) = 0.57735 mrad

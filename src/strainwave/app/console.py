@@ -126,7 +126,7 @@ def compile_beside() -> None:
     """On a machine without machine code, start a process that makes it too; it ends with this one."""
     if jit.enabled() and (os.cpu_count() or 1) > 1 and cache_writable() and is_empty():
         none = subprocess.DEVNULL
-        command = [sys.executable, "-m", "strainwave.app.commands.ahead"]
+        command = [sys.executable, "-c", "from strainwave.app.commands.analyze import compile_ahead as run; run()"]
         atexit.register(subprocess.Popen(command, stdin=none, stdout=none, stderr=none).kill)
 
 

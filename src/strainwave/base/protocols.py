@@ -12,6 +12,13 @@ from .law import is_spring
 from .quantities import Reals, checked, shown
 from .results import Floats
 
+# Labels of the points of a branch, how the continuation of one ends, and when an orbit is stable.
+START, STEP, FOLD, TOP, BOUND = range(5)  # what the next correction is for, and the label of the point it gives
+DOUBLING, BRANCH_POINT, NEIMARK_SACKER = 5, 6, 7  # labels of points that are found afterwards
+# Outcome: full buffer, left the range, closed loop, step too small, no start, grown beyond all bounds.
+RUNNING, END, CLOSED, STUCK, LOST, UNBOUNDED = range(6)
+DECAYS = 1.0 - 1e-10  # a Floquet multiplier below it: that of a neutral orbit is 1 but for rounding
+
 
 class Law(Protocol):
     """Torque [N*m] of a torsion x [rad]: or of x and its rate, `torque(x, v)`, or with internal states, see `law`.
@@ -257,16 +264,6 @@ class Balance(Protocol):
 
     def patience(self) -> int | None:
         """Points of a curve beyond its range, at most; None: as many as it takes."""
-
-
-class InAllStates(Balance, Protocol):
-    """A `Balance` whose disturbances do not obey Hill's equation."""
-
-    def disturbed(self, points: Floats) -> tuple[Any, Floats, int]:
-        """A `FirstOrder` problem with these orbits as its points, over one of so many equal parts of each."""
-
-    def disturbances(self, points: Floats) -> Any:
-        """Disturbances of these orbits over one part, a constant matrix and feedbacks; None where none are known."""
 
 
 class Load(Protocol):

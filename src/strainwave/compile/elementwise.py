@@ -1,10 +1,17 @@
-"""Functions of numbers as functions of the entries of arrays: loops in machine code, NumPy as Python."""
+"""Functions of numbers as functions of the entries of arrays: loops in machine code, NumPy as Python.
+
+Choices between numbers without a branch, so that compiled loops over lanes stay vector code. A place in a tuple is a
+whole number from 0 on as a float, or what stands for one and has `entry` and `with_entry`.
+"""
 
 import inspect
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from .jit import chosen, kernel, kernel_as
+from .tree import with_leaf
 
 
 def _itself(thing: Any, i: Any) -> Any:
@@ -61,3 +68,33 @@ def summed(numpy: Callable[[Any, Any], Any]) -> Callable[[Callable[[Any, Any], A
         return kernel_as(loops)(whole)
 
     return mark
+
+
+@kernel_as(lambda condition, a, b: a if condition else b, inline=True)
+def select(condition: Any, a: Any, b: Any) -> Any:
+    """The value a where the condition holds, else b; of numbers, or item by item of arrays."""
+    return np.where(condition, a, b)
+
+
+@kernel
+def larger(a: Any, b: Any) -> Any:
+    """The larger of two numbers, or of the items of two arrays; b where a is NaN."""
+    return select(a > b, a, b)
+
+
+@kernel
+def smaller(a: Any, b: Any) -> Any:
+    """The smaller of two numbers, or of the items of two arrays; b where a is NaN."""
+    return select(a < b, a, b)
+
+
+@kernel_as(lambda items, place: items[int(place)], inline=True)
+def entry(items: Any, place: Any) -> Any:
+    """Number at a place in a tuple of numbers."""
+    return place.entry(items) if hasattr(place, "entry") else items[int(place)]
+
+
+@kernel_as(lambda items, place, value: with_leaf(items, int(place), value), inline=True)
+def with_entry(items: Any, place: Any, value: object) -> Any:
+    """The tuple of numbers with another one at a place."""
+    return place.with_entry(items, value) if hasattr(place, "entry") else with_leaf(items, int(place), value)

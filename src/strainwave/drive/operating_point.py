@@ -15,7 +15,7 @@ from ..model.train.controls import Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..numerics.balance.rates import jacobians_at, rates_at
-from ..numerics.loading import loaded_state
+from ..numerics.operating_point import loaded_state
 
 STEP = 0.1  # units of the states for differences: twists of 0.6 microrad
 HELD, BESIDE = Held(), 1e-9  # and a share of a torsion, beyond the kink at the end of a gap

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.blas import one_thread
 from ..base.law import depends, is_spring, losses_of, torque_of
-from ..base.protocols import System, lacking
+from ..base.protocols import DECAYS, System, lacking
 from ..base.quantities import States, positive_count
 from ..base.results import Branch, Floats
 from ..base.series import largest_of_samples
@@ -21,7 +21,6 @@ from ..numerics.balance.harmonics import LARGEST
 from ..numerics.continuation.trace import describe, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.curves.response import with_all_said, with_others
-from ..numerics.labels import DECAYS
 from ..numerics.stability.first_order import with_special_points, with_stability
 from .drive_response import DriveResponse
 from .jumps import Jumps, jumps
@@ -74,9 +73,6 @@ def settling_time(system: Any) -> float:
     """Time [s] to wait for the transient; without damping it never goes, so a number of periods serves."""
     mu = damping_of(system) / system.J
     return SETTLE / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / float(system.omega)
-
-
-ExactResponse = DriveResponse  # its name in results that were saved when it was a class of its own
 
 
 @one_thread

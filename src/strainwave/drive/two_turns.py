@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.blas import one_thread
 from ..base.law import breakpoints_of, depends
-from ..base.protocols import System, lacking, lines_of, orders_of, terms_of
+from ..base.protocols import FOLD, System, lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number
 from ..base.records import Waves
 from ..base.results import Branch, Floats, Orbit, SolveError, Status
@@ -30,11 +30,10 @@ from ..model.train.linear_part import linear_part
 from ..model.train.motion import Steady
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import Trace, ending
-from ..numerics.curves.torus import motion
-from ..numerics.curves.torus.follow import TwoTurns, along, at_speed, newton, with_crests, with_crossings
-from ..numerics.curves.torus.growth import growth
-from ..numerics.curves.torus.problem import Torus
-from ..numerics.labels import FOLD
+from ..numerics.curves import torus_motion as motion
+from ..numerics.curves.torus_follow import TwoTurns, along, at_speed, newton, with_crests, with_crossings
+from ..numerics.curves.torus_growth import growth
+from ..numerics.curves.torus_problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
 from .train_curve import as_train, parts_of_angle, torques, train_curve, with_rounded_corners, without_gravity

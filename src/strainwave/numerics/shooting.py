@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.law import breakpoints_of, is_spring, torsion
-from ..base.protocols import Balance, System, has_jacobian, omega_of, with_parts
+from ..base.protocols import DECAYS, END, Balance, System, has_jacobian, omega_of, with_parts
 from ..base.quantities import Reals, States, number, numbers, positive_count, reals, shown
 from ..base.results import Floats, Orbit, SolveError, Status, Trajectory
 from ..compile.tree import leaf_of
@@ -28,7 +28,6 @@ from .continuation.passage import linear_start, settled_start
 from .continuation.trace import Trace, describe, solve
 from .integration.methods import Dopri5
 from .integration.simulate import simulate
-from .labels import DECAYS, END
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
 STEPS = 60  # of Newton's method, begun anew wherever the motion goes on in time

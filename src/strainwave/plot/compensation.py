@@ -17,8 +17,22 @@ from ..study.compensation.gains import times_of
 from ..study.compensation.monitoring import Monitored
 from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units
-from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREEN, LOOKS, ORANGE
-from .panels import MOTOR, TIME, Axis, Panel, angle, panels_of
+from .panels import (
+    BLACK,
+    BLUE,
+    DASHES,
+    DOT_DASH,
+    DOTS,
+    GREEN,
+    LOOKS,
+    MOTOR,
+    ORANGE,
+    TIME,
+    Axis,
+    Panel,
+    angle,
+    panels_of,
+)
 
 TURNS = 2  # of the motor that are shown, or those of a beat
 PLAIN = "loop"

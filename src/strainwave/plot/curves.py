@@ -11,8 +11,7 @@ from ..numerics.ensemble.linear_loops import LoopResponse
 from ..numerics.ensemble.loops import LoopEnsemble, LoopRun
 from ..study.move.run_up import DIRECTIONS, RunUps
 from ..theory.slow_flow.results import SlowResponse
-from .colours import BLACK, BLUE, DASHES, ORANGE, PALE
-from .panels import HERTZ, TIME, Axis, Cells, Panel, angle, angle_unit, panels_of
+from .panels import BLACK, BLUE, DASHES, HERTZ, ORANGE, PALE, TIME, Axis, Cells, Panel, angle, angle_unit, panels_of
 
 SAMPLES = 16  # of an orbit, per harmonic
 

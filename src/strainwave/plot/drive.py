@@ -24,8 +24,7 @@ from ..study.analysis.avoid import Avoid
 from ..study.analysis.in_time import RunUp
 from ..study.analysis.load_cases import LoadCase
 from ..study.analysis.resonances import Regime
-from .colours import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, ORANGE
-from .panels import HERTZ, Arrow, Axis, Note, Panel, angle, panels_of
+from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, HERTZ, ORANGE, Arrow, Axis, Note, Panel, angle, panels_of
 
 SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open
 HEIGHT = 290.0  # of a panel [px]

@@ -15,8 +15,7 @@ from ..study.identification.identified import Identified
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
-from .colours import BLUE, DASHES, GREY, ORANGE, PALE
-from .panels import HERTZ, TIME, Axis, Note, Panel, angle, panels_of
+from .panels import BLUE, DASHES, GREY, HERTZ, ORANGE, PALE, TIME, Axis, Note, Panel, angle, panels_of
 
 TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
 REACH = 1.96  # standard errors of an interval of 95 %

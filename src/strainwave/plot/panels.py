@@ -18,7 +18,15 @@ from ..base.results import Floats
 from ..base.sentences import sign
 from ..base.units import RPM
 from ..base.units import angle_unit as unit_of
-from .colours import BLUE, DASHES
+
+# Colours that colour-blind people tell apart (Okabe and Ito), and dashes for readers without colours.
+BLUE, ORANGE, GREEN, PINK = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+BLACK, GREY, PALE = "#222222", "#777777", "#c0c0c0"
+DASHES, DOT_DASH, DOTS = "6 3", "8 3 2 3", "2 2"
+LOOKS = (
+    (BLUE, ""), (ORANGE, DASHES), (GREEN, DOTS), (PINK, "10 3"), (GREY, ""), (BLUE, DOTS), (ORANGE, DOT_DASH),
+    (GREEN, ""), (PINK, DASHES), (GREY, DOTS),
+)  # fmt: skip
 
 ROWS = 2  # of texts above a panel
 LONGEST = 44  # letters of the name of a drive above a panel

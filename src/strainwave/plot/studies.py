@@ -12,8 +12,24 @@ from ..study.move.result import Move
 from ..study.speed_map.result import SpeedMap
 from ..study.tuning.result import TunedLoop
 from ..study.tuning.trial import GOALS
-from .colours import BLACK, BLUE, DOT_DASH, DOTS, GREEN, GREY, ORANGE, PINK
-from .panels import MOTOR, TIME, Axis, Cells, Note, Panel, angle, panels_of
+from .panels import (
+    BLACK,
+    BLUE,
+    DOT_DASH,
+    DOTS,
+    GREEN,
+    GREY,
+    MOTOR,
+    ORANGE,
+    PINK,
+    TIME,
+    Axis,
+    Cells,
+    Note,
+    Panel,
+    angle,
+    panels_of,
+)
 
 AFTER = 0.4  # durations of the profile shown after its end, and twice the time to settle
 NEAR = 2.0  # times the largest value: limits up to there are drawn

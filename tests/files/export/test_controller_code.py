@@ -7,7 +7,7 @@ import pytest
 from c_compiler import compiled, doubles, exported_parameters, needs_cc, parameters_of
 
 import strainwave as sw
-from strainwave.base.choices import larger, select, smaller
+from strainwave.compile.elementwise import larger, select, smaller
 from strainwave.files.export.export import controller_code
 from strainwave.files.export.plant import plant_code, plant_of
 from strainwave.files.export.traced import Recording, Unrecordable

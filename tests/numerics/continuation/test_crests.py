@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.base.protocols import FOLD, RUNNING, STEP, TOP
 from strainwave.base.series import highest_between, largest_size
 from strainwave.compile.tree import leaf_of
 from strainwave.drive.train_curve import FEW, at_load
@@ -16,7 +17,6 @@ from strainwave.numerics.continuation import trace
 from strainwave.numerics.continuation.trace import put_in_order, solve, with_crests
 from strainwave.numerics.curves import response
 from strainwave.numerics.curves.over_a_turn import traced_turn
-from strainwave.numerics.labels import FOLD, RUNNING, STEP, TOP
 
 
 def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():

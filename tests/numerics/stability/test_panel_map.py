@@ -12,7 +12,7 @@ import strainwave as sw
 from strainwave.compile.jit import run
 from strainwave.compile.tree import leaf_of
 from strainwave.model.train.train_forms import AtLoad
-from strainwave.numerics.balance.condensed.build import condensed
+from strainwave.numerics.balance.choice import condensed
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import floquet_of
 from strainwave.numerics.stability.panel_map import PLACES, C, _panels, tables, through_panels

@@ -7,8 +7,11 @@ from pathlib import Path
 import click
 
 from ...drive.project import Project
+from ...drive.run import drive_run
 from ...files.reading import read_project
 from ...files.yaml_text import FileError
+from ...theory.slow_flow.flow import slow_flow
+from ...theory.slow_flow.setting import PRIMARY
 from ..console import Progress, in_options, staged, to_json
 from ..report.report import Report, verdicts_page, write
 from .options import file_type, json_option, output_option
@@ -47,6 +50,20 @@ def demo(output: Path, as_json: bool) -> None:
             projects[name] = read_project(path)
     reports = _finished(projects, output)
     click.echo(_all_printed(reports, output, as_json))
+
+
+def compile_ahead() -> None:
+    """Compute one answer of each kind for a drive of `demo`: machine code for a first process beside this one.
+
+    The order differs from that of `analyze`, so that each process finds what the other has made.
+    """
+    with as_file(files("strainwave.app") / "projects" / f"{DRIVES[1]}.yaml") as path:
+        project = read_project(path)
+    slow_flow(project.system(reduced=True), PRIMARY).steady_states()
+    if project.train is not None:
+        project.train_response()
+        drive_run(project.train, None, 0.1)
+    project.analyze()
 
 
 def _written(paths: Sequence[Path], folder: Path | None, compare: bool, as_json: bool) -> str:

@@ -28,7 +28,7 @@ from .state import Refused, State
 from .worker import Died, Unexpected
 from .workers import Workers
 
-HOST, PORT, TRIES = "127.0.0.1", 8765, 20
+HOST, TRIES = "127.0.0.1", 20
 COUNT = min(4, max(2, os.cpu_count() or 2))  # computations at a time
 LONGEST = 10.0  # seconds of processor time of one, without those of compiling; what takes longer is a job
 KINDS = {

@@ -6,9 +6,9 @@ Repetitive control over the angle: what the error did at this angle a turn ago i
 from math import pi
 from typing import Any, NamedTuple
 
-from ...base.choices import entry, select, with_entry
 from ...base.protocols import need
 from ...base.quantities import Angle, Order, Ratio, Reals, States, Time, Torque
+from ...compile.elementwise import entry, select, with_entry
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin, sqrt
 from ..laws.friction import positive

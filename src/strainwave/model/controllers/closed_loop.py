@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.choices import larger, select, smaller
 from ...base.protocols import need
 from ...base.quantities import Angle, Ratio, Reals, Time, Torque
 from ...compile.address import ByAddress, at, put_at, value, words_of
+from ...compile.elementwise import larger, select, smaller
 from ...compile.jit import entry, kernel, kernel_as
 from ...compile.tree import made, mapped, numbers
 from ..excitation import Harmonic, Line, NoError

@@ -8,7 +8,6 @@ Notch filter in the torque of a loop.
 from math import pi, tan
 from typing import Any, NamedTuple
 
-from ...base.choices import select
 from ...base.protocols import need
 from ...base.quantities import (
     Angle,
@@ -23,6 +22,7 @@ from ...base.quantities import (
     checked,
     number,
 )
+from ...compile.elementwise import select
 from ...compile.jit import kernel
 from ..laws.friction import positive
 

@@ -6,8 +6,8 @@ A monitor is a NamedTuple of floats with `start()` and, like a controller, an up
 from math import log
 from typing import Any, NamedTuple
 
-from ...base.choices import larger, smaller
 from ...base.quantities import AngularSpeed, Reals, States, Time
+from ...compile.elementwise import larger, smaller
 from ...compile.maths import cos, sin, sqrt
 from .loops import known
 

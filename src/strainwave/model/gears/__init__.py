@@ -13,7 +13,7 @@ from .limits import cubic_mean as cubic_mean
 from .limits import Finding as Finding
 from .gear import load_friction as load_friction
 from .gear import no_load_drag as no_load_drag
-from .life import bearing_life as bearing_life
+from .limits import bearing_life as bearing_life
 from ..orders import Arrangement as Arrangement
 from ..orders import GearOrder as GearOrder
 from ..orders import OrderMap as OrderMap

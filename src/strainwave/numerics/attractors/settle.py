@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.choices import select
 from ...base.law import torsion
 from ...base.protocols import System, omega_of, prepared
 from ...base.results import Floats, SolveError
+from ...compile.elementwise import select
 from ..ensemble.ensemble import lanes_run
 from ..ensemble.measures import Extremes, Final
 from ..integration.methods import Dop8, Dopri5, Method

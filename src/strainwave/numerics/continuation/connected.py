@@ -15,11 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...base.protocols import Balance
+from ...base.protocols import CLOSED, END, LOST, Balance
 from ...base.results import Floats
 from ..balance.harmonics import mirrored
 from ..balance.linear_part import CONSTANT, STRENGTH, driven_lines
-from ..labels import CLOSED, END, LOST
 from .trace import LEAST_PIECE, solve, trace
 
 ALIKE = 2e-3  # relative distance of the coefficients of one orbit, found with different numbers of harmonics

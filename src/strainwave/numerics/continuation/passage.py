@@ -11,13 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import Balance, omega_of
+from ...base.protocols import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED, Balance, omega_of
 from ...base.results import Floats
 from ...base.sentences import Sentence, Speed
 from ...compile.tree import with_leaf
 from ..balance.harmonics import ENOUGH
 from ..integration.simulate import simulate
-from ..labels import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED
 from .connected import alike, connected, new_orbits, same
 from .trace import Trace, solve, trace
 

@@ -8,14 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.protocols import Balance
-from ...base.results import Branch, Floats, Orbit, Status
-from ...base.series import highest_between, largest_size, oscillation, weights_at
-from ..balance.first_order import linearised
-from ..balance.fourier import from_blocks
-from ..balance.rates import base_speed
-from ..balance.truncation import Tail, tail_along
-from ..labels import (
+from ...base.protocols import (
     BRANCH_POINT,
     CLOSED,
     DECAYS,
@@ -30,7 +23,14 @@ from ..labels import (
     STUCK,
     TOP,
     UNBOUNDED,
+    Balance,
 )
+from ...base.results import Branch, Floats, Orbit, Status
+from ...base.series import highest_between, largest_size, oscillation, weights_at
+from ..balance.first_order import linearised
+from ..balance.fourier import from_blocks
+from ..balance.rates import base_speed
+from ..balance.truncation import Tail, tail_along
 from ..stability.first_order import with_stability
 from ..stability.second_order import (
     displacement_peaks,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import Balance, System, with_parts
+from ...base.protocols import CLOSED, END, LOST, UNBOUNDED, Balance, System, with_parts
 from ...base.quantities import interval, replace, shown
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...compile.tree import leaf_of
@@ -19,7 +19,6 @@ from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.passage import GROWTH, damped_start, linear_start
 from ..continuation.trace import Trace, describe, solve, trace
-from ..labels import CLOSED, END, LOST, UNBOUNDED
 
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end
 

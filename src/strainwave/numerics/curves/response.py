@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.protocols import Balance, System
+from ...base.protocols import END, Balance, System
 from ...base.quantities import checked, interval, numbers, positive_count, replace
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...base.sentences import Sentence, Speed
@@ -29,7 +29,6 @@ from ..balance.truncation import CURVE, Tail, tail_along, tails_together
 from ..continuation.connected import alike
 from ..continuation.passage import Coexisting, across
 from ..continuation.trace import Trace, describe
-from ..labels import END
 from ..shooting import find_orbit
 
 FOLLOWED = ": parameter_response with its orbit in `elsewhere` as start follows it"

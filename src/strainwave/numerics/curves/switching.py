@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import Balance, with_parts
+from ...base.protocols import END, FOLD, STEP, Balance, with_parts
 from ...base.quantities import checked, interval, replace
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...compile.tree import leaf_of
@@ -22,7 +22,6 @@ from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.trace import Trace, describe, trace
-from ..labels import END, FOLD, STEP
 from ..stability.second_order import corrected
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit

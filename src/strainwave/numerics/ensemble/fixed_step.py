@@ -9,10 +9,10 @@ frequency has half the time step.
 import math
 from typing import Any
 
-from ...base.choices import larger
 from ...base.protocols import Scheme, System
 from ...base.quantities import States
 from ...base.results import Floats
+from ...compile.elementwise import larger
 from ...compile.jit import borrowed, kernel, kernel_as
 from ...compile.lanes import LANES, lane, load, store
 from ...compile.tree import count

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.choices import larger
 from ...base.protocols import lacking
 from ...base.results import Floats
 from ...compile.address import ByAddress, at, call
+from ...compile.elementwise import larger
 from ...compile.jit import borrowed, enabled, entry, kernel, kernel_as
 from ...compile.lanes import lane
 from ...compile.tree import count, leaves, mapped

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.choices import larger, smaller
 from ...base.quantities import LARGEST, Reals, States, shown
 from ...base.results import Floats
+from ...compile.elementwise import larger, smaller
 from ...compile.maths import cos, sin
 from .pieces import Piece, harmonic_integrals, integral
 

@@ -4,10 +4,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.choices import larger, smaller
 from ...base.law import class_of
 from ...base.quantities import States
 from ...base.results import Floats
+from ...compile.elementwise import larger, smaller
 from ...compile.jit import chosen, kernel, kernel_as
 from ...compile.maths_kernels import bits_of, float_of
 

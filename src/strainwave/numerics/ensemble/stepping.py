@@ -11,11 +11,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.choices import larger, select, smaller
 from ...base.law import is_spring
 from ...base.protocols import System, has_jacobian, lacking
 from ...base.quantities import States
 from ...base.results import Floats
+from ...compile.elementwise import larger, select, smaller
 from ...compile.jit import borrowed, chosen, kernel, kernel_as
 from ...compile.lanes import lane, load, store
 from ...compile.tree import count

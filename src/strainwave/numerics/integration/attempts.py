@@ -16,12 +16,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.choices import smaller
 from ...base.law import torsion as torsion_of
 from ...base.protocols import Scheme, System, omega_of
 from ...base.quantities import States
 from ...base.results import Floats
 from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
+from ...compile.elementwise import smaller
 from ...compile.jit import entry, kernel, kernel_as, routine
 from ...compile.tree import axpy, times
 from ..addressed import Tupled, rates_entry, torsion, watched

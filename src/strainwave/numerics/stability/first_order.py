@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.protocols import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from ...base.results import Floats
 from ...base.series import remembered
 from ...compile.jit import kernel_as, routine
@@ -25,7 +26,6 @@ from ..balance.first_order_at import pieces_of, state_at
 from ..balance.fourier import LOOKED as LOOKED_AT_KINKS
 from ..balance.fourier import Samples, pieces
 from ..balance.rates import base_speed
-from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .panel_map import GAUSS_C, maps_through_panels, resolved, step_by, walked
 from .second_order import LARGEST_LOG, inserted, root_on_chord
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
-from ...base.protocols import Balance
+from ...base.protocols import BRANCH_POINT, DOUBLING, FOLD, Balance
 from ...base.results import Floats, SolveError
 from ...base.series import largest_size
 from ...compile.address import ByAddress
@@ -33,7 +33,6 @@ from ..balance.linear_algebra import row_times
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
 from ..balance.springs import of_law
-from ..labels import BRANCH_POINT, DOUBLING, FOLD
 from ..operating_point import bracketed_root
 from .panel_map import FEW, maps_through_panels, resolved
 

@@ -26,7 +26,7 @@ from ...drive.two_turns import NONE_STABLE
 from ...model.gears.gear import Gear
 from ...model.gears.limits import RATCHETING
 from ...model.train.drive_train import DriveTrain
-from ...numerics.curves.torus.motion import largest_sizes
+from ...numerics.curves.torus_motion import largest_sizes
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof

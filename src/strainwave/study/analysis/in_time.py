@@ -27,7 +27,7 @@ from ...drive.train_curve import at_load, refuse_free, torque_in
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import behind_gear
 from ...numerics.balance.fourier import with_velocity
-from ...numerics.curves.torus.motion import BESIDE, largest_in_turns, largest_of_turns
+from ...numerics.curves.torus_motion import BESIDE, largest_in_turns, largest_of_turns
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...numerics.steady import SteadyMotion, finished_or_interrupted, settle, settled

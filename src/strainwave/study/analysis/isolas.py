@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...base.law import repeating, springs_only
-from ...base.protocols import Balance, with_parts
+from ...base.protocols import CLOSED, END, FOLD, STEP, Balance, with_parts
 from ...base.quantities import interval, leaf_of
 from ...base.results import Branch, Floats
 from ...numerics.attractors.attractors import Motion, Search, settled_motions
@@ -32,7 +32,6 @@ from ...numerics.continuation.trace import Trace, describe, solve
 from ...numerics.curves.parameter_response import both_ways
 from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
-from ...numerics.labels import CLOSED, END, FOLD, STEP
 from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
 from .isola_seeds import free_seeds, slow_seeds, speeds, table_of
 

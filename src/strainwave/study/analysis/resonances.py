@@ -16,7 +16,7 @@ from ...base.results import Floats, SolveError
 from ...drive.response import no_multiple_scales
 from ...drive.two_turns import is_beating
 from ...model.excitation import KinematicError, NoError, mean_torque
-from ...numerics.loading import loaded_state
+from ...numerics.operating_point import loaded_state
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState
 from ...theory.slow_flow.setting import Resonance

@@ -18,7 +18,7 @@ from ...model.controllers.loops import SampledPD
 from ...model.excitation import mean_torque
 from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, run_loop
-from ...numerics.loading import loaded_state
+from ...numerics.operating_point import loaded_state
 from ..analysis.knobs import stiffer
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
@@ -27,7 +27,6 @@ from .result import DIFFER, Compensation, CompensationBench, Residual, Robustnes
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
 HERTZ = 2.0 * np.pi
-CONTROLLER = "a name such as 'adaptive', or a NamedTuple with start() and update(state, measurement)"
 MOST_UNITS = 100_000
 PLAIN = "loop"  # name of the design that everything is compared with
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at

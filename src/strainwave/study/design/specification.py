@@ -13,8 +13,7 @@ import numpy as np
 from ...base.quantities import array_of, checked, interval, number, shown
 from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
-from ...model.gears.life import bearing_life
-from ...model.gears.limits import Finding, check_limits, cubic_mean
+from ...model.gears.limits import Finding, bearing_life, check_limits, cubic_mean
 from ...model.train.filters import control_of
 
 SURE = 1.0 + 1e-9  # of an allowance: rounding

@@ -19,8 +19,7 @@ from ...base.quantities import checked, mapped, number
 from ...base.results import Floats, SolveError
 from ...model.laws.hysteresis import BoucWen, Parallel
 from ...model.laws.springs import PiecewiseLinear, Play
-from ...numerics.loading import RTOL, SPEED, slow_path
-from ...numerics.operating_point import operating_point
+from ...numerics.operating_point import RTOL, SPEED, operating_point, slow_path
 
 SMALL_LOOP = 0.04  # of the rated torque
 FINEST = 1e-13  # tolerance

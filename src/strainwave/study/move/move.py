@@ -23,8 +23,7 @@ from ...drive.project import Project
 from ...drive.run import INPUTS, waiting
 from ...drive.state_space import state_space
 from ...model.gears.gear import Gear
-from ...model.gears.life import bearing_life
-from ...model.gears.limits import Finding, check_limits
+from ...model.gears.limits import Finding, bearing_life, check_limits
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method

@@ -33,7 +33,7 @@ from ...drive.run import holds_its_place
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding
 from ...model.train.drive_train import DriveTrain
-from ...numerics.loading import loaded_state
+from ...numerics.operating_point import loaded_state
 from .follow import Path
 from .servo import settled
 

@@ -27,7 +27,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad, behind_gear
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ...numerics.loading import loaded_state
+from ...numerics.operating_point import loaded_state
 from ...numerics.steady import finished_or_interrupted
 
 BELOW, ABOVE = 0.5, 2.0  # times the lowest and the highest resonance of the lines: the usual range of a system

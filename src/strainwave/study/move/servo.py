@@ -4,10 +4,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ...base.choices import larger, select, smaller
 from ...base.law import class_of, share, states_of, torque_of, z_rate_of
 from ...base.protocols import Law, lacking
 from ...base.quantities import LARGEST, AngularSpeed, Inertia, Rate, Ratio, Torque
+from ...compile.elementwise import larger, select, smaller
 from ...compile.jit import chosen
 from ...drive.asked import PEAK, Feedforward, MotorLimits
 from ...model.laws.friction import LuGre, Stribeck, Viscous

@@ -22,7 +22,7 @@ from ...base.quantities import MOST_THINGS, Reals, shown
 from ...base.results import Floats
 from ...base.sentences import Angle, Sentence, Speed
 from ...numerics.balance.harmonics import highest_order
-from ...numerics.loading import loaded_state
+from ...numerics.operating_point import loaded_state
 
 Complexes = NDArray[np.complex128]
 LARGEST, SMALLEST = 1e30, 1e-30  # of what the slow flow takes powers of

@@ -20,8 +20,7 @@ from ....base.protocols import terms_of
 from ....base.sentences import Angle, listed, printable
 from ....drive.train_curve import in_turns
 from ....files.notes import source_facts
-from ....plot.colours import BLACK, BLUE
-from ....plot.panels import Axis, Panel
+from ....plot.panels import BLACK, BLUE, Axis, Panel
 from ....plot.svg import figure
 from ....study.analysis.resonances import equation_orders
 from ....theory.slow_flow.parametric import ParametricResonance

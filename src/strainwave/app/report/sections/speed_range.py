@@ -15,8 +15,7 @@ from ....base.units import Speeds
 from ....drive.drive_response import DriveResponse
 from ....drive.two_turns import A_TURN, beat_said
 from ....plot import drive
-from ....plot.colours import BLACK, BLUE
-from ....plot.panels import Axis, Panel
+from ....plot.panels import BLACK, BLUE, Axis, Panel
 from ....plot.svg import figure, stacked
 from ....study.analysis.in_time import DriveMotion
 from ....study.analysis.time_case import TimeCase

@@ -14,8 +14,7 @@ from ....drive.train_curve import follows_its_angle
 from ....model.excitation import NoError
 from ....model.laws.friction import NO_FRICTION
 from ....model.train.shafts import NO_DRAG
-from ....plot.colours import BLACK, BLUE, DASHES, ORANGE
-from ....plot.panels import MOTOR, Panel
+from ....plot.panels import BLACK, BLUE, DASHES, MOTOR, ORANGE, Panel
 from ....plot.svg import figure
 from ....study.analysis.avoid import turns
 from ....study.analysis.resonances import equation_orders

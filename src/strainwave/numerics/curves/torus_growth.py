@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ....base.results import Floats
-from ...balance.condensed.motions import first_order_of
-from .motion import LARGEST, highest
-from .problem import Torus, at_crossings
+from ...base.results import Floats
+from ..balance.condensed.motions import first_order_of
+from .torus_motion import LARGEST, highest
+from .torus_problem import Torus, at_crossings
 
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 24, 16, 0.4, 2048  # steps a turn: per order, and [rad] of what is fastest

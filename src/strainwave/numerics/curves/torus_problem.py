@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....base.protocols import lacking
-from ....base.results import Floats
-from ...balance.condensed.pencil import add_entries, to_complex, to_real
+from ...base.protocols import lacking
+from ...base.results import Floats
+from ..balance.condensed.pencil import add_entries, to_complex, to_real
 
 SMOOTH = np.sort([2**a * 3**b * 5**c for a in range(14) for b in range(9) for c in range(6)])  # fast transforms
 OVERSAMPLED = 4  # samples of an angle in a period of its highest wave: a cube of these waves is exact

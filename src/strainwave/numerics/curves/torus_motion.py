@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....base.results import Floats
-from ...balance.condensed.pencil import to_complex
-from .problem import Torus
+from ...base.results import Floats
+from ..balance.condensed.pencil import to_complex
+from .torus_problem import Torus
 
 PER_WAVE, LEAST, BESIDE = 24, 96, 3  # samples in a period of the highest wave, at least; beside one for a polynomial
 STARTING, STARTED = 384, 192  # angles at least where the smallest turn may begin, and the largest

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from ....base.results import Floats, SolveError
-from ....base.sentences import Sentence, Speed
-from ...balance.linear_algebra import factor, substitute
-from ...continuation.arc_length import ROW, SCALE, Z, buffers_for, correct
-from ...continuation.trace import Trace, state_from, trace
-from ...labels import STEP
-from .problem import Motion, Torus, linear_waves, torus
+from ...base.protocols import STEP
+from ...base.results import Floats, SolveError
+from ...base.sentences import Sentence, Speed
+from ..balance.linear_algebra import factor, substitute
+from ..continuation.arc_length import ROW, SCALE, Z, buffers_for, correct
+from ..continuation.trace import Trace, state_from, trace
+from .torus_problem import Motion, Torus, linear_waves, torus
 
 ROUNDS, MOST_WAVES, ALONG = 40, 800, 450  # of taking waves in, and waves at most: of a motion, and of a curve
 COARSEST = 1e-7  # share of the whole in a wave that a motion of too many waves leaves out
