@@ -56,7 +56,7 @@ def test_the_time_left_follows_from_the_share_and_leaves_out_what_was_compiled(m
 
 def test_what_is_compiled_is_announced_once_in_a_file_too(monkeypatch, capsys):
     monkeypatch.setattr(console, "EVERY", 0.02)
-    kernels, looks = [Compilation(name, time.monotonic(), kept=True) for name in ("follow", "march_one")], count()
+    kernels, looks = [Compilation(name, kept=True) for name in ("follow", "march_one")], count()
     monkeypatch.setattr(console, "compiling", lambda: ([], kernels[:1], kernels[1:])[next(looks) % 3])
     with console.Progress("Drive"):
         time.sleep(0.3)

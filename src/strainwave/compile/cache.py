@@ -26,7 +26,6 @@ from functools import cache, wraps
 from importlib import import_module
 from itertools import count
 from pathlib import Path
-from time import monotonic
 from typing import Any, NamedTuple
 
 from . import reads
@@ -268,13 +267,12 @@ def _remove_unused(folder: Path) -> None:
 
 
 class Compilation(NamedTuple):
-    """A kernel that is being compiled, and since when (`time.monotonic`).
+    """A kernel that is being compiled.
 
     `kept` says whether the code is kept on disk, so that no later process compiles it again.
     """
 
     kernel: str
-    since: float
     kept: bool
 
     def __str__(self) -> str:
@@ -297,7 +295,7 @@ def watched(compile_: Callable[..., Any], kernel: str, prepare: Callable[[], Non
     @wraps(compile_)
     def listed(*arguments: Any) -> Any:
         number = next(_numbers)
-        _under_way[number] = Compilation(kernel, monotonic(), cache_writable())
+        _under_way[number] = Compilation(kernel, cache_writable())
         try:
             prepare()
             return compile_(*arguments)

@@ -35,34 +35,26 @@ def key(function: Any, classes: tuple[type, ...]) -> str:
     TypeError
         If one of the values that are read has no text that another process would recognise.
     """
-    things = dict.fromkeys((function, *classes))
-    queue, methods = list(things), set[tuple[type, str]]()
-    digest, names, known = hashlib.sha256(), set[str](), set[type]()
+    queue = list(dict.fromkeys((function, *classes)))
     numbers = {thing: i for i, thing in enumerate(queue)}
+    digest, names, methods = hashlib.sha256(), set[str](), set[tuple[type, str]]()
 
-    def number(thing: Any) -> int:
-        if thing not in numbers:
-            numbers[thing] = len(queue)
-            queue.append(thing)
-        return numbers[thing]
+    def add(text: Text) -> None:
+        for thing in text.read:
+            if thing not in numbers:
+                numbers[thing] = len(queue)
+                queue.append(thing)
+        names.update(text.names)
+        digest.update(text.text + repr([numbers[thing] for thing in text.read]).encode())
 
-    done = 0
-    while done < len(queue):
-        while done < len(queue):
-            thing = queue[done]
-            done += 1
-            text = _text(thing)
-            names |= text.names
-            digest.update(text.text + repr([number(item) for item in text.read]).encode())
-            if isinstance(thing, type):
-                known.add(thing)
-        for cls in sorted(known, key=numbers.__getitem__):
-            for name in sorted(names.intersection(_attributes(cls))):
-                if (cls, name) not in methods:
-                    methods.add((cls, name))
-                    text = _value(_attributes(cls)[name])
-                    digest.update(f"{numbers[cls]}.{name}".encode() + text.text)
-                    digest.update(repr([number(item) for item in text.read]).encode())
+    for thing in queue:  # which grows
+        add(_text(thing))
+        if thing is queue[-1]:
+            for cls in [other for other in queue if isinstance(other, type)]:
+                for name in sorted(names.intersection(_attributes(cls))):
+                    if (cls, name) not in methods:
+                        methods.add((cls, name))
+                        add(_value((numbers[cls], name, _attributes(cls)[name])))
     return digest.hexdigest()
 
 
