@@ -91,7 +91,7 @@ VALID = {
     "compensate": "axis.yaml --controller inverse --speed 600rpm --load-angle 0deg --seed 1",
     "completion": "bash",
     "demo": "-o out",
-    "derive": "",
+    "derive": "axis.yaml -o steps.html",
     "design": "spec.yaml -o out",
     "doctor": "--json",
     "error-scan": "scan.csv --ratio 50 --orders 2 --false-alarm 0.01",

@@ -74,7 +74,8 @@ from .study.tuning.result import NotchAdvice as NotchAdvice
 from .study.tuning.result import TunedLoop as TunedLoop
 from .study.tuning.trial import TuningLimits as TuningLimits
 from .study.tuning.trial import TuningPoint as TuningPoint
-from .theory.derivation import Derivation as Derivation
+from .theory.derivation.cases import DerivedCase as DerivedCase
+from .theory.derivation.error_equation import Derivation as Derivation
 from .theory.slow_flow.flow import SlowFlow as SlowFlow
 from .theory.slow_flow.parametric import ParametricResonance as ParametricResonance
 from .theory.slow_flow.results import SteadyState as SteadyState

@@ -12,8 +12,10 @@ from importlib import import_module
 from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 from click.testing import CliRunner
+from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -292,6 +294,40 @@ def test_doctor_tells_of_a_home_that_is_not_readable_why_code_is_not_kept(tmp_pa
 def test_derive_prints_latex():
     assert "\\ddot" in invoke("derive", "--latex").stdout
     assert set(json.loads(invoke("derive", "--json").stdout)) == {"latex", "text"}
+
+
+@pytest.mark.slow
+def test_derive_of_a_train_says_what_its_error_equation_leaves_out(tmp_path):
+    train = tmp_path / "train.yaml"
+    train.write_text(PROJECTS["position loop, coupling"])
+    told = json.loads(invoke("derive", train, "--json").stdout)
+    assert (told["subject"], told["left_out"]) == ("the whole drive train", ["the motor's loop", "the coupling"])
+    assert told["J_kg_m2"] == 1.3  # 1 behind and .3 before the coupling
+    assert told["mu"] == pytest.approx(20.0 / 1.3, rel=1e-12)
+    assert [line["order"] for line in told["lines"]] == [2, 4]
+    omega, arcsec = 1750.0 * np.pi / 30.0, np.pi / 648000.0  # the middle of 1000 to 2500 rpm
+    for line, size in zip(told["lines"], (23.0, 3.0), strict=True):  # of u = x - e: that of -e"
+        assert line["A_rad_per_s2"] == pytest.approx((line["order"] * omega) ** 2 * size * arcsec, rel=1e-9)
+    assert "it leaves out the motor's loop and the coupling" in told["text"]
+    assert told["latex"].startswith("% ")
+
+
+@pytest.mark.slow
+def test_derive_of_the_article_is_its_error_equation_and_writes_a_page_that_needs_no_network(tmp_path):
+    article = tmp_path / "article.yaml"
+    article.write_text(PROJECTS["article"])
+    told = json.loads(invoke("derive", article, "--json", "-o", tmp_path / "article.html").stdout)
+    assert (told["subject"], told["left_out"], told["mean_N_m"]) == ("the error equation", [], 0.0)
+    assert told["lines"] == [{"order": 1, "A_rad_per_s2": pytest.approx(10.0 / (50.0 * 5.26e-4), rel=1e-12)}]
+    page = (tmp_path / "article.html").read_text(encoding="utf-8")
+    assert page.count("<math>") > 70
+    assert page.count("<h2>") == 5
+    assert "http" not in page
+    assert "src=" not in page
+    for ending, begin in (("tex", "\\begin{aligned}"), ("txt", "Error equation")):
+        written = tmp_path / f"steps.{ending}"
+        assert invoke("derive", "-o", written).stdout == f"written: {written}\n"
+        assert written.read_text(encoding="utf-8").startswith(begin)
 
 
 @pytest.mark.slow

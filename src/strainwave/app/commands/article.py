@@ -1,11 +1,16 @@
 """`strainwave derive` and `reproduce`: the article's error equation, and its Tables 3 and 4 on the terminal."""
 
+from pathlib import Path
+
 import click
 
+from ...base.facts import data, lines
+from ...files.reading import read_project
 from ...theory.article import reproduce as reproduced
-from ...theory.derivation import derive as derivation
-from ..console import Progress, print_table, to_json
-from .options import json_option
+from ...theory.derivation.error_equation import derive as derivation
+from ..console import Progress, print_table, to_json, write_all
+from ..report.derivation import derivation_page, reduction
+from .options import file_type, json_option, output_option, written_type
 
 COLUMNS = ("case", "quantity", "unit", "printed", "computed", "verdict", "note")
 TABLES = (
@@ -16,17 +21,30 @@ TABLES = (
 
 
 @click.command()
+@click.argument("project", type=file_type, required=False)
 @click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
+@output_option("File: .html for a page with MathML, .tex for LaTeX, else text.", type=written_type)
 @json_option
-def derive(latex: bool, as_json: bool) -> None:
-    """Derive the error equation from Lagrange's, step by step."""
+def derive(project: Path | None, latex: bool, output: Path | None, as_json: bool) -> None:
+    """Derive the error equation and its four cases of multiple scales, step by step.
+
+    With a project also its own error equation in numbers, and what that leaves out of its drive.
+    """
+    drive = None if project is None else read_project(project)
     with Progress("derive") as progress:
         progress.show("deriving the error equation", 0.0)
         steps = derivation()
+        progress.show("deriving the four cases of multiple scales", 0.2)
+        title, facts = (steps.title, ()) if drive is None else (drive.title, reduction(drive))
+        own = [title, *(f"  {line}" for line in lines(facts)), ""] if facts else []
+        text, tex = "\n".join([*own, str(steps)]), "\n".join([*(f"% {line}" for line in own), steps.latex()])
+        if output is not None:
+            page = derivation_page(steps, title, facts) if output.suffix == ".html" else ""
+            write_all(output.parent, {output.name: page or (tex if output.suffix == ".tex" else text)})
     if as_json:
-        click.echo(to_json({"latex": steps.latex(), "text": str(steps)}))
+        click.echo(to_json({"latex": tex, "text": text} | data(facts)))
     else:
-        click.echo(steps.latex() if latex else str(steps))
+        click.echo(f"written: {output}" if output is not None else tex if latex else text)
 
 
 @click.command()

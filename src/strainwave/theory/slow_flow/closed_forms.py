@@ -67,9 +67,9 @@ class CubicFlow(FirstOrder):
         return CubicFlow(self.setting.at(omega), self.kind)
 
     @cached_property
-    def kappa(self) -> float:
+    def kappa(self) -> Any:
         """Return alpha omega_0 [1/(rad^2 s)]."""
-        return float(self.setting.system.law.alpha) * self.setting.omega_0
+        return self.setting.system.law.alpha * self.setting.omega_0
 
     @cached_property
     def forced(self) -> Any:

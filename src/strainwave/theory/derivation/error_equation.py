@@ -8,30 +8,18 @@ Sources: Goldstein, Poole & Safko, Classical Mechanics, 3rd ed., sec. 1.5 (Lagra
 dissipation function); Ghorbel, Gandhi & Alpeter 2001 (kinematic error). Only this module needs SymPy.
 """
 
-from collections import namedtuple
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
-from ..model.orders import MEMBERS, Arrangement
-
-try:
-    import sympy as sp
-except ImportError:  # an optional extra
-    sp = None
-
-
-class Symbols(
-    namedtuple(
-        "Symbols",
-        "J_m J_l N B K alpha J T_m T_l theta_m theta_l theta_m_rate theta_l_rate "
-        "theta_m_acceleration theta_l_acceleration x v a mu omega_0 F omega f e",
-    )
-):
-    """Every symbol of the derivation; `f` and `e` are undefined functions of one argument."""
+from ...model.orders import MEMBERS, Arrangement
+from . import sp
+from .cases import DerivedCase, cases
+from .steps import Row, Steps, Symbols, symbols
 
 
 @dataclass(frozen=True, eq=False)
-class Derivation:
+class Derivation(Steps):
     """The error equation and the steps to it, as SymPy expressions in `symbols` (SI units, angles in rad).
 
     The equations are written with the symbols J, mu, omega_0 and F; `explicit` puts the drive's parameters in.
@@ -89,28 +77,26 @@ class Derivation:
         s = self.symbols
         return expression.subs({s.J: self.J, s.mu: self.mu, s.omega_0: sp.sqrt(self.omega_0_squared), s.F: self.F})
 
-    def latex(self) -> str:
-        """Every step as one LaTeX `aligned` environment, to be put in a display formula."""
-        names = {symbol: tex for symbol, tex in _TEX.items() if tex}
-        rows = []
-        for title, left, right in self._rows():
-            sides = [_short(side, self.symbols) for side in (left, right)]
-            texts = [sp.latex(side, symbol_names=_named(self.symbols, names)) for side in sides]
-            rows.append(rf"&\text{{{title}:}} && {' = '.join(texts)}")
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+    @cached_property
+    def cases(self) -> tuple[DerivedCase, ...]:
+        """The four cases of multiple scales of `cubic_equation`; computed when they are asked for, in seconds."""
+        return cases(self.symbols, self.cubic_equation.lhs)
 
-    def __str__(self) -> str:
-        rows = self._rows()
-        width = max(len(title) for title, _, _ in rows)
-        lines = [
-            f"{title:<{width}}  {sp.sstr(_short(left, self.symbols))} = {sp.sstr(_short(right, self.symbols))}"
-            for title, left, right in rows
-        ]
-        return "\n".join(["Error equation of a strain wave gear drive, x = theta_m/N - theta_l", *lines])
+    @property
+    def title(self) -> str:
+        """Title of the equations of motion."""
+        return "Error equation of a strain wave gear drive"
 
-    def _rows(self) -> list[tuple[str, Any, Any]]:
+    @property
+    def parts(self) -> tuple[Steps, ...]:
+        """The error equation, and the four cases."""
+        return (self, *self.cases)
+
+    def rows(self) -> list[Row]:
+        """Steps to the error equation."""
         s = self.symbols
         named = {
+            "dynamic error": (s.x, s.theta_m / s.N - s.theta_l),
             "kinetic energy": (sp.Symbol("T"), self.kinetic),
             "potential energy": (sp.Symbol("U"), self.potential),
             "dissipation function": (sp.Symbol("D"), self.dissipation),
@@ -130,45 +116,7 @@ class Derivation:
             "motor held, e": self.held_equation.args,
             "motor held, torque": (s.T_m, self.held_motor_torque),
         }
-        return [(title, left, right) for title, (left, right) in named.items()]
-
-
-# LaTeX of the symbols that SymPy would not typeset from their names.
-_TEX = {
-    "theta_m_rate": r"\dot{\theta}_m",
-    "theta_l_rate": r"\dot{\theta}_l",
-    "theta_m_acceleration": r"\ddot{\theta}_m",
-    "theta_l_acceleration": r"\ddot{\theta}_l",
-    "v": r"\dot{x}",
-    "a": r"\ddot{x}",
-}
-
-
-def _named(s: Symbols, names: dict[str, str]) -> dict[Any, str]:
-    tex = {getattr(s, field): text for field, text in names.items()}
-    return tex | {_slope_mark(s): r"e'(\theta_m)", sp.Symbol("F_printed"): r"F_\mathrm{printed}"}
-
-
-def _slope_mark(s: Symbols) -> Any:
-    return sp.Symbol(f"e'({s.theta_m})")
-
-
-def _short(expression: Any, s: Symbols) -> Any:
-    """Write de/dtheta_m as one mark, for print."""
-    return expression.subs(sp.diff(s.e(s.theta_m), s.theta_m), _slope_mark(s))
-
-
-def _symbols() -> Symbols:
-    if sp is None:
-        raise ModuleNotFoundError("the derivation needs SymPy, which is not installed; pip install 'strainwave[sym]'")
-    positive: tuple[Any, ...] = sp.symbols("J_m J_l N B K", positive=True)
-    alpha, torque_m, torque_l = sp.symbols("alpha T_m T_l", real=True)
-    motion: tuple[Any, ...] = sp.symbols("theta_m theta_l theta_m' theta_l' theta_m'' theta_l'' x x' x''", real=True)
-    mu, omega_0, inertia = sp.symbols("mu omega_0 J", positive=True)
-    forcing, omega = sp.symbols("F omega", real=True)
-    functions = sp.Function("f"), sp.Function("e")
-    loads = alpha, inertia, torque_m, torque_l
-    return Symbols._make((*positive, *loads, *motion, mu, omega_0, forcing, omega, *functions))
+        return [(title, left, "=", right) for title, (left, right) in named.items()]
 
 
 def _lagrange(s: Symbols, kinetic: Any, potential: Any, dissipation: Any, which: str) -> Any:
@@ -200,7 +148,7 @@ def derive() -> Derivation:
     ----------
     Corrects the article's F(t): F = T_m/(N J_m) - T_l/J_l (erratum E1).
     """
-    s = _symbols()
+    s = symbols()
     torsion = s.theta_m / s.N - s.theta_l - s.e(s.theta_m)
     torsion_rate = sp.diff(torsion, s.theta_m) * s.theta_m_rate + sp.diff(torsion, s.theta_l) * s.theta_l_rate
     dummy = sp.Symbol("s", real=True)
@@ -281,7 +229,7 @@ def derive_arrangement(arrangement: Arrangement) -> ArrangedEquations:
     ModuleNotFoundError
         If SymPy (the extra `sym`) is not installed.
     """
-    s = _symbols()
+    s = symbols()
     T, T_f, theta_f = sp.symbols("T T_f theta_f", real=True)
     angles = {arrangement.driven: s.theta_m, arrangement.fixed: theta_f, arrangement.output: sp.Symbol("theta_o")}
     wave, flex, circular = [angles[member] for member in MEMBERS]
