@@ -153,9 +153,9 @@ def _row(rate: float, largest: list[float], at: list[float]) -> tuple[Fact, ...]
 def run_up(system: Any, rates: ArrayLike, *, speeds: tuple[float, float] | None = None) -> RunUps:
     """Run a drive up and down through a range of speeds at several rates, by integration.
 
-    The base angle is theta = omega t + r t^2/2 from one end of the range to the other, r the rate. The run begins on
-    the motion that the drive settles on at the first speed, from rest under its mean torques; a train has the torque
-    that its acceleration takes before, too, so that no jolt at the begin shakes it.
+    The base angle is theta = omega t + r t^2/2 from t = 0 to the other end of the range, r the rate. Before, it is
+    theta = omega t until the drive has settled, from rest under its mean torques. On a train the torque that the
+    acceleration takes acts already then: an acceleration that begins at once would shake it.
 
     Parameters
     ----------
