@@ -9,6 +9,10 @@ with S the soft line, k = p/q, and < > the mean over one common period, or over 
 (Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1; Nayfeh 1981, Introduction to Perturbation Techniques, ch. 9).
 In polar form: a' = -mu a/2 + <N sin eta>/(J omega_0) - <S sin eta>/omega_0, and the like with cos eta for a phase'.
 
+A law without stiffness at u0 has omega_0 = Omega, with Omega/2 for the detuning, and N is its whole torque: steady
+states then are those of one harmonic, (w^2(a) - Omega^2 + i mu Omega) z = S, w^2(a) = 2 <T cos eta>/(J a) the
+describing function (Gelb & Vander Velde 1968, Multiple-Input Describing Functions, sec. 2.3).
+
 The means of a law that is linear between breakpoints are exact (`numerics.averages`); those of other laws are taken by
 the trapezoid rule, spectrally accurate where the law is smooth.
 """
@@ -147,7 +151,7 @@ class FirstOrder:
 
     def stability(self, z: Complexes | complex) -> Floats:
         """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
-        return self.jacobian(z)
+        return self.setting.held(self.jacobian(z), z)
 
     def sound(self, z: Complexes) -> Any:
         """Whether states can be ones of this order: at first order all."""
@@ -210,7 +214,7 @@ class AveragedFlow(FirstOrder):
     @property
     def linear(self) -> Any:
         """Rate over z [1/s] of small free motions."""
-        return -(0.5 * self.setting.mu + 1j * (self.setting.fast - self.setting.omega_0))
+        return -(0.5 * self.setting.mu + 1j * self.setting.lag)
 
     def unforced(self, z: Complexes | complex) -> Any:
         """Rate [rad/s] without the soft line."""
@@ -234,7 +238,7 @@ class AveragedFlow(FirstOrder):
 
     def _speed_slope(self, z: complex) -> complex:
         s = self.setting
-        if np.any(s.hard) or isinstance(self.means, LoopAverages):
+        if np.any(s.hard) or s.gap is not None or isinstance(self.means, LoopAverages):
             return super()._speed_slope(z)
         ratio = float(s.resonance.ratio or 0.0)  # the forced motion, and so the averages, stay
         return complex(-1j * ratio * (z + ratio * s.omega / s.omega_0 * np.sum(s.error_lines[s.on_fast])))

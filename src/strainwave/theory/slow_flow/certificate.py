@@ -325,7 +325,7 @@ def _pumped(s: Setting) -> bool:
 def _nonlinearity(balance: Balance, c: Complexes) -> float:
     s = balance.setting
     u = samples(c[None], (np.arange(len(c)),), (balance.points,))[0] - s.u0
-    linear = float(s.system.law.stiffness(s.u0)) * u
+    linear = s.system.J * s.omega_0**2 * u
     if balance.loops is None:
         torque = s.system.law.torque(s.u0 + u)
     else:
@@ -359,7 +359,9 @@ def _sentence(flow: Flow, z: complex, error: Certificate, converged: bool, follo
     s, verdict = flow.setting, "valid" if error.valid else "not valid"
     motion = f"steady amplitude {abs(z):.6g} rad" if z != 0.0 else "forced motion"
     motion += "" if is_stable(flow, z) else " (not asymptotically stable)"
-    if not converged:
+    if s.inside(z):
+        estimate = f"it stays inside the gap of {s.gap:.6g} rad to both sides, where nothing holds its mean"
+    elif not converged:
         estimate = "a harmonic correction of it does not converge, so nothing is known of its error"
     elif followed:
         estimate = (
@@ -374,7 +376,7 @@ def _sentence(flow: Flow, z: complex, error: Certificate, converged: bool, follo
     else:
         estimate = f"its estimated error is {_percent(error.amplitude)} at equal speed"
     remedy = "" if error.valid else "; use second order, harmonic balance or integration instead"
-    remedy = remedy if error.order == 1 else remedy.replace("second order, ", "")
+    remedy = remedy if error.order == 1 and not s.inside(z) else remedy.replace("second order, ", "")
     name = f"{ORDINAL[error.order]}-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s)"
     return (
         f"{name} is {verdict} for the {motion}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear "

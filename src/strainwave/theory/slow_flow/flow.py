@@ -46,7 +46,8 @@ class SlowFlow:
     resonance : Resonance
         In lowest terms.
     omega_0, mu, mean_torsion : float
-        sqrt(T'(u0)/J) [rad/s], B/J [1/s], and the torsion u0 [rad] under the mean torque.
+        sqrt(T'(u0)/J) [rad/s], B/J [1/s], and the torsion u0 [rad] under the mean torque. Without stiffness at u0, as
+        in a gap, omega_0 is the speed of the line that drives the motion.
     order : int
         1 or 2, the order of the expansion.
     closed_form : bool
@@ -65,9 +66,11 @@ class SlowFlow:
 
     def __str__(self) -> str:
         how = "closed forms" if self.closed_form else "averaging integrals"
+        gap = self._flow.setting.gap
+        frequency = f"omega_0 = {self.omega_0:.6g} rad/s" if gap is None else f"gap of {gap:.6g} rad to both sides"
         return (
-            f"Slow flow of {self.resonance}, order {self.order}, by {how}: omega_0 = {self.omega_0:.6g} rad/s, "
-            f"mu = {self.mu:.6g} 1/s, mean torsion {self.mean_torsion:.6g} rad"
+            f"Slow flow of {self.resonance}, order {self.order}, by {how}: {frequency}, mu = {self.mu:.6g} 1/s, mean "
+            f"torsion {self.mean_torsion:.6g} rad"
         )
 
     __repr__ = __str__
@@ -229,7 +232,8 @@ class SlowFlow:
         """Frequency Omega(a) [rad/s] of the motion near omega_0 without damping and forcing.
 
         The excitation meets it at omega = q Omega/p. For the cubic law omega_0 (1 + 3/8 alpha a^2). Of friction and
-        memory the equivalent stiffness of the loop counts, not its loss.
+        memory the equivalent stiffness of the loop counts, not its loss. Without stiffness at rest it is the root of
+        the describing function over J, 0 inside a gap.
 
         Parameters
         ----------
@@ -240,8 +244,10 @@ class SlowFlow:
         if not np.all((a >= 0.0) & (a <= LARGEST)):
             raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be from 0 to {LARGEST:g}")
         s = self._flow.setting
-        pull = averaged_flow(s.unforced(), a.ravel().astype(complex)).mean_force(a).real / s.omega_0
-        return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))
+        pull = averaged_flow(s.unforced(), a.ravel().astype(complex)).mean_force(a).real
+        share = np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0)
+        whole = np.sqrt(2.0 * np.maximum(share, 0.0))
+        return whole if s.gap is not None else np.asarray(s.omega_0 + share / s.omega_0)
 
     def certificate(self, *, curve: bool = False) -> Certificate:
         """How far the steady state with the largest amplitude can be trusted, from a harmonic correction of it.
@@ -288,6 +294,11 @@ class SlowFlow:
             If the drive has no damping, no state of the range is valid, the sample is too long for the range, or the
             law cannot be sampled in bounded time: without resonance, and where the samples do not give the rates.
         """
+        if self._flow.setting.gap is not None:
+            raise ValueError(
+                f"{type(self.system.law).__name__} has no stiffness at rest, and a predictor needs omega_0; give the "
+                "drive a mean torque, or integrate"
+            )
         return predictor(self._flow, self.order, sample, speeds, amplitudes)
 
 
@@ -300,7 +311,8 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
         J x'' + B u' + T(u) = tau(theta), u = x - e(theta), theta = omega t. The law needs `torque` and `stiffness` on
         arrays; `breakpoints` help where it has some. One with friction or memory stands for its settled loop.
     resonance : Resonance
-        p omega ~ q omega_0 on the base angle, or `NONRESONANT`. Lines with k q = p are soft, all others hard.
+        p omega ~ q omega_0 on the base angle, or `NONRESONANT`. Lines with k q = p are soft, all others hard. A law
+        without stiffness at rest, as a gap without preload, takes Resonance(k, 1) of a line of order k.
     order : int
         1: the modulation equations of first order. 2: those of second order, solved unexpanded, with the small
         harmonics of the waveform (the mean, 3 omega, 5 omega, ...) and the exact damping and detuning of the linear
@@ -319,9 +331,11 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     Raises
     ------
     ValueError
-        If omega_0 is undefined, a hard line sits on omega_0, the resonance does not appear at first order, or `order`
-        is neither 1 nor 2; for friction or memory also under a forcing without resonance, and where nothing else holds
-        the mean torque.
+        If omega_0 is undefined and no line drives the resonance, a hard line sits on omega_0, the resonance does not
+        appear at first order, or `order` is neither 1 nor 2; for friction or memory also under a forcing without
+        resonance, and where nothing else holds the mean torque.
+
+
 
     References
     ----------

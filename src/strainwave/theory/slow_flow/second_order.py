@@ -108,7 +108,8 @@ class Samples:
         n[..., np.all(self.numbers[:-1] == 0, axis=1)] *= 0.5
         m, k = self.numbers[:-1].T
         speed = np.multiply.outer(s.fast / self.numbers[-1, 0], m) + np.multiply.outer(s.base * s.omega, k)
-        small = ((pull - 1j * s.mu * speed) * c[..., :-1] - n) / (pull - speed**2 + 1j * s.mu * speed)
+        near = np.asarray(pull)[..., None]
+        small = ((near - 1j * s.mu * speed) * c[..., :-1] - n) / (near - speed**2 + 1j * s.mu * speed)
         c[..., :-1] += small
         back = self._torque(s, c, slice(-1, None))[..., 0] - pull * z
         return [(speed[..., i], small[..., i]) for i in range(len(m))], back
@@ -192,7 +193,7 @@ class SecondOrderFlow:
         whole[..., :2, 2:] = scale * np.eye(2)
         whole[..., 2:, :2] = carrier @ slope / scale
         whole[..., 2:, 2:] = -carrier
-        return whole
+        return self.setting.held(whole, z)
 
     def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
         """The rate before z'' is counted, which vanishes where z' does, and its derivatives to z and to omega."""
@@ -256,7 +257,7 @@ def second_order(s: Setting) -> SecondOrderFlow:
     cubic = _square_and_cube(s)
     ratio = s.resonance.ratio
     line = None if ratio is None or not s.orders else ratio / s.orders[0]
-    if cubic is not None and len(s.orders) <= 1 and line in FORMS:
+    if cubic is not None and s.gap is None and len(s.orders) <= 1 and line in FORMS:
         return SecondOrderFlow(s, Forms(*cubic), Forms(*cubic))
     rough = _samples(s, False)
     if len(breakpoints_of(s.system.law)) == 0:

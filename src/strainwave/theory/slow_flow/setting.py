@@ -5,6 +5,9 @@ of tau - J omega^2 e'' are found by sampling, so any periodic excitation will do
 the slow flow; all others are hard: F(theta) = sum C_k cos(k theta + phi_k), C_k = (P_k/J)/(omega_0^2 - k^2 omega^2) at
 the actual omega (some texts freeze it at the resonance: a different number).
 
+A law without stiffness at u0, as a gap without preload, has no omega_0: its frequency is that of the amplitude. There
+omega_0 stands for Omega, the speed of the line that drives the motion, and the whole torque is nonlinear.
+
 The resonances that multiple scales can treat: p omega near q omega_0, with omega the speed of the base angle.
 """
 
@@ -89,7 +92,7 @@ class Setting:
     u0 : float
         Torsion [rad] under the mean torque; of a law with memory the one that a slow load from rest leads to.
     omega_0, mu : float
-        sqrt(T'(u0)/J) [rad/s], before anything yields or slips, and B/J [1/s].
+        sqrt(T'(u0)/J) [rad/s], before anything yields or slips, and B/J [1/s]; omega_0 is Omega where T'(u0) is 0.
     orders : tuple of int
         Orders of all lines of the forcing.
     torque_lines, error_lines : (lines,) complex arrays
@@ -104,6 +107,8 @@ class Setting:
         P_k/J exp(i phi_k) [rad/s^2] of the line at Omega.
     mean : float
         Mean torque [N*m].
+    gap : float or None
+        Torsion [rad] from u0 up to which a law without stiffness at u0 stays without torque; None of other laws.
     """
 
     system: Any
@@ -120,21 +125,37 @@ class Setting:
     hard: Complexes
     soft: complex
     mean: float = 0.0
+    gap: float | None = None
 
     def at(self, omega: Any) -> "Setting":
         """Return the same problem at another speed [rad/s] of the base angle; arrays of speeds give arrays of lines."""
         k = np.multiply.outer(omega, np.array(self.orders, float))
         # J u'' + B u' + T(u) = tau - J omega^2 e'', and e'' of a line is -k^2 e_k
         forcing = self.torque_lines / self.system.J + k**2 * self.error_lines
-        gap, least = self.omega_0**2 - k**2, 2.0 * NEAR * self.omega_0**2
+        p, q = self.resonance
+        fast = p / q * omega if q else self.omega_0
+        omega_0 = self.omega_0 if self.gap is None else fast
+        square = np.asarray(omega_0)[..., None] ** 2
+        gap, least = square - k**2, 2.0 * NEAR * square
         if (near := np.abs(gap) < least).any():
             gap = np.where(near, np.copysign(least, gap), gap)  # see `sits_on`
         hard, soft = forcing / gap, forcing[..., self.on_fast].sum(axis=-1)
         hard[..., self.on_fast] = 0.0
-        p, q = self.resonance
-        fast, system = p / q * omega if q else self.omega_0, self.system._replace(omega=omega)
-        soft = complex(soft) if np.ndim(soft) == 0 else soft
-        return replace(self, system=system, omega=omega, fast=fast, hard=hard, soft=soft)
+        system, soft = self.system._replace(omega=omega), complex(soft) if np.ndim(soft) == 0 else soft
+        return replace(self, system=system, omega=omega, omega_0=omega_0, fast=fast, hard=hard, soft=soft)
+
+    @property
+    def lag(self) -> Any:
+        """Rate [rad/s] at which free linear motions fall behind E: Omega - omega_0, or Omega/2 without stiffness."""
+        return self.fast - self.omega_0 if self.gap is None else 0.5 * self.fast
+
+    def inside(self, z: Any) -> Any:
+        """Whether motions stay inside the gap, where nothing holds their mean."""
+        return np.abs(z) + np.sum(np.abs(self.hard), axis=-1) <= (-1.0 if self.gap is None else self.gap)
+
+    def held(self, matrix: Floats, z: Any) -> Floats:
+        """Matrices [1/s] (..., n, n) next to states z [rad]; 0 inside the gap, where no state attracts."""
+        return matrix if self.gap is None else np.where(self.inside(z)[..., None, None], 0.0, matrix)
 
     def unforced(self) -> "Setting":
         """Return the free vibration about the same operating point."""
@@ -147,11 +168,14 @@ class Setting:
         if np.ndim(self.omega) == 0:
             return self
         names = ["omega", "hard", "soft", *(["fast"] if self.resonance.ratio else [])]
+        names += [] if self.gap is None else ["omega_0"]
         system = self.system._replace(omega=self.omega[places])  # type: ignore[index]
         return replace(self, system=system, **{name: getattr(self, name)[places] for name in names})
 
     def sits_on(self, omega: float) -> int | None:
         """Order of a hard line on omega_0 at a speed [rad/s], where its forced amplitude is infinite at first order."""
+        if self.gap is not None:
+            return None
         near = (abs(self.omega_0 - k * omega) < NEAR * self.omega_0 for k in self.orders)
         return next((k for k, hot, soft in zip(self.orders, near, self.on_fast, strict=True) if hot and not soft), None)
 
@@ -264,8 +288,8 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     Raises
     ------
     ValueError
-        If J or omega is not positive, if the stiffness at the operating point is not positive, or if a hard line sits
-        on omega_0.
+        If J or omega is not positive, if the stiffness at the operating point is negative, if it is 0 and no line
+        drives the resonance, or if a hard line sits on omega_0.
     """
     for name in ("J", "omega"):
         if not 0.0 < getattr(system, name) < math.inf:
@@ -273,8 +297,18 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     mean, orders, torque, error = forcing_lines(system)
     u0, *z0 = loaded_state(system.law, mean)
     _refuse_drift(system.law, mean, u0)
-    stiffness = float(system.law.stiffness(u0))
-    if not 0.0 < stiffness < math.inf:
+    stiffness, on_fast = float(system.law.stiffness(u0)), np.array([resonance.ratio == k for k in orders], bool)
+    gap = _gap(system.law, u0) if stiffness == 0.0 else None
+    if gap is not None and not np.any(on_fast):
+        raise ValueError(
+            Sentence(
+                f"{type(system.law).__name__} has no stiffness at the operating torsion {{}}: its frequency is that of "
+                "the amplitude, and without omega_0 averaging serves only where a line of order k drives the motion, "
+                "at Resonance(k, 1); use that, frequency_response or find_orbit, or add a mean torque",
+                Angle(u0),
+            )
+        )
+    if gap is None and not 0.0 < stiffness < math.inf:
         raise ValueError(
             Sentence(
                 f"omega_0 is undefined: the stiffness of {type(system.law).__name__} is {stiffness:.6g} N*m/rad at the "
@@ -283,15 +317,23 @@ def setting(system: Any, resonance: Resonance) -> Setting:
                 Angle(u0),
             )
         )
-    omega_0 = math.sqrt(stiffness / system.J)
+    omega_0 = math.sqrt(stiffness / system.J) if gap is None else float(resonance.ratio or 1) * system.omega
     blank = Setting(
         system, resonance, u0, omega_0, system.B / system.J, orders, torque, error,
-        np.array([resonance.ratio == k for k in orders], bool), 0.0, 0.0, np.zeros(0, complex), 0j, mean,
+        on_fast, 0.0, 0.0, np.zeros(0, complex), 0j, mean, gap,
     )  # fmt: skip
     blank.refuse_on_resonance(system.omega)
     s = blank.at(system.omega)
     _refuse_extremes(s, tuple(z0))
     return s
+
+
+def _gap(law: Law, u0: float) -> float | None:
+    """Torsion [rad] up to which a spring without stiffness at u0 has no torque; None where it does not push back."""
+    edges = [abs(b - u0) for b in breakpoints_of(law)]
+    beyond = 2.0 * max(edges, default=0.5)
+    pushes = depends(law) == 1 and law.torque(u0 - beyond) < law.torque(u0) < law.torque(u0 + beyond)
+    return min(edges, default=0.0) if pushes else None
 
 
 def _refuse_drift(law: Law, mean: float, u0: float) -> None:
