@@ -16,7 +16,7 @@ import numpy as np
 import strainwave as sw
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
-from averaged import integrated, with_gap
+from averaged import integrated, with_gap, with_varying
 
 
 def row(flow, damping):
@@ -49,6 +49,8 @@ def main(drives: int = 20) -> None:
     gaps = [with_gap(rng) for _ in range(drives)]
     for order in (1, 2):
         shown(f"gap, order {order}", [row(sw.slow_flow(s, sw.PRIMARY, order=order), s.B) for s in gaps])
+    varying = [with_varying(rng) for _ in range(drives)]
+    shown("varying", [row(sw.slow_flow(s, resonance), s.damping.B) for s, resonance in varying])
 
 
 if __name__ == "__main__":

@@ -70,7 +70,6 @@ def test_a_depth_is_a_parameter_that_can_be_swept():
 @pytest.mark.parametrize(
     "verb",
     [
-        lambda s: sw.slow_flow(s, sw.PRIMARY),
         lambda s: sw.numerics.backbone(s, np.array([0.1, 0.2])),
         lambda s: sw.isolas(s, (1.0, 4.0)),
         lambda s: sw.study.energy_balance(s, (0.0, 0.0)),

@@ -28,6 +28,7 @@ from ...compile.jit import run
 from .averages import Pieces, averages, grid_table, pieces_of
 from .memory import LoopAverages, loop_averages, remembers
 from .setting import Complexes, Setting, real_matrix
+from .varying import dampings, stiffnesses, torques, varies
 
 TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points
 SPEED_STEP = 1e-5  # of omega: of central differences
@@ -81,6 +82,38 @@ class Sampled:
         mean.imag = -(values @ self.turn.imag)
         mean /= len(self.turn)
         return mean
+
+
+@dataclass(frozen=True, eq=False)
+class Varied(Sampled):
+    """Means by the trapezoid rule of a stiffness and a damping that vary.
+
+    Attributes
+    ----------
+    theta : (n,) array
+        Base angle [rad] at the sample points.
+    """
+
+    theta: Floats
+
+    def force(self, s: Setting, z: Complexes) -> Complexes:
+        """<N conj(E)> [N*m] for a vector of z."""
+        law, u = s.system.law, self._torsion(z)
+        rest = law.torque(s.u0) + law.stiffness(s.u0) * (u - s.u0)
+        return self._against_turn(torques(s, self.theta, u, self._rate(s, z)) - rest)
+
+    def linear(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes, Complexes]:
+        """`force`, and its derivatives [N*m/rad] to Re z and Im z."""
+        along = self.theta, self._torsion(z), self._rate(s, z)
+        pull, drag = stiffnesses(s, *along) - s.system.law.stiffness(s.u0), s.fast * dampings(s, *along)
+        cosine, sine = self.turn.real, self.turn.imag
+        slopes = self._against_turn(pull * cosine - drag * sine), -self._against_turn(pull * sine + drag * cosine)
+        return self.force(s, z), *slopes
+
+    def _rate(self, s: Setting, z: Complexes) -> Floats:
+        """Rate u' [rad/s] at the sample points for every z."""
+        forced = s.omega * ((1j * np.array(s.orders) * s.hard) @ self.lines).real
+        return np.asarray(forced - s.fast * (z.real[:, None] * self.turn.imag + z.imag[:, None] * self.turn.real))
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +271,7 @@ class AveragedFlow(FirstOrder):
 
     def _speed_slope(self, z: complex) -> complex:
         s = self.setting
-        if np.any(s.hard) or s.gap is not None or isinstance(self.means, LoopAverages):
+        if np.any(s.hard) or s.gap is not None or isinstance(self.means, LoopAverages | Varied):
             return super()._speed_slope(z)
         ratio = float(s.resonance.ratio or 0.0)  # the forced motion, and so the averages, stay
         return complex(-1j * ratio * (z + ratio * s.omega / s.omega_0 * np.sum(s.error_lines[s.on_fast])))
@@ -269,7 +302,7 @@ def averaged_flow(s: Setting, probes: Complexes | None = None) -> AveragedFlow:
     probes = probes_of(s) if probes is None else probes
     if remembers(s.system.law):
         return AveragedFlow(s, *loop_averages(s, 1, probes))
-    pieces = pieces_of(s.system.law)
+    pieces = None if varies(s.system) else pieces_of(s.system.law)
     if pieces is not None:
         return _exact_flow(s, pieces)
     level, flow = 0, sampled(s, 0)
@@ -336,4 +369,5 @@ def sampled(s: Setting, level: int) -> AveragedFlow:
         theta = (2.0 * np.pi * ratio.denominator / s.base) * np.arange(n_points) / n_points
         fast = float(ratio) * theta
     lines = np.exp(1j * np.array(s.orders, float)[:, None] * theta)
-    return AveragedFlow(s, Sampled(np.exp(1j * fast), lines, s.u0 + (s.hard @ lines).real))
+    along = np.exp(1j * fast), lines, s.u0 + (s.hard @ lines).real
+    return AveragedFlow(s, Varied(*along, theta) if varies(s.system) else Sampled(*along))

@@ -13,6 +13,7 @@ from .closed_forms import CubicFlow
 from .memory import remembers
 from .second_order import SecondOrderFlow
 from .setting import Complexes, Setting
+from .varying import varies
 
 Integrals = AveragedFlow | SecondOrderFlow  # whose fixed points are sought on a grid
 Flow = Integrals | CubicFlow
@@ -41,7 +42,8 @@ def is_stable(flow: Flow, z: complex) -> bool:
 def are_stable(flow: Flow, omega: Floats, z: Complexes) -> Any:
     """The same of steady states (n,) at speeds (n,) [rad/s]: at once, unless averages or loops know one speed alone."""
     s = flow.setting
-    if remembers(s.system.law) or (isinstance(flow, AveragedFlow) and np.any(s.hard)):
+    known = isinstance(flow, AveragedFlow) and (np.any(s.hard) or varies(s.system))
+    if remembers(s.system.law) or known:
         return [is_stable(flow.at(float(speed)), complex(state)) for speed, state in zip(omega, z, strict=True)]
     return attracts(flow.at(omega).stability(z))
 
@@ -92,7 +94,7 @@ def scanned(flow: Integrals, sizes: Floats) -> tuple[Any, Complexes]:
 
 def _on_one_piece(s: Setting) -> float:
     """Amplitude [rad] up to which a damped motion at every speed stays where the law is linear; 0 where nowhere."""
-    pieces = None if s.mu == 0.0 or remembers(s.system.law) else pieces_of(s.system.law)
+    pieces = None if s.mu == 0.0 or remembers(s.system.law) or varies(s.system) else pieces_of(s.system.law)
     if pieces is None:
         return 0.0
     return float(np.min(np.abs(pieces.breaks - s.u0))) - float(np.max(np.sum(np.abs(s.hard), axis=-1)))

@@ -33,6 +33,7 @@ from .second_order import Forms, SecondOrderFlow, second_order
 from .setting import LARGEST, Resonance, setting
 from .states import attractor, fixed_points, states
 from .transient import evolve, motion, times
+from .varying import parts_of, varies
 
 
 @dataclass(frozen=True, eq=False)
@@ -299,6 +300,8 @@ class SlowFlow:
                 f"{type(self.system.law).__name__} has no stiffness at rest, and a predictor needs omega_0; give the "
                 "drive a mean torque, or integrate"
             )
+        if varies(self.system):
+            raise ValueError("a predictor takes a constant stiffness and damping; give an Oscillator, or use evolve")
         return predictor(self._flow, self.order, sample, speeds, amplitudes)
 
 
@@ -307,9 +310,11 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
 
     Parameters
     ----------
-    system : Oscillator
-        J x'' + B u' + T(u) = tau(theta), u = x - e(theta), theta = omega t. The law needs `torque` and `stiffness` on
-        arrays; `breakpoints` help where it has some. One with friction or memory stands for its settled loop.
+    system : Oscillator or VaryingOscillator
+        J x'' + B u' + T(u) = tau(theta), u = x - e(theta), theta = omega t; at first order also with a stiffness and
+        a damping that vary, where order n of the stiffness meets 2 omega_0 at Resonance(n, 2). The law needs `torque`
+        and `stiffness` on arrays; `breakpoints` help where it has some. One with friction or memory stands for its
+        settled loop.
     resonance : Resonance
         p omega ~ q omega_0 on the base angle, or `NONRESONANT`. Lines with k q = p are soft, all others hard. A law
         without stiffness at rest, as a gap without preload, takes Resonance(k, 1) of a line of order k.
@@ -344,7 +349,7 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     if order not in (1, 2):
         raise ValueError(f"order is {shown(order)}; multiple scales are there at first and second order: give 1 or 2")
     resonance = Resonance(*resonance).checked()
-    system = repeating("slow_flow", with_parts("slow_flow", system, "J", "B", "law", "excitation", "omega", "error"))
+    system = repeating("slow_flow", with_parts("slow_flow", system, *parts_of(system)))
     check_law("law", system.law)
     order = int(order)
     flow = _flow(system, resonance, order)
@@ -357,9 +362,11 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
 
 def _flow(system: System, resonance: Resonance, order: int) -> Flow:
     s = setting(system, resonance)
+    if order == 2 and varies(system):
+        raise ValueError("a stiffness and a damping that vary have a slow flow of first order; give order=1")
     if order == 2:
         return second_order(s)
-    kind = kind_of(s)
+    kind = None if varies(system) else kind_of(s)
     return CubicFlow(s, kind) if kind is not None else averaged_flow(s)
 
 

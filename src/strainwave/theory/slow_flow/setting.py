@@ -20,12 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of, depends, spring_stiffness, torque_of
-from ...base.protocols import Law, System, lacking
+from ...base.protocols import Law, System, joint_orders, lacking
 from ...base.quantities import MOST_THINGS, Reals, shown
 from ...base.results import Floats
 from ...base.sentences import Angle, Sentence, Speed
+from ...model.oscillator import NoVariation
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.operating_point import loaded_state
+from .varying import mean_damping, pulling_lines, varied_orders, varies
 
 Complexes = NDArray[np.complex128]
 LARGEST, SMALLEST = 1e30, 1e-30  # of what the slow flow takes powers of
@@ -94,7 +96,7 @@ class Setting:
     omega_0, mu : float
         sqrt(T'(u0)/J) [rad/s], before anything yields or slips, and B/J [1/s]; omega_0 is Omega where T'(u0) is 0.
     orders : tuple of int
-        Orders of all lines of the forcing.
+        Orders of all lines of the forcing, and of a stiffness and a damping that vary.
     torque_lines, error_lines : (lines,) complex arrays
         Amplitudes times exp(i phase) of the torque [N*m] and of the kinematic error [rad].
     on_fast : (lines,) bool array
@@ -145,6 +147,11 @@ class Setting:
         return replace(self, system=system, omega=omega, omega_0=omega_0, fast=fast, hard=hard, soft=soft)
 
     @property
+    def B(self) -> float:
+        """Damping [N*m*s/rad], its mean where it varies."""
+        return self.mu * float(self.system.J)
+
+    @property
     def lag(self) -> Any:
         """Rate [rad/s] at which free linear motions fall behind E: Omega - omega_0, or Omega/2 without stiffness."""
         return self.fast - self.omega_0 if self.gap is None else 0.5 * self.fast
@@ -161,6 +168,8 @@ class Setting:
         """Return the free vibration about the same operating point."""
         none = np.zeros(0, complex)
         free = replace(self, resonance=NONRESONANT, orders=(), on_fast=np.zeros(0, bool), fast=self.omega_0)
+        if varies(self.system):
+            free = replace(free, system=self.system._replace(variation=NoVariation()))
         return replace(free, torque_lines=none, error_lines=none, hard=none, soft=0j)
 
     def of(self, places: Any) -> "Setting":
@@ -177,7 +186,8 @@ class Setting:
         if self.gap is not None:
             return None
         near = (abs(self.omega_0 - k * omega) < NEAR * self.omega_0 for k in self.orders)
-        return next((k for k, hot, soft in zip(self.orders, near, self.on_fast, strict=True) if hot and not soft), None)
+        hard = ~self.on_fast & ((self.torque_lines != 0.0) | (self.error_lines != 0.0))
+        return next((k for k, hot, counts in zip(self.orders, near, hard, strict=True) if hot and counts), None)
 
     def refuse_on_resonance(self, omega: float) -> None:
         """Refuse a speed [rad/s] at which a hard line sits on omega_0 (ValueError)."""
@@ -271,9 +281,11 @@ def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Compl
     torques, errors = np.abs(torque), np.abs(error)
     largest = max(abs(mean), float(np.max(torques)))
     mean = mean if abs(mean) > SMALLEST_LINE * largest else 0.0
-    index = np.flatnonzero((torques > SMALLEST_LINE * largest) | (errors > SMALLEST_LINE * float(np.max(errors))))
+    alive = (torques > SMALLEST_LINE * largest) | (errors > SMALLEST_LINE * float(np.max(errors)))
     if declared:  # sampling a high order leaves a trace of rounding at every other one
-        index = index[np.isin(index + 1, system.orders())]
+        alive &= np.isin(np.arange(len(alive)) + 1, joint_orders(system.excitation, system.error))
+    torque, error = np.where(alive, torque, 0.0), np.where(alive, error, 0.0)
+    index = np.flatnonzero(alive | np.isin(np.arange(len(alive)) + 1, varied_orders(system)))
     return mean, tuple(int(k) + 1 for k in index), torque[index], error[index]
 
 
@@ -297,9 +309,11 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     mean, orders, torque, error = forcing_lines(system)
     u0, *z0 = loaded_state(system.law, mean)
     _refuse_drift(system.law, mean, u0)
+    if varies(system):
+        torque = torque - pulling_lines(system, orders, float(system.law.torque(u0)))
     stiffness, on_fast = float(system.law.stiffness(u0)), np.array([resonance.ratio == k for k in orders], bool)
     gap = _gap(system.law, u0) if stiffness == 0.0 else None
-    if gap is not None and not np.any(on_fast):
+    if gap is not None and not np.any(((torque != 0.0) | (error != 0.0))[on_fast]):
         raise ValueError(
             Sentence(
                 f"{type(system.law).__name__} has no stiffness at the operating torsion {{}}: its frequency is that of "
@@ -319,7 +333,7 @@ def setting(system: Any, resonance: Resonance) -> Setting:
         )
     omega_0 = math.sqrt(stiffness / system.J) if gap is None else float(resonance.ratio or 1) * system.omega
     blank = Setting(
-        system, resonance, u0, omega_0, system.B / system.J, orders, torque, error,
+        system, resonance, u0, omega_0, mean_damping(system) / system.J, orders, torque, error,
         on_fast, 0.0, 0.0, np.zeros(0, complex), 0j, mean, gap,
     )  # fmt: skip
     blank.refuse_on_resonance(system.omega)

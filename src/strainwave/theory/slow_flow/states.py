@@ -22,6 +22,7 @@ from .fixed_points import RING, ROWS_PER_DECADE, Flow, amplitudes, attracts, is_
 from .memory import remembers
 from .second_order import Forms, SecondOrderFlow
 from .setting import Complexes
+from .varying import varies
 
 TOGETHER = 2000  # speeds at once: what they take fits the memory, and a user can interrupt between
 AT_ONCE = 8  # speeds of one polar grid
@@ -141,7 +142,7 @@ def _search(flow: Flow, omega: Floats) -> Callable[[Any], Found] | None:
     s = flow.setting
     if _is_polynomial(flow):
         return _by_polynomial
-    if not np.any(s.hard):
+    if not (np.any(s.hard) or varies(s.system)):
         return partial(_by_table, table=_table(flow, omega))
     if isinstance(flow, SecondOrderFlow) and s.resonance.ratio is not None and not remembers(s.system.law):
         return _by_grid

@@ -17,6 +17,7 @@ from .fixed_points import Flow
 from .memory import remembers
 from .results import Evolution
 from .second_order import SecondOrderFlow
+from .varying import varies
 
 RTOL, MOST_STEPS = 1e-9, 200_000
 ROUNDS = 8  # of the start of a motion with small harmonics
@@ -77,7 +78,7 @@ def _evolved(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
         rate = flow.rates(z)
     else:
         free = s.resonance.ratio is None and isinstance(flow, AveragedFlow | CubicFlow)
-        free = free and not remembers(s.system.law)  # its loop takes energy too
+        free = free and not (remembers(s.system.law) or varies(s.system))  # a loop, or damping, takes energy too
         z, rate = _decay(flow, z0, t) if free else _integrate(flow, z0, t)
     x_of_t = motion(flow, z, t)
     v_of_t = ((rate + 1j * s.fast * z) * fast).real + s.omega * (s.forced_slope(angles) + e.slope(angles))
