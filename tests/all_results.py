@@ -152,6 +152,7 @@ RESULTS = {
         "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
         "StatesAtSpeeds": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).states_at(NUMBERS),
         "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
+        "StabilityProof": lambda: sw.lyapunov(DUFFING),
         "Hardening": lambda: sw.study.hardening(DUFFING, [0.0, 0.1], (0.2, 1.6), speeds=[1.1]),
         "RunUps": lambda: sw.results.RunUps(
             NUMBERS, np.array([NUMBERS, 0.5 * NUMBERS]) * 1e-4, np.array([NUMBERS, NUMBERS]), (0.5, 2.0), "error x"

@@ -2,15 +2,20 @@
 
 The article studies the nonlinear dynamic error of a strain wave gear drive (two inertias, a cubic spring, HDC-40-050)
 with Lagrange's equations, Lyapunov's direct method and multiple scales in four regimes of resonance.
-The numbers E1 to E8 are those of the table of errata in the documentation's theory page.
+The numbers E1 to E11 are those of the table of errata in the documentation's theory page.
 """
+
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
 
 import strainwave as sw
+from strainwave.theory.printed_forms import FORMS, printed_steady, printed_x, without_alpha
 
 # --- E1: the forcing of the error equation; E7: the reach of the stability claim ---
 
@@ -236,6 +241,66 @@ def test_e6_subharmonic_amplitudes_are_the_corrected_ones():
     assert np.sqrt(max(roots.real)) == pytest.approx(2.007, abs=5e-4)
 
 
+def closed_orbit(system, guess, turns=1, samples=4096):
+    """x over so many turns of the forcing [rad] and the multipliers, by shooting with SciPy's DOP853."""
+    period, tight = turns * 2.0 * np.pi / system.omega, {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+
+    def run(y, t):
+        return solve_ivp(lambda s, y: system.rhs(system.omega * s, y), (0.0, period), y, t_eval=t, **tight).y
+
+    start, _, found, _ = fsolve(lambda y: run(y, [period])[:, 0] - y, guess, xtol=1e-12, full_output=True)
+    assert found == 1
+    steps = 1e-5 * np.eye(2)
+    ends = [(run(start + step, [period]) - run(start - step, [period]))[:, 0] / 2e-5 for step in steps]
+    x = run(start, np.linspace(0.0, period, samples, endpoint=False))[0]
+    return x, np.abs(np.linalg.eigvals(np.transpose(ends)))
+
+
+def test_e6_orbits_with_omega_over_three_are_those_of_shooting():
+    """2.9418, stable, and 2.1434, unstable: found by shooting from the states of the slow flow."""
+    C, orbits = 8.0 / (1.0 - 3.4**2), []
+    for state in sw.slow_flow(T18, sw.SUBHARMONIC).steady_states()[:2]:
+        x, multipliers = closed_orbit(T18, (state.z.real + C, (1j * 3.4 / 3.0 * state.z).real), turns=3)
+        orbits.append((2.0 * abs(np.fft.rfft(x)[1]) / len(x), bool(np.all(multipliers < 1.0))))
+    assert orbits == [(pytest.approx(2.9418, abs=5e-5), True), (pytest.approx(2.1434, abs=5e-5), False)]
+    second = sw.slow_flow(T18, sw.SUBHARMONIC, order=2).steady_states()
+    assert second[0].amplitude == pytest.approx(orbits[0][0], rel=1e-4)
+    first = sw.slow_flow(T18, sw.SUBHARMONIC).certificate().amplitude
+    assert first == pytest.approx(1.0 - 2.850 / orbits[0][0], abs=2e-4)
+
+
+@pytest.mark.slow
+def test_e6_branches_of_harmonic_balance_go_through_these_orbits():
+    branches = sw.isolas(T18, (3.2, 3.6))
+    found = [float(np.interp(3.4, branch.omega, branch.amplitude(1))) for branch in branches]
+    assert found == [pytest.approx(2.9418, rel=1e-4), pytest.approx(2.1434, rel=1e-4)]
+    assert [bool(np.all(branch.stable)) for branch in branches] == [True, False]
+
+
+@pytest.mark.parametrize("sigma", [-0.4, 0.1, 0.4, 1.5])
+def test_e6_as_printed_is_what_the_code_calls_printed(sigma):
+    system = T18._replace(omega=3.0 + sigma)
+    a, _ = printed_steady(system, sw.SUBHARMONIC)
+    C, mu = 8.0 / (1.0 - system.omega**2), 0.002
+    sizes = np.linspace(1e-3, 3.0, 300001)
+    left = 9.0 / 4.0 * mu**2 + (sigma - 9.0 / 8.0 * C**2 - 9.0 / 4.0 * sizes**2) ** 2 - (9.0 / 8.0 * C * sizes) ** 2
+    crossings = sizes[np.flatnonzero(np.diff(np.sign(left)))]
+    assert (a is None) == (len(crossings) == 0)
+    if a is not None:
+        assert a == pytest.approx(crossings[-1], abs=2e-5)
+
+
+@pytest.mark.parametrize(("omega", "resonance"), [(1.95, sw.PRIMARY), (2.1, sw.PRIMARY), (0.68, sw.SUPERHARMONIC)])
+def test_e4_and_e5_as_printed_are_what_the_code_calls_printed(omega, resonance):
+    system = cubic_system(omega, 0.05) if resonance == sw.PRIMARY else forced_system(omega)
+    a, _ = printed_steady(system, resonance)
+    C = system.excitation.amplitude / (OMEGA_0**2 - omega**2) if resonance != sw.PRIMARY else 0.0
+    sigma = resonance.p * omega - OMEGA_0
+    right = (OMEGA_0 * C**3 / 8.0) ** 2 if C else 0.05**2 / (4.0 * OMEGA_0**2)
+    left = MU**2 / 4.0 * a**2 + (sigma - 3.0 / 4.0 * OMEGA_0 * C**2 - 3.0 / 8.0 * OMEGA_0 * a**2) ** 2 * a**2
+    assert left == pytest.approx(right, rel=1e-9)
+
+
 @pytest.mark.slow
 def test_e6_corrected_subharmonic_is_near_the_integrated_one():
     """Started from the corrected state the motion stays near it, as far off as the certificate says."""
@@ -274,3 +339,79 @@ def test_e8_superharmonic_peak_is_proportional_to_alpha():
         # C at the actual omega varies along the curve: the vertex formula holds to the width of the peak
         C = 2.0 / (OMEGA_0**2 - omega**2)
         assert a == pytest.approx(alpha * OMEGA_0 * C**3 / (4.0 * MU), rel=2e-3)
+
+
+# --- E9 to E11 and N5 ---
+
+
+def test_e9_the_carrier_of_primary_resonance_is_omega():
+    """A steady a cos(omega t - phi) stays on the orbit of shooting, a cos(omega_0 t - phi) drifts off it."""
+    omega, mu = 1.0 + 1.5e-5, 1e-5
+    system = sw.Oscillator(1.0, mu, sw.Cubic(1.0, 1.0), sw.Harmonic(7.3e-8), omega)
+    state = sw.slow_flow(system, sw.PRIMARY).steady_states()[0]
+    exact, multipliers = closed_orbit(system, (state.z.real, (1j * omega * state.z).real), samples=256)
+    assert state.stable
+    assert np.all(multipliers < 1.0)
+    turns = round(np.pi / (omega - 1.0) * omega / (2.0 * np.pi))  # after which (omega - omega_0) t is pi
+    t = (turns + np.arange(256) / 256) * 2.0 * np.pi / omega
+    corrected, printed = [state.amplitude * np.cos(w * t - state.phase) for w in (omega, 1.0)]
+    size = np.sqrt(np.mean(exact**2))
+    assert np.sqrt(np.mean((corrected - exact) ** 2)) < 1e-4 * size
+    assert np.sqrt(np.mean((printed + exact) ** 2)) < 1e-4 * size  # the opposite
+
+
+def test_e10_the_phase_of_the_free_vibration_drifts_without_resonance():
+    """With the printed mu and omega_0, 0 to 5/mu from rest: 54.6 % RMS difference with beta_0, 4.2 % with its drift."""
+    mu, omega_0, alpha, omega, A = 0.129, 37.2, 0.1, 10.47, 10.0 / (50.0 * 5.26e-4)
+    system = sw.Oscillator(1.0, mu, sw.Cubic(omega_0**2, alpha), sw.Harmonic(A), omega)
+    t = np.linspace(0.0, 5.0 / mu, 64 * 240)
+
+    def rate(s, y):
+        return y[1], A * np.cos(omega * s) - mu * y[1] - omega_0**2 * (y[0] + alpha * y[0] ** 3)
+
+    exact = solve_ivp(rate, (0.0, t[-1]), (0.0, 0.0), "DOP853", t, rtol=1e-11, atol=1e-13).y[0]
+    C = A / (omega_0**2 - omega**2)
+    z = complex(-C, 0.5 * mu * C / omega_0)  # at rest
+    drift = alpha * omega_0 * (3.0 / 8.0 * abs(z) ** 2 * (1.0 - np.exp(-mu * t)) / mu + 3.0 / 4.0 * C**2 * t)
+    free = z * np.exp((1j * omega_0 - 0.5 * mu) * t)
+    printed, corrected = free.real, (free * np.exp(1j * drift)).real
+    forced = C * np.cos(omega * t)
+
+    def rms(x):
+        return 100.0 * np.sqrt(np.mean((x - exact) ** 2) / np.mean(exact**2))
+
+    assert rms(printed + forced) == pytest.approx(54.6, abs=0.05)
+    assert printed_x(system, t) == pytest.approx(printed + forced, abs=1e-12)
+    assert rms(corrected + forced) == pytest.approx(4.2, abs=0.05)
+    assert rms(sw.slow_flow(system, sw.NONRESONANT).x(t)) == pytest.approx(rms(corrected + forced), rel=1e-2)
+
+
+@pytest.mark.parametrize(("mu", "is_focus"), [(0.3, True), (3.8, True), (4.2, False)])
+def test_e11_rest_is_a_focus_only_for_mu_below_two_omega_0(mu, is_focus):
+    """From x = 0 the motion comes back through 0 where it turns about the rest; omega_0 is 2 rad/s."""
+    system = cubic_system(1.0, 0.0)._replace(B=mu)
+    motion = solve_ivp(system.rhs, (0.0, 30.0), (0.0, 1.0), "DOP853", rtol=1e-10, atol=1e-30, max_step=0.01)
+    assert (np.min(motion.y[0]) < 0.0) == is_focus
+
+
+def test_n5_the_printed_0_15_rad_is_primary_resonance_with_alpha_1():
+    """Table 3 with alpha = 1 at omega_0: 0.15052 rad by shooting, 0.15045 rad by the formula as printed (E2)."""
+    drive = sw.HDC_40_050
+    system = without_alpha(drive.error_equation(motor_torque=sw.Harmonic(10.0), omega=drive.omega_0))
+    f = 10.0 / (50.0 * 5.26e-4)
+    slope = 9.0 / 64.0 * drive.omega_0**2
+    (square,) = [
+        r.real for r in np.roots([slope, 0.0, drive.mu**2 / 4.0, -(f**2) / (4.0 * drive.omega_0**2)]) if not r.imag
+    ]
+    printed, peak = printed_steady(system, sw.PRIMARY)
+    assert (printed, peak) == (pytest.approx(np.sqrt(square), rel=1e-9), pytest.approx(0.15045, abs=5e-6))
+    state = sw.slow_flow(system, sw.PRIMARY).steady_states()[0]
+    x, _ = closed_orbit(system, (state.z.real, (1j * drive.omega_0 * state.z).real))
+    assert np.max(np.abs(x)) == pytest.approx(0.15052, abs=5e-6)
+
+
+def test_every_printed_form_has_its_erratum_in_the_documentation():
+    page = (Path(__file__).parents[2] / "docs" / "theory.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (E\d+) \|", page, re.MULTILINE)
+    assert rows == [f"E{i}" for i in range(1, 12)]
+    assert {erratum for *_, erratum in FORMS} == set(rows) - {"E8"}  # which is about words, not a formula

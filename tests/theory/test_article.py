@@ -7,8 +7,13 @@ at the zeros of x') are listed apart; its 2.5599e-3 is 2.55985e-3 rounded up.
 
 import json
 
+import numpy as np
 import pytest
+from click.testing import CliRunner
 
+import strainwave as sw
+from strainwave.app.commands.cli import cli
+from strainwave.app.report.article import header, shown, tables
 from strainwave.theory.article import CASES, Printed, _compared, derived_system, printed_system, reproduce
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
@@ -94,12 +99,33 @@ def test_derived_quantities_of_table_3_are_not_the_printed_ones(cells):
         assert cell.verdict == "not reproducible"
 
 
-def test_only_the_non_resonant_maximum_is_close_and_says_by_how_much(cells):
+def test_what_is_reproduced_is_the_primary_row_with_alpha_1_alone(cells):
+    """N5: 0.15 rad is the steady motion by integration, 0.15052 rad; the formula as printed gives 0.15045 rad."""
+    (cell,) = [c for c in cells.values() if c.verdict == "reproduced"]
+    assert (cell.parameters, cell.case, cell.quantity) == ("alpha 1", "primary", "steady peak")
+    assert cell.value == pytest.approx(0.15052, abs=5e-6)
+    assert "(N5)" in cell.why
+    for parameters in ("alpha 1", "derived"):
+        formula = cells["Table 4", parameters, "primary", "steady peak, formula as printed"]
+        assert formula.value == pytest.approx(0.15045, abs=5e-6)
+
+
+def test_the_non_resonant_maximum_is_within_6_percent_and_not_called_reproduced(cells):
     cell = cells["Table 4", "derived", "non-resonant", "largest |x|, integration"]
-    assert cell.verdict == "close"
-    assert "-6.0 %" in cell.why
-    close = [c for c in cells.values() if c.verdict == "close"]
-    assert close == [cell]
+    assert cell.verdict == "not reproducible"
+    assert "6.0 %" in cell.why
+    assert cell.printed / cell.value == pytest.approx(1.0 - 0.060, abs=5e-4)
+
+
+def test_case_1_as_printed_lacks_the_drift_of_its_phase(cells):
+    """E10: 54.6 % RMS difference from integration as printed, 4.2 % with beta'; SciPy in test_errata.py."""
+    for end, percent in ((", formula as printed", 54.6), ("", 4.2)):
+        cell = cells["Table 4", "printed", "non-resonant", "normalised RMS difference" + end]
+        assert cell.value == pytest.approx(percent, abs=0.05)
+
+
+def test_frequencies_of_the_runs_are_inputs_and_no_result(cells):
+    assert {cell.verdict for cell in cells.values() if cell.quantity == "omega"} == {"given"}
 
 
 def test_claims_in_words_get_a_verdict_with_the_share(cells):
@@ -127,15 +153,10 @@ def test_every_case_of_both_sets_has_the_same_quantities(result):
 
 
 @pytest.mark.parametrize(
-    ("value", "verdict"),
-    [(0.1549, "reproduced"), (0.1551, "close"), (0.1451, "reproduced"), (0.17, "not reproducible")],
+    ("value", "verdict"), [(0.1549, "reproduced"), (0.1551, "not reproducible"), (0.1451, "reproduced")]
 )
-def test_rule_takes_half_the_last_digit_then_six_and_a_half_percent(value, verdict):
+def test_the_one_tolerance_is_half_the_last_printed_digit(value, verdict):
     assert _compared(("t", "c", "p"), "q", "rad", value, Printed("0.15"), "because").verdict == verdict
-
-
-def test_an_rms_difference_is_never_called_close():
-    assert _compared(("t", "c", "p"), "q", "%", 3.397, Printed("3.5"), "because").verdict == "not reproducible"
 
 
 def test_both_parameter_sets_have_the_same_forcing():
@@ -150,3 +171,71 @@ def test_the_second_order_is_within_a_percent_and_certified_in_every_regime_of_t
     cell = cells["Table 4", "derived", case, "normalised RMS difference, second order"]
     assert cell.value < 0.01
     assert "certified valid" in cell.why
+
+
+def test_tables_have_printed_formulas_and_integration_side_by_side(result):
+    found = tables(result)
+    assert next(iter(found)) == "Table 3"
+    assert len(found) == 4
+    (row,) = [
+        r for r in list(found.values())[1] if r["case"].startswith("primary") and r["quantity"] == "largest |x|, steady"
+    ]
+    assert (row["printed"], row["reproduced_by"]) == ("0.15 / 0.14", "none")
+    numbers = [row[key] for key in ("formula_as_printed", "formula_corrected", "integration")]
+    assert numbers == [pytest.approx(value, abs=5e-6) for value in (0.15045, 0.32357, 0.32364)]
+    alone = [r["formula_as_printed"] for r in list(found.values())[1] if r["quantity"] == "largest |x| from rest"]
+    assert [value is None for value in alone] == [False, True, True, True]  # the others have no modulation equations
+
+
+def test_the_second_order_is_shown_where_it_is_asked_for(result):
+    rows = list(tables(result).values())[1]
+    without, both = shown(rows, False), shown(rows, True)
+    assert "second order" not in without[0]
+    column = both[0].index("second order")
+    assert both[1][column] == pytest.approx(5.1067e-3, abs=5e-8)
+
+
+def test_header_says_start_window_method_and_what_is_printed():
+    said = " ".join(header())
+    for words in (
+        "Start: at rest",
+        "30/mu",
+        "5/mu",
+        "Dormand and Prince",
+        "Derived from Table 3: mu = 0.352928",
+        "37.2",
+    ):
+        assert words in said
+
+
+@pytest.fixture
+def command(result, monkeypatch):
+    """Run `strainwave reproduce` with options; the tables are those computed already."""
+    monkeypatch.setattr("strainwave.app.commands.article.reproduced", lambda **_: result)
+    return lambda *options: CliRunner().invoke(cli, ["reproduce", *options])
+
+
+def test_the_command_keeps_the_keys_of_its_json_and_has_the_tables_beside_them(command, result):
+    said = json.loads(command("--json").stdout)
+    assert {key: said[key] for key in ("rule", "cells")} == json.loads(json.dumps(result.as_dict()))
+    keys = ("printed", "formula_as_printed", "formula_corrected", "integration", "second_order", "reproduced_by")
+    assert all(set(keys) < row.keys() for rows in said["tables"].values() for row in rows)
+
+
+def test_the_command_shows_the_second_order_where_it_is_asked_for(command):
+    assert "second order" not in command().stdout
+    assert "second order" in command("--second-order").stdout.replace("second  ", "second order")
+
+
+def test_the_folder_has_a_page_figures_and_the_columns_of_every_curve(command, tmp_path):
+    assert command("-o", str(tmp_path)).exit_code == 0
+    page = (tmp_path / "article.html").read_text(encoding="utf-8")
+    assert page.count("<figure>") == 3
+    assert "T_m/(N J_m) − T_l/J_l" in page
+    assert len(list(tmp_path.glob("*.svg"))) == 3
+    assert {path.stem.partition("-")[0] for path in tmp_path.glob("*.csv")} == {"table", "regime", "response"}
+    sigma, omega, *_ = np.genfromtxt(tmp_path / "response-subharmonic-1-3.csv", delimiter=",", skip_header=1).T
+    assert sigma == pytest.approx(omega - 3.0 * sw.HDC_40_050.omega_0, abs=1e-4)
+    t, exact, theory = np.genfromtxt(tmp_path / "regime-superharmonic.csv", delimiter=",", skip_header=1).T
+    assert t[-1] == pytest.approx(5.0 / sw.HDC_40_050.mu, rel=1e-3)
+    assert np.max(np.abs(theory - exact)) < 2e-3 * np.max(np.abs(exact))

@@ -7,7 +7,8 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 
-from .forms import duffing, folds
+from .forms import T18, duffing, folds
+from .published import article_cells
 from .row import Row
 
 AUTO = "AUTO-07p 0.9.2, equations of `benchmarks/auto`"
@@ -72,6 +73,11 @@ def two_inertias():
     return [orbit.amplitude(1) for orbit in orbits]
 
 
+def drifting_phase():
+    quantities = ("normalised RMS difference, formula as printed", "normalised RMS difference")
+    return [article_cells()["Table 4", "printed", "non-resonant", quantity] for quantity in quantities]
+
+
 def isola():
     """Both subharmonic amplitudes at omega 3.15 on the closed branch, and their largest multipliers."""
     loop = sw.isolas(duffing(0.01, 0.2, 2.0, 3.15), (3.0, 10.0))[0]
@@ -124,6 +130,22 @@ ROWS = (
         ("0.0000000", "0.0000000"),
         repeats,
         "test_validation_page.py::test_scipy_repeats_the_orbit_of_example_01",
+    ),
+    Row(
+        "Subharmonic: B 0.002, α 0.05, A 8, ω 3.4",
+        "shooting with SciPy DOP853, periodic to 1e-12",
+        "amplitudes at ω/3 of the stable and the unstable orbit",
+        ("2.9418", "2.1434"),
+        lambda: [np.interp(3.4, b.omega, b.amplitude(1)) for b in sw.isolas(T18, (3.2, 3.6))],
+        "published/test_errata.py::test_e6_orbits_with_omega_over_three_are_those_of_shooting",
+    ),
+    Row(
+        "Article's case 1, printed μ and ω₀, from rest",
+        "SciPy DOP853",
+        "RMS difference of x(t) as printed, and with its phase drift [%]",
+        ("54.6", "4.2"),
+        drifting_phase,
+        "published/test_errata.py::test_e10_the_phase_of_the_free_vibration_drifts_without_resonance",
     ),
     Row(
         "Backlash 0.5, B 0.1, A 0.6, ω 0.8",

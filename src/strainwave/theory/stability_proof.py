@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.protocols import lacking
 from ..base.quantities import Reals, array_of
+from ..base.records import Result
 from ..base.sentences import Angle, Sentence, on_screen
 from ..model.oscillator import NoVariation, Oscillator, Variation, VaryingOscillator
 
@@ -43,7 +44,7 @@ class Region:
 
 
 @dataclass(frozen=True, eq=False)
-class StabilityProof:
+class StabilityProof(Result):
     """What Lyapunov's direct method says about the unforced dynamic error, or why it says nothing.
 
     Attributes

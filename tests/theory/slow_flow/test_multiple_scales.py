@@ -1,6 +1,7 @@
 """First-order multiple scales: closed forms, averaging integrals, steady states, transients, refusals."""
 
 import math
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -149,6 +150,33 @@ def test_subharmonic_existence_condition_decides_as_the_states_do():
         assert flow.exists() == (B < 0.025)  # k C^2 (4 sigma - 7 k C^2) = 5.888e-3 against 9 mu^2
     assert "5.88837e-05" not in flow.existence
     assert "0.00588837 against 0.0225" in flow.existence
+
+
+def test_existence_says_the_least_and_the_largest_excitation():
+    """At the ends that it names two states merge: none just outside, two just inside."""
+    said = sw.slow_flow(T7, sw.SUBHARMONIC).existence
+    least, largest = map(float, re.search(r"it takes ([\d.e-]+) to ([\d.e-]+) times this excitation", said).groups())
+    for factor, exists in (
+        (0.99 * least, False),
+        (1.01 * least, True),
+        (0.99 * largest, True),
+        (1.01 * largest, False),
+    ):
+        assert sw.slow_flow(T7._replace(excitation=sw.Harmonic(2.0 * factor)), sw.SUBHARMONIC).exists() is exists
+
+
+@pytest.mark.parametrize(("alpha", "side"), [(0.2, 1.0), (-0.2, -1.0)])
+def test_existence_says_the_detuning_below_which_no_excitation_gives_a_subharmonic(alpha, side):
+    """It is 3/2 sqrt 7 mu, where 7 y^2 - 4 sigma y + 9 mu^2 has a double root y = k C^2 = 2 sigma/7."""
+    mu, least = 0.01, 1.5 * math.sqrt(7.0) * 0.01
+    for factor, can in ((0.999, False), (1.001, True)):
+        sigma = side * factor * least
+        C = math.sqrt(2.0 * sigma / 7.0 / (9.0 / 8.0 * alpha))  # the most favourable one
+        forcing = sw.Harmonic(C * ((3.0 + sigma) ** 2 - 1.0))
+        flow = sw.slow_flow(sw.Oscillator(1.0, mu, sw.Cubic(1.0, alpha), forcing, 3.0 + sigma), sw.SUBHARMONIC)
+        assert flow.exists() is can
+        assert ("no excitation gives it" in flow.existence) is not can
+        assert (f"sigma {'>= ' if alpha > 0.0 else '<= -'}{least:.6g}" in flow.existence) is not can
 
 
 def test_resonances_on_the_base_angle_are_the_same_for_every_order_of_the_line():

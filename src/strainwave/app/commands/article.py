@@ -1,4 +1,4 @@
-"""`strainwave derive` and `reproduce`: the article's error equation, and its Tables 3 and 4 on the terminal."""
+"""`strainwave derive` and `reproduce`: the article's error equation, and its Tables 3 and 4."""
 
 from pathlib import Path
 
@@ -8,16 +8,11 @@ from ...base.facts import data, lines
 from ...files.reading import read_project
 from ...theory.article import reproduce as reproduced
 from ...theory.derivation.error_equation import derive as derivation
+from ...theory.printed_forms import FORMS
 from ..console import Progress, print_table, to_json, write_all
+from ..report.article import FORM_HEADS, files, header, reasons, shown, tables
 from ..report.derivation import derivation_page, reduction
 from .options import file_type, json_option, output_option, written_type
-
-COLUMNS = ("case", "quantity", "unit", "printed", "computed", "verdict", "note")
-TABLES = (
-    ("Table 3", "derived", "derived quantities, from the article's own Table 3"),
-    ("Table 4", "derived", "with mu and omega_0 derived from Table 3"),
-    ("Table 4", "printed", "with the printed mu = 0.129 1/s, omega_0 = 37.2 rad/s"),
-)
 
 
 @click.command()
@@ -48,26 +43,25 @@ def derive(project: Path | None, latex: bool, output: Path | None, as_json: bool
 
 
 @click.command()
+@output_option("Folder for article.html, its figures as SVG, and CSV files. Default: nothing is written.")
+@click.option("--second-order", is_flag=True, help="Show multiple scales of second order, which the article has not.")
 @json_option
-def reproduce(as_json: bool) -> None:
+def reproduce(output: Path | None, second_order: bool, as_json: bool) -> None:
     """Compute the article's tables again and compare them."""
     with Progress("reproduce") as progress:
         result = reproduced(progress=progress.show)
+        found = tables(result)
+        if output is not None:
+            progress.show("writing", 1.0)
+            write_all(output, files(result, second_order))
     if as_json:
-        click.echo(to_json(result.as_dict()))
+        click.echo(to_json(result.as_dict() | {"header": header(), "tables": found}))
         return
-    notes: list[str] = []
-    for table, parameters, meaning in TABLES:
-        rows, last = [], ""
-        for cell in result.cells:
-            if (cell.table, cell.parameters) != (table, parameters):
-                continue
-            if cell.why not in notes:
-                notes.append(cell.why)
-            case, last = ("" if cell.case == last else cell.case), cell.case
-            place = f"[{notes.index(cell.why) + 1}]"
-            rows.append((case, cell.quantity, cell.unit, cell.printed, cell.value, cell.verdict, place))
-        print_table(f"{table}: {meaning}", COLUMNS, rows)
-    for i, note in enumerate(notes, 1):
-        click.echo(f"[{i}] {note}")
-    click.echo(f"\nRule: {result.rule}.")
+    click.echo("\n".join(header()) + f"\nRule: {result.rule}.\n")
+    for title, rows in found.items():
+        heads, *body = shown(rows, second_order)
+        print_table(title, heads, body)
+    print_table("Formulas", FORM_HEADS, FORMS)
+    click.echo("\n".join(f"- {why}" for why in reasons(found)))
+    if output is not None:
+        click.echo(f"written: {output}")

@@ -240,14 +240,22 @@ def _verdict(i: int, name: str, report: Report) -> str:
 
 def _page(count: int, sentence: str, head: str, body: Iterable[str], figure: str, note: str) -> str:
     rows = "\n".join(body)
+    return plain_page(
+        f"Comparison of {count} drives",
+        f"<p>{escape(sentence)}</p>\n"
+        f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>\n'
+        f'<figure>{figure}</figure>\n<p class="note">{escape(note)}</p>\n',
+        STYLE,
+    )
+
+
+def plain_page(title: str, body: str, style: str = "") -> str:
+    """Write an HTML page of a body in the style of the report, that needs nothing else."""
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>Comparison of {count} drives</title>\n<style>{(HERE / 'page.css').read_text('utf-8')}{STYLE}</style>\n"
-        "</head>\n<body>\n<main>\n"
-        f"<h1>Comparison of {count} drives</h1>\n<p>{escape(sentence)}</p>\n"
-        f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>\n'
-        f'<figure>{figure}</figure>\n<p class="note">{escape(note)}</p>\n'
+        f"<title>{title}</title>\n<style>{(HERE / 'page.css').read_text('utf-8')}{style}</style>\n"
+        f"</head>\n<body>\n<main>\n<h1>{title}</h1>\n{body}"
         f'<p class="note">strainwave {escape(version())}</p>\n</main>\n</body>\n</html>\n'
     )
 

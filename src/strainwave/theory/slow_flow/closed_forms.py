@@ -25,6 +25,7 @@ amplitude [rad/s^2] of c2 w^2 + c3 w^3 on E, the first order; and what the small
 They serve numbers and arrays.
 """
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -159,9 +160,15 @@ class CubicFlow(FirstOrder):
             k, shifted = 1.125 * self.kappa, 3.0 * self.detuning
             left, right = k * c * c * (4.0 * shifted + k * c * c), 9.0 * s.mu**2
             verdict = "exists" if left >= right and 2.0 * k * shifted + (k * c) ** 2 > 0.0 else "does not exist"
+            sigma, least = shifted + 2.0 * k * c * c, math.sqrt(15.75) * s.mu
+            bounds = np.roots([7.0, -4.0 * sigma, right]) / (k * c * c)  # of k C^2, over that of this excitation
+            limits = f"no excitation gives it, which takes sigma {'>= ' if k > 0.0 else '<= -'}{least:.6g} rad/s"
+            if abs(sigma) >= least and max(bounds.real) > 0.0:
+                limits = "it takes {:.6g} to {:.6g} times this excitation".format(*np.sort(np.sqrt(bounds.real)))
             return (
                 f"the subharmonic motion {verdict}: with k = 9/8 alpha omega_0 and sigma = {s.orders[0]} omega - "
-                f"3 omega_0 it needs k C^2 (4 sigma - 7 k C^2) >= 9 mu^2, here {left:.6g} against {right:.6g} 1/s^2"
+                f"3 omega_0 it needs k C^2 (4 sigma - 7 k C^2) >= 9 mu^2, here {left:.6g} against {right:.6g} 1/s^2; "
+                f"at this speed {limits}"
             )
         return free_decay(s)
 

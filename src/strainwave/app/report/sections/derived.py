@@ -21,6 +21,7 @@ from ....base.sentences import Angle, listed, printable
 from ....drive.train_curve import in_turns
 from ....files.notes import source_facts
 from ....plot.panels import BLACK, BLUE, Axis, Panel
+from ....plot.portrait import proof_panels
 from ....plot.svg import figure
 from ....study.analysis.resonances import equation_orders
 from ....theory.slow_flow.parametric import ParametricResonance
@@ -325,6 +326,11 @@ class Stability:
         proof = view.analysis.stability
         said = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
         return {"stability": said | {"region": str(proof.region or "none")}}
+
+    def figures(self, view: View) -> list[str]:
+        """The phase portrait, where there is a claim."""
+        panels = proof_panels(view.analysis.stability)
+        return [figure([panels], 400.0, "phase portrait without excitation")] if panels else []
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
         """The proof in a line: its claim, or the reason without one; of the drive alone, not of its error equation."""

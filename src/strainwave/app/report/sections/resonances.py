@@ -203,6 +203,7 @@ def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
 
 HEIGHT = 330.0
 BINS, MOST_CYCLES = 350, 40
+Motion = tuple[Floats, Floats]
 MILLISECONDS = Axis("time", "ms", 1e-3)
 
 
@@ -231,20 +232,28 @@ def _from_rest(case: TimeCase, angle: AngleUnit) -> Panel:
     title = f"from rest, largest |x| {angle.text(case.peak_from_rest)}"
     panel = Panel(title, TIME if run.t[-1] > 0.5 else MILLISECONDS, angle.axis("x"))
     theory = None if case.comparison is None else case.comparison.theory
-    crossings = np.count_nonzero(np.diff(np.sign(run.y[0] - np.mean(run.y[0]))))
-    if crossings < 2 * MOST_CYCLES:
-        panel.line(run.t, run.y[0], BLUE, "integration", width=1.2)
-        if theory is not None:
-            panel.line(theory.t, theory.x, ORANGE, "multiple scales", DASHES, 1.3)
-        return panel
     turns = max(12, int(run.t[-1] * case.omega / (2.0 * np.pi)))
-    low, high, t = envelope(run.t, run.y[0], _even(len(run.t), turns))
+    overlaid(panel, (run.t, run.y[0]), None if theory is None else (theory.t, theory.x), turns)
+    return panel
+
+
+def overlaid(panel: Panel, exact: Motion, theory: Motion | None, turns: int) -> None:
+    """Add a motion (t [s], x [rad]) by integration and by multiple scales: as lines.
+
+    Where cycles would not show, the band between the extremes of so many turns, and the lines of both.
+    """
+    crossings = np.count_nonzero(np.diff(np.sign(exact[1] - np.mean(exact[1]))))
+    if crossings < 2 * MOST_CYCLES:
+        panel.line(*exact, BLUE, "integration", width=1.2)
+        if theory is not None:
+            panel.line(*theory, ORANGE, "multiple scales", DASHES, 1.3)
+        return
+    low, high, t = envelope(*exact, _even(len(exact[0]), turns))
     panel.band(t, low, high, BLUE, "integration (band of its cycles)")
     if theory is not None:
-        low, high, t = envelope(theory.t, theory.x, _even(len(theory.t), turns))
+        low, high, t = envelope(*theory, _even(len(theory[0]), turns))
         panel.line(t, high, ORANGE, "multiple scales", DASHES, 1.3)
         panel.line(t, low, ORANGE, "multiple scales", DASHES, 1.3)
-    return panel
 
 
 def _even(count: int, pieces: int) -> NDArray[np.int64]:

@@ -1,0 +1,198 @@
+"""The article's Tables 3 and 4 side by side, and their folder: a page, CSV files and figures."""
+
+import math
+from collections.abc import Iterable, Sequence
+from html import escape
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.results import Floats
+from ...model.drive import HDC_40_050
+from ...plot.panels import BLACK, BLUE, DASHES, ORANGE, TIME, Axis, Note, Panel
+from ...plot.portrait import proof_panels
+from ...plot.svg import figure
+from ...theory import article
+from ...theory.lyapunov import lyapunov
+from ...theory.printed_forms import FORMS
+from ...theory.slow_flow.flow import SlowFlow
+from ...theory.slow_flow.results import SlowResponse
+from ...theory.slow_flow.setting import PRIMARY, SUBHARMONIC, SUPERHARMONIC
+from ..console import as_csv, columns, number, slug
+from .report import plain_page
+from .sections.resonances import overlaid
+
+EVERY = 4  # sample of a motion in its file, 16 per cycle of the fastest component
+SETS = {
+    "derived": "mu and omega_0 derived from Table 3, alpha = 0.1",
+    "alpha 1": "the same with alpha = 1, as the printed formulas have it (E2)",
+    "printed": "the printed mu = 0.129 1/s and omega_0 = 37.2 rad/s, alpha = 0.1",
+}
+CORRECTED, AS_PRINTED = ", multiple scales", article.AS_PRINTED
+TABLE_3 = ("mu", "omega_0", "omega_0 as a frequency", "A", "static error")
+TABLE_4 = (  # name of a row, of its quantity, and the ends of that: as printed, corrected, integration, second order
+    ("largest |x| from rest", "largest |x|", AS_PRINTED, CORRECTED, ", integration", f"{CORRECTED} of second order"),
+    ("largest |x|, steady", "steady peak", AS_PRINTED, CORRECTED, "", None),
+    ("RMS difference", "normalised RMS difference", AS_PRINTED, "", None, ", second order"),
+    ("component at {}", "steady amplitude at {}", AS_PRINTED, CORRECTED, "", None),  # that near omega_0, of a resonance
+)
+KEYS = (
+    "case", "quantity", "unit", "printed", "formula_as_printed", "formula_corrected", "integration", "second_order",
+    "reproduced_by", "why",
+)  # fmt: skip
+FORM_HEADS = ("place", "what", "as printed", "correct", "erratum")
+CYCLES, LATE, LIGHT = 6.0, 0.2, "#9ecae1"  # of the close view: free cycles, its begin as a share, and its wide line
+SIGMA = {PRIMARY: "σ = ω − ω₀", SUPERHARMONIC: "σ = 3ω − ω₀", SUBHARMONIC: "σ = ω − 3ω₀"}
+X, A = Axis("x", "mrad", 1e-3), Axis("amplitude a", "mrad", 1e-3)
+TITLE = "The article's Tables 3 and 4, computed again"
+Row = dict[str, Any]
+
+
+def header() -> tuple[str, ...]:
+    """Sentences on what is computed, from which start, over which window, and by which method."""
+    mu, omega_0 = HDC_40_050.mu, HDC_40_050.omega_0
+    return (
+        f"Drive: HDC-40-050, Table 3 of the article, {article.MOTOR_TORQUE:g} N*m cos(omega t) at the motor.",
+        f"Derived from Table 3: mu = {mu:.6g} 1/s, omega_0 = {omega_0:.6g} rad/s, A = {article.AMPLITUDE:.6g} rad/s^2.",
+        f"Printed in the article: mu = {article.PRINTED_MU} 1/s, omega_0 = {article.PRINTED_OMEGA_0} rad/s.",
+        "Start: at rest, x = x' = 0.",
+        f"Window: largest |x| to {article.LONG:g}/mu, RMS difference (over the RMS of x) to {article.SHORT:g}/mu.",
+        "Method: Runge-Kutta 5(4) of Dormand and Prince, tolerance 1e-9, and shooting; multiple scales of first order.",
+        "Formula as printed: without alpha (E2), beta_0 constant in case 1 (E10), coefficients swapped in case 4 (E6).",
+        "Printed: numerical / analytical number of the article, which does not say whether it is from rest or steady.",
+    )
+
+
+def tables(result: article.Reproduction) -> dict[str, list[Row]]:
+    """Rows of both tables by their titles, of Table 4 for each set of parameters; their keys are KEYS."""
+    cells = {(cell.parameters, cell.case, cell.quantity): cell for cell in result.cells}
+    found = {"Table 3": [_row(cells, "derived", "", name, name, "", "", None, None) for name in TABLE_3]}
+    for parameters, meaning in SETS.items():
+        found[f"Table 4: {meaning}"] = [
+            _row(cells, parameters, case.name, name.format(near), base.format(near), *ends)
+            for case, near in zip(article.CASES, article.NEAR, strict=True)
+            for name, base, *ends in (TABLE_4 if near else TABLE_4[:-1])
+        ]
+    return found
+
+
+def _row(cells: dict[Any, article.Cell], parameters: str, case: str, name: str, base: str, *ends: str | None) -> Row:
+    """One row from its cells: as printed, corrected, by integration, of second order."""
+    found = [None if end is None else cells.get((parameters, case, base + end)) for end in ends]
+    printed = [number(cell.printed) for cell in (found[2], found[1]) if cell and cell.printed is not None]
+    agree = [name for name, cell in zip(KEYS[4:7], found, strict=False) if cell and cell.verdict == "reproduced"]
+    told = next(cell for cell in found[2::-1] if cell)
+    at = cells.get((parameters, case, "omega"))
+    values = [cell.value if cell else None for cell in found]
+    verdict = ", ".join(agree).replace("_", " ") or ("none" if printed else None)
+    place, both = f"{case} {number(at.value)} rad/s" if at else "", " / ".join(dict.fromkeys(printed)) or None
+    return dict(zip(KEYS, (place, name, told.unit, both, *values, verdict, told.why), strict=True))
+
+
+def shown(rows: Sequence[Row], second_order: bool) -> list[list[Any]]:
+    """Heads and cells of a table, a case named once, with or without the second order."""
+    keys = [key for key in KEYS[3:-1] if second_order or key != "second_order"]
+    table = [["case", "quantity", *(key.replace("_", " ") for key in keys)]]
+    for before, row in pairwise([{"case": ""}, *rows]):
+        case = row["case"] if row["case"] != before["case"] else ""
+        table.append([case, f"{row['quantity']} ({row['unit']})", *(row[key] for key in keys)])
+    return table
+
+
+def reasons(found: dict[str, list[Row]]) -> list[str]:
+    """Why printed numbers are met or not, each sentence once."""
+    return list(dict.fromkeys(row["why"] for rows in found.values() for row in rows))
+
+
+def regimes(runs: Sequence[article.Run]) -> list[list[Panel]]:
+    """A row for each regime: the decay of the free vibration from rest, and a close view of some of its cycles."""
+    rows = []
+    for case, system, t, exact, theory, rms in runs:
+        omega_0, end = math.sqrt(system.law.K / system.J), float(t[-1])
+        title = f"{case.name}, ω = {number(system.omega)} rad/s: RMS difference {number(rms, 2)} %"
+        whole, close = Panel(title, TIME, X), Panel("a close view", TIME, X)
+        overlaid(whole, (t, exact), (t, theory), int(end * omega_0))
+        first, last = np.searchsorted(t, [LATE * end, LATE * end + CYCLES * 2.0 * math.pi / omega_0])
+        part = slice(int(first), int(last))
+        close.line(t[part], exact[part], LIGHT, "integration", width=4.0)
+        close.line(t[part], theory[part], ORANGE, "multiple scales", DASHES, 1.3)
+        whole.xlim, close.xlim = (0.0, end), (float(t[first]), float(t[last]))
+        rows.append([whole, close])
+    return rows
+
+
+def detuning(flow: SlowFlow, omega: ArrayLike) -> Floats:
+    """Detuning sigma = p omega - q omega_0 [rad/s] of frequencies [rad/s]."""
+    return flow.resonance.p * np.asarray(omega) - flow.resonance.q * flow.omega_0
+
+
+def responses(curves: Sequence[tuple[SlowFlow, SlowResponse]]) -> list[list[Panel]]:
+    """The forced amplitude C over the frequency, and the amplitudes a of the three resonances over sigma."""
+    omega_0 = curves[0][0].omega_0
+
+    def forced(omega: Floats) -> Floats:
+        return np.abs(article.AMPLITUDE / (omega_0**2 - omega**2))
+
+    panel = Panel("no resonance: C = A/(ω₀² − ω²)", Axis("forcing frequency ω", "rad/s"), Axis("|C|", "mrad", 1e-3))
+    panel.log, panel.xlog, panel.ylim = True, True, (5e-5, 1.0)
+    omega, places = np.geomspace(0.01 * omega_0, 4.0 * omega_0, 800), np.array([10.47, omega_0 / 3.0, 3.0 * omega_0])
+    panel.line(omega, forced(omega), BLUE, width=2.0)
+    panel.points(places, forced(places), BLACK, "frequencies of Table 4", "o", BLACK)
+    names = ("10.47 rad/s", "ω₀/3", "3ω₀")
+    panel.notes = [Note(x, float(forced(x)), name) for x, name in zip(places, names, strict=True)]
+    panels = [panel, *(_over_sigma(*curve) for curve in curves)]
+    return [panels[:2], panels[2:]]
+
+
+def _over_sigma(flow: SlowFlow, response: SlowResponse) -> Panel:
+    """States of one resonance over sigma: stable and unstable, a = 0, and where a pair of them begins."""
+    names, times = (", stable", ", unstable"), flow.system.excitation.amplitude / flow.system.J / article.AMPLITUDE
+    title = f"{flow.resonance}, T_m = {number(times * article.MOTOR_TORQUE)} N·m"
+    panel = Panel(title, Axis(f"detuning {SIGMA[flow.resonance]}", "rad/s"), A, ylim=(None, 1.1 * response.peak[1]))
+    for branch in response.branches:
+        panel.parted(detuning(flow, branch.omega), branch.amplitude, branch.stable, BLUE, "a", names, (2.0, 1.6))
+    rest = np.array(response.trivial).reshape(-1, 2)
+    panel.parted(detuning(flow, rest[:, 0]), 0.0 * rest[:, 0], rest[:, 1], BLUE, "a", names, (2.0, 1.6))
+    folds = detuning(flow, response.folds)
+    panel.points(folds, response.fold_amplitudes, ORANGE, "fold: limit of existence of two motions")
+    panel.notes += [Note(x, y, f"σ = {number(x)}") for x, y in zip(folds, response.fold_amplitudes, strict=True)]
+    return panel
+
+
+def files(result: article.Reproduction, second_order: bool) -> dict[str, Any]:
+    """Contents of the folder by file names: the page, its figures as SVG, tables and curves as CSV."""
+    found, responded, proof = tables(result), article.curves(), lyapunov(article.derived_system())
+    said = ". ".join(f"{flow.resonance}: {flow.existence}" for flow, _ in responded)
+    contents: dict[str, Any] = {}
+    body = [f"<p>{escape(line)}</p>" for line in (*header(), f"Rule: {result.rule}.")]
+    for (title, rows), name in zip(found.items(), ("table-3", *(f"table-4-{slug(key)}" for key in SETS)), strict=True):
+        contents[f"{name}.csv"] = as_csv(list(KEYS), [row.values() for row in rows])
+        body.append(f"<h2>{escape(title)}</h2>{_html(shown(rows, second_order))}")
+    body += [f'<p class="note">{escape(why[0].upper() + why[1:])}.</p>' for why in reasons(found)]
+    body.append(f"<h2>Formulas</h2>{_html([FORM_HEADS, *FORMS])}")
+    for name, title, panels, height, note in (
+        ("regimes", "Runge-Kutta and multiple scales", regimes(result.runs), 205.0, "From rest to 5/mu"),
+        ("responses", "Responses over the detuning", responses(responded), 260.0, said),
+        ("phase-portrait", "Phase portrait", [proof_panels(proof)], 420.0, proof.claim),
+    ):
+        contents[f"{name}.svg"] = svg = figure(panels, height, title)
+        body.append(f"<h2>{title}</h2><figure>{svg}<figcaption>{escape(note)}.</figcaption></figure>")
+    for run in result.runs:
+        motions = {"t_s": run.t, "x_integration_rad": run.integration, "x_multiple_scales_rad": run.multiple_scales}
+        contents[f"regime-{run.case.name}.csv"] = [(key, values[::EVERY]) for key, values in motions.items()]
+    for flow, response in responded:
+        places = response.coordinates()
+        arrays = columns(places, response.variables())
+        name = f"response-{slug(str(flow.resonance))}.csv"
+        contents[name] = [("sigma_rad_per_s", detuning(flow, places["omega"][1])), *arrays]
+    return {"article.html": plain_page(TITLE, "\n".join(body)), **contents}
+
+
+def _html(table: Iterable[Sequence[Any]]) -> str:
+    """A table of the page, its heads first; numbers to four digits."""
+    first, *rows = [[escape(number(cell)) for cell in row] for row in table]
+    body = "\n".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in rows)
+    head = "</th><th>".join(first)
+    return f'<div class="scroll"><table><thead><tr><th>{head}</th></tr></thead>\n<tbody>{body}</tbody></table></div>'
