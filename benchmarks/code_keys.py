@@ -82,7 +82,9 @@ def told(file: Path, known: Path | None) -> None:
         classes = tuple(dict.fromkeys(cache._classes(types)))
         key, code = reads.key(thing, classes), ""
         if not only_keys and (known is None or before[name][0] == key):
-            dispatcher = jit._dispatcher(thing, classes)
+            jit._numba()
+            jit.expose(*classes)
+            dispatcher = jit._form(thing, classes)
             dispatcher._cache = cache.CodeCache(thing)
             cache.CodeCache.place = lambda *_: ([], None, "")
             bytecode.FunctionIdentity._unique_ids = itertools.count(1)

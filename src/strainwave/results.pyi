@@ -76,8 +76,8 @@ from .study.tuning.trial import TuningLimits as TuningLimits
 from .study.tuning.trial import TuningPoint as TuningPoint
 from .theory.derivation.cases import DerivedCase as DerivedCase
 from .theory.derivation.error_equation import Derivation as Derivation
+from .theory.parametric import ParametricResonance as ParametricResonance
 from .theory.slow_flow.flow import SlowFlow as SlowFlow
-from .theory.slow_flow.parametric import ParametricResonance as ParametricResonance
 from .theory.slow_flow.results import SteadyState as SteadyState
 from .theory.small_signal import SmallSignal as SmallSignal
 from .theory.stability_proof import StabilityProof as StabilityProof

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
-from strainwave.numerics.curves.torus import follow, growth
 
 import strainwave as sw
 from strainwave.app.commands.response import facts
@@ -18,6 +17,8 @@ from strainwave.app.commands.speed_map import write
 from strainwave.drive.two_turns import beat_said, largest_beat
 from strainwave.files.reading import from_text
 from strainwave.files.variants.project_sweep import sweep_project
+from strainwave.numerics.curves import torus_follow as follow
+from strainwave.numerics.curves import torus_growth as growth
 from strainwave.study import two_turn_motion, two_turn_response
 
 N, K, J, ALPHA = 8.0, 2e4, 1.3, 2e5

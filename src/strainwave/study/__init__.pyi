@@ -6,7 +6,7 @@ from ..drive.postures import two_link as two_link
 from ..drive.standstill import standstill as standstill
 from ..drive.two_turns import two_turn_motion as two_turn_motion
 from ..drive.two_turns import two_turn_response as two_turn_response
-from ..theory.slow_flow.parametric import parametric_resonances as parametric_resonances
+from ..theory.parametric import parametric_resonances as parametric_resonances
 from .analysis.hardening import hardening as hardening
 from .analysis.validity import compare_with_integration as compare_with_integration
 from .compensation.compensate import compensation_bench as compensation_bench

@@ -9,7 +9,7 @@ from canonical import CSF_40_50
 from scipy.optimize import brentq
 
 import strainwave as sw
-from strainwave.numerics import loading
+from strainwave.numerics import operating_point as loading
 
 ARCMIN = math.pi / 180.0 / 60.0
 RATED = 178.0  # N*m, CSG-40-50: Harmonic Drive SE catalogue

@@ -20,7 +20,7 @@ from ...drive.response import loses_energy
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator, VaryingOscillator
 from ...numerics.operating_point import SPEED
-from ...theory.slow_flow.parametric import ParametricResonance, parametric_resonances
+from ...theory.parametric import ParametricResonance, parametric_resonances
 from ...theory.slow_flow.setting import Resonance
 from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop

@@ -24,7 +24,7 @@ from ....plot.panels import BLACK, BLUE, Axis, Panel
 from ....plot.portrait import proof_panels
 from ....plot.svg import figure
 from ....study.analysis.resonances import equation_orders
-from ....theory.slow_flow.parametric import ParametricResonance
+from ....theory.parametric import ParametricResonance
 from ...console import number, percent
 from ...view import View, sizes
 from .opening import YIELDS

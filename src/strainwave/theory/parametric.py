@@ -17,16 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from ...base.law import repeating
-from ...base.protocols import lacking, orders_of, with_parts
-from ...base.quantities import interval, leaf_of, replace
-from ...base.results import Floats
-from ...model.excitation import Harmonic, NoError, mean_torque
-from ...model.laws.springs import Linear
-from ...model.oscillator import Variation
-from ...numerics.balance.first_order import first_order
-from ...numerics.operating_point import operating_point
-from ...numerics.stability.first_order import hill_map
+from ..base.law import repeating
+from ..base.protocols import lacking, orders_of, with_parts
+from ..base.quantities import interval, leaf_of, replace
+from ..base.results import Floats
+from ..model.excitation import Harmonic, NoError, mean_torque
+from ..model.laws.springs import Linear
+from ..model.oscillator import Variation
+from ..numerics.balance.first_order import first_order
+from ..numerics.operating_point import operating_point
+from ..numerics.stability.first_order import hill_map
 
 HIGHEST = 4  # multiple n of a line's half order that is looked at
 ROUNDING = 1e-11  # of the traces: a tongue that has closed is none
