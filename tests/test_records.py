@@ -316,13 +316,6 @@ def test_a_long_text_is_wrapped_and_its_end_counted():
     assert lines[0].startswith("Branch in omega")
 
 
-@pytest.mark.parametrize("wrong", [None, 5, ["a.nc"]])
-def test_what_is_no_path_is_refused_by_save_and_load(wrong):
-    for verb in (sw.load, branch().save, RESULTS["Trajectory"]().save):
-        with pytest.raises(TypeError, match=r"^the file is .*; give its name as text, for example 'curve\.nc'$"):
-            verb(wrong)
-
-
 @pytest.mark.parametrize("ending", [".nc", ".csv"])
 def test_a_missing_folder_is_said_by_save(tmp_path, ending):
     with pytest.raises(FileNotFoundError, match=r"^there is no folder .*none; make it, or save elsewhere$"):

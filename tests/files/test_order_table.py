@@ -72,8 +72,6 @@ def test_a_kinematic_error_goes_in_and_comes_out():
     table = sw.OrderTable.of(error, ratio=50.0, sign="error")
     assert np.allclose(table.value(ANGLES), error.value(ANGLES), rtol=0.0, atol=1e-18)
     assert sw.OrderTable.of(sw.KinematicError(ANGLE.lines)).lines == ANGLE.lines
-    with pytest.raises(TypeError, match="has no lines of orders; give a KinematicError, an ErrorScan, or lines"):
-        sw.OrderTable.of(3.0)
 
 
 def test_a_torque_over_the_angle_goes_in_and_is_what_a_controller_adds():
@@ -138,7 +136,7 @@ LINE = sw.Line(2, 1e-4, 0.0)
         ({"lines": (sw.Line(2, -1e-4),)}, "amplitude of order 2 is -0.0001; give it 0-to-peak and half a turn"),
         ({"lines": (sw.Line(2, math.nan),)}, "amplitude of order 2 is nan; it must be a finite number"),
         ({"lines": (sw.Line(2, 1e-4, math.inf),)}, "phase of order 2 is inf; it must be a finite number"),
-        ({"unit": "deg"}, "unit of an order table is 'deg'; it must be one of 'rad', 'N.m'"),
+        ({"unit": "deg"}, "unit of an order table is 'deg'; it must be 'rad' or 'N.m'"),
         ({"ratio": 0.0}, "ratio of an order table is 0.0; it must be a positive finite number"),
         ({"delay": -1e-3}, "delay of an order table is -0.001 s; it must not be negative"),
         ({"speeds": (3.0, 1.0)}, "speeds of an order table are 3 .. 1 rad/s"),

@@ -169,13 +169,6 @@ def test_a_file_without_gears_is_refused(written, name, text, said):
     assert any(said in line for line in complaint(written(text, name)))
 
 
-@pytest.mark.parametrize("path", [None, 3])
-def test_what_is_no_path_is_refused(path):
-    for reader in (sw.read_gears, sw.read_scan, sw.read_project):
-        with pytest.raises(TypeError, match=f"the file is {path}; give its name as text"):
-            reader(path)
-
-
 def test_a_file_that_is_not_there_is_said():
     assert "does not exist" in complaint("no/such.yaml")[0]
 

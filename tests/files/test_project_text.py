@@ -99,13 +99,6 @@ def test_what_a_project_file_does_not_hold_is_said(train, omega, said):
         sw.project_text(train, omega)
 
 
-def test_a_drive_alone_is_no_train():
-    with pytest.raises(
-        TypeError, match=r"takes a Project or a DriveTrain, not Drive.*; drive\.train\(\.\.\.\) gives a train"
-    ):
-        sw.project_text(DRIVE)
-
-
 def written(path, text):
     path.write_text(text, encoding="utf-8")
     return read_project(path)

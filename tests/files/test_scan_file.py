@@ -145,7 +145,6 @@ def test_files_that_are_none_are_refused(tmp_path):
     "signs",
     [
         {"delimiter": ";;"},
-        {"delimiter": 3},
         {"delimiter": '"'},
         {"delimiter": ",", "decimal": ","},
         {"decimal": "'"},
@@ -154,12 +153,6 @@ def test_files_that_are_none_are_refused(tmp_path):
 def test_signs_that_cannot_go_together_are_refused(tmp_path, signs):
     with pytest.raises(FileError, match=r"cannot be read with the delimiter .* the delimiter is one sign"):
         read_scan(written(tmp_path, GOOD), **signs)
-
-
-@pytest.mark.parametrize("names", [{"angle": None}, {"angle": 3}, {"error": 3}, {"backward": ["a"]}])
-def test_columns_without_a_name_are_refused(tmp_path, names):
-    with pytest.raises(TypeError, match="give the name of a column as text"):
-        read_scan(written(tmp_path, GOOD), **names)
 
 
 def run(*arguments):

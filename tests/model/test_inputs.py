@@ -26,7 +26,6 @@ LINE = sw.Line(2, 1e-4)
         (GOOD._replace(law=sw.Backlash(1.0, -0.5)), r"Backlash\.half_gap is -0\.5"),
         (GOOD._replace(excitation=sw.Harmonic(0.18, order=0)), r"Harmonic\.order is 0; it must be at least 1"),
         (GOOD._replace(excitation=sw.Harmonic(0.18, order=1.5)), r"Harmonic\.order must be a whole number, not 1\.5"),
-        (GOOD._replace(excitation=sw.Harmonic(0.18, order="2")), r"Harmonic\.order must be a whole number, not '2'"),
         (
             GOOD._replace(excitation=sw.Harmonic(0.18, order=10**9)),
             r"Harmonic\.order is 1000000000; it must be at most",
@@ -55,19 +54,10 @@ def test_value_out_of_range_is_refused_in_one_sentence(model, sentence):
     ("model", "sentence"),
     [
         (GOOD._replace(J="1 kg"), r"Oscillator\.J must be a number, not '1 kg'"),
-        *(
-            (GOOD._replace(error=sw.KinematicError((sw.Line(order, 1e-4),))), r"Line\.order must be a number, not ")
-            for order in ("2", None, 2j)
-        ),
-        (GOOD._replace(law=sw.Cubic(1.0, None)), r"Cubic\.alpha must be a number, not None"),
-        (GOOD._replace(law=sw.Linear(np.array([1.0, 2.0]))), r"Linear\.K must be a number, not array"),
         (GOOD._replace(law=sw.Play(0.1, sw.Cubic)), r"Play\.law is the class Cubic; give an object of it"),
-        (GOOD._replace(law=sw.Play(0.1, None)), r"Play\.law is None; it must be an object with a method torque"),
         (GOOD._replace(law=7160.0), r"Oscillator\.law is 7160\.0; it must be an object with a method torque"),
         (GOOD._replace(excitation=LINE), r"Oscillator\.excitation is Line"),
         (GOOD._replace(error=sw.KinematicError(LINE)), r"KinematicError\.lines must be a tuple, not Line"),
-        (GOOD._replace(error=sw.KinematicError((2, 1e-4))), r"KinematicError\.lines must be a Line, not 2"),
-        ({"J": 1.0}, "a model object is a NamedTuple"),
     ],
 )
 def test_part_of_the_wrong_kind_is_refused_in_one_sentence(model, sentence):
@@ -87,12 +77,9 @@ def test_verbs_check_their_models():
     ("arguments", "sentence"),
     [
         ({"motor_torque": 3.0}, r"motor_torque is 3\.0; it must be a Harmonic"),
-        ({"load_torque": "3 Nm"}, "load_torque is '3 Nm'; it must be a Harmonic"),
-        ({"motor_torque": sw.Harmonics((1.0,))}, r"Harmonics\.terms must be a Harmonic, not 1\.0"),
         ({"motor_torque": sw.Harmonic(math.nan)}, r"Harmonic\.amplitude is nan; it must be finite"),
         ({"kinematic_error": LINE}, r"Oscillator\.error is Line.*; it must be an object with a method value"),
         ({"omega": math.nan}, r"Oscillator\.omega is nan; it must be finite"),
-        ({"omega": "60 rpm"}, r"Oscillator\.omega must be a number, not '60 rpm'"),
     ],
 )
 def test_error_equation_checks_everything_that_it_puts_together(arguments, sentence):
@@ -130,21 +117,12 @@ def test_replace_says_what_a_model_has():
         sw.replaced(two, {"error.lines.2.amplitude": 1.0})
 
 
-def test_a_class_in_place_of_a_law_is_refused():
-    with pytest.raises(TypeError, match=r"is the class Linear; give an object of it"):
-        sw.find_orbit(GOOD._replace(law=sw.Parallel(sw.Linear, sw.Linear(1.0))))
-
-
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
         (lambda: sw.simulate(GOOD, (0.0, 10**400), 1.0), "y0 must be a finite state"),
         (lambda: sw.simulate(GOOD, (0.0, 0.0), 10**400), "t must be an end time"),
         (lambda: sw.error_scan(10**400, [1.0]), "angle is 1000"),
-        (lambda: sw.bode(sw.HDC_40_050.train(), [1.0], speed=""), "speed is ''; it must be a finite number"),
-        (
-            lambda: sw.numerics.parameter_response(GOOD, LINE._replace(amplitude=10**400), (1.0, 2.0)),
-            r"no continuous parameter",
         ),
     ],
 )

@@ -113,7 +113,7 @@ def test_lines_move_to_the_output_turn():
     assert on_output_turn(torque.terms[0], 50) == sw.Harmonic(1.0, 100, 0.1, 3.0)
 
 
-@pytest.mark.parametrize("N", [0, -50, 1, 50.5, math.nan, math.inf, "50", None, 10_001])
+@pytest.mark.parametrize("N", [0, -50, 1, 50.5, math.nan, math.inf, 10_001])
 def test_a_ratio_without_an_order_map_is_refused(N):
     with pytest.raises(ValueError, match="whole ratio"):
         order_map(N)

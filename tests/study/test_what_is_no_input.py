@@ -1,16 +1,14 @@
-"""Arguments of studies that are of no use: one sentence that names them, in place of what Python says of its own."""
+"""Arguments of studies that are of no use: one sentence that names them, with the value."""
 
 from functools import cache
 
 import numpy as np
 import pytest
-from all_results import axis
 
 import strainwave as sw
 
 S = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.1)
 T = np.arange(2000) / 1000.0
-SPEEDS = np.array([-20.0, -10.0, -5.0, -2.0, 2.0, 5.0, 10.0, 20.0])
 HUGE = 10**400
 SPEC = {
     "load_inertias": (1.3,), "speeds": (0.5, 3.0), "limit": 4e-4, "rotor_inertias": (5e-4,), "damping_ratio": 0.03,
@@ -37,10 +35,6 @@ def orbit():
     return sw.find_orbit(S)
 
 
-def move(**changes):
-    return sw.move(TRAIN, sw.Trapezoid(0.3, 0.3), **changes)
-
-
 LINK = sw.study.Link.rod(8.0, 0.4)
 
 
@@ -51,67 +45,26 @@ def arm(**changes):
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda: sw.sample.scattered(3.0, 4), "project is 3.0; give what read_project returns"),
-        (lambda: sw.move(TRAIN, sw.Trapezoid(0.3, 0.3), bands=3), "bands is 3; give a list or tuple"),
-        (lambda: monitor(orders=b"x"), "orders is b'x'; it must be a list or tuple"),
-        (lambda: monitor(orders=3), "orders is 3; it must be a list or tuple"),
         (lambda: monitor(angle=1.0), r"angle has the shape \(\)"),
-        (lambda: monitor(angle="x"), "angle is 'x'; it must be an array of numbers"),
         (lambda: monitor(signal=[HUGE] * 2000), "signal is .*; it must be an array of"),
         (lambda: monitor(signal=["1"] * 2000), "signal is .*; it must be an array of"),
-        (lambda: design(load_inertias=b"x"), "load_inertias is b'x'; it must be a list or a tuple"),
-        (lambda: design(ratios=50), "ratios is 50; it must be a list or tuple"),
-        (lambda: design(ratios=("x",)), "it must be a list or tuple, each item a whole"),
-        (lambda: design(preload=None), r"preload \[N\*m\] is None"),
-        (lambda: sw.gears.order_map(50, "flexspline"), "arrangement is 'flexspline'; give an Arrangement"),
         (lambda: sw.gears.order_map(50, cogging=2.5), "cogging is 2.5; it must be a whole number"),
-        (lambda: sw.gears.order_map(50, cogging="a"), "cogging is 'a'; it must be a whole number"),
         (lambda: sw.gears.order_map(50, cogging=-3), "cogging is -3; it must be a whole number"),
         (lambda: sw.gears.static_sources(HUGE), "orders are counted for a whole ratio"),
-        (
-            lambda: sw.fit.fit_decay(T, np.cos(T), S, free=3),
-            "free is 3; write the paths of the free parameters",
-        ),
-        (lambda: sw.fit.fit_decay(T, np.cos(T), S, free=(np.ones(2),)), "it must be the paths"),
-        (lambda: sw.numerics.parameter_response(S, np.ones(2), (0.1, 0.2)), "no continuous parameter array"),
-        (lambda: move(feedforward=sw.Feedforward(np.ones(3))), "Feedforward.acceleration must be a number, not array"),
         (lambda: orbit().amplitude(-1), "k is -1; it must be a whole number of at least 0"),
         (lambda: orbit().state([1.0, np.inf]), r"phase \[rad\] is .*; it must be finite numbers"),
-        (lambda: orbit().state(dict), r"phase \[rad\] is <class 'dict'>; it must be finite numbers"),
-        (lambda: sw.find_orbit(S, throw=np.ones((2, 2))), "throw is .*; it must be True or False"),
-        (lambda: sw.project_text(TRAIN, (1.0, 2.0), title=np.array(1.5)), "title is .*; give a text"),
-        (lambda: sw.speed_map(axis(), units=(1.0,)), "each item what read_project returns"),
-        (lambda: sw.order_scan(np.array(1.5)), "runs is .*; it must be a list or a tuple"),
-        (lambda: sw.OrderTable.of(sw.KinematicError((sw.Line(2, "x"),)), sign="error"), "amplitude is 'x'; it must be"),
-        (lambda: sw.small_signal(sw.Line(2, 1e-4), 0.1), "has no torque; give a law, such as Cubic"),
         (lambda: sw.study.two_turn_motion(OF_TWO_TURNS, 1.1, ratio=5e13), "the ratio is 5e.13; orders are counted for"),
         (lambda: sw.load(LONG), r"^cannot load 'x{59}\.\.\. \(3002 characters\); results"),
         (lambda: orbit().save(LONG), r"cannot save a Orbit as 'x{59}\.\.\. \(3002 characters\); use"),
         (lambda: sw.export(TRAIN, LONG, to="c"), r"^the file is 'x{59}\.\.\. \(3002 characters\); give"),
         (lambda: sw.gears.Arrangement("flexspline", 2).ratio(50), "fixed is 'flexspline' and output 2; give two of"),
-        (lambda: sw.gears.Arrangement(np.ones(2)).driven, "fixed is .* and output 'flexspline'; give two of"),
-        (lambda: sw.gears.Arrangement().teeth("50"), "ratio is '50'; it must be a positive finite number"),
         (lambda: sw.gears.Arrangement().turn("spline"), "member is 'spline'; it must be 'wave generator', "),
-        (lambda: sw.gears.Arrangement().lobes("flexspline", b"2"), "times is b'2'; it must be a whole number"),
-        (lambda: sw.gears.order_map(50, cogging=np.full(3, 12)), "cogging is .*; it must be a whole number"),
-        (lambda: sw.theory.derive_arrangement("flexspline"), "arrangement is 'flexspline'; give an Arrangement"),
-        (lambda: sw.study.Link.rod("8", 0.4), r"mass \[kg\] is '8'; it must be a positive finite number"),
         (lambda: arm(first=LINK._replace(mass=-1.0)), "Link.mass is -1; it must be positive"),
-        (lambda: arm(second=LINK._replace(centre="x")), "Link.centre must be a number, not 'x'"),
-        (lambda: arm(second=3), "second is 3; give a Link"),
         (
             lambda: arm(angles=[(0.0, 1.0, 2.0)]),
             r"angles \[rad\] is .*; it must be finite numbers of the shape \(n, 2\)",
         ),
-        (lambda: arm(gravity="x"), "gravity is 'x'; it must be a finite number"),
         (lambda: arm(payload=-1.0), "payload is -1 kg; it must be 0 or positive"),
-        (lambda: sw.move_postures(axis(), sw.Trapezoid(0.3, 0.3), postures=(3,)), "each item a Posture"),
-        (lambda: sw.move_postures(3), "project is 3; give what read_project returns"),
-        (lambda: sw.study.error_parts(S._replace(error=ERROR), "orbit"), "orbit is 'orbit'; give what find_orbit"),
-        (
-            lambda: sw.OrderTable.of(sw.KinematicError(3.0), sign="error"),
-            "has no lines of orders; give a KinematicError",
-        ),
         (
             lambda: sw.order_scan([sw.Run(T, 10.0 * T, np.cos(20.0 * T), "rad")], orders=[5e-324], highest=10.0),
             "give positive ones, none twice",
@@ -119,7 +72,7 @@ def arm(**changes):
     ],
 )
 def test_what_is_no_input_is_refused_by_its_name(ask, words):
-    with pytest.raises((TypeError, ValueError), match=words):
+    with pytest.raises(ValueError, match=words):
         ask()
 
 

@@ -269,7 +269,7 @@ def reals(values: object) -> NDArray[np.float64]:
         with np.errstate(all="ignore"):
             array = array.astype(float)
             return np.where(np.abs(array) < SMALLEST, 0.0, array)
-    except (TypeError, ValueError):  # of rows of different lengths, and of others than numbers
+    except (TypeError, ValueError, OverflowError):  # of rows of different lengths, and of others than numbers
         return np.empty(0)
 
 

@@ -215,8 +215,6 @@ def jumps(branch: Branch) -> Jumps:
     ------
     ValueError
         If the branch has no stable orbit.
-    TypeError
-        If it is no branch.
 
     References
     ----------

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..base.law import breakpoints_of, spring_stiffness, states_of, torque_of
 from ..base.protocols import lacking, terms_of, with_parts
-from ..base.quantities import number, numbers
+from ..base.quantities import SMALLEST, number, numbers
 from ..base.results import Floats, SolveError
 from ..base.sentences import Sentence, Speed
 from ..model.excitation import Harmonic, NoError
@@ -61,7 +61,7 @@ def operating_state(
         If a torque has no mean, such as a profile.
     """
     train = with_mean_torques(with_parts("operating_state", train, "power_names"))
-    speed, angle = number("speed", speed), number("angle", angle)
+    speed, angle = number("speed", speed), number("angle", 0.0 if abs(angle) < SMALLEST else angle)  # as a run ends
     if not isinstance(near, tuple) or near:
         near = tuple(numbers("near", near, count=1 + states_of(train.law)).tolist())
     error = NoError() if speed else train.error

@@ -107,7 +107,7 @@ def two_link(
 
     Raises
     ------
-    TypeError, ValueError
+    ValueError
         If a link, an angle, the joint, the payload or the gravity is none.
 
     References

@@ -203,8 +203,6 @@ def two_turn_motion(system: System, omega: float, *, ratio: float | None = None,
     ------
     ValueError
         If a part is none that the balance holds: the sentence says which.
-    TypeError
-        If `system` or `start` is of another kind.
     SolveError
         If no motion is found.
     """

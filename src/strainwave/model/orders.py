@@ -18,7 +18,7 @@ from fractions import Fraction
 from math import pi
 from typing import Any, Literal, NamedTuple
 
-from ..base.quantities import checked, number, positive_count, shown, whole
+from ..base.quantities import checked, choice, number, positive_count, shown, whole
 from ..base.sentences import on_screen
 from .excitation import Harmonic, Harmonics, KinematicError
 
@@ -87,6 +87,7 @@ class Arrangement(NamedTuple):
 
     def turn(self, member: Member) -> Pair:
         """Turns of the motor and of the output that a member makes in the housing."""
+        choice("member", member, *MEMBERS)
         return int(member == self.driven), int(member == self.output)
 
     def lobes(self, spline: Member, times: int) -> Pair:

@@ -68,8 +68,6 @@ def test_a_file_without_names_and_time_is_read_with_the_columns_that_are_given(t
     t, angle, _ = seven(tmp_path / "run.txt")
     with pytest.raises(ValueError, match="has 7 columns without names; give columns="):
         sw.read_log(tmp_path / "run.txt")
-    with pytest.raises(TypeError, match=r"columns has channels \[2.5\]; give each its name, as 'load_angle'"):
-        sw.read_log(tmp_path / "run.txt", columns={2.5: 1})
     with pytest.raises(ValueError, match=r"ratio is 'x'; it must be a positive finite number"):
         sw.read_log(tmp_path / "run.txt", columns={"load_angle": 1}, rate=1e3, ratio="x")
     with pytest.raises(ValueError, match="has no column of the time"):

@@ -91,7 +91,7 @@ def test_measured_errors_are_below_the_vendors_limit_where_both_are_known():
     assert all(error.source and error.error(2).lines[0].order == 2 for error in MEASURED_ERRORS)
 
 
-@pytest.mark.parametrize("accuracy", [0.0, -1e-4, 1e-300, 1e300, math.nan, math.inf, None, "1 arcmin"])
+@pytest.mark.parametrize("accuracy", [0.0, -1e-4, 1e-300, 1e300, math.nan, math.inf, None])
 def test_an_accuracy_that_is_no_angle_is_refused(accuracy):
     with pytest.raises(ValueError, match="it must be a positive angle in rad"):
         accuracy_spectrum(accuracy)
@@ -106,7 +106,6 @@ def test_an_accuracy_that_is_no_angle_is_refused(accuracy):
         ({2: math.nan}, None, "share of order 2 is nan"),
         ({0: 1.0}, None, "order is 0"),
         ({2.5: 1.0}, None, "whole number"),
-        ({"a": 1.0, 2: 1.0}, None, "whole number, not 'a'"),
         ({2: 1e300}, None, "share of order 2 is 1e.300"),
         ({2: 1.0}, {4: 0.1}, "order 4 has a phase and no share"),
         ({2: 1.0}, {2: math.inf}, "it must be finite"),
@@ -115,14 +114,3 @@ def test_an_accuracy_that_is_no_angle_is_refused(accuracy):
 def test_wrong_shares_and_phases_are_refused(shares, phases, words):
     with pytest.raises(ValueError, match=words):
         accuracy_spectrum(1e-4, shares, phases)
-
-
-@pytest.mark.parametrize("given", [{"shares": [0.25, 1.0]}, {"shares": 2}, {"phases": [0.1]}])
-def test_shares_and_phases_that_are_no_mapping_are_refused(given):
-    with pytest.raises(TypeError, match=r"(shares|phases) are .*; write order: number, for example"):
-        accuracy_spectrum(1e-4, **given)
-
-
-def test_peak_to_peak_needs_lines():
-    with pytest.raises(TypeError, match="has no lines"):
-        peak_to_peak(sw.NoError())

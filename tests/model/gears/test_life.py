@@ -25,7 +25,6 @@ def test_nothing_is_said_without_a_rating_or_a_load():
     gear = sw.catalogue.gear("CSG-40-50")
     assert sw.gears.bearing_life(replace(gear, rated_torque=None), 178.0, 100.0) is None
     assert sw.gears.bearing_life(gear, 0.0, 100.0) is None
-    assert sw.gears.bearing_life(gear, 1e-300, 100.0) is None
     assert sw.gears.bearing_life(gear, 178.0, 0.0) is None
     with pytest.raises(ValueError, match="average_torque"):
         sw.gears.bearing_life(gear, math.nan, 100.0)

@@ -95,11 +95,6 @@ def test_a_cubic_mean_of_no_numbers_or_with_impossible_weights_is_refused(torque
         sw.gears.cubic_mean(torque, weights)
 
 
-def test_limits_are_checked_for_a_record_not_a_name():
-    with pytest.raises(TypeError, match="give a record"):
-        sw.gears.check_limits("CSG-40-50", peak_torque=1.0)
-
-
 def test_a_flexspline_that_fails_below_a_limit_contradicts_it():
     gear = sw.catalogue.gear("CSG-40-50")
     low = dataclasses.replace(gear, momentary_torque=None, ratcheting_torque=100.0)

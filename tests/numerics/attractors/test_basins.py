@@ -172,7 +172,6 @@ def test_a_sample_is_reproducible_and_its_dataset_complete():
         ({"samples": 5, "seed": -1}, "seed is -1"),
         ({"settle": 0}, "settle is 0"),
         ({"longest": 3}, "at least settle"),
-        ({"system": 3}, "NamedTuple"),
     ],
 )
 def test_bad_input_is_one_sentence(change, sentence):

@@ -48,7 +48,6 @@ def test_backbone_is_not_moved_by_a_line_of_high_order():
         (lambda: sw.find_orbit(linear(2000)), "a line of order 2000 over 1 turns takes 2002 harmonics; at most 1000"),
         (lambda: sw.find_orbit(linear(1), harmonics=10**6), "harmonics is 1000000; it must be at most 1000"),
         (lambda: sw.isolas(linear(1), (0.5, 0.6), harmonics=1.5), "harmonics is 1.5; it must be a whole number"),
-        (lambda: sw.numerics.backbone(linear(1), [0.1], harmonics="a"), "harmonics is 'a'; it must be a whole number"),
         (
             lambda: sw.numerics.parameter_response(linear(1), "B", (0.01, 0.1), points=0),
             "points is 0; it must be a whole",

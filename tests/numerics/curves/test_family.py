@@ -51,9 +51,7 @@ def test_what_too_few_harmonics_leave_out_is_estimated_for_each_member(excitatio
     ("values", "sentence"),
     [
         ({"law.alpha": [0.1, 0.2], "B": [0.1]}, "one length"),
-        ({}, "dict of path to values"),
-        ([0.1], "dict of path to values"),
-        ({"B": "abc"}, "finite numbers"),
+        ({}, "parameters are empty"),
         ({"law.beta": [0.1]}, "no parameter 'beta'"),
     ],
 )

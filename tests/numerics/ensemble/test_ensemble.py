@@ -178,7 +178,6 @@ def test_units_and_coordinates():
         ({"parameters": {"omega": [1.0, -1.0]}}, "lane 1: omega is -1 rad/s; it must be positive"),
         ({"parameters": {"J": [1.0, -1.0]}}, "inertia"),
         ({"y0": (0.0,)}, "1 states"),
-        ({"y0": 3}, "y0 is 3"),
         ({"periods": 0}, "periods is 0"),
         ({"settle": -1}, "settle is -1"),
         ({"measures": ()}, "measures"),
@@ -196,14 +195,12 @@ def test_bad_input_is_one_sentence(change, sentence):
 @pytest.mark.parametrize(
     ("change", "error", "sentence"),
     [
-        ({"measures": (sw.Peak,)}, TypeError, r"Peak is the class of a measure; write Peak\(\)"),
         (
             {"measures": (sw.Amplitude(1.5),)},
-            TypeError,
-            "Amplitude.k is 1.5; it must be the whole number of a harmonic",
+            ValueError,
+            "Amplitude.k is 1.5; it must be a whole number of at least 1",
         ),
         ({"threads": 0}, ValueError, "threads is 0"),
-        ({"settle": -1}, ValueError, "settle is -1; it must be a whole number of periods from 0 to"),
         (
             {"parameters": {"omega": [1.0, 1e-9]}},
             ValueError,

@@ -448,9 +448,7 @@ def test_system_of_one_state_and_no_speed_decays_exponentially():
     [
         (lambda: sw.Dopri5(rtol=0.0), "it needs 1e-14 <= rtol < 1, atol > 0"),
         (lambda: sw.Dopri5(rtol=math.nan), r"Dopri5\.rtol is nan; it must be a finite number"),
-        (lambda: sw.Dopri5(rtol="1"), r"Dopri5\.rtol is '1'; it must be a finite number"),
         (lambda: sw.Dopri5(max_steps=math.nan), r"Dopri5\.max_steps is nan; it must be a whole number"),
-        (lambda: sw.Rk4(steps="3"), r"Rk4\.steps is '3'; it must be a whole number"),
         (lambda: sw.Rk4(steps_per_period=math.inf), r"Rk4\.steps_per_period is inf; it must be a whole number"),
         (lambda: sw.Dopri5(atol=0.0), "it needs 1e-14 <= rtol < 1, atol > 0"),
         (lambda: sw.Dopri5(max_steps=0), r"Dopri5\.max_steps is 0"),

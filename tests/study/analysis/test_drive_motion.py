@@ -95,8 +95,6 @@ def test_the_motion_is_on_the_response_of_the_drive(name):
     assert len(motion.t) == SHOWN * motion.per_turn + 1
 
 
-def test_what_is_no_project_or_speed_is_refused():
-    with pytest.raises(TypeError, match="give what read_project returns"):
-        sw.drive_motion("drive.yaml", 100.0)
+def test_what_is_no_speed_is_refused():
     with pytest.raises(ValueError, match="omega"):
         sw.drive_motion(read(JOINT), -1.0)

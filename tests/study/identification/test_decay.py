@@ -191,7 +191,6 @@ def test_bad_arguments_are_said():
         ("time does not rise at sample 1", (T[::-1], y), {}),
         ("3000 times and 5 values", (T, y[:5]), {}),
         ("no continuous parameter 'law.alpha'", (T, y), {"free": ("B", "law.alpha")}),
-        ("write the paths of the free parameters as a tuple", (T, y), {"free": "B"}),
         ("excitation.amplitude: it changes nothing", (T, y), {"free": ("B", "excitation.amplitude")}),
     ):
         with pytest.raises(ValueError, match=said):

@@ -351,7 +351,6 @@ def test_noise_is_said_to_be_unexplained(clean):
 @pytest.mark.parametrize(
     ("change", "free", "said"),
     [
-        ({}, (5,), r"free is \(5,\)"),
         ({}, ("law.first.Q",), r"'law.first.Q' is no number that can be free; those are J, B, law\.first\.K"),
         ({}, ("excitation.c0",), "'excitation.c0' is no number that can be free"),
         ({"output": ["a"] * 1500}, FREE, "output has the shape"),

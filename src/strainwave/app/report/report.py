@@ -94,8 +94,6 @@ def write(
         If the project file is invalid.
     ValueError
         If two sections have the same key, or the analysis refuses the drive.
-    TypeError
-        If something in `sections` is no section, or one gives something else than it should.
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     OSError

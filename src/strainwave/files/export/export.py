@@ -277,7 +277,7 @@ def export(
         If the format or the ending is another, the stem is not a name in C, the step is too long for the train, or
         `start` has another number of states.
     TypeError
-        If the source is of another kind, or a law or a controller branches on a value.
+        If a law or a controller branches on a value, or a controller's state or measurement is no tuple of floats.
     OSError
         If the path cannot be written.
     """

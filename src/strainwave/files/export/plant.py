@@ -115,7 +115,7 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
     Raises
     ------
     TypeError
-        If the train or the method is of another kind.
+        If the method has no fixed steps.
     ValueError
         If the step is too long for the fastest motion of the train, or `start` has another number of states.
     """

@@ -171,8 +171,8 @@ def compare(projects: Sequence[Project], *, progress: Callable[[str, float], Non
 
     Raises
     ------
-    TypeError, ValueError
-        If they are no projects, or fewer than two; whatever `Project.analyze` refuses.
+    ValueError
+        If they are fewer than two; whatever `Project.analyze` refuses.
     SolveError
         As `Project.analyze`.
     Interrupted

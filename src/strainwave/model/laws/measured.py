@@ -217,8 +217,6 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     ------
     ValueError
         If there are fewer than 3 or more than 64 points, or they are not numbers, unsorted, repeated or falling.
-    TypeError
-        If `points` is no sequence.
 
     References
     ----------

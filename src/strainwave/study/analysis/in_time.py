@@ -337,8 +337,8 @@ def drive_motion(project: Project, omega: float, *, load: float | None = None) -
 
     Raises
     ------
-    TypeError, ValueError
-        If `project` is none or a number is out of range; as `Project.response` for a free motor.
+    ValueError
+        If a number is out of range; as `Project.response` for a free motor.
     SolveError
         If the law cannot carry the mean torque, or the integration ends early.
     """

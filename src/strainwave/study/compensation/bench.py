@@ -166,8 +166,6 @@ def bench_of(
 
     Raises
     ------
-    TypeError
-        If it is neither.
     ValueError
         If it has no whole train, no kinematic error, or a loop that cannot be sampled.
     """

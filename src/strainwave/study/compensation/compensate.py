@@ -93,8 +93,6 @@ def compensate(
     ------
     ValueError
         If samples are too slow for the orders, the plain loop is unstable, or a number is out of range.
-    TypeError
-        If an argument is of another kind.
     """
     benches = benches_of(project, sampling, loop, plant, load_angles)
     motor_speed = _speed(next(iter(benches.values())), project, speed)

@@ -276,8 +276,6 @@ def prediction_table(
 
     Raises
     ------
-    TypeError
-        If it is no project.
     ValueError
         If an order is none of the response's harmonics, or the speeds are no range.
     SolveError

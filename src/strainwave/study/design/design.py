@@ -79,8 +79,8 @@ def design(
     ------
     Interrupted
         On Ctrl-C during harmonic balance, with what averaging says of the designs that it had not reached.
-    TypeError, ValueError
-        If the specification, or a gear, is none.
+    ValueError
+        If the specification contradicts itself, or a number of it is out of range.
 
     References
     ----------

@@ -88,7 +88,7 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
     ValueError
         If the orbit is none, or belongs to another speed, or the law cannot carry the torque.
     TypeError
-        If `system` is no Oscillator, or its law depends on more than the torsion and no orbit is given.
+        If the law depends on more than the torsion and no orbit is given.
 
     References
     ----------

@@ -180,8 +180,6 @@ def move(
     ValueError
         If the profile is empty or goes back in time; if the law of the gear cannot hold the payload; if the motor has
         no loop, or a number is out of range; if `limited` has no limit, or one below what holds the load.
-    TypeError
-        If it is no project or train, or a part of the profile is none.
     SolveError
         If the integration stops early.
     """

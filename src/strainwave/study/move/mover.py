@@ -216,8 +216,6 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
 
     Raises
     ------
-    TypeError
-        If it is neither.
     ValueError
         If it has no whole train, or nothing makes its motor follow a reference.
     """

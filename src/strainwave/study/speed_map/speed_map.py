@@ -107,8 +107,6 @@ def speed_map(
         If the law cannot carry a load, or no periodic motion is found under any.
     Interrupted
         On Ctrl-C after the first load, with the map of the loads and units that were finished.
-    TypeError
-        If `project` is none.
 
     References
     ----------
