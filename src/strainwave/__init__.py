@@ -9,7 +9,8 @@ speeds), `move` (worst error and settling of a move), `tune` (gains of the motor
 controller leaves), `exceedance` (how likely a drive exceeds its limit), `compare`, `replaced` (other numbers), `export`
 (C, FMU, simulators).
 Of a system: `find_orbit` (error at one speed), `frequency_response`, `simulate` (error in time), `slow_flow` (a
-formula, and how good it is), `lyapunov` (does every motion decay), `basins` (where it comes to rest), `sweep` and
+formula, and how good it is), `theory.derive` (the formulas, from Lagrange on), `study.hardening` (what a stiffer law
+gains), `lyapunov` (does every motion decay), `basins` (where it comes to rest), `sweep` and
 `ensemble` (many variants, drives of one type).
 Of a train: `margins` and `bode` (the motor's loop), `state_space`, `drive_run` (a run in time).
 From measurements: `identify_drive` (stiffness, damping, error from a log), `fit_loop` (stiffness from a loop on a

@@ -123,7 +123,6 @@ def test_replace_says_what_a_model_has():
         (lambda: sw.simulate(GOOD, (0.0, 10**400), 1.0), "y0 must be a finite state"),
         (lambda: sw.simulate(GOOD, (0.0, 0.0), 10**400), "t must be an end time"),
         (lambda: sw.error_scan(10**400, [1.0]), "angle is 1000"),
-        ),
     ],
 )
 def test_what_no_float_holds_and_what_is_no_number_is_one_short_sentence(asked, sentence):

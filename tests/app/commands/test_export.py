@@ -75,13 +75,8 @@ def test_a_law_of_the_project_that_branches_is_one_sentence(tmp_path):
     ("given", "sentence"),
     [
         (("--to", "c", "-o", "a.fmu"), "strainwave: the file is 'a.fmu'; give it a name that ends in .c\n"),
-        (("--to", "html", "-o", "a.nc"), "strainwave: the file is 'a.nc'; give it a name that ends in .html\n"),
         (("--to", "fmu2", "-o", "none/a.fmu"), "strainwave: there is no folder none; make it, or save elsewhere\n"),
         (("--to", "c", "-o", "a.c", "--step", "1 s"), "give a shorter one\n"),
-        (
-            ("--to", "mat", "-o", "a.mat", "--step", "1 ms"),
-            "strainwave: --step is the length of a step of C and FMU, and mat has none; leave it out\n",
-        ),
     ],
 )
 def test_bad_input_is_one_sentence(given, sentence, path, tmp_path, monkeypatch):
