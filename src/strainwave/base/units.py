@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..compile.tree import shown
+from .sentences import number as written
 
 RPM, ARCSEC = pi / 30.0, pi / 648_000.0  # one revolution a minute [rad/s], one second of arc [rad]
 HERTZ = 2.0 * pi  # rad/s
@@ -297,9 +298,18 @@ class Speeds:
         return "rpm" if self.by_motor else "rad/s"
 
     @property
+    def base(self) -> str:
+        """The shaft of the base angle, one of `BASES`."""
+        return "motor" if self.by_motor else "forcing"
+
+    @property
     def scale(self) -> float:
         """Factor from rad/s to that unit."""
         return 1.0 / RPM if self.by_motor else 1.0
+
+    def said(self, omega: float, digits: int = 4) -> str:
+        """A speed of the base angle [rad/s] with its unit: rpm, or rad/s of a forcing."""
+        return f"{written(omega * self.scale, digits)} {self.unit}"
 
     def rpm(self, omega: float) -> float | None:
         """Speed of the motor [rpm] at a base-angle speed [rad/s]; None where the base angle is a forcing phase."""
@@ -313,3 +323,6 @@ class Speeds:
     def own_unit(self) -> str:
         """Unit of `own`, with the shaft."""
         return f"rpm at the {self.shaft}" if self.by_motor else "rad/s of the forcing phase"
+
+
+BASES = {"motor": Speeds((0.0, inf)), "forcing": Speeds((0.0, inf), (), "forcing")}  # by the shaft of the base angle

@@ -8,8 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.results import Floats
-from ..base.sentences import number
-from ..base.units import RPM
 from ..numerics.ensemble.loops import run_loop
 from ..study.compensation.bench import Bench
 from ..study.compensation.designs import COMPENSATORS, own_rate
@@ -25,12 +23,12 @@ from .panels import (
     DOTS,
     GREEN,
     LOOKS,
-    MOTOR,
     ORANGE,
     TIME,
     Axis,
     Panel,
     angle,
+    of_speeds,
     panels_of,
 )
 
@@ -41,11 +39,12 @@ PARTED = 0.07  # of an order: distance of the stems of one order
 
 
 class Motion(NamedTuple):
-    """Pointing error [rad] about its mean over turns of the motor, under the controller of this name."""
+    """Pointing error [rad] about its mean over turns of a shaft, under the controller of this name."""
 
     name: str
     turns: Floats
     error: Floats
+    shaft: str = "motor"
 
 
 def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
@@ -57,12 +56,12 @@ def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
     run = run_loop(bench.closed(built, speed), settle + turns * turn, y0=bench.start(speed))
     late = run.time >= run.time[-1] - turns * turn
     time, error = run.time[late], run.error[late]
-    return Motion(name, (time - time[0]) / turn, error - np.mean(error))
+    return Motion(name, (time - time[0]) / turn, error - np.mean(error), bench.speeds.base)
 
 
 def error_panels(before: Motion, after: Sequence[Motion]) -> list[Panel]:
     """The error before and after on one scale, and the residual error alone."""
-    x, ends = Axis("turns of the motor"), (0.0, float(np.round(before.turns[-1])))
+    x, ends = Axis(f"turns of the {before.shaft}"), (0.0, float(np.round(before.turns[-1])))
     error = Panel("pointing error of the load about its mean", x, angle("", before.error), xlim=ends)
     residual = Panel("what is left of it", x, angle("", np.concatenate([run.error for run in after])), xlim=ends)
     error.line(before.turns, before.error, ORANGE, before.name, DASHES)
@@ -86,7 +85,7 @@ def speed_panels(bench: CompensationBench, *, load_encoder: bool) -> list[Panel]
         return []
     before = [case.before.rms for case in bench.results[0]]
     title = "with an encoder on the load" if load_encoder else "without an encoder on the load"
-    panel = Panel(title, MOTOR, angle("rms of the error", before), log=True, xlog=True)
+    panel = Panel(title, of_speeds(bench.axis), angle("rms of the error", before), log=True, xlog=True)
     low, high = float(np.min(bench.speeds)), float(np.max(bench.speeds))
     panel.xlim = (low - 0.1 * abs(low), high + 0.1 * abs(high))
     panel.line(bench.speeds, before, BLACK, "plain loop", "", 2.6)
@@ -114,8 +113,8 @@ def order_panels(cases: Sequence[Compensation]) -> list[Panel]:
     first = cases[0]
     amplitudes = [first.amplitude_before, *(case.amplitude_after for case in cases)]
     good = np.concatenate([sizes[sizes > 0.0] for sizes in amplitudes])
-    title = f"amplitudes of the error at {number(first.speed / RPM)} rpm"
-    panel = Panel(title, Axis("order of the motor's angle"), angle("", good), log=True)
+    title = f"amplitudes of the error at {first.speeds.said(first.speed)}"
+    panel = Panel(title, Axis(f"order of the {first.speeds.base_angle}"), angle("", good), log=True)
     panel.xlim, panel.ylim = (0.0, float(np.max(first.orders)) + 1.0), (0.5 * float(np.min(good)), 2.0 * np.max(good))
     looks = [("plain loop", ORANGE, DASHES, "o")]
     looks += [(case.name, colour, dash, "^") for case, (colour, dash, _) in zip(cases, AFTER, strict=False)]
@@ -162,7 +161,7 @@ def monitored_panels(monitored: Monitored) -> list[Panel]:
 def prediction_panels(table: PredictionTable) -> list[Panel]:
     """The amplitudes of the orders over the speed, dotted where not stable; valid closed forms are dots."""
     sizes = np.abs(table.amplitudes)
-    panel = Panel("", MOTOR, angle("amplitude of the error", sizes), log=True)
+    panel = Panel("", of_speeds(table.axis), angle("amplitude of the error", sizes), log=True)
     for i, (order, row) in enumerate(zip(table.orders, sizes, strict=True)):
         colour = LOOKS[i % len(LOOKS)][0]
         panel.line(table.omega, row, colour, dash="1 3", width=1.0)

@@ -24,7 +24,23 @@ from ..study.analysis.avoid import Avoid
 from ..study.analysis.in_time import RunUp
 from ..study.analysis.load_cases import LoadCase
 from ..study.analysis.resonances import Regime
-from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, HERTZ, ORANGE, Arrow, Axis, Note, Panel, angle, panels_of
+from .panels import (
+    BLACK,
+    BLUE,
+    DASHES,
+    DOT_DASH,
+    DOTS,
+    GREY,
+    HERTZ,
+    ORANGE,
+    Arrow,
+    Axis,
+    Note,
+    Panel,
+    angle,
+    of_speeds,
+    panels_of,
+)
 
 SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open
 HEIGHT = 290.0  # of a panel [px]
@@ -113,11 +129,6 @@ def of_analysis(analysis: Analysis) -> Drawn:
     if whole:
         return Drawn(cases, analysis.avoid, None, analysis.exact)
     return Drawn(cases, analysis.avoid, analysis.run_up, None, analysis.regimes)
-
-
-def of_speeds(speeds: Speeds) -> Axis:
-    """Axis of the speed of the base angle: motor rpm, or rad/s where that angle is a forcing phase."""
-    return Axis(speeds.name, speeds.unit, 1.0 / speeds.scale)
 
 
 NOTHING = Drawn()

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ..base.above import above
 from ..base.results import Floats
 from ..base.sentences import sign
-from ..base.units import RPM
+from ..base.units import BASES, Speeds
 from ..base.units import angle_unit as unit_of
 
 # Colours that colour-blind people tell apart (Okabe and Ito), and dashes for readers without colours.
@@ -52,7 +52,12 @@ class Axis(NamedTuple):
         return wrap(whole, max(letters, round(0.6 * len(whole))))
 
 
-MOTOR = Axis("motor speed", "rpm", RPM)
+def of_speeds(speeds: Speeds) -> Axis:
+    """Axis of the speed of the base angle: motor rpm, or rad/s where that angle is a forcing phase."""
+    return Axis(speeds.name, speeds.unit, 1.0 / speeds.scale)
+
+
+MOTOR = of_speeds(BASES["motor"])
 TIME = Axis("time", "s")
 HERTZ = Axis("frequency", "Hz", 2.0 * np.pi)
 

@@ -28,6 +28,7 @@ from .panels import (
     Note,
     Panel,
     angle,
+    of_speeds,
     panels_of,
 )
 
@@ -126,7 +127,7 @@ def _bands(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Forbidden speeds as a bar for every load, and the vendors' resonance speed."""
     step = float(np.min(np.diff(grid.loads))) if len(grid.loads) > 1 else 1.0
     y = Axis(grid.load_name, grid.load_unit.replace("^", "**"))
-    panel = Panel("Forbidden speeds; grey: oscillation, dark is large", MOTOR, y, xlim=ends)
+    panel = Panel("Forbidden speeds; grey: oscillation, dark is large", of_speeds(grid.axis), y, xlim=ends)
     for load, bands in zip(grid.loads.tolist(), grid.forbidden, strict=True):
         for band in bands:
             panel.band(band, load - BAR * step, load + BAR * step, BAND, "forbidden")
@@ -150,7 +151,8 @@ def _bands(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
 def _oscillation(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Largest oscillation of all stable motions: under all loads, under some of them, and the limit."""
     rows = np.where(np.isfinite(grid.oscillation), grid.oscillation, np.nan)
-    panel = Panel("Largest of all stable motions", MOTOR, angle("oscillation", rows), xlim=ends, log=True)
+    x, y = of_speeds(grid.axis), angle("oscillation", rows)
+    panel = Panel("Largest of all stable motions", x, y, xlim=ends, log=True)
     worst = np.nanmax(np.where(np.isnan(rows), 0.0, rows), axis=0)
     panel.line(grid.speeds, worst, BLACK, "worst load", width=2.6)
     if len(grid.loads) > 1:
@@ -168,7 +170,7 @@ def _oscillation(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
 def _campbell(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Amplitude against the motor speed at which each order meets the resonance, under some loads."""
     largest = max((float(line.amplitude[-1]) for line in grid.lines), default=0.0) or 1e-6
-    panel = Panel("Where orders meet resonances", MOTOR, angle("torsion amplitude", largest), xlim=ends)
+    panel = Panel("Where orders meet resonances", of_speeds(grid.axis), angle("torsion amplitude", largest), xlim=ends)
     loads = [float(grid.loads[i]) for i in shown_loads(grid)]
     for line in grid.lines:
         speed, up = line.speed, line.amplitude

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -190,10 +191,10 @@ def test_a_wrong_command_ends_with_one_sentence_and_writes_nothing(path, tmp_pat
     assert not (tmp_path / "out").exists()
 
 
-def test_a_drive_without_kinematic_error_is_refused(tmp_path):
-    path = tmp_path / "plain.yaml"
-    begin = PROJECT[: PROJECT.index("excitation")]
-    path.write_text(begin + "excitation: {load_torque: {lines: [{order: 2, amplitude: 1 N*m}]}}\n")
+def test_an_error_equation_whose_motor_is_held_is_refused(tmp_path):
+    path = tmp_path / "held.yaml"
+    article = Path(__file__).parents[3] / "examples/projects/article.yaml"
+    path.write_text(article.read_text().replace("mode: free", "mode: held").replace("motor_torque", "load_torque"))
     run = invoke(path)
     assert run.exit_code == 1
-    assert "this drive has no kinematic error, so that there is nothing to cancel" in run.stderr
+    assert "is held, so that no torque of it moves the error; write 'mode: free'" in run.stderr

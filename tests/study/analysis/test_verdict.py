@@ -1,10 +1,13 @@
 """Whether a drive is all right: one that is, one that a change cures, one that nothing cures, limits of the gear."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC, RPM
@@ -14,6 +17,7 @@ from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Allowance, Remedy
 from strainwave.study.analysis.verdict import STEPS, Answer, _steps, verdict_of
 
+ARTICLE = Path(__file__).parents[3] / "examples/projects/article.yaml"
 AXIS = """
 limit: {{oscillation: {limit} arcsec}}
 gear: CSG-40-50
@@ -51,16 +55,15 @@ def test_a_drive_below_its_limit_is_all_right_and_needs_no_change(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("limit", "what"), [(385, "kinematic error of order 2"), (300, "damping of the gear")])
-def test_the_named_step_cures_the_drive_and_most_of_it_does_not(tmp_path, limit, what):
-    def changed(share):
-        if what.startswith("kinematic"):
-            return largest(project(tmp_path, limit, ERROR.format(23 * (1 + share))))
-        return largest(project(tmp_path, limit, ERROR.format(23), 3 * (1 + share)))
+@pytest.mark.parametrize("limit", [385, 300])
+def test_the_named_step_cures_the_drive_and_most_of_it_or_as_much_of_another_thing_does_not(tmp_path, limit):
+    def changed(share, damping=3.0):
+        return largest(project(tmp_path, limit, ERROR.format(23 * (1 + share)), damping))
 
     verdict = project(tmp_path, limit, ERROR.format(23)).analyze().verdict
     assert verdict.answer is Answer.BUT
-    assert verdict.change.what == what
+    assert verdict.change.what == "kinematic error of order 2"
+    assert changed(0.0, 3.0 * (1.0 - verdict.change.share)) > limit  # as much more damping
     assert not verdict.change.exceeds
     assert changed(0.0) > limit
     assert changed(0.9 * verdict.change.share) > limit > changed(verdict.change.share)
@@ -180,3 +183,34 @@ def test_a_drive_without_damping_is_not_all_right_however_wide_its_limit(tmp_pat
     assert (judged.passes, judged.verdict.answer) == (False, Answer.NOT)
     damped = project(tmp_path, 1e4, ERROR.format(2))
     assert damped.judged(damped.response(coexisting=False, points=20)).passes
+
+
+@pytest.mark.slow
+def test_the_smallest_relative_change_of_all_is_named_and_what_helps_most_does_not_contradict_it(tmp_path):
+    """The article's drive at 375 to 395 rad/s: by shooting 10 % less inertia of the load suffices, 10 % more stiffness
+    does not, and 11 % does."""
+    text = ARTICLE.read_text().replace("from: 10 rad/s, to: 1200 rad/s", "from: 375 rad/s, to: 395 rad/s")
+    (tmp_path / "narrow.yaml").write_text(f"{text}\nlimit: {{oscillation: 0.05 rad}}\n")
+    found = sw.read_project(tmp_path / "narrow.yaml").analyze()
+    assert shot(load=0.90) < 0.05 < shot(load=0.91)
+    assert shot(stiffness=1.11) < 0.05 < shot(stiffness=1.10)
+    change, best = found.verdict.change, found.remedies[0]
+    assert (change.what, change.share) == ("inertia of the load", -0.1)
+    assert (best.what, best.share, best.exceeds) == ("inertia of the load", -0.1, False)
+    assert change.ratio * found.avoid.largest == pytest.approx(shot(load=0.90), rel=0.01)
+
+
+def shot(load=1.0, stiffness=1.0):
+    """Amplitude [rad] of the article's error equation at 395 rad/s by shooting, from the linear motion on."""
+    J_m, J_l, N, B, K, alpha, omega = 5.26e-4, 0.05 * load, 50.0, 0.017, 7160.0 * stiffness, 0.1, 395.0
+    J, turn = N**2 * J_m * J_l / (N**2 * J_m + J_l), 2.0 * np.pi / omega
+
+    def rates(t, y):
+        return y[1], 10.0 / (N * J_m) * np.cos(omega * t) - (B * y[1] + K * (y[0] + alpha * y[0] ** 3)) / J
+
+    def run(y):
+        return solve_ivp(rates, (0.0, turn), y, "DOP853", rtol=1e-10, atol=1e-12, dense_output=True)
+
+    z = 10.0 / (N * J_m) / (K / J - omega**2 + 1j * omega * B / J)
+    start = fsolve(lambda y: run(y).y[:, -1] - y, (z.real, -omega * z.imag), xtol=1e-10)
+    return np.max(np.abs(run(start).sol(np.linspace(0.0, turn, 2001))[0]))

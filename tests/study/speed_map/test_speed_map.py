@@ -2,13 +2,14 @@
 
 import json
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from scipy.integrate import quad, solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -694,3 +695,50 @@ def test_no_sliver_between_forbidden_speeds_is_allowed_that_no_search_has_seen()
     np.testing.assert_allclose(
         found.forbidden, [[120.0 / 1.012, 124.0 * 1.012], [150.0 / 1.012, 150.0 * 1.012]], rtol=1e-12
     )
+
+
+@pytest.mark.slow
+def test_the_map_of_a_forcing_speaks_of_the_forcing_and_judges_no_rule_of_a_motor(tmp_path):
+    """At the ends of the band of the article's drive its error is twice the static one, by shooting."""
+    project = Path(__file__).parents[3] / "examples/projects/article.yaml"
+    asked = ["speed-map", str(project), "-o", str(tmp_path)]
+    text = CliRunner().invoke(command.cli, asked).stdout
+    assert "speeds of the forcing, forbidden: oscillation above 2 times" in text
+    assert "forbidden 272.62 to 472.22 rad/s" in text
+    assert "rpm" not in text
+    assert "vendors" not in text
+    told = json.loads(CliRunner().invoke(command.cli, [*asked, "--json"]).stdout)
+    (band,) = told["loads"][0]["forbidden_rad_per_s"]
+    static = brentq(lambda x: 7160.0 * (x + 0.1 * x**3) - article_torque(), 0.0, 1.0)
+    for omega in band:
+        assert article_amplitude(omega) == pytest.approx(2.0 * static, rel=2e-3)
+    assert told["shaft"] == "forcing"
+    assert told["vendor"] == []
+    np.testing.assert_allclose(told["loads"][0]["forbidden_rpm"], [np.divide(band, RPM)], rtol=1e-12)
+    assert np.genfromtxt(tmp_path / "cells.csv", delimiter=",", names=True)["forcing_rad_per_s"][0] == 10.0
+    assert np.genfromtxt(tmp_path / "bands.csv", delimiter=",", names=True)["from_rad_per_s"][0] == pytest.approx(
+        band[0]
+    )
+    drawn = (tmp_path / "speed-map.svg").read_text(encoding="utf-8")
+    assert "forcing frequency" in drawn
+    assert "rpm" not in drawn
+
+
+def article_torque():
+    """Amplitude of the torque on the article's error equation [N*m]: J T_m/(N J_m)."""
+    return 0.05 * 50.0 / (50.0**2 * 5.26e-4 + 0.05) * 10.0
+
+
+def article_amplitude(omega):
+    """Largest |x| [rad] of the article's error equation on the branch that the linear motion leads to."""
+    J, turn = 50.0**2 * 5.26e-4 * 0.05 / (50.0**2 * 5.26e-4 + 0.05), 2.0 * np.pi / omega
+
+    def rates(t, y):
+        return y[1], (article_torque() * np.cos(omega * t) - 0.017 * y[1] - 7160.0 * (y[0] + 0.1 * y[0] ** 3)) / J
+
+    def run(y):
+        return solve_ivp(rates, (0.0, turn), y, "DOP853", rtol=1e-10, atol=1e-12, dense_output=True)
+
+    z = article_torque() / (7160.0 - J * omega**2 + 0.017j * omega)
+    start = fsolve(lambda y: run(y).y[:, -1] - y, (z.real, -omega * z.imag), xtol=1e-10)
+    return np.max(np.abs(run(start).sol(np.linspace(0.0, turn, 2001))[0]))

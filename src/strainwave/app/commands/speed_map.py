@@ -6,7 +6,6 @@ from typing import Any
 import click
 import numpy as np
 
-from ...base.units import RPM
 from ...files.reading import read_project
 from ...files.variants.scatter import scattered
 from ...plot.panels import named
@@ -67,34 +66,36 @@ def write(result: SpeedMap, folder: Path, name: str = "") -> None:
     """Write cells, bands, lines and the figure; the files appear when they are complete."""
     load, speed = np.meshgrid(result.loads, result.speeds, indexing="ij")
     of_load = {"load torque": "load_N_m", "load inertia": "load_kg_m2"}.get(result.load_name, result.load_name)
+    axis, unit = result.axis, result.axis.unit.replace("/", "_per_")
+    of_speed = "motor_speed_rpm" if axis.by_motor else f"forcing_{unit}"
     cells = [
-        (of_load, load.ravel()), ("motor_speed_rpm", speed.ravel() / RPM),
+        (of_load, load.ravel()), (of_speed, speed.ravel() * axis.scale),
     ]  # fmt: skip
-    for variable, (dims, values, unit) in result.variables().items():
+    for variable, (dims, values, own) in result.variables().items():
         if dims[-2:] == ("load", "speed"):
             heads = [NAMES.get(variable, variable)]
             if result.scatter is not None and dims[0] == "share":
                 heads = [f"oscillation_{100.0 * share:.0f}_percent_of_units" for share in result.scatter.shares]
             rows = values.reshape(len(heads), -1)
-            cells += [(f"{name}{ending(unit)}", row) for name, row in zip(heads, rows, strict=True)]
+            cells += [(f"{name}{ending(own)}", row) for name, row in zip(heads, rows, strict=True)]
     bands = np.array(
-        [(result.loads[i], kind, low / RPM, high / RPM)
+        [(result.loads[i], kind, low * axis.scale, high * axis.scale)
          for kind, kinds in enumerate((result.forbidden, result.allowed)) for i, load_bands in enumerate(kinds)
          for low, high in load_bands]
     ).reshape(-1, 4)  # fmt: skip
     lines = [
-        (line.load, line.order, line.mode, a, w / RPM)
+        (line.load, line.order, line.mode, a, w * axis.scale)
         for line in result.lines
         for a, w in zip(line.amplitude, line.speed, strict=True)
     ]
     table = np.array(lines).reshape(-1, 5)
-    names = (of_load, "order", "resonance", "torsion_amplitude_rad", "motor_speed_rpm")
+    names = (of_load, "order", "resonance", "torsion_amplitude_rad", of_speed)
     panels = named(result.panels(), name)
     texts = (result.rule, WHAT_X_IS, *result.remarks)
     panels[-1].caption = [f"{text[0].upper()}{text[1:].removesuffix('.')}." for text in texts]
     write_all(folder, {
         "cells.csv": cells,
-        "bands.csv": list(zip((of_load, "allowed", "from_rpm", "to_rpm"), bands.T, strict=True)),
+        "bands.csv": list(zip((of_load, "allowed", f"from_{unit}", f"to_{unit}"), bands.T, strict=True)),
         "campbell.csv": list(zip(names, table.T, strict=True)),
         "speed-map.svg": stacked(panels, 260.0, "forbidden speeds, oscillation, Campbell diagram"),
     })  # fmt: skip

@@ -53,8 +53,8 @@ MOVE = """\
 """
 SPEED_MAP = """\
     found = sw.speed_map(project, loads=LOADS, search=SEARCH)
-    for low, high in found.windows * 30 / np.pi:
-        print(f"allowed: {low:.6g} to {high:.6g} rpm")
+    for low, high in found.windows * found.axis.scale:
+        print(f"allowed: {low:.6g} to {high:.6g} {found.axis.unit}")
     return found
 """
 COMPENSATION = """\

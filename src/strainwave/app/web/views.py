@@ -194,7 +194,7 @@ def sureness(project: Project) -> dict[str, Any]:
 
 
 def under_loads(project: Project) -> dict[str, Any] | None:
-    """Speeds of the motor [rpm] that all torques of the load allow, by the speed map; None for one."""
+    """Speeds of the base angle, in their unit, that all torques of the load allow, by the speed map; None for one."""
     if not project.other_loads[0] < project.other_loads[1]:
         return None
     try:
@@ -204,7 +204,7 @@ def under_loads(project: Project) -> dict[str, Any] | None:
     ends = chart.speeds[[0, -1]]
     whole = len(chart.windows) == 1 and bool(np.allclose(chart.windows[0], ends, rtol=1e-9))
     return {
-        "count": len(chart.loads), "allowed": chart.windows / RPM, "whole": whole,
+        "count": len(chart.loads), "allowed": chart.windows * project.speeds.scale, "whole": whole,
         "failures": chart.failures, "passes": None if project.limit is None and whole else whole and not chart.failures,
     }  # fmt: skip
 
@@ -294,14 +294,15 @@ def mapped(project: Project, search: bool, loads: list[float], progress: Progres
     """
     chart = speed_map(project, loads=loads or None, search=search, threads=1, progress=progress)
     return {
-        "speed": chart.speeds / RPM,
+        "speed": chart.speeds * project.speeds.scale,
+        "speed_unit": project.speeds.unit, "speed_name": project.speeds.name,
         "load": chart.loads,
         "load_name": chart.load_name,
         "load_unit": chart.load_unit,
         "oscillation_arcsec": chart.oscillation / ARCSEC,
         "torque": chart.torque,
-        "forbidden": [band / RPM for band in chart.forbidden],
-        "allowed": chart.windows / RPM,
+        "forbidden": [band * project.speeds.scale for band in chart.forbidden],
+        "allowed": chart.windows * project.speeds.scale,
         "rule": chart.rule, "numbers": without_calls(str(chart)),
         "failures": list(chart.failures),
         "remarks": list(chart.remarks),

@@ -19,7 +19,7 @@ from ...compile.jit import entry, kernel, kernel_as
 from ...compile.tree import made, mapped, numbers
 from ..excitation import Harmonic, Line, NoError
 from ..laws.friction import positive
-from ..train.controls import Commanded
+from ..train.controls import Commanded, TorqueDriven
 from ..train.drive_train import motor_motion
 from .loops import Measurement, moved
 
@@ -196,7 +196,7 @@ def whole(sampling: Any) -> int:
 
 
 class ClosedLoop(NamedTuple):
-    """A drive train whose motor a sampled controller drives; the motor's control is `Commanded()`."""
+    """A drive train whose motor a sampled controller drives; it has the control `Commanded` or `TorqueDriven`."""
 
     train: Any
     controller: Any
@@ -287,7 +287,7 @@ class ClosedLoop(NamedTuple):
     def check(self) -> None:
         """Refuse a train without `Commanded()`, without motion of its motor, and a controller that is none."""
         need("ClosedLoop.train", self.train, "pointing_error")
-        if not isinstance(self.train.motor.control, Commanded):
+        if not isinstance(self.train.motor.control, Commanded | TorqueDriven):
             raise ValueError(
                 "ClosedLoop.train has a motor that is not commanded; give the train with "
                 "motor._replace(control=Commanded())"

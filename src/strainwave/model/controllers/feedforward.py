@@ -84,8 +84,9 @@ class InverseDynamics(NamedTuple):
     """The nonlinear inverse of a drive train: the motion and the torque of the motor with which the load is on course.
 
     On course the load needs the torque T = J_l theta'' + drag - T_l, which twists the gear by u(T), and the motor
-    stands at theta_m = N (theta_ref + u + e(theta_m)). Its torque is J_m theta_m'' + drag + (1/N - e') T. The twist is
-    taken to change slowly. `train` is the model of the drive, its load without couplings and its laws without memory.
+    stands at theta_m = N (theta_ref + u + e(theta_m)). Its torque is J_m theta_m'' + drag + (1/N - e') T less T_m, its
+    own beside the controller's. The twist is taken to change slowly. `train` is the model of the drive, its load
+    without couplings and its laws without memory.
     """
 
     loop: Any
@@ -135,7 +136,8 @@ def inverse(train: Any, angle: Reals, speed: Reals, acceleration: Reals) -> Any:
     fast = speed / (1.0 - N * slope)
     quick = (acceleration + N * train.error.curvature(motor) * fast * fast) / (1.0 - N * slope)
     drag = drag_of(train.motor.drag, motor, fast)
-    return motor, fast, train.motor.J * quick + drag + (1.0 / N - slope) * torque
+    own = train.motor.excitation.torque(angle)
+    return motor, fast, train.motor.J * quick + drag + (1.0 / N - slope) * torque - own
 
 
 @kernel

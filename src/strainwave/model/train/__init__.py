@@ -2,6 +2,7 @@
 
 from .drive_train import DriveTrain as DriveTrain
 from .controls import Commanded as Commanded
+from .controls import TorqueDriven as TorqueDriven
 from .controls import Free as Free
 from .controls import Held as Held
 from .controls import PositionLoop as PositionLoop

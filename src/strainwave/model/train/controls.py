@@ -18,6 +18,7 @@ from ...base.quantities import (
     Rate,
     Ratio,
     Reals,
+    States,
     Time,
     TorsionalStiffness,
     choice,
@@ -67,6 +68,31 @@ class Commanded(NamedTuple):
 
 
 COMMANDED = Commanded()
+
+
+class TorqueDriven(NamedTuple):
+    """A free motor under a torque from outside, at the level of the error equation: x alone moves.
+
+    As `Commanded`, but the motor's own motion is left out: its deviation stays 0, so that the pointing error is x. A
+    torque of the motor adds itself over N J_m to x''.
+    """
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1
+
+    def torque(self, x: Reals, v: Reals, z: Any) -> Any:
+        """Torque [N*m] against the deviation: the commanded torque pushes along the motion."""
+        return -z[0]
+
+    def z_rate(self, x: Reals, v: Reals, z: Any) -> Any:
+        """Rate of the held torque: 0."""
+        return (0.0 * z[0],)
+
+    def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
+        """What `controlled` returns: the acceleration of a free motor, whose deviation does not move."""
+        still = 0.0 * deviation[0]
+        return (excitation + torque + z[0]) / J, z[0], (still, still, still)
 
 
 class PositionLoop(NamedTuple):
@@ -184,7 +210,7 @@ def need_loop(control: Any) -> None:
     """Refuse what is no loop of the motor inside a lag or a filter (TypeError)."""
     loop = control.loop
     whole = not lacking(loop, "rhs")
-    if whole or lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | Commanded):
+    if whole or lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | Commanded | TorqueDriven):
         what = f"{type(control).__name__}.loop is {shown(loop)}"
         raise TypeError(f"{what}; it must be a PositionLoop, a SpeedLoop or a CascadeLoop, or one of these Filtered")
     if not lacking(loop, "check"):

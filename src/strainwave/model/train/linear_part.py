@@ -17,7 +17,7 @@ from ...base.protocols import lacking, orders_of
 from ...base.results import Floats
 from ..excitation import NoError
 from ..laws.friction import NoFriction
-from .controls import Commanded, Free, Nudged, PositionLoop, SpeedLoop, inertia_of
+from .controls import Commanded, Free, Nudged, PositionLoop, SpeedLoop, TorqueDriven, inertia_of
 from .motion import AtRest, Steady
 from .shafts import Motor
 
@@ -76,10 +76,10 @@ def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
         mean speed is then taken for granted where nothing holds the mean angle.
     """
     held, end = train.motor.held, train.load.end()
-    if isinstance(train.motor.control, Commanded):
+    if isinstance(train.motor.control, Commanded | TorqueDriven):
         raise TypeError(
-            "the torque of the motor comes from outside (Commanded()), so that it has no motions of its own; give the "
-            "motor a loop, such as SpeedLoop, or take ClosedLoop(train, controller)"
+            f"the torque of the motor comes from outside ({type(train.motor.control).__name__}()), so that it has no "
+            "motions of its own; give the motor a loop, such as SpeedLoop, or take ClosedLoop(train, controller)"
         )
     control = None if held else _control(train.motor.control)
     drags = _drag(train.motor.drag), _drag(end.drag)

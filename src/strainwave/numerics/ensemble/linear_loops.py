@@ -143,6 +143,8 @@ def loop_response(
     n = len(base)
     A, B = _slopes(lambda d: following(base + d, 0.0, 0.0), n), _slopes(lambda d: following(base, *d), 2)
     C = _slopes(lambda d: error(base + d), n)
+    moving = np.any(np.abs(A - np.eye(n)) > SAME, axis=1)  # what nothing moves is no motion of the loop
+    A, B, C, n = A[moving][:, moving], B[moving], C[moving], int(np.sum(moving))
     z = np.exp(1j * grid * quiet.period())
     inside = np.linalg.solve(z[:, None, None] * np.eye(n) - A + 0.0j, np.broadcast_to(B + 0.0j, (len(z), n, 2)))
     response = np.einsum("i,kij->kj", C, inside)

@@ -31,6 +31,7 @@ from .load_cases import LoadCase, worst_of
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
 MOST_DRIVES, WITH_MEMORY = 60, 12  # changed drives that are followed, and those whose law has memory, which take longer
+MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 DOUBT = -1.0 / 3.0, 2.0 / 3.0  # relative changes of a damping that is assumed: from 3 % of critical to 2 and 5 %
 LOST = 0.99  # of the largest oscillation: less than this without coexisting motions, and they are looked for
 LEFT, FALLS = 0.1, 0.7  # relative change of the peak's speed, and the peak over that before: beyond, likewise
@@ -148,7 +149,8 @@ class Remedy:
     gear : str
         Name of another gear; empty of all else.
     exceeds : bool or None
-        Whether the oscillation is still above the limit of the drive; None where it has no limit.
+        Whether the oscillation is still above the limit of the drive; None where it has no limit, or is within 1 %
+        below it.
     """
 
     what: str
@@ -370,7 +372,8 @@ class Trial:
             return None
         ratio, limit = after[1] / self.before[1], self.avoid.limit
         step = share * knob.by if knob.by else 0.0
-        exceeds = None if limit is None else ratio * self.avoid.largest > limit
+        size = ratio * self.avoid.largest
+        exceeds = None if limit is None or MARGIN * limit < size <= limit else size > limit
         remedy = Remedy(knob.what, 0.0 if step else share, step, ratio, after[0], exceeds=exceeds)
         if share == 0.0:
             return replace(remedy, gear=knob.unit)

@@ -26,7 +26,7 @@ from ...model.gears.limits import Finding, gravest
 from .avoid import Avoid, Motions, Speeds, between, merged, out_of_reach, speeds_to_avoid
 from .knobs import Knob, Subject
 from .load_cases import LoadCase
-from .remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
+from .remedies import MARGIN, Allowance, Remedy, Trial, at_worst, every_knob, under
 from .resonances import operating_point
 
 TORQUES = ("repeated_peak_torque", "momentary_torque", "ratcheting_torque", "buckling_torque")
@@ -262,9 +262,8 @@ def _avoid(project: Project, found: DriveResponse) -> Avoid | None:
         return None
 
 
-MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further
-THINGS, STEPS = 3, 5  # things of which the step is searched, and steps of each
+THINGS, STEPS = 3, 5  # things of which the step is searched, beside those that suffice; and steps of each
 LEAST, DOUBLED = -0.5, 1.0  # relative changes beyond which none is searched, but for what can be cancelled altogether
 
 
@@ -303,10 +302,11 @@ def smallest_change(
     known = list(every_knob(worst, curve, torque))
     helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELPS]
     steps: list[Remedy] = []
-    for remedy in sorted(helpful, key=lambda remedy: _size(_needed(remedy, ratio)))[:THINGS]:
+    enough = sum(remedy.ratio <= ratio for remedy in helpful)
+    for remedy in sorted(helpful, key=lambda remedy: abs(_needed(remedy, ratio)))[: max(THINGS, enough)]:
         least = -1.0 if any(other.what == remedy.what and other.share == -1.0 for other in tried) else LEAST
         steps += _steps(trial, _knob_of(remedy, known), remedy, ratio, least, allowance)
-    steps.sort(key=lambda remedy: _size(remedy.share))
+    steps.sort(key=lambda remedy: (abs(remedy.share), remedy.ratio))
     steps += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
     others = [under(subject, t) for c in cases if (t := c.torque) != worst.load_torque]
     other_knobs = [list(every_knob(other, curve, torque)) for other in others]
@@ -363,11 +363,6 @@ def _needed(remedy: Remedy, ratio: float) -> float:
 def _stepwise(remedy: Remedy) -> bool:
     """Whether the thing can be changed by any share."""
     return not remedy.by and remedy.share not in (0.0, -1.0)
-
-
-def _size(share: float) -> float:
-    """Size of a relative change; twice as much and half as much are equal."""
-    return abs(log1p(share)) if share > -1.0 else float("inf")
 
 
 def _knob_of(remedy: Remedy, known: list[Knob]) -> Knob:

@@ -7,34 +7,50 @@ from typing import Any
 import numpy as np
 
 from ...base.law import depends, states_of
-from ...base.protocols import Control, lacking, lines_of
+from ...base.protocols import Control, lacking, lines_of, terms_of
 from ...base.quantities import checked
 from ...base.results import Floats, SolveError
+from ...base.units import BASES, Speeds
 from ...drive.operating_point import operating_state, with_more
 from ...drive.project import Project, train_of
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...drive.two_turns import beat_said
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import Cascade, Notch, SampledPD, sampled_filter
-from ...model.excitation import KinematicError
+from ...model.excitation import Harmonic, KinematicError, Line, mean_torque
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
+from ...model.laws.springs import Linear
 from ...model.orders import order_pair
-from ...model.train.controls import USUAL, CascadeLoop, Commanded, Lagged, PositionLoop, SpeedLoop, from_bandwidth
+from ...model.oscillator import Oscillator
+from ...model.train.controls import (
+    USUAL,
+    CascadeLoop,
+    Commanded,
+    Lagged,
+    PositionLoop,
+    SpeedLoop,
+    TorqueDriven,
+    from_bandwidth,
+)
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import Filtered, PositionIntegral, apart
 from ...model.train.motion import AngleTorque, Steady
 from ...numerics.ensemble.linear_loops import LoopResponse, loop_response, multipliers
 from ...numerics.ensemble.loops import LoopRun, run_loop
+from ...numerics.operating_point import loaded_state
 from ..analysis.knobs import stiffer
 
-COMMANDED = Commanded()
+COMMANDED, TORQUE_DRIVEN = Commanded(), TorqueDriven()
+ANGLES = 2.0 * np.pi * np.arange(256) / 256  # of a vibration over which a stiffness is a mean
 STAYS = 1e-5  # of a pole from 1: that of a law's memory, and what rounding makes of it
 
 
 @dataclass(frozen=True)
 class Bench:
     """A drive under a sampled loop.
+
+    The drive is a train, or, with the motor's control `TorqueDriven()`, the error equation of a free motor.
 
     Attributes
     ----------
@@ -70,9 +86,43 @@ class Bench:
         return replace(self, model=model, plant=self.plant._replace(error=self.backward) if alike else self.plant)
 
     @property
+    def equation(self) -> bool:
+        """Whether the drive is the error equation: x is its error, and nothing holds the motor."""
+        return isinstance(self.model.motor.control, TorqueDriven)
+
+    @property
+    def speeds(self) -> Speeds:
+        """Name and unit of its speeds: of the motor, or of the forcing of an error equation."""
+        return BASES["forcing" if self.equation else "motor"]
+
+    @property
     def orders(self) -> tuple[Any, ...]:
-        """Orders of the lines of the kinematic error, in ascending order; floats where one is of the output's turn."""
-        return tuple(sorted({line.order for line in lines_of(self.model.error) if line.amplitude}))
+        """Orders of the lines of kinematic error and torques, ascending; floats where one is of the output's turn."""
+        return tuple(sorted({line.order for line in lines_in(self.model)}))
+
+    @property
+    def against(self) -> tuple[Harmonic, ...]:
+        """Lines of the motor's torque [N*m] that stand against the known torques of the motor and of a rigid load.
+
+        In an error equation x'' = T_m/(N J_m) - T_l/J_l + ..., so that N J_m/J_l T_l cancels a load torque T_l; in a
+        train -T_l/N bears it, with the `twists` of the gear.
+        """
+        model, load = self.model, self.model.load
+        of_load = model.N * model.motor.J / load.end().J if self.equation else -1.0 / model.N
+        parts = ((model.motor.excitation, -1.0), (load.end().excitation, of_load if load is load.end() else 0.0))
+        return tuple(
+            term._replace(amplitude=factor * term.amplitude, mean=0.0)
+            for torque, factor in parts if factor for term in torque_lines(torque)
+        )  # fmt: skip
+
+    def twists(self, speed: float) -> tuple[Line, ...]:
+        """Lines of the gear's twist [rad] that bear a rigid load's torque at a motor speed [rad/s], T + B u' = -T_l."""
+        model, load, found = self.model, self.model.load, []
+        for term in torque_lines(load.end().excitation) if load is load.end() and not self.equation else ():
+            stiffness = float(model.law.stiffness(self.start(speed, model=True)[0]))
+            twist = -term.amplitude * np.exp(1j * term.phase) / (stiffness + 1j * term.order * speed * model.B)
+            found.append(Line(term.order, float(np.abs(twist)), float(np.angle(twist))))
+        return tuple(found)
 
     @property
     def repeat(self) -> float:
@@ -96,14 +146,19 @@ class Bench:
         train = self.model if model else self.plant
         return ClosedLoop(train._replace(omega=float(speed), reference=Steady()), controller, self.sampling)
 
-    def response(self, speed: float, orders: Any = None, output: Any = None) -> LoopResponse:
+    def response(self, speed: float, orders: Any = None, output: Any = None, size: float = 0.0) -> LoopResponse:
         """Response of the model under the plain loop at orders of a motor speed [rad/s], at positive frequencies.
 
         A law with memory stays where it is left: its pole at 1, one for each internal state, is no motion of the loop.
+        With a `size` [rad] a spring has the stiffness of a vibration of that amplitude, its describing function.
         """
-        loop = self.closed(self.loop, speed, model=True)
+        loop, at = self.closed(self.loop, speed, model=True), self.start(speed, model=True)
+        if size and depends(law := self.model.law) == 1:
+            torque = law.torque(at[0] + size * np.cos(ANGLES))
+            stiffness = 2.0 * float(np.mean(torque * np.cos(ANGLES))) / size
+            loop = loop._replace(train=loop.train._replace(law=Linear(stiffness)))
         frequencies = abs(speed) * np.array(self.orders if orders is None else orders, float)
-        found = loop_response(loop, frequencies, at=self.start(speed, model=True), output=output)
+        found = loop_response(loop, frequencies, at=at, output=output)
         return replace(found, poles=self._moving(found.poles, 1))
 
     def growth(self, controller: Any, speed: float, *, model: bool = False) -> float:
@@ -136,6 +191,12 @@ class Bench:
     def held(self, speed: float, *, model: bool = False) -> Floats:
         """As `start`, but SolveError says why none is found; zeros where the plain loop holds no torque by itself."""
         train, gains = self.model if model else self.plant, self.loop
+        if self.equation:
+            inertia, end = train.N * train.motor.J, train.load.end()
+            push = mean_torque(train.motor.excitation) / inertia - mean_torque(end.excitation) / end.J
+            x, *z = loaded_state(train.law, push / (1.0 / (train.N * inertia) + 1.0 / end.J))
+            rest = len(train.state_names()) - 5 - len(z)
+            return np.array([x, 0.0, 0.0, 0.0, 0.0, *z, *(0.0,) * rest])
         while isinstance(gains, Notch):
             gains = gains.loop
         if isinstance(gains, Cascade) and gains.K_v and gains.K_i:
@@ -159,6 +220,32 @@ class Bench:
         return replace(self, plant=self.plant._replace(law=law))
 
 
+def torque_lines(torque: Any) -> tuple[Any, ...]:
+    """Lines of a torque that have an amplitude; none of one that does not list them."""
+    return tuple(term for term in terms_of(torque) if getattr(term, "amplitude", 0.0))
+
+
+def lines_in(train: DriveTrain) -> tuple[Any, ...]:
+    """Lines of a train's kinematic error [rad], and of the torques [N*m] on its motor and its load."""
+    errors = tuple(line for line in lines_of(train.error) if line.amplitude)
+    return (*errors, *torque_lines(train.motor.excitation), *torque_lines(train.load.end().excitation))
+
+
+def _train(project: Any) -> tuple[str, DriveTrain]:
+    """As `train_of`; of a project with the speeds of a forcing and a free motor that of its error equation."""
+    forced = isinstance(project, Project) and not project.speeds.by_motor
+    if not forced or not isinstance(project.system(), Oscillator):
+        return train_of(project, "a compensation")
+    if project.motor == "held":
+        raise ValueError(
+            "the motor of this error equation is held, so that no torque of it moves the error; write 'mode: free' in "
+            "its group motor, or give the speeds of the motor and a loop"
+        )
+    torques = {"motor_torque": project.motor_torque, "load_torque": project.load_torque}
+    train = project.drive.train(kinematic_error=project.kinematic_error, control=TORQUE_DRIVEN, **torques)
+    return "torque", train
+
+
 def bench_of(
     project: Project | DriveTrain, sampling: Sampling | None = None, loop: Any = None, plant: DriveTrain | None = None
 ) -> Bench:
@@ -167,17 +254,17 @@ def bench_of(
     Raises
     ------
     ValueError
-        If it has no whole train, no kinematic error, or a loop that cannot be sampled.
+        If it has no whole train, neither a kinematic error nor a line of torque, or a loop that cannot be sampled.
     """
     remarks: list[str] = []
-    name, train = train_of(project, "a compensation")
+    name, train = _train(project)
     inertia = project.loop_inertia if name else train.loop_inertia
     gear, loaded = getattr(project, "gear", None), getattr(project, "loaded_error", None)
     backward = loaded and loaded.backward and loaded.under(-getattr(project, "mean_load_torque", 0.0), backward=True)
-    if not any(line.amplitude for line in lines_of(train.error)):
+    if not lines_in(train):
         raise ValueError(
-            "this drive has no kinematic error, so that there is nothing to cancel; give excitation: {kinematic_error: "
-            "...} in the project file"
+            "this drive has neither a kinematic error nor a line of torque, so that there is nothing to cancel; give "
+            "excitation: {kinematic_error: ...} in the project file"
         )
     if broken := [line.order for line in lines_of(train.error) if line.amplitude and line.order % 1]:
         if train.N % 1 or train.N < 2:
@@ -198,10 +285,18 @@ def bench_of(
             f"The lag of the current loop, {1e3 * lag:.3g} ms, counts as delay: the torque acts "
             f"{1e3 * timing.delay:.3g} ms after its sample."
         )
-    if loop is None:
+    driven = isinstance(control, TorqueDriven)
+    if driven and loop is None:
+        loop = SampledPD(0.0, 0.0, timing.period)
+        remarks.append(
+            "The drive is its error equation, as the speeds are those of a forcing: a torque of the motor "
+            f"adds 1/(N J_m) = {1.0 / (train.N * train.motor.J):.4g} rad/s^2 per N*m to x''; the plain loop is none."
+        )
+    elif loop is None:
         loop = _sampled(control, inertia, timing, remarks)
-    model = checked(train.with_motor(control=COMMANDED)._replace(reference=Steady()))
-    other = model if plant is None else plant.with_motor(control=COMMANDED)
+    outside = TORQUE_DRIVEN if driven else COMMANDED
+    model = checked(train.with_motor(control=outside)._replace(reference=Steady()))
+    other = model if plant is None else plant.with_motor(control=outside)
     return Bench(model, checked(other), checked(loop), checked(timing), gear, tuple(remarks), backward)
 
 

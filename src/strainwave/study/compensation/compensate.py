@@ -10,17 +10,17 @@ from numpy.typing import ArrayLike
 from ...base.protocols import lines_of
 from ...base.quantities import number, numbers, shown, whole
 from ...base.sentences import silent
-from ...base.units import ARCSEC, RPM
+from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.excitation import mean_torque
 from ...model.train.drive_train import DriveTrain
-from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, run_loop
+from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, LoopRun, run_loop
 from ...numerics.operating_point import loaded_state
 from ..analysis.knobs import stiffer
-from .bench import Bench, steady_bench_of
+from .bench import Bench, lines_in, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
 from .gains import refuse_unstable, steady_run, times_of, turns_of, units_of
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
@@ -32,7 +32,8 @@ PLAIN = "loop"  # name of the design that everything is compared with
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at
 SLOWER = 0.5  # of the rate of the plain loop: what is slower is waited for
 SLOWEST = 100.0  # of the longest run that is taken: what is slower is not waited for
-LONG = 60.0  # s
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # of a period from one sample that is looked at to the next: they meet all phases
+LOOKED_AT, BLOCK = 20_000, 20  # samples of an adaptation, and those whose rms is taken together
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
 
@@ -58,12 +59,13 @@ def compensate(
     Parameters
     ----------
     project : Project or DriveTrain
-        The drive, with its kinematic error.
+        The drive, with lines of a kinematic error or of torques. A project with the speeds of a forcing and a free
+        motor is its error equation: the torque of the motor adds itself over N J_m to x'', and there is no plain loop.
     controller : str or controller
         Name of a design (`sw.study.COMPENSATORS`), which is then designed on the drive's model; or a controller itself.
     speed : float, optional
-        Speed of the motor [rad/s], negative in backward motion. Default: where the drive's largest order meets its
-        resonance under the mean torque of the load, within its range.
+        Speed of the motor or the forcing [rad/s], negative in backward motion. Default: where the drive's largest
+        order meets its resonance under the mean torque of the load, within its range.
     sampling : Sampling, optional
         Period, delay, limit, encoders. Default: those of the project's file (`controller`); without them every 250 us,
         one period of delay, 16 bits on the motor, 24 on the load, the motor's limit of the project.
@@ -74,7 +76,7 @@ def compensate(
     robust : bool
         Whether the controller is also run on gears that are 20 % softer and stiffer than the model.
     units : int
-        Number of units of the type that are run: stiffness within 15 %, kinematic error within 50 %, any phase.
+        Number of units of the type that are run: stiffness within 15 %, lines within 50 %, any phase.
     seed : int
         The same seed gives the same units.
     load_angles : (n,) array_like, optional
@@ -87,7 +89,8 @@ def compensate(
     -------
     Compensation
         Pointing error `before` and `after`, its `rms` and `peak` [rad]; torque of the motor `torque_before` and
-        `torque`, its `rms` and `peak` [N*m]; whether the loop is `stable`; `robustness` and `units` as asked.
+        `torque`, its `rms` and `peak` [N*m]; whether the loop is `stable`; the `rate` [1/s] of one that adapts, and
+        the time `converged` [s] that it took; `robustness` and `units` as asked.
 
     Raises
     ------
@@ -147,7 +150,8 @@ def compensation_bench(
         for speed in grid.tolist():
             row.append(_worst(benches, design, speed, robust, 0, 0, silent))
             finished += 1
-            progress(f"{design.name} at {speed / RPM:.4g} rpm", finished / (len(designs) * len(grid)))
+            said = next(iter(benches.values())).speeds.said(speed)
+            progress(f"{design.name} at {said}", finished / (len(designs) * len(grid)))
         results.append(tuple(row))
     return CompensationBench(grid, tuple(design.name for design in designs), tuple(results))
 
@@ -209,12 +213,16 @@ def _speed(bench: Bench, project: Project | DriveTrain, speed: float | None) -> 
 def resonance_speed(bench: Bench) -> float:
     """Speed of the motor [rad/s] where the largest order meets the resonance of the load on the gear, the motor held.
 
-    It is that of small vibrations about the mean torque of the load; 0 where the gear has no stiffness there.
+    It is that of small vibrations about the mean torque of the load; 0 where the gear has no stiffness there. Without a
+    kinematic error the largest line of torque counts, and of an error equation the motor is free.
     """
-    line = max(lines_of(bench.model.error), key=lambda line: line.amplitude)
-    law, end = bench.model.law, bench.model.load.end()
-    torsion = loaded_state(law, -mean_torque(end.excitation))[0]
-    speed: float = np.sqrt(float(law.stiffness(torsion)) / bench.model.load_inertia) / line.order
+    model = bench.model
+    line = max(lines_of(model.error) or lines_in(model), key=lambda line: line.amplitude)
+    inertia, torque = model.load_inertia, -mean_torque(model.load.end().excitation)
+    if bench.equation:
+        inertia = 1.0 / (1.0 / inertia + 1.0 / (model.N**2 * model.motor.J))
+    torsion = bench.start(1.0, model=True)[0] if bench.equation else loaded_state(model.law, torque)[0]
+    speed: float = np.sqrt(float(model.law.stiffness(torsion)) / inertia) / line.order
     return speed
 
 
@@ -227,16 +235,17 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
     if speed > most:
         raise ValueError(
             f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order "
-            f"{in_turns(highest, bench.model)} at {speed / RPM:.4g} rpm, as a period of it needs {COARSE:g} of them: "
-            f"sample at least every {1e6 * bench.sampling.period * most / speed:.3g} us, or stay below "
-            f"{most / RPM:.4g} rpm"
+            f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as a period of it needs {COARSE:g} of "
+            f"them: sample at least every {1e6 * bench.sampling.period * most / speed:.3g} us, or stay below "
+            f"{bench.speeds.said(most)}"
         )
     turns = turns_of(bench)
     least = turns * 2.0 * np.pi / (MOST_SAMPLES * bench.sampling.period)
     if speed < least:
         raise ValueError(
-            f"{turns:.6g} turns at {speed / RPM:.4g} rpm are more than the {MOST_SAMPLES:g} samples that are run every "
-            f"{1e6 * bench.sampling.period:.4g} us; stay above {least / RPM:.3g} rpm, or sample more slowly"
+            f"{turns:.6g} turns at {bench.speeds.said(speed)} are more than the {MOST_SAMPLES:g} samples that are run "
+            f"every {1e6 * bench.sampling.period:.4g} us; stay above {bench.speeds.said(least, 3)}, or sample more "
+            "slowly"
         )
 
 
@@ -279,18 +288,34 @@ def _one(
         units=scatter,
         controller=controller,
         warnings=(),
-        remarks=(*bench.remarks, *_long(design, speed, settle, rate)),
+        remarks=bench.remarks,
+        shaft=bench.speeds.base,
+        rate=rate,
     )
-    own = [*_given_up(bench, design, controller, speed, end, before, after)] if rate else []
+    own = []
+    if rate:
+        run = _adapting(bench, controller, speed, end)
+        result = replace(result, converged=_converged(run, result))
+        own += _given_up(bench, design, controller, speed, run, result)
     own += [*_beyond(bench, design, speed)]
     return replace(result, warnings=(*own, *_warnings(design, result, float(growth))))
 
 
-def _long(design: Compensator, speed: float, settle: float, rate: float) -> Any:
-    """How long a controller takes to settle, where a user would not wait for it, as a sentence."""
-    if rate and settle > LONG:
-        falls = f"its error falls by a factor e every {1.0 / rate:.3g} s at {speed / RPM:.4g} rpm"
-        yield f"{design.name}: {falls}, and is measured from {settle:.4g} s on."
+def _adapting(bench: Bench, controller: Any, speed: float, end: float) -> LoopRun:
+    """A run from the first sample on, of which so many samples are kept, each at another phase of the lowest order."""
+    period = 2.0 * np.pi / (abs(speed) * min(bench.orders)) / bench.sampling.period  # in samples
+    every = round((end / bench.sampling.period / LOOKED_AT // period + GOLDEN) * period)
+    return run_loop(bench.closed(controller, speed), end, y0=bench.start(speed), every=max(1, every))
+
+
+def _converged(run: LoopRun, result: Compensation) -> float:
+    """Time [s] from which on the rms of the error stays below a tenth of that of the plain loop; inf where never."""
+    count = len(run.time) // BLOCK
+    rms = np.std(run.error[: count * BLOCK].reshape(count, BLOCK), axis=1)
+    large = np.flatnonzero(~(rms <= LITTLE * result.before.rms))
+    if large.size and large[-1] == count - 1:
+        return float("inf")
+    return float(run.time[BLOCK * (large[-1] + 1)]) if large.size else 0.0
 
 
 def _residual(found: LoopEnsemble) -> Residual:
@@ -328,16 +353,13 @@ def _excluded(bench: Bench, after: LoopEnsemble) -> str:
 
 
 def _given_up(
-    bench: Bench, design: Compensator, controller: Any, speed: float, end: float, before: Any, after: Any
+    bench: Bench, design: Compensator, controller: Any, speed: float, run: LoopRun, result: Compensation
 ) -> Any:
     """Whether the guard of a controller that takes little away has dropped its torque, as a sentence."""
-    if after.rms[0] <= LITTLE * before.rms[0]:
-        return
-    run = run_loop(bench.closed(controller, speed), end, y0=bench.start(speed), every=MOST_SAMPLES)
-    if tripped(controller, run.memory.state):
+    if result.after.rms > LITTLE * result.before.rms and tripped(controller, run.memory.state):
         yield (
-            f"{design.name}: its guard has dropped its torque at {speed / RPM:.4g} rpm, as that grew beyond what the "
-            "error of the model needs; compare the sign and the phase of the model with the drive."
+            f"{design.name}: its guard has dropped its torque at {bench.speeds.said(speed)}, as that grew beyond what "
+            "the error of the model needs; compare the sign and the phase of the model with the drive."
         )
 
 
@@ -350,7 +372,7 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
     order = max(bench.orders)
     if order * abs(speed) > bandwidth:
         yield (
-            f"{design.name}: order {in_turns(order, train)} at {speed / RPM:.4g} rpm is "
+            f"{design.name}: order {in_turns(order, train)} at {bench.speeds.said(speed)} is "
             f"{order * abs(speed) / HERTZ:.3g} Hz, beyond the loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, "
             "so that the motor follows the correction only in part; 'inverse' adds the torque that it lacks."
         )
@@ -358,7 +380,7 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
 
 def _warnings(design: Compensator, result: Compensation, growth: float) -> Any:
     """What is wrong with a result, on the drive and on other gears, as sentences."""
-    place, share = f"at {result.speed / RPM:.4g} rpm", result.after.rms / result.before.rms
+    place, share = f"at {result.speeds.said(result.speed)}", result.after.rms / result.before.rms
     if growth >= 0.0:
         yield (
             f"{design.name}: small motions of the sampled loop grow {place}, by a factor e every "

@@ -13,15 +13,25 @@ from typing import Any
 
 import numpy as np
 
-from ...base.units import RPM
+from ...base.protocols import lines_of
 from ...compile.tree import leaves
 from ...model.controllers.adaptive import CELLS, AdaptiveCancellation, Repetitive
 from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, TorqueTable
 from ...model.controllers.loops import DisturbanceObserver, Measurement, SampledPD, notch
-from ...model.excitation import Harmonic, Harmonics
+from ...model.excitation import Harmonic, Harmonics, KinematicError
 from .bench import Bench
-from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains
+from .gains import (
+    behind_of,
+    guard,
+    motor_guard,
+    plain_run,
+    rate_of,
+    repetitive_gains,
+    size_of,
+    torque_against,
+)
 
+FOLLOWING = ("angle", "nonlinear-inverse", "adaptive-motor", "observer", "notch")  # they need a motor on a reference
 OBSERVER = 2.0  # bandwidth of the observer, in those of the loop
 LOWERED, GAINS = (0.5, 0.25), ("gain", "bandwidth")  # shares that are tried, and what is lowered
 
@@ -53,6 +63,11 @@ class Compensator:
 
     def on(self, bench: Bench, speed: float) -> Any:
         """The controller for a bench and a motor speed [rad/s]; refused where it is blind or unstable (ValueError)."""
+        if bench.equation and self.name in FOLLOWING:
+            raise ValueError(
+                f"{self.name} acts on a motor that follows a reference, and in the error equation none does; take "
+                "'inverse' or 'adaptive', or give the speeds of the motor and a loop"
+            )
         if self.load_encoder and not bench.sampling.load_encoder:
             raise ValueError(
                 f"{self.name} measures the load's angle and load_encoder of the sampling is 0; set it to 1, or take a "
@@ -77,8 +92,8 @@ def _decaying(name: str, bench: Bench, controller: Any, speed: float) -> Any:
         "" if slower(controller, 0.5) == controller else f", and with {LOWERED[-1]:g} of its gains they still do"
     )
     raise ValueError(
-        f"{name} is unstable on its own model at {speed / RPM:.4g} rpm: small motions of the sampled loop grow by a "
-        f"factor e every {1.0 / max(first, 1e-9):.3g} s{help_less}; take another controller, or change the plain loop"
+        f"{name} is unstable on its own model at {bench.speeds.said(speed)}: small motions of the sampled loop grow by "
+        f"a factor e every {1.0 / max(first, 1e-9):.3g} s{help_less}; take another controller, or change the plain loop"
     )
 
 
@@ -90,9 +105,18 @@ def slower(controller: Any, share: float) -> Any:
     return controller._replace(loop=slower(controller.loop, share), **changed)
 
 
-def _inverse(bench: Bench, _speed: float, share: float = 1.0) -> Any:
-    model, J = bench.model, share * bench.model.motor.J
-    return AngleFeedforward(bench.loop, model.error, model.N, bench.sampling.lead, J)
+def _inverse(bench: Bench, speed: float, share: float = 1.0) -> Any:
+    model, J, lead, loop = bench.model, share * bench.model.motor.J, bench.sampling.lead, bench.loop
+    twists, known = bench.twists(speed), bench.against if share else ()
+    if not bench.equation and (lines_of(model.error) or twists):
+        error = KinematicError((*lines_of(model.error), *twists)) if twists else model.error
+        loop = AngleFeedforward(loop, error, model.N, lead, J)
+    elif not known:
+        raise ValueError(
+            "no angle of the motor cancels what is known of this drive, a torque alone does; take 'inverse', "
+            "'predicted-table' or 'adaptive'"
+        )
+    return TorqueTable(loop, Harmonics(known), lead) if known else loop
 
 
 _angle = partial(_inverse, share=0.0)
@@ -104,8 +128,7 @@ def _nonlinear(bench: Bench, _speed: float) -> Any:
 
 def table_against(bench: Bench, speed: float, amplitudes: Any) -> TorqueTable:
     """Torque table [N*m] that cancels complex amplitudes [rad] of the error at the bench's orders, by its model."""
-    G = bench.response(speed).error_of_torque
-    torque = -np.asarray(amplitudes) / (G if speed > 0.0 else np.conj(G))
+    torque = torque_against(bench, speed, bench.orders, amplitudes)
     orders = [round(order / bench.table_turns) for order in bench.orders]
     lines = [Harmonic(float(abs(t)), k, float(np.angle(t))) for k, t in zip(orders, torque, strict=True)]
     return TorqueTable(bench.loop, Harmonics(tuple(lines)), turns=bench.table_turns)
@@ -130,13 +153,21 @@ def _adaptive_inverse(bench: Bench, speed: float) -> Any:
 
 def adaptive(bench: Bench, speed: float, loop: Any = None, output: Any = None, most: float | None = None) -> Any:
     """Adaptive cancellation of every order around a loop, with the model's phase: of the load's error, or an output."""
+    alone = bench.equation and loop is None and output is None
     loop = bench.loop if loop is None else loop
     G, rate = bench.response(speed, output=output).error_of_torque, rate_of(bench, speed)
     most, period = guard(bench, speed) if most is None else most, bench.sampling.period
-    for k, g in zip(bench.orders, G, strict=True):
-        gain, phase, on_load = 2.0 * rate / float(abs(g)), float(np.angle(g)), int(output is None)
+    sized = _sized(bench, speed) if alone else G
+    for k, g, large in zip(bench.orders, G, sized, strict=True):
+        middle = g + large * (abs(g) / abs(large))  # where a stiffness bends, no phase is far off in small and large
+        gain, phase, on_load = 2.0 * rate / float(abs(g)), float(np.angle(middle)), int(output is None)
         loop = AdaptiveCancellation(loop, bench.model.N, gain, phase, most, period, order=k, on_load=on_load)
     return loop
+
+
+def _sized(bench: Bench, speed: float) -> Any:
+    """Response (orders,) at the size that the plain loop's error has on the model."""
+    return bench.response(speed, size=size_of(bench, amplitudes_of(bench, speed, model=True))).error_of_torque
 
 
 def _repetitive(bench: Bench, speed: float) -> Any:
@@ -214,8 +245,7 @@ def own_rate(bench: Bench, speed: float, controller: Any) -> float:
     rates, inner = [], controller
     while inner is not None:
         if isinstance(inner, AdaptiveCancellation):
-            output = None if inner.on_load else behind_of(bench)
-            rates.append(0.5 * inner.gain * abs(bench.response(speed, [inner.order], output).error_of_torque[0]))
+            rates += [0.5 * inner.gain * g for g in _along(bench, speed, inner)]
         elif isinstance(inner, Repetitive):
             orders = np.array([order for order in bench.orders if order % 1 == 0])
             learned = np.real(-bench.response(speed, orders).error_of_torque * np.exp(1j * orders * inner.lead))
@@ -223,6 +253,19 @@ def own_rate(bench: Bench, speed: float, controller: Any) -> float:
             rates.append(max(0.0, float(np.min(inner.gain * learned + forgotten, initial=np.inf))) / CELLS)
         inner = getattr(inner, "loop", None)
     return float(min((rate for rate in rates if rate > 0.0), default=0.0))
+
+
+def _along(bench: Bench, speed: float, inner: AdaptiveCancellation) -> list[float]:
+    """Response [rad/(N*m)] at the order of an adaptation along its phase, of an equation's plain loop at both sizes."""
+    base: Any = inner
+    while isinstance(base, AdaptiveCancellation):
+        base = base.loop
+    if not (bench.equation and inner.on_load and base == bench.loop):
+        output = None if inner.on_load else behind_of(bench)
+        return [float(abs(bench.response(speed, [inner.order], output).error_of_torque[0]))]
+    at = bench.orders.index(inner.order)
+    both = bench.response(speed).error_of_torque[at], _sized(bench, speed)[at]
+    return [float(np.real(g * np.exp(-1j * inner.phase))) for g in both]
 
 
 def tripped(controller: Any, state: Any) -> bool:

@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import lines_of
+from ...base.protocols import lacking, lines_of, terms_of
 from ...base.results import SolveError
 from ...drive.train_curve import in_turns
 from ...model.controllers.adaptive import CELLS, AdaptiveCancellation
-from ...model.excitation import KinematicError, Line
+from ...model.excitation import Harmonics, KinematicError, shortest
 from ...model.train.controls import motor_states
 from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.linear_loops import LoopResponse
 from ...numerics.ensemble.loops import LoopEnsemble, loop_ensemble, run_loop
 from ..analysis.knobs import stiffer
-from .bench import Bench
+from .bench import Bench, lines_in
 from .result import Units
 
 DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
@@ -134,10 +134,21 @@ def guard(bench: Bench, speed: float, *, mean: bool = False) -> float:
     With `mean` what cancels its mean is in it.
     """
     found = plain_run(bench, speed, model=True)
-    most = float(np.max(found.amplitude[:, 0] / np.abs(bench.response(speed).error_of_torque)))
+    most = float(np.max(np.abs(torque_against(bench, speed, bench.orders, found.amplitude[:, 0]))))
     if mean:
         most += abs(float(found.mean[0]) / float(abs(bench.response(speed, [0.0]).error_of_torque[0])))
     return GUARD * most
+
+
+def size_of(bench: Bench, amplitudes: Any) -> float:
+    """Amplitude [rad] for which the gear's stiffness is taken: of an error equation the error's, 0 of a train."""
+    return float(np.max(np.abs(amplitudes))) if bench.equation else 0.0
+
+
+def torque_against(bench: Bench, speed: float, orders: Any, amplitudes: Any) -> Any:
+    """Torques (orders,) [N*m] of the motor that cancel complex amplitudes [rad] of the error, by the model."""
+    G = bench.response(speed, orders, size=size_of(bench, amplitudes)).error_of_torque
+    return -np.asarray(amplitudes) / (G if speed > 0.0 else np.conj(G))
 
 
 def motor_guard(bench: Bench, speed: float) -> float:
@@ -198,7 +209,7 @@ def units_of(bench: Bench, controller: Any, speed: float, settle: float, end: fl
     draw = np.random.default_rng(seed)
     stiffness = 1.0 + SCATTER[0] * draw.uniform(-1.0, 1.0, units)
     amplitude = 1.0 + SCATTER[1] * draw.uniform(-1.0, 1.0, units)
-    phases = draw.uniform(0.0, 2.0 * np.pi, (units, len(lines_of(bench.plant.error))))
+    phases = draw.uniform(0.0, 2.0 * np.pi, (units, len(lines_in(bench.plant))))
     plants = [
         unit_of(bench.plant, *row) for row in zip(stiffness.tolist(), amplitude.tolist(), phases.tolist(), strict=True)
     ]
@@ -216,17 +227,24 @@ def units_of(bench: Bench, controller: Any, speed: float, settle: float, end: fl
 
 
 def unit_of(plant: DriveTrain, stiffness: float, amplitude: float, phases: Sequence[float]) -> DriveTrain:
-    """A train with factors of its stiffness and kinematic error, and phases [rad] of the lines of that."""
+    """A train with factors of its stiffness and of its lines, of error and of torque, and their phases [rad]."""
     law = stiffer(plant.law, stiffness - 1.0)
     if law is None:
         raise ValueError(
             f"the stiffness of {type(plant.law).__name__} cannot be scaled by its numbers: no units are drawn"
         )
-    lines = tuple(
-        Line(line.order, line.amplitude * amplitude, phase)
-        for line, phase in zip(lines_of(plant.error), phases, strict=True)
-    )
-    return plant._replace(law=law, error=KinematicError(lines))
+    left = iter(phases)
+
+    def unit(line: Any) -> Any:
+        return line._replace(amplitude=line.amplitude * amplitude, phase=next(left)) if line.amplitude else line
+
+    lines, ends = tuple(map(unit, lines_of(plant.error))), (plant.motor, plant.load.end())
+    motor, load = [
+        torque if lacking(terms_of(torque)[0], "amplitude") else shortest(Harmonics(tuple(map(unit, terms_of(torque)))))
+        for torque in (end.excitation for end in ends)
+    ]
+    changed = plant._replace(law=law, error=KinematicError(lines) if lines else plant.error)
+    return changed.with_motor(excitation=motor).with_load(excitation=load)
 
 
 def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limited: float) -> str:

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.protocols import System
-from ...base.quantities import interval, number, shown
+from ...base.quantities import interval, shown
+from ...base.quantities import number as real
 from ...base.records import Labelled, Result
 from ...base.results import Floats, SolveError
-from ...base.sentences import on_screen
-from ...base.units import ARCSEC, RPM
+from ...base.sentences import number, on_screen
+from ...base.units import ARCSEC, BASES, Speeds
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from ...model.controllers.feedforward import SpeedTable
@@ -26,6 +27,7 @@ from ...theory.slow_flow.predictor.predictor import BEYOND, OK, motion, state_of
 from ...theory.slow_flow.setting import Resonance, active_orders
 from ..analysis.resonances import operating_point
 from .bench import Bench, bench_of
+from .gains import torque_against
 
 Complexes = NDArray[np.complex128]
 WIDER = 1e-3  # of the speed: a predictor's range beyond the motions that it is compared with
@@ -61,7 +63,7 @@ class ClosedForm(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def closed_form(system: System, motions: Motions) -> ClosedForm:
+def closed_form(system: System, motions: Motions, axis: Speeds = BASES["motor"]) -> ClosedForm:
     """Steady motions of the second-order predictors of an error equation, at the motions of a response curve.
 
     At every speed the predictor is that of the order whose resonance is nearest. A steady state of it with the
@@ -74,6 +76,8 @@ def closed_form(system: System, motions: Motions) -> ClosedForm:
         The error equation; its omega is not used.
     motions : Motions
         The curve.
+    axis : Speeds
+        Unit of its speeds.
     """
     shape = motions.amplitudes.shape
     forms = ClosedForm(np.full(shape, np.nan + 0.0j), np.zeros(shape[1], bool), ())
@@ -93,10 +97,8 @@ def closed_form(system: System, motions: Motions) -> ClosedForm:
         try:
             remarks += _about(system._replace(omega=natural / k), k, at, motions, forms)
         except (ValueError, SolveError) as error:
-            low, high = np.min(motions.omega[at]) / RPM, np.max(motions.omega[at]) / RPM
-            remarks.append(
-                f"There is no closed form about order {k}'s resonance, {low:.4g} to {high:.4g} rpm: {error}."
-            )
+            ends = number(axis.scale * np.min(motions.omega[at])), axis.said(np.max(motions.omega[at]))
+            remarks.append(f"There is no closed form about order {k}'s resonance, {' to '.join(ends)}: {error}.")
     return forms._replace(remarks=tuple(remarks))
 
 
@@ -159,6 +161,8 @@ class PredictionTable(Result):
         Whether the predictor of the closed forms holds its motion valid.
     remarks : tuple of str
         What was assumed, and why closed forms are not valid or missing, as sentences.
+    shaft : {"motor", "forcing"}
+        What turns at the speeds.
     """
 
     rows: ClassVar[str] = "point"
@@ -172,6 +176,12 @@ class PredictionTable(Result):
     closed: Complexes | None = None
     valid: NDArray[np.bool_] | None = None
     remarks: tuple[str, ...] = ()
+    shaft: str = "motor"
+
+    @property
+    def axis(self) -> Speeds:
+        """Name and unit of its speeds."""
+        return BASES[self.shaft]
 
     def runs(self) -> list[tuple[int, int]]:
         """First and last point, this excluded, of each stretch of stable motions whose speed grows or falls.
@@ -189,7 +199,7 @@ class PredictionTable(Result):
         where the prediction holds, else a sentence; where there is no prediction the amplitudes are NaN. With `closed`
         they are those of the closed forms, which are also given where they are not valid.
         """
-        speed = number("speed [rad/s]", speed)
+        speed = real("speed [rad/s]", speed)
         if direction not in (1, -1):
             raise ValueError(f"direction is {shown(direction)}; it must be 1, from below, or -1, from above")
         rows, valid = (self.closed, self.valid) if closed else (self.amplitudes, self.stable)
@@ -198,7 +208,7 @@ class PredictionTable(Result):
             return nothing, "this table has no closed forms"
         low, high = float(np.min(self.omega)), float(np.max(self.omega))
         if not low <= speed <= high:
-            return nothing, f"the speed is outside of the table, {low / RPM:.4g} to {high / RPM:.4g} rpm"
+            return nothing, f"the speed is outside of the table, {self.axis.said(low)} to {self.axis.said(high)}"
         runs = self.runs()
         for a, b in runs if direction > 0 else reversed(runs):
             x = self.omega[a:b]
@@ -226,16 +236,18 @@ class PredictionTable(Result):
         return columns
 
     def __str__(self) -> str:
+        axis, low, high = self.axis, float(np.min(self.omega)), float(np.max(self.omega))
         lines = [
-            f"PredictionTable: {len(self.omega)} motions from {np.min(self.omega) / RPM:.4g} to "
-            f"{np.max(self.omega) / RPM:.4g} rpm, {len(self.runs())} stretches of stable ones"
+            f"PredictionTable: {len(self.omega)} motions from {number(axis.scale * low)} to {axis.said(high)}, "
+            f"{len(self.runs())} stretches of stable ones"
         ]
         for k, row in zip(self.orders, np.abs(self.amplitudes), strict=True):
             top = int(np.argmax(row))
-            lines.append(f"  order {k}: up to {row[top] / ARCSEC:.4g} arcsec, at {self.omega[top] / RPM:.4g} rpm")
+            lines.append(f"  order {k}: up to {row[top] / ARCSEC:.4g} arcsec, at {axis.said(self.omega[top])}")
         for way, jumps in (("run-up", self.jumps_up), ("run-down", self.jumps_down)):
             if jumps:
-                lines.append(f"  a slow {way} jumps at {', '.join(f'{w / RPM:.5g}' for w in jumps)} rpm")
+                speeds = ", ".join(number(axis.scale * w, 5) for w in jumps)
+                lines.append(f"  a slow {way} jumps at {speeds} {axis.unit}")
         if self.closed is not None and self.valid is not None:
             lines.append(f"  closed forms: valid at {np.sum(self.valid)} of {len(self.omega)} motions")
             if np.any(self.valid):
@@ -262,9 +274,9 @@ def prediction_table(
     project : Project
         From `read_project`.
     orders : tuple of int, optional
-        Orders of the motor's angle. Default: those of the kinematic error.
+        Orders of the base angle. Default: those of the kinematic error and of the torques.
     speeds : (low, high), optional
-        Speeds of the motor [rad/s]. Default: the range of the project.
+        Speeds of the base angle [rad/s]: of the motor, or of a forcing. Default: the range of the project.
     closed : bool
         Whether the closed forms are there too.
 
@@ -307,10 +319,11 @@ def prediction_table(
         stable=stable,
         jumps_up=() if sweep is None else tuple(jump.value for jump in sweep.on_run_up),
         jumps_down=() if sweep is None else tuple(jump.value for jump in sweep.on_run_down),
+        shaft=project.speeds.base,
     )
     if not closed:
         return table
-    found = closed_form(project.system(reduced=True), Motions(omega, table.orders, rows, stable))
+    found = closed_form(project.system(reduced=True), Motions(omega, table.orders, rows, stable), table.axis)
     beside = f"The closed forms are those of a {project.motor} motor, the gear and a rigid load alone."
     remarks = (beside, *found.remarks) if project.train is not None else found.remarks
     return replace(table, closed=found.amplitudes, valid=found.valid, remarks=remarks)
@@ -322,6 +335,7 @@ def speed_table(
     *,
     table: PredictionTable | None = None,
     direction: int = 1,
+    closed: bool = False,
     **bench: Any,
 ) -> Any:
     """Return the plain loop with the torque that cancels the predicted error over a range of speeds: `SpeedTable`.
@@ -339,6 +353,8 @@ def speed_table(
         Default: that of the project.
     direction : int
         1 for run-ups, -1 for run-downs.
+    closed : bool
+        Whether the amplitudes are those of the closed forms, the predictor's.
     **bench
         `sampling` and `loop` as of `compensate`.
 
@@ -349,14 +365,14 @@ def speed_table(
     """
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     test_bench: Bench = bench_of(project, bench.get("sampling"), bench.get("loop"))
-    predicted = prediction_table(project, closed=False) if table is None else table
+    predicted = prediction_table(project, closed=closed) if table is None else table
     grid = np.linspace(low, high, MOST_POINTS)
     torque = np.empty((len(predicted.orders), MOST_POINTS), complex)
     for i, speed in enumerate(grid.tolist()):
-        amplitudes, flag = predicted.at(speed, direction)
+        amplitudes, flag = predicted.at(speed, direction, closed=closed)
         if flag:
-            raise ValueError(f"there is no prediction at {speed / RPM:.4g} rpm: {flag}")
-        torque[:, i] = -amplitudes / test_bench.response(speed, predicted.orders).error_of_torque
+            raise ValueError(f"there is no prediction at {test_bench.speeds.said(speed)}: {flag}")
+        torque[:, i] = torque_against(test_bench, speed, predicted.orders, amplitudes)
     loop: Any = test_bench.loop
     for k, row in zip(predicted.orders.tolist(), torque, strict=True):
         loop = SpeedTable(loop, tuple(grid.tolist()), tuple(row.real.tolist()), tuple((-row.imag).tolist()), order=k)

@@ -12,7 +12,7 @@ from ...base.quantities import probabilities
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import WIDTH, number, on_screen
-from ...base.units import ARCSEC, RPM
+from ...base.units import ARCSEC, BASES, Speeds
 from ...numerics.ensemble.loops import LoopEnsemble
 
 NAME, CELL = 18, 10  # letters of a name, and of a speed
@@ -103,7 +103,7 @@ class Compensation(Result):
     name, title : str
         Of the controller, and in words.
     speed : float
-        Speed of the motor [rad/s], negative in backward motion.
+        Speed of the motor or of a forcing [rad/s], negative in backward motion.
     before, after : Residual
         Pointing error of the load under the plain loop and under the controller.
     torque, torque_before : TorqueUse
@@ -111,7 +111,7 @@ class Compensation(Result):
     gear_torque : float
         Largest torque in the gear [N*m] under the controller.
     orders : (orders,) array
-        Orders of the kinematic error.
+        Orders of the kinematic error and of torques.
     amplitude_before, amplitude_after : (orders,) arrays
         0-to-peak amplitudes of the pointing error [rad].
     robustness : tuple of Robustness
@@ -133,6 +133,11 @@ class Compensation(Result):
         What is wrong, and what was assumed, as sentences.
     load_angle : float
         Angle of the load [rad] at which gravity is held.
+    shaft : {"motor", "forcing"}
+        What turns at the speed.
+    rate, converged : float
+        Of a controller that adapts: its slowest rate [1/s], and the time [s] from the first sample after which the rms
+        of the error stays below a tenth of that under the plain loop, inf where it does not; 0 of the others.
     """
 
     rows: ClassVar[str] = "order"
@@ -159,6 +164,23 @@ class Compensation(Result):
     warnings: tuple[str, ...]
     remarks: tuple[str, ...]
     load_angle: float = 0.0
+    shaft: str = "motor"
+    rate: float = 0.0
+    converged: float = 0.0
+
+    @property
+    def speeds(self) -> Speeds:
+        """Name and unit of its speed."""
+        return BASES[self.shaft]
+
+    @property
+    def pace(self) -> str:
+        """How fast a controller that adapts does so, in a sentence; empty of the others."""
+        if not self.rate:
+            return ""
+        left = f"less than a tenth of the error is left from {number(self.converged, 3)} s on"
+        left = left if self.converged < float("inf") else "more than a tenth of the error stays"
+        return f"{left}; at its slowest it adapts by a factor e in {1.0 / self.rate:.3g} s"
 
     @property
     def gains(self) -> bool:
@@ -182,7 +204,7 @@ class Compensation(Result):
 
     def __str__(self) -> str:
         lines = [
-            f"Compensation: {self.title}, motor at {self.speed / RPM:.4g} rpm",
+            f"Compensation: {self.title}, {self.shaft} at {self.speeds.said(self.speed)}",
             f"  pointing error, rms: {self.before.rms / ARCSEC:.4g} arcsec before, {self.after.rms / ARCSEC:.4g} after "
             f"({self.reduction:.1f} dB)",
             f"  largest, with the mean of {self.after.mean / ARCSEC:.4g} arcsec: {self.before.peak / ARCSEC:.4g} "
@@ -193,7 +215,7 @@ class Compensation(Result):
         for r in self.robustness:
             gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
             lines.append(f"  gear {gear}: {r.before / ARCSEC:.4g} arcsec before, {r.after / ARCSEC:.4g} after")
-        lines.append(f"  {self.condition}")
+        lines += [f"  {self.condition}", *([f"  {self.pace}"] if self.rate else [])]
         if self.units is not None:
             lines.append(f"  {self.units}")
         if self.excluded:
@@ -223,6 +245,11 @@ class CompensationBench(Result):
     results: tuple[tuple[Compensation, ...], ...]
 
     @property
+    def axis(self) -> Speeds:
+        """Name and unit of its speeds."""
+        return self.results[0][0].speeds
+
+    @property
     def reduction(self) -> Floats:
         """Reductions (controllers, speeds) of the rms [dB]."""
         return np.array([[one.reduction for one in row] for row in self.results])
@@ -242,7 +269,8 @@ class CompensationBench(Result):
         at_once = max(1, (width - name - 2) // CELL)
         for begin in range(0, len(self.speeds), at_once):
             part = slice(begin, begin + at_once)
-            yield f"  {'motor rpm':{name}}" + "".join(f"{w / RPM:{CELL}.5g}" for w in self.speeds[part])
+            head, scale = f"{self.axis.base} {self.axis.unit}", self.axis.scale
+            yield f"  {head:{name}}" + "".join(f"{w * scale:{CELL}.5g}" for w in self.speeds[part])
             for row in self.results:
                 cells = (f"{number(one.after.rms / ARCSEC, 3) + one.mark:>{CELL}}" for one in row[part])
                 yield f"  {row[0].name:{name}}" + "".join(cells)
@@ -264,5 +292,5 @@ class CompensationBench(Result):
         lines = ["CompensationBench: rms of the pointing error about its mean [arcsec]", *self.residuals(WIDTH)]
         notes = dict.fromkeys(text for row in self.results for one in row for text in (*one.warnings, *one.remarks))
         out = [one for row in self.results for one in row if one.excluded]
-        excluded = dict.fromkeys(f"At {one.speed / RPM:.4g} rpm {one.name}: {one.excluded}" for one in out)
+        excluded = dict.fromkeys(f"At {one.speeds.said(one.speed)} {one.name}: {one.excluded}" for one in out)
         return on_screen("\n".join([*lines, *(f"  {text}" for text in (*excluded, *notes))]))

@@ -12,7 +12,7 @@ from ...base.quantities import index
 from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.sentences import number, sign
-from ...base.units import ARCSEC, RPM
+from ...base.units import ARCSEC, BASES, RPM, Speeds
 from ...drive.postures import titled
 from .rules import Rules, VendorRule, common, listed, swept, vendor_sentence
 from .under_load import CampbellLine
@@ -30,7 +30,7 @@ def load_text(load: float, name: str, title: str = "") -> str:
 
 
 class JumpSpeed(NamedTuple):
-    """Where a slow run-up (`up`) or run-down jumps: number of the load, and speed of the motor [rad/s].
+    """Where a slow run-up (`up`) or run-down jumps: number of the load, and speed of the base angle [rad/s].
 
     The error jumps up there (`rises`), or drops.
     """
@@ -42,7 +42,9 @@ class JumpSpeed(NamedTuple):
 
     def facts(self) -> tuple[Fact, ...]:
         """Its numbers."""
-        return Fact("rpm", self.speed / RPM), Fact("run", "up" if self.up else "down"), Fact("error", WAYS[self.rises])
+        run, error = "up" if self.up else "down", WAYS[self.rises]
+        speed = Fact("rpm", self.speed / RPM), Fact("rad_per_s", self.speed)
+        return *speed, Fact("run", run), Fact("error", error)
 
 
 class Scatter(NamedTuple):
@@ -79,7 +81,7 @@ class SpeedMap(Result):
     Attributes
     ----------
     speeds : (m,) array
-        Speeds of the motor [rad/s] of the cells.
+        Speeds of the motor, or of a forcing, [rad/s] of the cells.
     loads : (n,) array
         Mean torques on the load [N*m, a resisting one is negative], its inertias [kg*m^2], or numbers of postures.
     load_name : {"load torque", "load inertia", "posture"}
@@ -102,7 +104,7 @@ class SpeedMap(Result):
     lines : tuple of CampbellLine
         Where orders meet resonances, against amplitude.
     vendor : tuple of VendorRule
-        The vendors' rule under each load; empty where the gear has no stiffness at rest.
+        The vendors' rule under each load; empty where the gear has no stiffness at rest, and of a forcing.
     rules : Rules
         What forbids a speed.
     quasi_static : (n,) array
@@ -115,6 +117,8 @@ class SpeedMap(Result):
         Limits of the gear and the motor by which the drive fails in the range, and a limit that no speed meets.
     postures : tuple of Posture
         Those of the loads, where these are postures.
+    shaft : {"motor", "forcing"}
+        What turns at the speeds.
     """
 
     speeds: Floats
@@ -137,7 +141,13 @@ class SpeedMap(Result):
     failures: tuple[str, ...] = ()
     postures: tuple[Any, ...] = ()
     smallest: Floats | None = None
+    shaft: str = "motor"
     rows: ClassVar[str] = "speed"
+
+    @property
+    def axis(self) -> Speeds:
+        """Name and unit of the speeds."""
+        return BASES[self.shaft]
 
     @property
     def load_unit(self) -> str:
@@ -220,7 +230,7 @@ class SpeedMap(Result):
     def _worst_sentence(self) -> str:
         i = self.worst
         j = int(np.argmax(self.oscillation[i]))
-        size, speed = float(self.oscillation[i, j]), f"{number(float(self.speeds[j]) / RPM, 5)} rpm"
+        size, speed = float(self.oscillation[i, j]), self.axis.said(float(self.speeds[j]), 5)
         said = f"{number(size / ARCSEC)} arcsec at {speed}" if np.isfinite(size) else f"no motion is known at {speed}"
         return f"{self.load_text(i)}, {said}"
 
@@ -229,9 +239,9 @@ class SpeedMap(Result):
         rules, scatter, loads = self.rules, self.scatter, range(len(self.loads))
         return (
             Fact("failures", self.failures, "FAIL: {}"),
-            Fact("shaft", "motor"),
+            Fact("shaft", self.shaft),
             Fact("load_unit", self.load_unit),
-            Fact("rule", self.rule, "speeds of the motor, {}"),
+            Fact("rule", self.rule, f"speeds of the {self.shaft}, {{}}"),
             Fact("limit_rad", rules.limit),
             Fact("amplification", rules.amplification),
             Fact("margin", rules.margin),
@@ -242,7 +252,8 @@ class SpeedMap(Result):
             Fact("worst_load", float(self.loads[self.worst])),
             Fact("", self._worst_sentence(), "largest oscillation: {}" if len(self.loads) > 1 else ""),
             Fact("allowed_under_every_load_rpm", self.windows),
-            Fact("", listed(self.windows) or "no speed", "allowed under every load: {}"),
+            Fact("allowed_under_every_load_rad_per_s", self.windows),
+            Fact("", listed(self.windows, self.axis) or "no speed", "allowed under every load: {}"),
             Fact("units", None if scatter is None else scatter.units),
             Fact("allowed_for_every_unit_rpm", self.unit_windows),
             Fact("worst_unit_arcsec", None if scatter is None else float(np.max(scatter.worst))),
@@ -256,8 +267,8 @@ class SpeedMap(Result):
         """Facts under one load."""
         return (
             Fact(self.load_name.replace(" ", "_"), float(self.loads[i])),
-            Fact("forbidden_rpm", self.forbidden[i]),
-            Fact("allowed_rpm", self.allowed[i]),
+            *(Fact(f"forbidden_{unit}", self.forbidden[i]) for unit in ("rpm", "rad_per_s")),
+            *(Fact(f"allowed_{unit}", self.allowed[i]) for unit in ("rpm", "rad_per_s")),
             Fact("largest_oscillation_arcsec", float(np.max(self.oscillation[i]))),
             Fact("largest_gear_torque_N_m", float(np.max(self.torque[i]))),
             Fact("most_stable_motions", int(np.max(self.motions[i]))),
@@ -270,9 +281,9 @@ class SpeedMap(Result):
         parts = []
         for rises, way in WAYS.items():
             speeds = sorted({j.speed for j in self.jumps if j.load == i and j.rises == rises})
-            each = dict.fromkeys(number(speed / RPM, 5) for speed in speeds)
-            parts += [f"{way} at {', '.join(each)} rpm"] if speeds else []
-        text = f"{self.load_text(i)}: forbidden {listed(self.forbidden[i]) or 'none'}"
+            each = dict.fromkeys(number(speed * self.axis.scale, 5) for speed in speeds)
+            parts += [f"{way} at {', '.join(each)} {self.axis.unit}"] if speeds else []
+        text = f"{self.load_text(i)}: forbidden {listed(self.forbidden[i], self.axis) or 'none'}"
         return text + (f"; the error {' and '.join(parts)}" if parts else "")
 
     @property
@@ -280,7 +291,7 @@ class SpeedMap(Result):
         """What the units that scatter make of the map, in one sentence."""
         if self.scatter is None:
             return ""
-        spans, worst = listed(self.unit_windows) or "no speed", float(np.max(self.scatter.worst))
+        spans, worst = listed(self.unit_windows, self.axis) or "no speed", float(np.max(self.scatter.worst))
         size = f"at most {worst / ARCSEC:.4g} arcsec" if np.isfinite(worst) else "unknown at some speeds"
         return (
             f"allowed for all {self.scatter.units} units under every load, by their main curves: {spans}; their "

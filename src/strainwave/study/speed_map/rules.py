@@ -20,7 +20,8 @@ from ...base.facts import Fact
 from ...base.quantities import number
 from ...base.results import Floats
 from ...base.sentences import number as written
-from ...base.units import RPM
+from ...base.units import BASES, RPM
+from ...base.units import Speeds as Axis
 from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits, Need, sheet_findings
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
@@ -262,11 +263,14 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
 def vendor_rules(
     projects: Sequence[Project], loads: Floats, bands: Sequence[Bands], span: Span
 ) -> Iterator[VendorRule]:
-    """Compare the rule for the stiffness of the gear and the inertia of the load with the bands of every load."""
+    """Compare the rule for the stiffness of the gear and the inertia of the load with the bands of every load.
+
+    It is about order 2 of a motor, so that the speeds of a forcing have none.
+    """
     for project, load, ruled in zip(projects, loads.tolist(), bands, strict=True):
         drive, gear = project.drive, project.gear
         K1 = drive.J_l * drive.omega_0_held**2 if gear is None else float(gear.law.stiffness(0.0))
-        if K1 > 0.0:
+        if K1 > 0.0 and project.speeds.by_motor:
             frequency = sqrt(K1 / drive.J_l) / (2.0 * pi)
             speed = 30.0 * frequency * RPM
             band = (1.0 - MARGIN) * speed, (1.0 + MARGIN) * speed
@@ -282,9 +286,9 @@ def windows(forbidden: Sequence[Floats], span: Span, between: bool) -> Floats:
     return complement(clipped([band for first, second in pairs for band in swept(first, second)], span), span)
 
 
-def listed(intervals: Floats) -> str:
-    """Intervals of the motor speed in rpm."""
-    return ", ".join(f"{written(low / RPM, 5)} to {written(high / RPM, 5)} rpm" for low, high in np.asarray(intervals))
+def listed(intervals: Floats, axis: Axis = BASES["motor"]) -> str:
+    """Intervals of a speed, in rpm of the motor or rad/s of a forcing."""
+    return ", ".join(f"{written(low * axis.scale, 5)} to {axis.said(high, 5)}" for low, high in np.asarray(intervals))
 
 
 def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
@@ -327,7 +331,7 @@ def beyond_ratings(
         where = (
             ""
             if finding.unit == "rpm" or finding.limit == BRAKE
-            else f" (at {omega / RPM:.5g} rpm under {texts[value]})"
+            else f" (at {project.speeds.said(omega, 5)} under {texts[value]})"
         )
         return finding.sentence + where
 

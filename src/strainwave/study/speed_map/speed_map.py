@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ...base.quantities import interval, number, numbers, positive_count, shown
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import silent
-from ...base.units import ARCSEC, RPM
+from ...base.units import ARCSEC
 from ...drive.postures import Posture
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
@@ -157,6 +157,7 @@ def speed_map(
         failures=failures,
         postures=tuple(rows[i] for i in computed) if rows else (),
         smallest=smallest if project.is_beating else None,
+        shaft=project.speeds.base,
     )
     result = replace(result, failures=(*_unreachable(result), *failures))
     finished = 0 if scatter is None else scatter.units
@@ -316,9 +317,9 @@ def _unreachable(result: SpeedMap) -> tuple[str, ...]:
         return ()
     return (
         f"The limit of {limit / ARCSEC:.4g} arcsec is met at no speed: the largest motion at each speed of the map "
-        f"oscillates by at least {least / ARCSEC:.4g} arcsec, the least at {result.speeds[speed] / RPM:.5g} rpm with "
-        f"{result.load_text(int(load))}, and by {slow / ARCSEC:.4g} arcsec where the drive turns slowly; "
-        "raise the limit, or reduce the kinematic error.",
+        f"oscillates by at least {least / ARCSEC:.4g} arcsec, the least at {result.axis.said(result.speeds[speed], 5)} "
+        f"with {result.load_text(int(load))}, and by {slow / ARCSEC:.4g} arcsec where the drive turns slowly; "
+        "raise the limit, or reduce the excitation.",
     )
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from ....base.quantities import parse
 from ....base.results import Floats
-from ....base.units import RPM
 from ....drive.project import Project
 from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
@@ -176,7 +175,7 @@ def _figures(title: str, run: Run) -> dict[str, str]:
     }
     if run.best:
         speed, bench = run.best[0].speed, run.benches[run.best[0].load_angle]
-        before = figures.motion(bench, "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
+        before = figures.motion(bench, "loop", speed, f"plain loop, {bench.speeds.said(speed)}")
         after = [figures.motion(bench, case.name, speed, case.name) for case in run.best]
         drawn["error"] = figures.error_panels(before, after), 240.0, "pointing error before and after"
         drawn["orders"] = figures.order_panels(run.best), 240.0, "amplitudes by order before and after"

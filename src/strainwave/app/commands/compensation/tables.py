@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....base.protocols import terms_of
 from ....base.units import ARCSEC, RPM
 from ....drive.project import Project
 from ....files.order_table import OrderTable
@@ -62,6 +63,8 @@ def _row(case: Compensation) -> dict[str, Any]:
     return {
         "controller": case.name,
         "motor_speed_rpm": case.speed / RPM,
+        "speed_rad_per_s": case.speed,
+        "shaft": case.shaft,
         "rms_before_arcsec": case.before.rms / ARCSEC,
         "rms_after_arcsec": case.after.rms / ARCSEC,
         "reduction_dB": case.reduction,
@@ -73,6 +76,8 @@ def _row(case: Compensation) -> dict[str, Any]:
         "at_limit_share": case.torque.limited,
         "gear_torque_peak_N_m": case.gear_torque,
         "load_encoder": int(case.load_encoder),
+        "slowest_rate_per_s": case.rate,
+        "converged_s": case.converged,
         "stable": int(case.stable),
         "excluded": case.excluded,
     }
@@ -150,7 +155,9 @@ def summary(run: Run) -> str:
 def _best(run: Run) -> list[str]:
     """Numbers of the best controllers at every speed, each at its worst angle: with an encoder on the load, without."""
     angled = len(run.benches) > 1
-    lines = [f"  {'motor rpm':>9}  {'controller':{NAME}}{'arcsec':>16}{'dB':>7}{'N·m rms':>9}{'largest':>9}"]
+    axis = run.found.axis
+    head = f"{axis.base} {axis.unit}" if axis.by_motor else axis.unit
+    lines = [f"  {head:>9}  {'controller':{NAME}}{'arcsec':>16}{'dB':>7}{'N·m rms':>9}{'largest':>9}"]
     lines[0] += f"{'load deg':>10}" if angled else ""
     for i in range(len(run.found.speeds)):
         for case in (best_at(run.found, i, load_encoder=seeing) for seeing in (True, False)):
@@ -158,7 +165,7 @@ def _best(run: Run) -> list[str]:
                 change = f"{number(case.before.rms / ARCSEC, 3)} → {number(case.after.rms / ARCSEC, 3)}"
                 name, torque = case.name + ("*" if case.load_encoder else ""), case.torque
                 lines.append(
-                    f"  {case.speed / RPM:9.5g}  {name:{NAME}}{change:>16}{case.reduction:7.1f}{torque.rms:9.3g}"
+                    f"  {axis.scale * case.speed:9.5g}  {name:{NAME}}{change:>16}{case.reduction:7.1f}{torque.rms:9.3g}"
                     f"{torque.peak:9.3g}" + (f"{np.degrees(case.load_angle):10.4g}" if angled else "")
                 )
     starred = any("*" in line for line in lines)
@@ -167,7 +174,7 @@ def _best(run: Run) -> list[str]:
 
 def _on_others(case: Compensation) -> list[str]:
     """A controller on gears and units that differ from the model."""
-    lines = [f"{case.name} at {number(case.speed / RPM)} rpm, arcsec"]
+    lines = [f"{case.name} at {case.speeds.said(case.speed)}, arcsec", *([f"  {case.pace}"] if case.rate else [])]
     for r in case.robustness:
         gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'} than the model"
         lines.append(f"  on a gear {gear}: {number(r.before / ARCSEC, 3)} → {number(r.after / ARCSEC, 3)}")
@@ -194,7 +201,9 @@ def _worse(run: Run) -> list[str]:
             "no gain": [case for case in row if case.stable and not case.gains and case not in grown and name != PLAIN],
         }
         for problem, bad in filter(itemgetter(1), problems.items()):
-            texts.append(f"{name}: {problem} at {', '.join(number(case.speed / RPM) for case in bad)} rpm")
+            axis = run.found.axis
+            speeds = ", ".join(number(axis.scale * case.speed) for case in bad)
+            texts.append(f"{name}: {problem} at {speeds} {axis.unit}")
     texts += [text for row in run.found.results for case in row for text in case.warnings if case.gains]
     given = {text for row in run.found.results for case in row for text in case.warnings}
     return texts + [text for case in run.details if case.gains for text in case.warnings if text not in given]
@@ -213,7 +222,12 @@ def best_at(bench: CompensationBench, i: int, *, load_encoder: bool) -> Compensa
 
 
 def stated(bench: Bench, case: Compensation) -> tuple[tuple[str, Alone], ...]:
-    """Tables of `tables_of`; `source` has the rms of a run with each alone, and of one with all of them."""
+    """Tables of `tables_of`; `source` has the rms of a run with each alone, and of one with all of them.
+
+    Of an error equation there are none: the phase of a forcing is no angle that a drive controller knows.
+    """
+    if bench.equation:
+        return ()
     bench, speed = bench.at(case.speed), case.speed
     tables = tables_of(bench, case)
     joint = left(bench, tables.values(), speed) / ARCSEC if len(tables) > 1 else 0.0
@@ -270,15 +284,20 @@ def tables_of(bench: Bench, case: Compensation) -> dict[str, OrderTable]:
         a, b = a - ripple_a, b - ripple_b
         lines.append(Line(controller.order, hypot(a, b), atan2(-b, a)))
         controller = controller.loop
+    known = controller if isinstance(controller, TorqueTable) else None
+    controller = known.loop if known else controller
+    if known and lines:
+        ahead = known.lead * case.speed
+        lines += [Line(h.order, h.amplitude, h.phase + h.order * ahead) for h in terms_of(known.table)]
+    elif known:
+        turn = "motor" if known.turns == 1.0 else "output"
+        tables["torque"] = OrderTable.of(known.table, turn=turn, delay=known.lead, **held)
     if isinstance(controller, AngleFeedforward):
         lines += _of_inertia(controller, case.speed) if lines else []
         ahead = 0.0 if lines else round(bench.sampling.lead, DIGITS)
         one_way = {} if bench.backward is None else {"direction": held["direction"]}
         tables["angle"] = OrderTable.of(controller.error, delay=ahead, **about, **one_way)
-    if isinstance(controller, TorqueTable):
-        turn = "motor" if controller.turns == 1.0 else "output"
-        tables["torque"] = OrderTable.of(controller.table, turn=turn, delay=controller.lead, **held)
-    elif lines:
+    if lines:
         tables["torque"] = OrderTable.of(lines[::-1], unit="N*m", **held)
     return tables
 

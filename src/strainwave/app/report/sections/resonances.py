@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ....base.results import Floats
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....drive.drive_response import DriveResponse
-from ....plot.drive import draw_exact, draw_folds, fine, of_speeds, simulated
-from ....plot.panels import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE, TIME, Axis, Panel
+from ....plot.drive import draw_exact, draw_folds, fine, simulated
+from ....plot.panels import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE, TIME, Axis, Panel, of_speeds
 from ....plot.svg import figure
 from ....study.analysis.analysis import Analysis
 from ....study.analysis.in_time import DriveMotion

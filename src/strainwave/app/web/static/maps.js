@@ -17,7 +17,7 @@ export async function speedMap() {
     loads.addEventListener("input", () => { state.options.loads = loads.value; outdated(); });
     controls.append(element("label", {}, "Loads [N·m] ", loads), element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
   }
-  return jobView("Which motor speeds are allowed under which load.", "Compute the speed map", () => {
+  return jobView("Which speeds are allowed under which load.", "Compute the speed map", () => {
     const asks = mapOptions();
     return { start: job({ kind: "speed-map", ...asks }), asks };
   }, paintSpeedMap);
@@ -38,14 +38,14 @@ async function paintSpeedMap(r, { asks }) {
   const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
   const allowed = inward(r.allowed, about.digits);
   const failures = sentences(r.failures);
-  answer(`${failures}Usable under ${loads}: ${allowed ? allowed + " rpm" : "no speed"}${r.forbidden.some((bands) => bands.length) ? ` (framed: ${signed(r.rule).replace(/^forbidden: /, "")})` : ""}.`, failures ? false : null);
+  answer(`${failures}Usable under ${loads}: ${allowed ? `${allowed} ${r.speed_unit}` : "no speed"}${r.forbidden.some((bands) => bands.length) ? ` (framed: ${signed(r.rule).replace(/^forbidden: /, "")})` : ""}.`, failures ? false : null);
   const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
   const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
   const shapes = EDGE.flatMap((line) => r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: below(i), y1: above(i), line }))));
   const cells = r.load.flatMap((load) => r.speed.map(() => load));
   await draw("speed-map", { data: [
-    { type: "heatmap", x: r.speed, y: [...r.load.map((_, i) => below(i)), above(last)], z: r.oscillation_arcsec, ...heat, customdata: r.load.map((load) => r.speed.map(() => load)), hovertemplate: `%{x:.5g} rpm<br>%{customdata:.4g} ${signed(r.load_unit)}<br>%{z:.4g} arcsec<extra></extra>` },
-  ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: `${r.load_name} [${signed(r.load_unit)}]`, tickvals: r.load, ticktext: r.load.map((load) => signed(round(load))) }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
+    { type: "heatmap", x: r.speed, y: [...r.load.map((_, i) => below(i)), above(last)], z: r.oscillation_arcsec, ...heat, customdata: r.load.map((load) => r.speed.map(() => load)), hovertemplate: `%{x:.5g} ${r.speed_unit}<br>%{customdata:.4g} ${signed(r.load_unit)}<br>%{z:.4g} arcsec<extra></extra>` },
+  ], layout: { showlegend: false, xaxis: { title: `${r.speed_name} [${r.speed_unit}]` }, yaxis: { title: `${r.load_name} [${signed(r.load_unit)}]`, tickvals: r.load, ticktext: r.load.map((load) => signed(round(load))) }, shapes }, table: { "load": cells, [`${r.speed_name} [${r.speed_unit}]`]: r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
   return r.remarks;
 }
 

@@ -126,7 +126,7 @@ async function response(again) {
     if (!of) return ` This is for ${signed(round(mean))} N·m on the load; its torques ${range} follow.`;
     if (of.why) return ` This is for ${signed(round(mean))} N·m on the load; under torques ${range} it has no answer: ${signed(of.why)}.`;
     const usable = inward(of.allowed, r.digits);
-    return ` Under ${of.count} loads ${range}, ${of.whole ? "every speed is usable" : usable ? `usable are ${usable} rpm of the motor` : "no speed is usable"}.`;
+    return ` Under ${of.count} loads ${range}, ${of.whole ? "every speed is usable" : usable ? `usable are ${usable} ${r.speed_unit === "rpm" ? "rpm of the motor" : r.speed_unit}` : "no speed is usable"}.`;
   };
   // A drive that is within its limit with assumed numbers passes where their whole range is within it.
   const tell = (sure, met, of) => {
