@@ -26,9 +26,9 @@ def curves(system, label):
 
 
 def times_damped(system):
-    """Factor of the damping that the caption says; 1 without a caption."""
+    """Factor of the damping that the title says; 1 where it says none."""
     (panel,) = panels_of(sw.lyapunov(system))
-    return int(panel.caption[0].split("drawn ")[1].split()[0]) if panel.caption else 1
+    return int(panel.title.split(", ")[1].split()[0]) if "," in panel.title else 1
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -46,7 +46,7 @@ def test_a_dozen_motions_fall_through_the_levels_of_v_to_the_rest(name):
 
 
 @pytest.mark.parametrize("name", ["hardening", "softening under a torque", "one saddle"])
-def test_motions_are_on_those_of_scipy_with_the_damping_that_the_caption_says(name):
+def test_motions_are_on_those_of_scipy_with_the_damping_that_the_title_says(name):
     proof, times = sw.lyapunov(LAWS[name]), times_damped(LAWS[name])
     drawn = proof.system._replace(B=times * proof.system.B)
     for motion in curves(LAWS[name], "motions")[::4]:
@@ -97,6 +97,21 @@ def test_the_boundary_is_the_level_of_the_lower_saddle_and_motions_leave_beyond_
         assert abs(motion.x[-1]) > 1.5 * abs(motion.x[0])
 
 
+@pytest.mark.parametrize(
+    "system",
+    [
+        SOFT._replace(B=1e4),
+        SOFT._replace(law=sw.PiecewiseLinear(340.0, 440.0, 540.0, 0.29, 0.75), excitation=sw.Harmonic(0.0, mean=1e6)),
+        SOFT._replace(B=1e-9, law=sw.Linear(1e9)),
+    ],
+    ids=["overdamped 5000 times", "a rest far beyond the corners", "next to no damping"],
+)
+def test_extreme_drives_are_drawn_with_a_v_that_never_rises(system):
+    proof = sw.lyapunov(system)
+    for motion in curves(system, "motions"):
+        assert np.all(np.diff(proof.V(motion.x, motion.y)) < 1e-6 * proof.V(motion.x[0], motion.y[0]))
+
+
 def test_a_global_claim_has_neither_boundary_nor_saddle():
     assert curves(LIGHT, "boundary of the claim") == curves(LIGHT, "saddle") == []
 
@@ -119,7 +134,7 @@ def test_a_law_of_the_user_that_takes_numbers_alone_is_drawn_as_far_as_it_was_ex
 def test_damping_that_changes_is_drawn_as_it_is():
     system = sw.gears.VaryingOscillator(1.0, sw.gears.GearDamping(0.2), sw.Cubic(1.0, -0.2), sw.Harmonic(0.0), 2.0)
     (panel,) = panels_of(sw.lyapunov(system))
-    assert not panel.caption
+    assert "damping" not in panel.title
     assert any(curve.label == "boundary of the claim" for curve in panel.curves)
 
 

@@ -17,10 +17,11 @@ from .panels import BLACK, BLUE, DASHES, ORANGE, PALE, Panel, angle, panels_of
 POINTS, STARTS = 801, 12  # of a level, and of the figure
 RATIO = 0.15  # damping ratio up to which the damping is drawn larger
 DECAY, MOST_TURNS = 3.0, 8.0  # of a motion: to exp(-3), within so many turns
-STEP, MOST_STEPS = 0.1, 4000  # of the fastest turn [rad]
+STEP, MOST_STEPS = 0.1, 1500  # of the fastest turn [rad]
 LEVELS, START = (0.2, 0.4, 0.6, 0.8, 1.0), 0.95  # amplitudes, of the outermost
 BEYOND = 1.3  # distances to the farther saddle that the figure shows
-SMALL, BENT, STRAIGHT = 1e-5, 0.15, 1e-3  # a torsion [rad], a share of V, and the reach [rad] of a law without a size
+SMALL, NOISY = 1e-5, 1e-4  # torsions beyond the rest that V resolves: [rad], and as a share of the rest
+BENT, STRAIGHT = 0.15, 1e-3  # share of V where a law counts as bent, and the reach [rad] of one that never is
 
 
 @panels_of.register
@@ -42,8 +43,11 @@ def proof_panels(proof: StabilityProof) -> list[Panel]:
     fastest, within = math.sqrt(top / square), (x >= region.x_low) & (x <= region.x_high)
     starts = _starts(x, height / top, fastest)
     stiffest = float(np.max(np.diff(height, 2))) / (x[1] - x[0]) ** 2
-    system, times, caption = _pace(proof.system, fastest, 0.5 * float(np.ptp(starts[:, 0])), stiffest)
-    panel = Panel("phase portrait without excitation", angle("x", x - x_e), angle("x'", fastest, "/s"), caption=caption)
+    system, larger, times = _pace(proof.system, fastest, 0.5 * float(np.ptp(starts[:, 0])), stiffest)
+    title = "phase portrait without excitation" + (f", {larger} times its damping" if larger > 1 else "")
+    panel = Panel(title, angle("x", x - x_e), angle("x'", fastest, "/s"))
+    if larger > 1:
+        panel.caption = [f"A turn of the figure decays like {larger} of the drive. V does not depend on the damping."]
     panel.xlim, panel.ylim = (x_e - 1.03 * reach, x_e + 1.03 * reach), (-1.2 * fastest, 1.2 * fastest)
     for share in LEVELS:
         there = within if share < 1.0 else slice(None)
@@ -67,12 +71,12 @@ def proof_panels(proof: StabilityProof) -> list[Panel]:
 
 def _bend(proof: StabilityProof, x_e: float) -> float:
     """Torsion [rad] beyond the rest by which V is no parabola any more."""
-    least = max(SMALL, proof.rest[1] - x_e) if proof.rest else SMALL
+    least = max(SMALL, NOISY * abs(x_e), proof.rest[1] - x_e if proof.rest else 0.0)
     for size in (least * 1.25**k for k in range(80)):
         whole = float(proof.V(x_e + 2.0 * size, 0.0))
         if abs(whole - 4.0 * float(proof.V(x_e + size, 0.0))) > BENT * whole:
             return 2.0 * size
-    return STRAIGHT
+    return max(STRAIGHT, 10.0 * least)
 
 
 def _level(x: Floats, height: Floats, level: float, square: float) -> tuple[Floats, Floats]:
@@ -93,21 +97,17 @@ def _starts(x: Floats, height: Floats, fastest: float) -> Floats:
     return np.column_stack([across[rows, first], fastest * up[rows, first]])
 
 
-def _pace(system: Any, fastest: float, width: float, stiffest: float) -> tuple[Any, Floats, tuple[str, ...]]:
-    """System that is drawn, the times [s] of its steps, and a sentence where its damping is not that of the drive."""
+def _pace(system: Any, fastest: float, width: float, stiffest: float) -> tuple[Any, int, Floats]:
+    """System that is drawn, how many times its damping is that of the drive, and the times [s] of the steps."""
     omega, of_angle = fastest / width, not isinstance(system, Oscillator)
     damping = float(system.damping.value(0.0, fastest)) if of_angle else system.B
-    times = 1 if of_angle or not damping else math.ceil(2.0 * RATIO * omega * system.J / damping)
-    mu = times * damping / system.J
+    larger = 1 if of_angle or not damping else math.ceil(2.0 * RATIO * omega * system.J / damping)
+    mu = larger * damping / system.J
     slowest = 0.5 * mu - math.sqrt(max(0.25 * mu**2 - omega**2, 0.0))
     end = min(DECAY / slowest, MOST_TURNS * 2.0 * np.pi / omega) if slowest > 0.0 else 2.0 * np.pi / omega
-    steps = min(MOST_STEPS, math.ceil(end * max(math.sqrt(stiffest / system.J), omega, mu) / STEP))
-    said = (
-        f"The damping is drawn {times} times as large: a turn of the figure decays like {times} of the drive. V, its "
-        "levels and the boundary do not depend on it.",
-    )
-    drawn = system._replace(B=times * damping) if times > 1 else system
-    return drawn, np.linspace(0.0, end, steps + 1), said if times > 1 else ()
+    step = STEP / max(math.sqrt(stiffest / system.J), omega, mu)
+    drawn = system._replace(B=larger * damping) if larger > 1 else system
+    return drawn, larger, step * np.arange(1 + min(MOST_STEPS, math.ceil(end / step)))
 
 
 def motion(system: Any, start: list[float], times: Floats, far: float) -> tuple[Floats, Floats]:
