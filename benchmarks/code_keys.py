@@ -23,6 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 DRIVE = ROOT / "benchmarks" / "readme_drive.yaml"
 MOVE = "trapezoid, angle: 90 deg, time: 0.6 s"
+FLAGS = re.compile(r"B(\d{2,3})(?=c8t)")
 OWN_NUMBERS = re.compile(r"B\d+v\d+|[bcdfs]_?\d{2,}|i64 \d{9,}|0x[0-9a-f]{6,}|\[\d+ x i8\]")
 
 
@@ -95,8 +96,12 @@ def told(file: Path, known: Path | None) -> None:
 
 
 def text_of(code: str) -> str:
-    """LLVM code without what numbers functions and objects of one process."""
-    return OWN_NUMBERS.sub("", code)
+    """LLVM code without what numbers functions and objects of one process, and without the flags of a first caller."""
+    parts, begin = [], 0
+    for tag in FLAGS.finditer(code):
+        parts.append(code[begin : tag.start()])
+        begin = tag.end(1) + int(tag[1])  # a name holds the length of its tag
+    return OWN_NUMBERS.sub("", "".join([*parts, code[begin:]]))
 
 
 def run(package: Path, *arguments: str) -> None:
