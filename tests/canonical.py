@@ -13,7 +13,7 @@ from strainwave.base.quantities import Angle, TorsionalStiffness
 from strainwave.compile.tree import is_model
 from strainwave.maths import exp, sign, sqrt
 from strainwave.model.oscillator import Powers
-from strainwave.model.train.controls import Commanded
+from strainwave.model.train.commanded import Commanded, TorqueDriven
 from strainwave.model.train.filters import around
 from strainwave.model.train.train_forms import AtLoad, Metered
 
@@ -169,6 +169,7 @@ TRAINS = {
         reference=REFERENCES["SpeedProfile"],
     ),
     "commanded": PLAIN_TRAIN._replace(motor=sw.train.Motor(0.2, control=Commanded())),
+    "torque-driven": PLAIN_TRAIN._replace(motor=sw.train.Motor(0.2, control=TorqueDriven())),
     "loop with a lag": PLAIN_TRAIN._replace(
         motor=sw.train.Motor(0.2, control=sw.train.Lagged(sw.train.SpeedLoop(0.3, 0.2, 0.05), 0.1)),
         reference=REFERENCES["SpeedProfile"],
@@ -205,6 +206,7 @@ TRAINS = {
         sw.laws.LoadFriction(0.1, 0.2),
     ),
 }
+BALANCED = [name for name in TRAINS if name != "torque-driven"]  # of that one the motor's own motion is left out
 
 TRAIN_FORMS = {
     "SteadyTrain": sw.train.SteadyTrain(PLAIN_TRAIN._replace(error=ERRORS["KinematicError"]), 1.3, bandwidth=0.1),

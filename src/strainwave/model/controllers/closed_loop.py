@@ -19,7 +19,7 @@ from ...compile.jit import entry, kernel, kernel_as
 from ...compile.tree import made, mapped, numbers
 from ..excitation import Harmonic, Line, NoError
 from ..laws.friction import positive
-from ..train.controls import Commanded, TorqueDriven
+from ..train.commanded import Commanded, TorqueDriven
 from ..train.drive_train import motor_motion
 from .loops import Measurement, moved
 

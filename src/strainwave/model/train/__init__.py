@@ -1,8 +1,8 @@
 """The drive train: motor with its control, shafts and couplings, load, motions and torques."""
 
 from .drive_train import DriveTrain as DriveTrain
-from .controls import Commanded as Commanded
-from .controls import TorqueDriven as TorqueDriven
+from .commanded import Commanded as Commanded
+from .commanded import TorqueDriven as TorqueDriven
 from .controls import Free as Free
 from .controls import Held as Held
 from .controls import PositionLoop as PositionLoop

@@ -18,7 +18,6 @@ from ...base.quantities import (
     Rate,
     Ratio,
     Reals,
-    States,
     Time,
     TorsionalStiffness,
     choice,
@@ -27,6 +26,7 @@ from ...base.quantities import (
 )
 from ...base.units import HERTZ as HERTZ
 from ...compile.jit import chosen
+from .commanded import Commanded, TorqueDriven
 
 FASTEST = 0.5  # bandwidth [rad/s] times lag [s]: there the lag takes 27 degrees of phase
 KINDS = ("position", "speed", "cascade")
@@ -46,53 +46,6 @@ FREE = Free()
 
 class Held(NamedTuple):
     """An ideal speed loop: the motor follows its reference motion whatever torque that takes."""
-
-
-class Commanded(NamedTuple):
-    """A torque from outside: it is the internal state z [N*m] itself, which a sampled controller overwrites.
-
-    Between two samples it stays as it is.
-    """
-
-    def states(self) -> int:
-        """Number of internal states."""
-        return 1
-
-    def torque(self, x: Reals, v: Reals, z: Any) -> Any:
-        """Torque [N*m] against the deviation: the commanded torque pushes along the motion."""
-        return -z[0]
-
-    def z_rate(self, x: Reals, v: Reals, z: Any) -> Any:
-        """Rate of the held torque: 0."""
-        return (0.0 * z[0],)
-
-
-COMMANDED = Commanded()
-
-
-class TorqueDriven(NamedTuple):
-    """A free motor under a torque from outside, at the level of the error equation: x alone moves.
-
-    As `Commanded`, but the motor's own motion is left out: its deviation stays 0, so that the pointing error is x. A
-    torque of the motor adds itself over N J_m to x''.
-    """
-
-    def states(self) -> int:
-        """Number of internal states."""
-        return 1
-
-    def torque(self, x: Reals, v: Reals, z: Any) -> Any:
-        """Torque [N*m] against the deviation: the commanded torque pushes along the motion."""
-        return -z[0]
-
-    def z_rate(self, x: Reals, v: Reals, z: Any) -> Any:
-        """Rate of the held torque: 0."""
-        return (0.0 * z[0],)
-
-    def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
-        """What `controlled` returns: the acceleration of a free motor, whose deviation does not move."""
-        still = 0.0 * deviation[0]
-        return (excitation + torque + z[0]) / J, z[0], (still, still, still)
 
 
 class PositionLoop(NamedTuple):

@@ -17,7 +17,8 @@ from ...base.protocols import lacking, orders_of
 from ...base.results import Floats
 from ..excitation import NoError
 from ..laws.friction import NoFriction
-from .controls import Commanded, Free, Nudged, PositionLoop, SpeedLoop, TorqueDriven, inertia_of
+from .commanded import Commanded, TorqueDriven
+from .controls import Free, Nudged, PositionLoop, SpeedLoop, inertia_of
 from .motion import AtRest, Steady
 from .shafts import Motor
 

@@ -23,16 +23,8 @@ from ...model.laws.hysteresis import Parallel
 from ...model.laws.springs import Linear
 from ...model.orders import order_pair
 from ...model.oscillator import Oscillator
-from ...model.train.controls import (
-    USUAL,
-    CascadeLoop,
-    Commanded,
-    Lagged,
-    PositionLoop,
-    SpeedLoop,
-    TorqueDriven,
-    from_bandwidth,
-)
+from ...model.train.commanded import Commanded, TorqueDriven
+from ...model.train.controls import USUAL, CascadeLoop, Lagged, PositionLoop, SpeedLoop, from_bandwidth
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import Filtered, PositionIntegral, apart
 from ...model.train.motion import AngleTorque, Steady

@@ -17,12 +17,12 @@ from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.excitation import mean_torque
 from ...model.train.drive_train import DriveTrain
-from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, LoopRun, run_loop
+from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, LoopRun
 from ...numerics.operating_point import loaded_state
 from ..analysis.knobs import stiffer
 from .bench import Bench, lines_in, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
-from .gains import refuse_unstable, steady_run, times_of, turns_of, units_of
+from .gains import adapting, converged_at, refuse_unstable, steady_run, times_of, turns_of, units_of
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
@@ -32,8 +32,6 @@ PLAIN = "loop"  # name of the design that everything is compared with
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at
 SLOWER = 0.5  # of the rate of the plain loop: what is slower is waited for
 SLOWEST = 100.0  # of the longest run that is taken: what is slower is not waited for
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # of a period from one sample that is looked at to the next: they meet all phases
-LOOKED_AT, BLOCK = 20_000, 20  # samples of an adaptation, and those whose rms is taken together
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
 
@@ -294,28 +292,11 @@ def _one(
     )
     own = []
     if rate:
-        run = _adapting(bench, controller, speed, end)
-        result = replace(result, converged=_converged(run, result))
+        run = adapting(bench, controller, speed, end)
+        result = replace(result, converged=converged_at(run, LITTLE * result.before.rms))
         own += _given_up(bench, design, controller, speed, run, result)
     own += [*_beyond(bench, design, speed)]
     return replace(result, warnings=(*own, *_warnings(design, result, float(growth))))
-
-
-def _adapting(bench: Bench, controller: Any, speed: float, end: float) -> LoopRun:
-    """A run from the first sample on, of which so many samples are kept, each at another phase of the lowest order."""
-    period = 2.0 * np.pi / (abs(speed) * min(bench.orders)) / bench.sampling.period  # in samples
-    every = round((end / bench.sampling.period / LOOKED_AT // period + GOLDEN) * period)
-    return run_loop(bench.closed(controller, speed), end, y0=bench.start(speed), every=max(1, every))
-
-
-def _converged(run: LoopRun, result: Compensation) -> float:
-    """Time [s] from which on the rms of the error stays below a tenth of that of the plain loop; inf where never."""
-    count = len(run.time) // BLOCK
-    rms = np.std(run.error[: count * BLOCK].reshape(count, BLOCK), axis=1)
-    large = np.flatnonzero(~(rms <= LITTLE * result.before.rms))
-    if large.size and large[-1] == count - 1:
-        return float("inf")
-    return float(run.time[BLOCK * (large[-1] + 1)]) if large.size else 0.0
 
 
 def _residual(found: LoopEnsemble) -> Residual:

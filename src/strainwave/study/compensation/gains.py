@@ -17,7 +17,7 @@ from ...model.excitation import Harmonics, KinematicError, shortest
 from ...model.train.controls import motor_states
 from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.linear_loops import LoopResponse
-from ...numerics.ensemble.loops import LoopEnsemble, loop_ensemble, run_loop
+from ...numerics.ensemble.loops import LoopEnsemble, LoopRun, loop_ensemble, run_loop
 from ..analysis.knobs import stiffer
 from .bench import Bench, lines_in
 from .result import Units
@@ -25,6 +25,8 @@ from .result import Units
 DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
 HALVINGS, GRID = 20, 300
 GUARD = 5.0
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # of a period from one sample that is looked at to the next: they meet all phases
+LOOKED_AT, BLOCK = 20_000, 20  # samples of an adaptation, and those whose rms is taken together
 DRIFT = 1e-7  # of a pole from 1: rounding of the differences
 NEARBY = 1.0 + np.concatenate([-np.geomspace(1e-4, 0.3, 25), np.geomspace(1e-4, 0.3, 25)])
 QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
@@ -94,6 +96,23 @@ def steady_run(
     loop, orders = bench.closed(controller, speed, model=model), np.array(bench.orders, float)
     start = bench.start(speed, model=model)
     return loop_ensemble(loop, {}, end, settle=settle, orders=orders, y0=start)
+
+
+def adapting(bench: Bench, controller: Any, speed: float, end: float) -> LoopRun:
+    """A run from the first sample on, of which so many samples are kept, each at another phase of the lowest order."""
+    period = 2.0 * pi / (abs(speed) * min(bench.orders)) / bench.sampling.period  # in samples
+    every = round((end / bench.sampling.period / LOOKED_AT // period + GOLDEN) * period)
+    return run_loop(bench.closed(controller, speed), end, y0=bench.start(speed), every=max(1, every))
+
+
+def converged_at(run: LoopRun, small: float) -> float:
+    """Time [s] from which on the rms of the error in a run of `adapting` stays below a size [rad]; inf where never."""
+    count = len(run.time) // BLOCK
+    rms = np.std(run.error[: count * BLOCK].reshape(count, BLOCK), axis=1)
+    large = np.flatnonzero(~(rms <= small))
+    if large.size and large[-1] == count - 1:
+        return float("inf")
+    return float(run.time[BLOCK * (large[-1] + 1)]) if large.size else 0.0
 
 
 def rate_of(bench: Bench, speed: float) -> float:
