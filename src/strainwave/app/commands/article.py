@@ -21,7 +21,7 @@ from .options import file_type, json_option, output_option, written_type
 @output_option("File: .html for a page with MathML, .tex for LaTeX, else text.", type=written_type)
 @json_option
 def derive(project: Path | None, latex: bool, output: Path | None, as_json: bool) -> None:
-    """Derive the error equation and its four cases of multiple scales, step by step.
+    """Derive the error equation and its four cases of multiple scales.
 
     With a project also its own error equation in numbers, and what that leaves out of its drive.
     """
