@@ -241,8 +241,8 @@ class OrderTable:
             File.
         format : {"json", "csv", "c"}, optional
             JSON of lines; CSV of points at equidistant angles of the encoder over a turn, with a column for backward
-            motion where it differs; C99 header with the functions `prefix`_value(angle, speed), a sum of cosines, and
-            `prefix`_lookup(angle, speed), straight lines between points. Default: by the ending .json, .csv or .h.
+            motion where it differs; C99 header with the functions PREFIX_value(angle, speed), a sum of cosines, and
+            PREFIX_lookup(angle, speed), straight lines between points. Default: by the ending .json, .csv or .h.
         points : int, optional
             Points a turn of CSV and C. Default: 32 a period of the highest order, at least 64.
         prefix : str

@@ -113,8 +113,8 @@ def order_panels(cases: Sequence[Compensation]) -> list[Panel]:
     first = cases[0]
     amplitudes = [first.amplitude_before, *(case.amplitude_after for case in cases)]
     good = np.concatenate([sizes[sizes > 0.0] for sizes in amplitudes])
-    title = f"amplitudes of the error at {first.speeds.said(first.speed)}"
-    panel = Panel(title, Axis(f"order of the {first.speeds.base_angle}"), angle("", good), log=True)
+    title = f"amplitudes of the error at {first.axis.said(first.speed)}"
+    panel = Panel(title, Axis(f"order of the {first.axis.base_angle}"), angle("", good), log=True)
     panel.xlim, panel.ylim = (0.0, float(np.max(first.orders)) + 1.0), (0.5 * float(np.min(good)), 2.0 * np.max(good))
     looks = [("plain loop", ORANGE, DASHES, "o")]
     looks += [(case.name, colour, dash, "^") for case, (colour, dash, _) in zip(cases, AFTER, strict=False)]

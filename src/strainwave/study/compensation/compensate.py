@@ -361,7 +361,7 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
 
 def _warnings(design: Compensator, result: Compensation, growth: float) -> Any:
     """What is wrong with a result, on the drive and on other gears, as sentences."""
-    place, share = f"at {result.speeds.said(result.speed)}", result.after.rms / result.before.rms
+    place, share = f"at {result.axis.said(result.speed)}", result.after.rms / result.before.rms
     if growth >= 0.0:
         yield (
             f"{design.name}: small motions of the sampled loop grow {place}, by a factor e every "

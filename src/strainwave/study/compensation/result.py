@@ -169,7 +169,7 @@ class Compensation(Result):
     converged: float = 0.0
 
     @property
-    def speeds(self) -> Speeds:
+    def axis(self) -> Speeds:
         """Name and unit of its speed."""
         return BASES[self.shaft]
 
@@ -204,7 +204,7 @@ class Compensation(Result):
 
     def __str__(self) -> str:
         lines = [
-            f"Compensation: {self.title}, {self.shaft} at {self.speeds.said(self.speed)}",
+            f"Compensation: {self.title}, {self.shaft} at {self.axis.said(self.speed)}",
             f"  pointing error, rms: {self.before.rms / ARCSEC:.4g} arcsec before, {self.after.rms / ARCSEC:.4g} after "
             f"({self.reduction:.1f} dB)",
             f"  largest, with the mean of {self.after.mean / ARCSEC:.4g} arcsec: {self.before.peak / ARCSEC:.4g} "
@@ -247,7 +247,7 @@ class CompensationBench(Result):
     @property
     def axis(self) -> Speeds:
         """Name and unit of its speeds."""
-        return self.results[0][0].speeds
+        return self.results[0][0].axis
 
     @property
     def reduction(self) -> Floats:
@@ -292,5 +292,5 @@ class CompensationBench(Result):
         lines = ["CompensationBench: rms of the pointing error about its mean [arcsec]", *self.residuals(WIDTH)]
         notes = dict.fromkeys(text for row in self.results for one in row for text in (*one.warnings, *one.remarks))
         out = [one for row in self.results for one in row if one.excluded]
-        excluded = dict.fromkeys(f"At {one.speeds.said(one.speed)} {one.name}: {one.excluded}" for one in out)
+        excluded = dict.fromkeys(f"At {one.axis.said(one.speed)} {one.name}: {one.excluded}" for one in out)
         return on_screen("\n".join([*lines, *(f"  {text}" for text in (*excluded, *notes))]))

@@ -174,7 +174,7 @@ def _best(run: Run) -> list[str]:
 
 def _on_others(case: Compensation) -> list[str]:
     """A controller on gears and units that differ from the model."""
-    lines = [f"{case.name} at {case.speeds.said(case.speed)}, arcsec", *([f"  {case.pace}"] if case.rate else [])]
+    lines = [f"{case.name} at {case.axis.said(case.speed)}, arcsec", *([f"  {case.pace}"] if case.rate else [])]
     for r in case.robustness:
         gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'} than the model"
         lines.append(f"  on a gear {gear}: {number(r.before / ARCSEC, 3)} → {number(r.after / ARCSEC, 3)}")
