@@ -70,7 +70,7 @@ def test_curve_of_a_slider_is_the_finer_one(client, written, values):
     finest = written(HELD, **values).response(coexisting=False, points=400)
     assert shown["largest"]["torque"] == pytest.approx(finest.usage.peak_torque, rel=2e-3)
     system = written(HELD, **values).system()
-    bands = speeds_to_avoid(system, finest.response, operating_point(system), 120.0 * ARCSEC).bands
+    bands = speeds_to_avoid(system, finest, operating_point(system), 120.0 * ARCSEC).bands
     np.testing.assert_allclose(np.array(shown["avoid"]) * RPM, bands, rtol=2e-3)
     # as a polyline: no point of the finer one is further off than 1 % of the picture
     width, height = np.ptp(found.omega) / RPM, np.max(found.oscillation) / ARCSEC
