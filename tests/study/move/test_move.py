@@ -463,18 +463,6 @@ def test_a_mean_speed_above_that_of_a_duty_cycle_is_no_failure():
     assert move.within_limits is True
 
 
-def test_what_is_no_drive_no_payload_and_no_limit_is_refused():
-    part = sw.Trapezoid(QUARTER, TIME)
-    for given, options in (
-        ((3, part), {}),
-        ((TRAIN, part), {"payload": 3.0}),
-        ((TRAIN, part), {"limits": 3.0}),
-        ((TRAIN, part), {"gear": 3}),
-    ):
-        with pytest.raises(TypeError, match=r"is 3|not 3"):
-            sw.move(*given, **options)
-
-
 def test_a_move_of_too_many_steps_is_told_with_how_far_it_has_come():
     with pytest.raises(sw.SolveError, match=r"takes more than 50 steps and has come to 0\.\d+ of .* s; give a shorter"):
         sw.move(LINEAR, sw.Trapezoid(QUARTER, TIME), method=sw.Dopri5(max_steps=50))
