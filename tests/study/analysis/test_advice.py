@@ -220,7 +220,7 @@ excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
 def test_speeds_without_a_stable_motion_are_avoided(tmp_path):
     (tmp_path / "pumped.yaml").write_text(PUMPED, encoding="utf-8")
     project = sw.read_project(tmp_path / "pumped.yaml")
-    response = project.response(coexisting=False).response
+    response = project.response(coexisting=False)
     system = project.system(reduced=True)
     found = speeds_to_avoid(system, response, operating_point(system), project.limit)
     (band,) = found.unstable

@@ -214,8 +214,3 @@ def test_the_table_has_every_design(found):
 def test_a_wrong_specification_is_refused_in_one_sentence(change, said):
     with pytest.raises(ValueError, match=said):
         sw.design(replace(SPEC, **change), gears=GEARS)
-
-
-def test_what_is_no_specification_is_refused():
-    with pytest.raises(TypeError, match="read_specification"):
-        sw.design("joint.yaml")

@@ -69,10 +69,9 @@ def test_a_motion_that_leaves_every_bound_is_no_result(log):
         found.simulate(log, (1e59, 0.0))
 
 
-@pytest.mark.parametrize("given", ["a", None, np.array([1.0, 2.0]), np.nan])
-def test_an_interval_of_what_is_no_number_is_refused(found, given):
+def test_an_interval_of_what_is_no_number_is_refused(found):
     with pytest.raises(ValueError, match="give one that has a finite number there"):
-        found.interval_of(lambda _system: given)
+        found.interval_of(lambda _system: np.nan)
 
 
 def test_delays_of_all_signals_are_refused_together(log):
