@@ -103,7 +103,7 @@ def test_a_curve_that_ends_where_it_began_keeps_to_the_speeds_of_the_project_too
     assert found.curve.span == project.speeds.limits
     assert within(project, found.omega[found.visited()])
     system = project.system(reduced=True)
-    avoid = speeds_to_avoid(system, found.response, operating_point(system), 1e-6)
+    avoid = speeds_to_avoid(system, found, operating_point(system), 1e-6)
     assert within(project, [avoid.at, *(end for band in (*avoid.bands, *without_stable(found)) for end in band)])
 
 
