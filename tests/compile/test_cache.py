@@ -198,7 +198,9 @@ KERNELS = ("numerics.continuation.arc_length:follow", "numerics.addressed:_torqu
 
 def keys(package):
     """Keys of some kernels of a copy of the package, for the law Cubic."""
-    command, env = [sys.executable, "-c", KEYS, *KERNELS], os.environ | {"PYTHONPATH": str(package.parent)}
+    # Bytecode that Python kept is taken for that of a file of the same size and second.
+    own = {"PYTHONPATH": str(package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+    command, env = [sys.executable, "-c", KEYS, *KERNELS], os.environ | own
     return subprocess.run(command, capture_output=True, text=True, check=True, env=env).stdout.split()
 
 
