@@ -3,8 +3,8 @@
     python benchmarks/code_keys.py [CHANGES] [SEED]
 
 The kernels of `response`, `analyze` and `move` of the README's drive are listed. In copies of the package one constant
-of one function is changed at a time, drawn among the functions that the kernels read, and each kernel whose key is the
-same is compiled without optimisation: its LLVM code must be the same too. Then every file of the package gets a comment
+of one function is changed at a time, drawn among the functions that the kernels read. All kernels are compiled without
+optimisation. Where the LLVM code of one differs, its key must too. Then every file of the package gets a comment
 at its head and every docstring another text: no key may change.
 """
 
@@ -23,7 +23,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 DRIVE = ROOT / "benchmarks" / "readme_drive.yaml"
 MOVE = "trapezoid, angle: 90 deg, time: 0.6 s"
-FLAGS = re.compile(r"B(\d{2,3})(?=c8t)")
 OWN_NUMBERS = re.compile(r"B\d+v\d+|[bcdfs]_?\d{2,}|i64 \d{9,}|0x[0-9a-f]{6,}|\[\d+ x i8\]")
 
 
@@ -59,8 +58,11 @@ def listed(file: Path) -> None:
     file.write_bytes(pickle.dumps((names, sorted(functions))))
 
 
-def told(file: Path, known: Path | None) -> None:
-    """Write the keys of listed kernels, and hashes of the code of those whose key is the known one, or of all."""
+def made(file: Path, compiled: bool) -> None:
+    """Write the keys of listed kernels and, if they are compiled, hashes of their code.
+
+    All are compiled, in one order: the name of an inner function holds the flags of its first caller.
+    """
     import importlib
     import itertools
 
@@ -70,8 +72,6 @@ def told(file: Path, known: Path | None) -> None:
     from strainwave.compile import cache, jit, reads
 
     names, _ = pickle.loads((file.parent / "listed").read_bytes())
-    only_keys = known is not None and not known.exists()
-    before = {} if known is None or only_keys else pickle.loads(known.read_bytes())
     JITCodeLibrary._optimize_functions = JITCodeLibrary._optimize_final_module = lambda *_: None
     result = {}
     for module, path, kinds in names:
@@ -82,7 +82,7 @@ def told(file: Path, known: Path | None) -> None:
         types = pickle.loads(kinds)
         classes = tuple(dict.fromkeys(cache._classes(types)))
         key, code = reads.key(thing, classes), ""
-        if not only_keys and (known is None or before[name][0] == key):
+        if compiled:
             jit._numba()
             jit.expose(*classes)
             dispatcher = jit._form(thing, classes)
@@ -96,12 +96,8 @@ def told(file: Path, known: Path | None) -> None:
 
 
 def text_of(code: str) -> str:
-    """LLVM code without what numbers functions and objects of one process, and without the flags of a first caller."""
-    parts, begin = [], 0
-    for tag in FLAGS.finditer(code):
-        parts.append(code[begin : tag.start()])
-        begin = tag.end(1) + int(tag[1])  # a name holds the length of its tag
-    return OWN_NUMBERS.sub("", "".join([*parts, code[begin:]]))
+    """LLVM code without what numbers functions and objects of one process."""
+    return OWN_NUMBERS.sub("", code)
 
 
 def run(package: Path, *arguments: str) -> None:
@@ -162,7 +158,7 @@ def main() -> None:
             what = changed(file, line, path.rpartition(".")[2], draw) if text else ""
             if not what:
                 continue
-            run(copy, "--keys", str(folder / "after"), str(folder / "before"))
+            run(copy, "--keys", str(folder / "after"))
             after = pickle.loads((folder / "after").read_bytes())
             keys = sum(after[one][0] != before[one][0] for one in before)
             wrong = [one[:2] for one in before if after[one][0] == before[one][0] and after[one][1] != before[one][1]]
@@ -181,9 +177,7 @@ if __name__ == "__main__":
     match sys.argv[1:]:
         case ["--list", file]:
             listed(Path(file))
-        case ["--keys", file, *known]:
-            told(Path(file), Path(known[0]) if known else None)
-        case ["--only-keys", file]:
-            told(Path(file), Path(file).parent / "none")
+        case ["--keys" | "--only-keys" as what, file]:
+            made(Path(file), what == "--keys")
         case _:
             main()
