@@ -94,9 +94,7 @@ def complaint(motor="", load=""):
     [
         ("30 Hz", "2:37: motor.loop: '30 Hz' is not a group of fields; write for example 'loop: {type: cascade, b"),
         ("{damping: 0.7}", "2:37: motor.loop.bandwidth: is missing; write for example 'bandwidth: 30 Hz'"),
-        ("{bandwidth: 30}", "2:49: motor.loop.bandwidth: '30' has no unit; write for example 30 Hz"),
         ("{bandwidth: 30 rpm}", "motor.loop.bandwidth: '30 rpm' is a speed of a shaft, not a bandwidth; write 30 Hz"),
-        ("{bandwidth: -3 Hz}", "motor.loop.bandwidth: '-3 Hz' is not positive"),
         ("{bandwidth: 30 Hz, damping: 0}", "motor.loop.damping: '0' is not positive"),
         ("{bandwidth: 30 Hz, type: torque}", "motor.loop.type: 'torque' is not known; write one of position, speed"),
         ("{bandwidth: 30 Hz, lag: 1 mm}", "motor.loop.lag: '1 mm' is not a time; write for example 0.5 ms"),
@@ -106,9 +104,7 @@ def complaint(motor="", load=""):
             "{bandwidth: 200 Hz, lag: 0.5 ms}",
             "is too large: a bandwidth of 200 Hz is above half the inverse lag, 159.2",
         ),
-        ("{type: position, K_p: 3 N*m/rad, lag: 1 m}", "motor.loop.lag: '1 m' is not a time"),
         ("{K_p: 3 N*m/rad, lag: 1 ms}", "motor.loop.type: is missing; write one of speed_loop, position_loop"),
-        ("{type: spede, K_p: 3 N*m/rad}", "motor.loop.type: 'spede' is not known"),
     ],
 )
 def test_what_is_wrong_with_a_loop_is_said_at_its_place(loop, said):

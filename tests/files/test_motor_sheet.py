@@ -47,7 +47,6 @@ WRONG = [
     ("peak_torque: [[0 rpm, 1 N*m]]", "motor.peak_torque: has fewer than two points"),
     ("peak_torque: [[0 rpm, 1 N*m], [9 rpm, 1 N*m], [8 rpm, 1 N*m]]", "has 8 rpm after 9 rpm; give speeds that ascend"),
     ("peak_torque: [[0 rpm, 1 N*m], [9 rpm, -1 N*m]]", "has -1 N*m at 9 rpm; give torques from 0 on"),
-    ("peak_torque: [[0 rpm, 1], [9 rpm, 1 N*m]]", "motor.peak_torque[0][1]: '1' has no unit"),
     ("peak_torque: [[0 rpm], [9 rpm, 1 N*m]]", "motor.peak_torque[0]: is no pair of a speed and a torque"),
     ("peak_torque: 3 N*m/rpm", "'3 N*m/rpm' is no plain file name"),
     (f"peak_torque: {PEAK}, continuous_torque: [[0 rpm, 3 N*m], [6000 rpm, 2 N*m]]",
@@ -56,8 +55,6 @@ WRONG = [
     ("K_t: 0.1 N*m", "motor.K_t: '0.1 N*m' is not"),
 ]  # fmt: skip
 TABLES = [
-    ("speed [rpm],torque [N*m]\n0,1\n0,1\n", "give speeds that ascend"),
-    ("speed [rpm],torque [N*m]\n5,1\n9,1\n", "motor.csv:1:1: file: begins at 5 rpm; give the torque at standstill"),
     ("speed [rpm],torque [N*m]\n0,1\n9,-1\n", "has -1 N*m at 9 rpm; give torques from 0 on"),
     ("speed [rpm],torque\n0,1\n9,1\n", "column 'torque' has no unit"),
     ("speed [rpm],moment [N*m]\n0,1\n9,1\n", "has no single column 'torque'"),

@@ -135,7 +135,6 @@ LINE = sw.Line(2, 1e-4, 0.0)
         ({"lines": (sw.Line(20_000, 1e-4),)}, "at most 10000"),
         ({"lines": (sw.Line(2, -1e-4),)}, "amplitude of order 2 is -0.0001; give it 0-to-peak and half a turn"),
         ({"lines": (sw.Line(2, math.nan),)}, "amplitude of order 2 is nan; it must be a finite number"),
-        ({"lines": (sw.Line(2, 1e-4, math.inf),)}, "phase of order 2 is inf; it must be a finite number"),
         ({"unit": "deg"}, "unit of an order table is 'deg'; it must be 'rad' or 'N.m'"),
         ({"ratio": 0.0}, "ratio of an order table is 0.0; it must be a positive finite number"),
         ({"delay": -1e-3}, "delay of an order table is -0.001 s; it must not be negative"),
@@ -283,7 +282,6 @@ def test_what_a_file_cannot_hold_is_refused_in_one_sentence(tmp_path):
 HEAD = '{"format": "strainwave order table", "version": 1'
 HOSTILE = [
     ("[1, 2]", "is no order table: neither JSON of lines, nor a C header, nor CSV with the columns angle_rad,value"),
-    ("something else\n", "1:1: file: is no order table"),
     ("", "is empty|is no order table"),
     ("{" * 100_000, "is no whole JSON"),
     (HEAD, "is no whole JSON .*; save the table again"),
@@ -292,18 +290,14 @@ HOSTILE = [
     (HEAD + ', "zzz": 1}', "zzz: is not a field of an order table"),
     (HEAD + ', "lines": NaN}', "lines of an order table are nan"),
     (HEAD + ', "lines": [3]}', "lines of an order table are .*; give lines"),
-    (HEAD + ', "lines": [{"order": 2}]}', "lines of an order table are .*; give lines"),
     (HEAD + "}", "lines of an order table are None"),
-    ("a,b\n1,2\n", "is no order table"),
     ("angle_rad,value\n0,1\n1,2\n2,1\n4,1\n5,1\n", "the 5 angles are not equidistant from 0 over one turn"),
     ("angle_rad,value\n0,1\n", "has 1 points; a turn needs 4 to 20000"),
     ("angle_rad,value\n0,1,3\n", "2:1: file: has 3 cells where the head names 2"),
     ("angle_rad,value\n0,1\n1,1e999\n", "3:1: value: '1e999' is no finite number"),
-    ("angle_rad,value\n0,nan\n", "'nan' is no finite number"),
     ("# turn = sideways\nangle_rad,value\n0,1\n1.5707963267948966,1\n3.141592653589793,1\n4.71238898038469,1\n",
      "turn of an order table is 'sideways'"),
     ("// lines = [[2]]\n", "lines of an order table are"),
-    ("int main(void) { return 0; }\n#endif\n", "is no order table"),
 ]  # fmt: skip
 
 

@@ -119,14 +119,6 @@ def test_the_system_is_the_drives_error_equation(written):
     assert system.error == project.kinematic_error
 
 
-def test_the_antenna_example_is_a_held_catalogue_drive():
-    project = read_project(EXAMPLES / "antenna.yaml")
-    assert project.title == "Azimuth axis of a tracking antenna"
-    assert project.damping_ratio == pytest.approx(0.03, rel=1e-14)
-    assert project.omega_0 == pytest.approx(math.sqrt(1e5 / 1.3), rel=1e-14)
-    assert project.kinematic_error.lines[0].order == 2
-
-
 def test_the_article_example_is_the_articles_drive():
     project = read_project(EXAMPLES / "article.yaml")
     assert project.drive == sw.HDC_40_050
@@ -194,11 +186,6 @@ def test_a_catalogue_gear_brings_its_own_motor_inertia(written):
             "type: tabulated, points: [[-1 rad, -2 N*m], [0 rad, 0 N*m], [2 rad, 30 N*cm]]",
             sw.tabulated([(-1.0, -2.0), (0.0, 0.0), (2.0, 0.3)]),
         ),
-        (
-            "type: play, half_gap: 1 rad, "
-            "law: {type: tabulated, points: [[-1 rad, -2 N*m], [0 rad, 0 N*m], [2 rad, 3 N*m]]}",
-            sw.Play(1.0, sw.tabulated([(-1.0, -2.0), (0.0, 0.0), (2.0, 3.0)])),
-        ),
     ],
 )
 def test_every_law_can_be_written(written, text, expected):
@@ -238,19 +225,8 @@ def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(wri
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        (
-            LINES,
-            "accuracy: 60",
-            "project.yaml:7:13: excitation.accuracy: '60' has no unit; write for example 23 arcsec",
-        ),
         (LINES, "accuracy: -1 arcmin", "project.yaml:7:13: excitation.accuracy: '-1 arcmin' is not positive"),
-        (
-            LINES,
-            "accuracy: 60 deg",
-            "project.yaml:7:13: excitation.accuracy: '60 deg' is above 1 deg, and catalogues have",
-        ),
         (LINES, "accuracy: 60.1 arcmin", "project.yaml:7:13: excitation.accuracy: '60.1 arcmin' is above 1 deg"),
-        (LINES, "accuracy: good", "project.yaml:7:13: excitation.accuracy: 'good' does not begin with a finite number"),
         (
             LINES,
             LINES + "\n  accuracy: 1 arcmin",
@@ -287,36 +263,20 @@ def test_notes_tell_what_is_doubtful(written):
 # (text to replace, its replacement, line:column, field, the sentence or its beginning)
 WRONG = [
     ("1.3 kg*m^2", "1.3", "3:17", "load.inertia", "'1.3' has no unit; write for example 1.3 kg*m^2 or 0.25 kg*cm^2"),
-    ("1.3 kg*m^2", "1.3 kg", "3:17", "load.inertia", "'1.3 kg' is not an inertia; write for example 1.3 kg*m^2"),
     ("1.3 kg*m^2", "1,3 kg*m^2", "3:17", "load.inertia", "'1,3 kg*m^2' has a comma; write 1.3, not 1,3"),
-    ("1.3 kg*m^2", "'1,3 kg*m^2'", "3:17", "load.inertia", "'1,3 kg*m^2' has a comma; write 1.3, not 1,3"),
     ("1.3 kg*m^2", "-1.3 kg*m^2", "3:17", "load.inertia", "'-1.3 kg*m^2' is not positive; write a value above zero"),
-    ("1.3 kg*m^2", "0 kg*m^2", "3:17", "load.inertia", "'0 kg*m^2' is not positive"),
     ("1.3 kg*m^2", ".nan", "3:17", "load.inertia", "'.nan' does not begin with a finite number"),
-    ("1.3 kg*m^2", ".inf kg*m^2", "3:17", "load.inertia", "'.inf kg*m^2' does not begin with a finite number"),
-    ("1.3 kg*m^2", "1e999 kg*m^2", "3:17", "load.inertia", "'1e999 kg*m^2' is too large a number"),
     ("1.3 kg*m^2", "1e99 kg*m^2", "3:17", "load.inertia", "'1e99 kg*m^2' is beyond any drive; check the number"),
     ("1.3 kg*m^2", "[1.3 kg*m^2]", "3:17", "load.inertia", "is a list, not a number with its unit"),
     ("1.3 kg*m^2", "{value: 1.3}", "3:17", "load.inertia", "is a group of fields, not a number with its unit"),
-    ("1.3 kg*m^2", "[]", "3:17", "load.inertia", "is a list, not a number with its unit; write for example 1.3 kg*m^2"),
     ("100 rpm", "{}", "5:15", "speed.from", "is a group of fields, not a number with its unit; write for example 60"),
     ("1.3 kg*m^2", "!!float 1.3 kg*m^2", "3:17", "load.inertia", "has the tag 'float'; leave the tag out"),
     ("1.3 kg*m^2", "*other", "3:17", "load.inertia", "'*other' is an alias; write the value out"),
-    ("1.3 kg*m^2", "9**9**9**9 kg*m^2", "3:17", "load.inertia", "'9**9**9**9 kg*m^2' is not one number and one unit"),
-    (
-        "{inertia: 1.3 kg*m^2}",
-        "[1.3 kg*m^2]",
-        "3:7",
-        "load",
-        "a list is not a group of fields; write for example 'load:",
-    ),
     ("{inertia: 1.3 kg*m^2}", "1.3 kg*m^2", "3:7", "load", "'1.3 kg*m^2' is not a group of fields"),
     ("{inertia: 1.3 kg*m^2}", "", "3:1", "load", "is empty; write a value or remove the field"),
     ("{inertia: 1.3 kg*m^2}", "{}", "3:7", "load.inertia", "is missing; write for example 'inertia: 1.3 kg*m^2'"),
     ("load: {inertia: 1.3 kg*m^2}\n", "", "1:1", "load", "is missing; write for example 'load: {inertia: 1.3 kg*m^2}'"),
-    ("0.02}", "0.02, dampling: 3}", "4:24", "damping.dampling", "unknown field; did you mean"),
     ("m^2}", "m^2, dampling: {ratio: 0.02}}", "3:29", "load.dampling", "unknown field; did you mean 'damping'?"),
-    ("m^2}", "m^2, inertja: 5 kg*m^2}", "3:29", "load.inertja", "unknown field; did you mean 'inertia'?"),
     (
         "m^2}",
         "m^2, gravity: 40 N*m}",
@@ -325,9 +285,7 @@ WRONG = [
         "unknown field; see 'drag' (Friction, gravity or imbalance that opposes the load), as drag: {type: ",
     ),
     ("m^2}", "m^2, inertia: 5 kg*m^2}", "3:29", "load.inertia", "appears twice, first in line 3; remove one"),
-    ("damping:", "gear: CSG-40-80\ndamping:", "4:1", "gear", "appears twice, first in line 1; remove one"),
     ("damping:", "limit: {oscillation: 0 arcsec}\ndamping:", "4:22", "limit.oscillation", "'0 arcsec' is not positive"),
-    ("damping:", "limit: 60 arcsec\ndamping:", "4:8", "limit", "'60 arcsec' is not a group of fields; write for"),
     (
         "damping:",
         "colour: red\ndamping:",
@@ -342,13 +300,6 @@ WRONG = [
         "gear",
         "the catalogue has no gear 'CSG-40-5'; the nearest are CSG-40-50",
     ),
-    (
-        "gear: CSG-40-50",
-        "gear: [CSG-40-50]",
-        "1:7",
-        "gear",
-        "a list is not a group of fields; write for example 'gear:",
-    ),
     ("gear: CSG-40-50", "gear: ~", "1:7", "gear", "is empty; write a value or remove the field"),
     (
         "CSG-40-50",
@@ -358,17 +309,9 @@ WRONG = [
         "'0.5' is less than 1; write motor",
     ),
     ("CSG-40-50", "{ratio: -50, law: {type: linear, K: 5 N*m/rad}}", "1:15", "gear.ratio", "'-50' is not positive"),
-    (
-        "CSG-40-50",
-        "{ratio: 50 rad, law: {type: linear, K: 5 N*m/rad}}",
-        "1:15",
-        "gear.ratio",
-        "'50 rad' is not a plain number",
-    ),
     ("CSG-40-50", "{ratio: 50}", "1:7", "gear.law", "is missing; write for example 'law: {type: cubic"),
     (*law("K: 5 N*m/rad"), "1:24", "gear.law.type", "is missing; write one of linear, cubic, polynomial"),
     (*law("type: cubik, K: 5 N*m/rad"), "1:31", "gear.law.type", "'cubik' is not known; did you mean 'cubic'?"),
-    (*law("type: piecewise"), "1:31", "gear.law.type", "'piecewise' is not known; did you mean 'piecewise_linear'?"),
     (*law("type: quux"), "1:31", "gear.law.type", "'quux' is not known; write one of linear, cubic"),
     (
         *law("type: bouc_wen, K: 1e5 N*m/rad, ratio: 0.2, yield_twist: 1 mrad, gamma: 0.6"),
@@ -377,43 +320,15 @@ WRONG = [
         "BoucWen has gamma = 0.6 and beta = 0.5; with |gamma| > beta it creates energy",
     ),
     (*law("type: BoucWen, K: 1e5 N*m/rad, ratio: 1.2, yield_twist: 1 mrad"), "1:63", "gear.law.ratio", "is 1.2; it is"),
-    (
-        *law(
-            "type: lugre, sigma_0: 5 N*m, sigma_1: 0 N*m*s/rad, sigma_2: 0 N*m*s/rad, T_c: 1 N*m, T_s: 2 N*m, "
-            "v_s: 1 rad/s"
-        ),
-        "1:47",
-        "gear.law.sigma_0",
-        "'5 N*m' is not per radian",
-    ),
     (*law("type: coulomb, T_c: 5 N*m, width: 1 rad/s"), "1:24", "gear.law", "the stiffness at rest is 0 N*m/rad; it"),
-    (*law("type: [cubic]"), "1:31", "gear.law.type", "a list is not known"),
     (*law("type: linear"), "1:24", "gear.law.K", "is missing; write it, for example 7160 N*m/rad or 3 Nm/arcmin"),
-    (
-        *law("type: linear, K: 5 N*m"),
-        "1:42",
-        "gear.law.K",
-        "'5 N*m' is not per radian, so it is not a torsional stiffness",
-    ),
     (*law("type: linear, K: -5 N*m/rad"), "1:42", "gear.law.K", "'-5 N*m/rad' is not positive"),
     (*law("type: linear, k: 5 N*m/rad, K: 5 N*m/rad"), "1:39", "gear.law.k", "unknown field; did you mean 'K'?"),
-    (
-        *law("type: backlash, K: 5 N*m/rad, half_gap: -1 rad"),
-        "1:65",
-        "gear.law.half_gap",
-        "'-1 rad' is negative; write zero",
-    ),
     (
         *law("type: polynomial, coefficients: 5 N*m"),
         "1:57",
         "gear.law.coefficients",
         "is a text; write 2 to 16 coefficients",
-    ),
-    (
-        *law("type: polynomial, coefficients: [0 N*m, 5 N*m]"),
-        "1:65",
-        "gear.law.coefficients[1]",
-        "'5 N*m' is not per radian",
     ),
     (
         *law("type: polynomial, coefficients: [0 N*m, -5 N*m/rad]"),
@@ -427,7 +342,6 @@ WRONG = [
         "gear.law",
         "PiecewiseLinear has T1 = 5 and T2 = 3 N*m; it needs 0 < T1 < T2",
     ),
-    ("5 kg*cm^2", "5 kg", "2:18", "motor.inertia", "'5 kg' is not an inertia"),
     ("mode: held", "mode: stiff", "2:35", "motor.mode", "'stiff' is not known; write one of free, held"),
     (
         "ratio: 0.02",
@@ -439,21 +353,6 @@ WRONG = [
     ("{ratio: 0.02}", "{}", "4:10", "damping", "gives nothing; write exactly one of B, ratio, quality"),
     ("ratio: 0.02", "ratio: -0.02", "4:18", "damping.ratio", "'-0.02' is negative; write zero or more"),
     ("ratio: 0.02", "quality: 0", "4:20", "damping.quality", "'0' is not positive"),
-    (
-        "ratio: 0.02",
-        "B: 10 N*m*s",
-        "4:14",
-        "damping.B",
-        "'10 N*m*s' is not per radian, so it is not a rotational damping",
-    ),
-    (
-        "100 rpm",
-        "20 Hz",
-        "5:15",
-        "speed.from",
-        "'20 Hz' is a frequency, not an angular speed; write 20 rev/s or 125.7 rad/s",
-    ),
-    ("100 rpm", "60 1/min", "5:15", "speed.from", "'60 1/min' is a frequency, not an angular speed; write 60 rpm"),
     ("3000 rpm", "0 rpm", "5:28", "speed.to", "'0 rpm' is not positive"),
     ("100 rpm", "-100 rpm", "5:15", "speed.from", "'-100 rpm' is negative; write zero or more"),
     ("100 rpm", "4000 rpm", "5:29", "speed.to", "the range does not ascend; write the smaller speed after 'from'"),
@@ -468,18 +367,10 @@ WRONG = [
         "needs either a range 'from' and 'to' or a list 'at'",
     ),
     ("from: 100 rpm, to: 3000 rpm", "at: [5 rpm, 6]", "5:21", "speed.at[1]", "'6' has no unit"),
-    (
-        "from: 100 rpm, to: 3000 rpm",
-        "at: 5 rpm",
-        "5:13",
-        "speed.at",
-        "'5 rpm' is not a list; write for example 'at: [1000 rpm",
-    ),
     ("from: 100 rpm, to: 3000 rpm", "at: []", "5:13", "speed.at", "has 0 items; write at least 1"),
     (", shaft: motor", "", "5:8", "speed.shaft", "is missing; write for example 'shaft: motor'"),
     ("shaft: motor", "shaft: moter", "5:45", "speed.shaft", "'moter' is not known; did you mean 'motor'?"),
     ("order: 2", "order: 0", "7:29", "excitation.kinematic_error[0].order", "'0' is not between 1 and 1000"),
-    ("order: 2", "order: -2", "7:29", "excitation.kinematic_error[0].order", "'-2' is not between 1 and 1000"),
     (
         "order: 2",
         "order: 2.5",
@@ -529,41 +420,12 @@ WRONG = [
     ("order: 2", "order: [2]", "7:29", "excitation.kinematic_error[0].order", "a list is not a whole number"),
     ("order: 2, ", "", "7:21", "excitation.kinematic_error[0].order", "is missing; write for example 'order: 2'"),
     ("23 arcsec", "-23 arcsec", "7:43", "excitation.kinematic_error[0].amplitude", "'-23 arcsec' is negative"),
-    ("23 arcsec", "23 N*m", "7:43", "excitation.kinematic_error[0].amplitude", "'23 N*m' is not an angle"),
-    (
-        "[{order: 2, amplitude: 23 arcsec}]",
-        "5",
-        "7:20",
-        "excitation.kinematic_error",
-        "'5' is not a list; write for example",
-    ),
-    (
-        "-50 N*m",
-        "-50 N*m/rad",
-        "8:23",
-        "excitation.load_torque.mean",
-        "'-50 N*m/rad' is per radian, so it is not a torque",
-    ),
-    (
-        "23 arcsec",
-        "23 arcsec, phase: 1e30 deg",
-        "7:61",
-        "excitation.kinematic_error[0].phase",
-        "'1e30 deg' is beyond any drive",
-    ),
     (
         "23 arcsec",
         "23 arcsec, phase: -3.7e5 deg",
         "7:61",
         "excitation.kinematic_error[0].phase",
         "'-3.7e5 deg' is more",
-    ),
-    (
-        "-50 N*m",
-        "1 N*m, lines: [{order: 1, amplitude: 1 N*m, phase: 1e9 rad}]",
-        "8:74",
-        "excitation.load_torque.lines[0].phase",
-        "'1e9 rad' is more than 1000 turns; write a phase within one turn, for example 90 deg",
     ),
     (
         "damping:",
@@ -627,7 +489,6 @@ TABLE = "type: tabulated, points: [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad,
         (TABLE, "0 mrad, ", "", "gear.law.points[1]: is no pair of a torsion and a torque; write [0.54 mrad, 54 N*m]"),
         (TABLE, "0 mrad", "0 mm", "gear.law.points[1][0]: '0 mm' is not an angle"),
         (TABLE, "points: [", "points: 7, x: [", "gear.law.points: is a text; write points such as"),
-        (TABLE, "points", "pionts", "gear.law.pionts: unknown field; did you mean 'points'?"),
         (
             "type: play, half_gap: 1 mrad, law: {" + TABLE + "}",
             "1 mrad, law",
@@ -645,12 +506,6 @@ TABLE = "type: tabulated, points: [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad,
             "tabulated",
             "coulomb",
             "gear.law.law.T_c: is missing; write it, for example 0.5 N*m",
-        ),
-        (
-            "type: play, half_gap: 1 mrad, law: {" + TABLE + "}",
-            "tabulated",
-            "tabulate",
-            "gear.law.law.type: 'tabulate' is not known; did",
         ),
         (
             "type: play, half_gap: 1 mrad",
@@ -679,8 +534,6 @@ SHG_25 = "{type: piecewise_linear, K1: 4.5e4 N*m/rad, K2: 6e4 N*m/rad, K3: 9e4 N
 BESIDE = {
     "nothing": "",
     "hysteresis": "hysteresis: {type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}\n",
-    "the same, sharper": "hysteresis: {type: bouc_wen, K: 4.8e5 N*m/rad, ratio: 0, yield_twist: 0.01 mrad}\n",
-    "and sharper": "hysteresis: {type: bouc_wen, K: 1.6e6 N*m/rad, ratio: 0, yield_twist: 0.003 mrad}\n",
     "bristles": "hysteresis: {type: lugre, sigma_0: 3e6 N*m/rad, sigma_1: 10 N*m*s/rad, sigma_2: 0 N*m*s/rad, "
     "T_c: 4 N*m, T_s: 5 N*m, v_s: 0.01 rad/s}\n",
     "dry friction": "hysteresis: {type: coulomb, T_c: 4.8 N*m, width: 1e-3 rad/s}\n",
@@ -726,11 +579,6 @@ def test_a_damping_ratio_of_what_only_hysteresis_holds_is_refused(written, more)
     assert (
         "damping.ratio: has no meaning for a law whose friction or hysteresis alone holds it at rest; write B" in line
     )
-
-
-def test_all_problems_are_told_at_once_in_the_order_of_the_file(written):
-    text = GOOD.replace("CSG-40-50", "XYZ").replace("1.3 kg*m^2", "1.3").replace("100 rpm", "20 Hz")
-    assert [line.split(": ")[1] for line in complaint(written(text))] == ["gear", "load.inertia", "speed.from"]
 
 
 def test_contradictions_are_told_with_what_is_wrong_elsewhere(written):
@@ -799,12 +647,6 @@ WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*
             "4:13",
             "hysteresis: Linear is a spring, which",
         ),
-        (
-            "damping",
-            "hysteresis: 5\ndamping",
-            "4:13",
-            "hysteresis: '5' is not a group of fields; write for example 'hysteresis: {typ",
-        ),
         ("damping", "backlash: {half_gap: 0 rad}\ndamping", "4:22", "backlash.half_gap: '0 rad' is not positive"),
         (
             "gear: CSG-40-50",
@@ -818,12 +660,6 @@ WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*
             "{ratio: 50, law: {type: polynomial, coefficients: [1 N*m, 5 N*m/rad]}}",
             "1:11",
             "backlash: does not go with gear.law: Play.law is a Polynomial with the torque 1 N*m at zero torsion",
-        ),
-        (
-            "ratio: 0.02}",
-            "ratio: 0.02}\nbacklash: {half_gap: 1 mrad}",
-            "4:18",
-            "damping.ratio: has no meaning for a law without stiffness at rest (backlash)",
         ),
         (
             "CSG-40-50",
@@ -844,12 +680,6 @@ WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*
             WITH_FRICTION % "{type: angle_torque, amplitude: 5 N*m}",
             "1:86",
             "gear.law.second: AngleTorque follows the angle of a shaft; write it as drag",
-        ),
-        (
-            "CSG-40-50",
-            "{ratio: 50, law: {type: play, half_gap: 1 rad, law: {type: angle_torque, amplitude: 5 N*m}}}",
-            "1:59",
-            "gear.law.law: AngleTorque follows the angle of a shaft; write it as drag",
         ),
         (
             "mode: held",
@@ -876,7 +706,6 @@ def test_what_a_gear_or_a_shaft_cannot_hold_is_told_at_its_place(written, old, n
     assert line.startswith(f"project.yaml:{place}: {said}")
 
 
-SPRING = "{type: linear, K: 1e5 N*m/rad}"
 HYSTERESIS = "{type: bouc_wen, K: 1e5 N*m/rad, ratio: 0.5, yield_twist: 1 mrad}"
 
 
@@ -884,16 +713,9 @@ HYSTERESIS = "{type: bouc_wen, K: 1e5 N*m/rad, ratio: 0.5, yield_twist: 1 mrad}"
     ("old", "new", "said"),
     [
         ("mode: held", "mode: free, " + LOOP, "motor.loop: keeps the motor's speed, and 'mode: free' gives it up"),
-        ("mode: held", LOOP.replace("speed_loop", "pid"), "motor.loop.type: 'pid' is not known; write one of speed_"),
         ("mode: held", LOOP.replace("0.5", "-0.5"), "motor.loop.K_p: is -0.5; with a negative gain"),
-        ("mode: held", f"drag: {SPRING}", "motor.drag: Linear is a spring, which ties a shaft to the ground"),
         ("CSG-40-50", "{ratio: 50, law: {type: angle_torque, amplitude: 1 N*m}}", "gear.law: AngleTorque follows the"),
         ("ratio: 0.02", "ratio: 0.02, ripples: [{order: 2, depth: 120 %}]", "damping.ripples: the depths of a Vari"),
-        (
-            "ratio: 0.02",
-            "ratio: 0.02, ripples: [2]",
-            "damping.ripples[0]: '2' is not a group of fields; write for",
-        ),
         ("ratio: 0.02", "ratio: 0.02, warming: 20 deg", "damping.warming: '20 deg' is not a difference of temperature"),
     ],
 )
@@ -968,10 +790,6 @@ def test_a_bomb_of_aliases_is_not_expanded(written):
     assert any("is an alias; write the value out" in line for line in complaint(written(bomb)))
 
 
-def test_a_byte_order_mark_is_harmless(written):
-    assert read_project(written(b"\xef\xbb\xbf" + GOOD.encode())).drive.J_l == 1.3
-
-
 def test_a_large_file_is_refused_unread(written, monkeypatch):
     path = written("x" * (LARGEST + 1))
     monkeypatch.setattr(Path, "read_bytes", lambda self: pytest.fail(f"{self} was read"))
@@ -1018,37 +836,3 @@ def test_any_bytes_give_a_project_or_a_complaint(written, content):
 @given(st.text(alphabet="abg: -\n{}[],'\"&*!|>?%@`#1.e+~<\t", max_size=80))
 def test_any_yaml_like_text_gives_a_project_or_a_complaint(written, content):
     assert is_project_or_complaint(written(content))
-
-
-@fuzz
-@given(
-    st.integers(0, len(GOOD)),
-    st.integers(0, 12),
-    st.text(max_size=8) | st.sampled_from([": ", "- ", "[", "{", "1e30", "0"]),
-)
-def test_a_right_file_with_a_slip_gives_a_project_or_a_complaint(written, start, length, slip):
-    content = GOOD[:start] + slip + GOOD[start + length :]
-    assert is_project_or_complaint(written(content.encode("utf-8", "surrogatepass")))
-
-
-FREE = """
-gear: CSG-40-50
-motor: {inertia: 4.5 kg*cm^2, mode: free}
-load: {inertia: 1.3 kg*m^2}
-damping: {ratio: RATIO}
-speed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}
-excitation:
-  motor_torque: {mean: MEAN}
-  load_torque: {mean: -90 N*m}
-  kinematic_error: [{order: 2, amplitude: 23 arcsec}]
-"""
-
-
-@pytest.mark.parametrize(("mean", "ratio", "told"), [("1 N*m", "4", (True, True)), ("1.8 N*m", "4 %", (False, False))])
-def test_unbalanced_mean_torques_and_a_forgotten_percent_sign_are_told(tmp_path, mean, ratio, told):
-    path = tmp_path / "project.yaml"
-    path.write_text(FREE.replace("MEAN", mean).replace("RATIO", ratio))
-    notes = " ".join(read_project(path).notes)
-    assert ("mean torque of 1.8 N*m" in notes, "400 % of critical" in notes) == told
-    if told[0]:  # N (N T_m + T_l)/(N^2 J_m + J_l)
-        assert "speeds up by -7876 rpm/s" in notes

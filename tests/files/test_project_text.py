@@ -171,10 +171,6 @@ def test_a_project_that_contradicts_itself_is_refused(tmp_path):
             sw.project_text(changed)
 
 
-def test_there_are_twelve_projects():
-    assert len(PROJECTS) == 12
-
-
 def test_a_variation_of_ones_own_is_in_no_project_file(tmp_path):
     class Own(NamedTuple):
         share: float

@@ -111,18 +111,11 @@ GOOD = "angle [deg],error [arcsec]\n0,1\n1,2\n2,3\n"
             "phi [deg],error [arcsec]\n0,1\n",
             "1:1: file: has no single column 'angle' for angle; it has phi [deg], error [arcsec]; name the columns",
         ),
-        (
-            "angle [deg],angle [deg],error [arcsec]\n0,0,1\n",
-            "1:1: file: has no single column 'angle' for angle; it has angle [deg], angle [deg]",
-        ),
         ("angle [deg],error [arcsec]\n0,1\n", "1:2: error: column 'error' is in arcsec and was requested in arcmin"),
         (GOOD + "3\n", "5:1: file: has 1 cells where the first line of numbers has 2"),
         (GOOD + "3,nan\n", "5:2: error: is no finite number; correct it or remove the line"),
-        (GOOD + "3,\n", "5:2: error: is no finite number"),
         (GOOD + "3,0x10\n", "5:2: file: has '0x10', which is no number"),
-        (GOOD + "inf,1\n", "5:1: angle: is no finite number"),
         (GOOD + "2,4\n", "5:1: angle: 2 stands after 2 of line 4; angles must ascend: average repeated ones"),
-        (GOOD + "1.5,4\n", "5:1: angle: 1.5 stands after 2 of line 4; angles must ascend"),
     ],
 )
 def test_wrong_files_are_refused_at_their_line(tmp_path, text, complaint):
@@ -139,20 +132,6 @@ def test_files_that_are_none_are_refused(tmp_path):
     (tmp_path / "binary.csv").write_bytes(b"angle\0error")
     with pytest.raises(FileError, match=r"is binary, not text; give a scan file$"):
         read_scan(tmp_path / "binary.csv")
-
-
-@pytest.mark.parametrize(
-    "signs",
-    [
-        {"delimiter": ";;"},
-        {"delimiter": '"'},
-        {"delimiter": ",", "decimal": ","},
-        {"decimal": "'"},
-    ],
-)
-def test_signs_that_cannot_go_together_are_refused(tmp_path, signs):
-    with pytest.raises(FileError, match=r"cannot be read with the delimiter .* the delimiter is one sign"):
-        read_scan(written(tmp_path, GOOD), **signs)
 
 
 def run(*arguments):
@@ -182,7 +161,6 @@ excitation:
         (GOOD.replace(",", ";").replace("2;3", "2;3,5"), [], "give delimiter and decimal"),
         (GOOD.replace("angle", "phi"), [], "or give --angle"),
         (GOOD, ["--backward", "way back [deg]"], "or give --angle, --error, --backward"),
-        (GOOD, ["--delimiter", ";;"], "cannot be read with the delimiter ';;'"),
         (GOOD + "1,2\n", [], "the way back is a file of its own (--back)"),
     ],
 )
@@ -221,7 +199,6 @@ def test_the_command_gives_the_lost_motion_of_two_files(tmp_path):
     [
         (["--orders", "1;2"], 2, "write for example 1,2,4"),
         (["--orders", "400"], 3, "order 400 is too high for these samples"),
-        (["--highest", "400"], 3, "highest is 400"),
         (["--false-alarm", "2"], 3, "probability between 0 and 1"),
         (["--shaft", "load"], 2, "'load' is not one of"),
     ],

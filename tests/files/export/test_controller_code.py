@@ -275,13 +275,6 @@ class Silent(NamedTuple):
 
 
 @needs_cc
-def test_the_limit_is_met_from_both_sides(tmp_path):
-    torques = by_c(tmp_path, Limited(0.8, 0.2, 1.0), RECORD)
-    assert np.max(torques) == 1.0
-    assert np.min(torques) == -1.0
-
-
-@needs_cc
 def test_lost_measurements_hold_the_torque(tmp_path):
     record = np.where(np.arange(9)[:, None] % 3 == 1, np.nan, RECORD[:9])
     torques = by_c(tmp_path, Holding(2.0), record)

@@ -34,13 +34,6 @@ def test_the_step_that_was_chosen_is_said(to, name, tmp_path):
     [
         ({"to": "modelica"}, "axis.mo", ValueError, "to is 'modelica'; it must be 'c', 'fmu2', 'fmu3' or 'mjcf'"),
         ({"to": "c"}, "axis.cpp", ValueError, "the file is 'axis.cpp'; give it a name that ends in .c"),
-        (
-            {"to": "fmu2"},
-            "my axis.fmu",
-            ValueError,
-            "'my axis' is not a name in C; use letters, digits and _, beginning",
-        ),
-        ({"to": "c"}, "none/axis.c", FileNotFoundError, "none; make it, or save elsewhere"),
         ({"to": "c", "step": -1.0}, "axis.c", ValueError, "step [s] is -1.0; it must be a positive finite number"),
         ({"to": "c", "method": sw.Dopri5()}, "axis.c", TypeError, "C code takes fixed steps: give Rk4() or Dop8()"),
     ],

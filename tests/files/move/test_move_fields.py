@@ -98,21 +98,16 @@ def test_a_changed_project_with_a_move_is_written_and_reads_back_equal(tmp_path)
 WRONG = [
     ("profile: []", "joint.yaml:8:", "move.profile"),
     ("profile: [{type: ramp, angle: 1 rad}]", "move.profile[0].type: 'ramp' is not known"),
-    ("profile: [{type: dwell}]", "move.profile[0].time: is missing"),
-    ("profile: [{type: dwell, time: 3}]", "move.profile[0].time: '3' has no unit"),
     ("profile: [{type: dwell, time: -1 s}]", "move.profile[0].time: is -1 s; it must be positive"),
     ("profile: [{type: trapezoid, angle: 1 rad}]", "neither a time nor limits"),
-    ("profile: [{type: trapezoid, angle: 1 rad, time: .inf s}]", "does not begin with a finite number"),
     (
         "profile: [{type: angle_profile, file: ../back.csv}]",
         "'../back.csv' is no plain file name; put the file",
     ),
-    ("profile: [{type: angle_profile}]", "move.profile[0].file: is missing"),
     ("profile: [{type: angle_profile, file: back.csv, time: 1 s}]", "move.profile[0].time: unknown field"),
     ("profile: [{type: angle_profile, file: gone.csv}]", "gone.csv:1:1: file: does not exist"),
     ("profile: [{type: dwell, time: 1 s}], feedforward: {gravity: -1}", "move.feedforward.gravity: is -1"),
     ("profile: [{type: dwell, time: 1 s}], payload: {mass: 1 kg}", "move.payload.radius: is missing"),
-    ("profile: [{type: dwell, time: 1 s}], payload: {mass: -1 kg, radius: 1 m}", "move.payload.mass: is -1"),
     ("profile: [{type: dwell, time: 1 s}], window: 0 deg", "move.window: '0 deg' is not positive"),
     ("start: 1 rad", "move.profile: is missing"),
 ]
@@ -131,14 +126,7 @@ TABLES = [
         "time [s],angle [deg]\n0,0\n0.2,1\n0.1,2\n",
         ":4:1: time: 0.1 stands after 0.2 of line 3; a profile goes forward in time",
     ),
-    ("time [s],angle [deg]\n0,0\n0.2,nan\n", ":3:2: angle: is no finite number"),
-    (
-        "time [s],winkel [deg]\n0,0\n0.2,1\n",
-        ":1:1: file: has no single column 'angle' for angle; it has time [s], winkel [deg]",
-    ),
     ("time,angle [deg]\n0,0\n0.2,1\n", ":1:1: time: column 'time' has no unit"),
-    ("time [deg],angle [deg]\n0,0\n0.2,1\n", ":1:1: time: "),
-    ("time [s],angle [deg]\n0,0\n0.2\n", ":3:1: file: has 1 cells where the first line of numbers has 2"),
     ("time [s],angle [deg]\n0,0\n", ":1:1: file: has fewer than two points"),
     ("", ":1:1: file: is empty; give a profile"),
 ]

@@ -133,16 +133,12 @@ def test_numbers_of_a_catalogue_gear_replace_those_of_its_law(read):
     ("project", "values", "said"),
     [
         ("antenna", {"load.inertia": "2"}, r"^load\.inertia: '2' has no unit; write for example 1\.3 kg\*m\^2"),
-        ("antenna", {"load.inertia": "-2 kg*m^2"}, r"^load\.inertia: '-2 kg\*m\^2' is not positive"),
-        ("antenna", {"load.inertias": "2 kg*m^2"}, r"load\.inertias: unknown field; did you mean"),
         ("antenna", {"lod.x": "2 kg*m^2"}, "the project file has no 'lod.x'; its numbers are motor.inertia, load"),
         ("antenna", {"x" * 5000: "2 kg*m^2"}, "^the project file has no 'x+... .{1,40}; its numbers are motor.inertia"),
         ("antenna", {"inertia": "2 kg*m^2"}, "'inertia' is in several groups of the file; write motor.inertia or load"),
         ("antenna", {"load.inertia.x": "2 kg*m^2"}, r"load\.inertia is not a group with 'x'"),
         ("antenna", {"gear": "CSG-40-51"}, "CSG-40-51"),
-        ("antenna", {"gear.K1": "9 N*m"}, r"gear\.K1: '9 N\*m' is not per radian"),
         ("article", {"gear.K1": "9 N*m/rad"}, "gear.law.K1: unknown field"),
-        ("two couplings, gravity", {"couplings.2.inertia": "1 kg*m^2"}, "is not a group with '2'"),
         ("loop by bandwidth, payload", {"loop.K_p": "3 N*m/rad"}, "K_p: is a gain, and bandwidth and damping give"),
     ],
 )

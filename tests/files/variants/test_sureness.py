@@ -169,16 +169,9 @@ def test_the_range_is_for_the_load_of_the_verdict():
     assert error.sizes[1] == pytest.approx(worst.avoid.largest, rel=1e-6)
 
 
-STIFFER = """
-gear: CSG-40-50
-motor: {loop: {type: cascade, bandwidth: 30 Hz, damping: 0.7}}
-load: {inertia: 1.3 kg*m^2}
-damping: {ratio: 3 %}
-speed: {from: 250 rpm, to: 3000 rpm, shaft: motor}
-limit: {oscillation: 60 arcsec}
-excitation: {load_torque: {mean: {from: 0 N*m, to: 150 N*m}}, kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
-sources: {motor.loop: assumed, damping: assumed}
-"""
+LOADED = AXIS.replace("excitation: {", "excitation: {load_torque: {mean: {from: 0 N*m, to: 150 N*m}}, ")
+STIFFER = LOADED.replace("BAND", "30 Hz, damping: 0.7").replace("RATIO", "3 %")
+STIFFER += "sources: {motor.loop: assumed, damping: assumed}\n"
 
 
 @pytest.mark.slow
