@@ -355,12 +355,3 @@ def test_other_encodings_missing_folders_and_huge_files(tmp_path):
     path.write_bytes(b"#" * (16 * 1024 * 1024 + 1))
     with pytest.raises(FileError, match="a table of orders has at most"):
         sw.OrderTable.read(path)
-
-
-def test_a_failing_write_leaves_the_old_file(tmp_path):
-    path = tmp_path / "table.json"
-    TWO_WAYS.write(path)
-    with pytest.raises(ValueError, match="at_speed"):
-        dataclasses.replace(TWO_WAYS, delay=1.0).write(path, "csv")
-    assert sw.OrderTable.read(path) == TWO_WAYS
-    assert [file.name for file in tmp_path.iterdir()] == ["table.json"]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
@@ -76,33 +77,30 @@ def test_a_csv_file_takes_its_units_from_the_cell_or_the_column(written):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "place", "sentence"),
+    ("old", "new", "said"),
     [
-        ("54 N*m\n", "540 N*m\n", "9:9: gears[0].T1", "T1 is 540 and T2 is 196 N*m; the first slope must end below"),
-        ("K3: 18e4 N*m/rad", "K3: -18e4 N*m/rad", "8:9: gears[0].K3", "K3 is -180000 N*m/rad; it must be positive"),
+        ("54 N*m\n", "540 N*m\n", "9:9: gears[0].T1: T1 is 540 and T2 is 196 N*m; the first slope must end below"),
+        ("K3: 18e4 N*m/rad", "K3: -18e4 N*m/rad", "8:9: gears[0].K3: K3 is -180000 N*m/rad; it must be positive"),
         (
             "255 N*m",
             "600 N*m",
-            "11:21: gears[0].average_torque",
-            "average_torque is 600 N*m, above repeated_peak_torque, 523",
+            "11:21: gears[0].average_torque: average_torque is 600 N*m, above repeated_peak_torque, 523",
         ),
         (
             "MY-40-51,",
             "MY-40-50,",
-            "19:12: gears[1].name",
-            "'MY-40-50' appears twice, first in line 2; remove one or rename it",
+            "19:12: gears[1].name: 'MY-40-50' appears twice, first in line 2; remove one or rename it",
         ),
-        ("    K1: 10e4 N*m/rad\n", "", "2:5: gears[0].K1", "is missing; write it, for example 7160 N*m/rad"),
-        ("77 %", "1.2", "16:17: gears[0].efficiency", "efficiency is 1.2; it must be at most 1 (100 %)"),
-        ("series: MY", "serie: MY", "3:5: gears[0].serie", "unknown field; did you mean 'series'?"),
-        ("series: MY", "series: " + "M" * 61, "3:13: gears[0].series", "is no name of 1 to 60 printable characters"),
+        ("    K1: 10e4 N*m/rad\n", "", "2:5: gears[0].K1: is missing; write it, for example 7160 N*m/rad"),
+        ("77 %", "1.2", "16:17: gears[0].efficiency: efficiency is 1.2; it must be at most 1 (100 %)"),
+        ("series: MY", "serie: MY", "3:5: gears[0].serie: unknown field; did you mean 'series'?"),
+        ("series: MY", "series: " + "M" * 61, "3:13: gears[0].series: 'MMM"),
     ],
 )
-def test_what_is_wrong_with_a_gear_is_one_line_with_its_place(written, old, new, place, sentence):
+def test_what_is_wrong_with_a_gear_is_one_line_with_its_place(written, old, new, said):
     assert old in YAML
-    said = complaint(written(YAML.replace(old, new, 1)))
-    assert [line for line in said if line.startswith(f"gears.yaml:{place}: ") and sentence in line], said
-    assert len(said) == 1
+    (line,) = complaint(written(YAML.replace(old, new, 1)))
+    assert line.startswith(f"gears.yaml:{said}")
 
 
 @pytest.mark.parametrize(
@@ -150,13 +148,7 @@ def test_a_file_that_is_not_there_is_said():
     assert "does not exist" in complaint("no/such.yaml")[0]
 
 
-PROJECT = """\
-gear: {file: gears.yaml, name: MY-40-50}
-load: {inertia: 1.3 kg*m^2}
-damping: {ratio: 2 %}
-speed: {from: 500 rpm, to: 3000 rpm, shaft: motor}
-excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
-"""
+PROJECT = PROJECTS["catalogue gear, motor not named"].replace("CSG-40-50", "{file: gears.yaml, name: MY-40-50}")
 
 
 def test_a_project_may_take_a_gear_of_ones_own(written):

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from twelve_projects import PROJECTS
 
 from strainwave.app.commands.cli import cli
 from strainwave.files.reading import read_project
@@ -143,12 +144,7 @@ def test_the_command_prints_lines_that_a_project_file_takes(tmp_path):
     done = run(path)
     assert done.exit_code == 0, done.output
     field = done.output.partition("for a project file:\n")[2]
-    project = f"""gear: CSG-40-50
-load: {{inertia: 1.3 kg*m^2}}
-damping: {{ratio: 0.03}}
-speed: {{from: 100 rpm, to: 3000 rpm, shaft: motor}}
-excitation:
-{field}"""
+    project = PROJECTS["catalogue gear, motor not named"].partition("excitation:")[0] + f"excitation:\n{field}"
     lines = read_project(written(tmp_path, project, "project.yaml")).kinematic_error.lines
     assert [line.order for line in lines] == [1, 2]
     assert lines[1].amplitude == pytest.approx(23.0 * ARCSEC, abs=0.2 * ARCSEC)

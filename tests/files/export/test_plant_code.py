@@ -256,25 +256,11 @@ class Bent(NamedTuple):
         return self.K if x > 0.0 else 0.5 * self.K
 
 
-class Folded(NamedTuple):
-    """A user's law that takes a remainder."""
-
-    K: float
-
-    def torque(self, x):
-        return self.K * (x % 1e-3)
-
-
 def test_a_law_with_a_branch_is_refused_with_its_place():
     with pytest.raises(
         Unrecordable, match=r"Bent\.torque branches on a value .* line \d+: .*write it without branches"
     ):
         plant_code(plant_of(GEAR._replace(law=Bent(1e5)).train(), step=1e-6), "joint")
-
-
-def test_an_operation_that_c_does_not_have_is_refused():
-    with pytest.raises(Unrecordable, match=r"Folded\.torque takes a remainder in line \d+: it is run once"):
-        plant_code(plant_of(GEAR._replace(law=Folded(1e5)).train(), step=1e-6), "joint")
 
 
 def test_steps_that_are_too_long_for_the_train_are_refused():
