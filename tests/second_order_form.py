@@ -10,10 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-try:
-    import sympy as sp
-except ImportError:  # an optional extra
-    sp = None
+import sympy as sp
 
 OFFSET = 16  # makes the exponents of a Laurent polynomial positive
 
@@ -57,8 +54,6 @@ def second_order_form(ratio: Fraction | None) -> SecondOrderForm:
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1 and 4.2.
     """
-    if sp is None:
-        raise ImportError("the derivation needs SymPy, which is not installed; pip install 'strainwave[sym]'")
     c2, c3, z, z_bar, c, c_bar, x, y = sp.symbols("c2 c3 z z_bar c c_bar x y")
     fast, line = (x, y) if ratio is None else (x**ratio.numerator, x**ratio.denominator)
     at_fast = (1, 0) if ratio is None else (ratio.numerator, 0)

@@ -114,12 +114,6 @@ def test_all_names_can_be_imported_without_the_extras_and_what_needs_one_says_wh
     assert run.stdout.endswith("pip install 'strainwave[sym]' 50.0\n")
 
 
-def test_help_of_the_command_line_answers():
-    run = subprocess.run([sys.executable, "-m", "strainwave", "--help"], capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
-    assert "demo" in run.stdout
-
-
 def own_docstring(thing) -> str:
     """The docstring somebody wrote: not an inherited one, nor the signature that the class builders put there."""
     if not inspect.isclass(thing):

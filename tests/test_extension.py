@@ -333,19 +333,6 @@ def test_powers_of_a_train_with_a_users_control_add_up():
     assert run.imbalance < 1e-8
 
 
-@pytest.mark.slow
-@each_control
-def test_compiled_code_runs_a_users_control(control):
-    train = with_control(control)
-    y0 = np.full(len(train.state_names()), 1e-4)
-    system = AtLoad(train, train.omega)
-    method = sw.Rk4(steps_per_period=400)
-    compiled = sw.simulate(train, y0, 0.02, method=method).y[:, -1], sw.find_orbit(system, harmonics=6).peak
-    python = sw.simulate(train, y0, 0.02, method=method).y[:, -1], sw.find_orbit(system, harmonics=6).peak
-    np.testing.assert_allclose(compiled[0], python[0], rtol=0, atol=1e-12)
-    assert compiled[1] == pytest.approx(python[1], rel=1e-10)
-
-
 @pytest.mark.parametrize("control", ["PD", LevellingLoop], ids=["text", "class"])
 def test_what_is_no_control_is_refused(control):
     with pytest.raises(TypeError, match=r"^Motor\.control is "):

@@ -82,14 +82,6 @@ def test_a_result_takes_the_place_of_the_old_one(tmp_path):
     assert differences(branch(), sw.load(path)) == []
 
 
-def test_nothing_special_of_a_branch_is_lost(tmp_path):
-    back = sw.load(branch().save(tmp_path / "curve.nc"))
-    assert [fold.label for fold in back.folds] == ["fold", "fold"]
-    assert back.folds[0].multipliers.dtype == complex
-    assert back.status is sw.Status.OK
-    assert str(sw.jumps(back)) == str(sw.jumps(branch()))
-
-
 @pytest.mark.parametrize("value", [np.nan, -np.inf, -0.0, 5e-324, 1.7976931348623157e308, 0.1 + 0.2])
 def test_extreme_numbers_come_back(value, tmp_path):
     rest = np.array([[value, 1.0], [0.0, value]])
@@ -329,7 +321,3 @@ class Silent(Result):
 
     def facts(self):
         return ()
-
-
-def test_a_result_without_facts_prints_its_class():
-    assert "Silent" in str(Silent())

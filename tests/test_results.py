@@ -66,13 +66,6 @@ def test_saved_trajectory_reads_back(tmp_path):
     assert os.listdir(tmp_path) == ["run.csv"]
 
 
-def test_other_file_types_are_refused_before_anything_is_written(tmp_path):
-    said = r"cannot save a Trajectory as 'run\.xlsx'; use a name that ends in \.nc or \.csv$"
-    with pytest.raises(ValueError, match=said):
-        cosine(np.linspace(0.0, 1.0, 3)).save(tmp_path / "run.xlsx")
-    assert os.listdir(tmp_path) == []
-
-
 def test_interrupted_save_keeps_the_old_file_and_leaves_no_other(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("old")

@@ -19,28 +19,21 @@ ARCMIN = math.pi / 10800.0
     ("text", "unit", "value"),
     [
         ("7160 N*m/rad", "N*m/rad", 7160.0),
-        ("7160 Nm/rad", "N*m/rad", 7160.0),
         ("7.16 kN*m/rad", "N*m/rad", 7160.0),
         ("3 Nm/arcmin", "N*m/rad", 3.0 / ARCMIN),
         ("0.25 kg*cm^2", "kg*m**2", 0.25e-4),
-        ("0.25 kg·cm²", "kg*m**2", 0.25e-4),
-        ("0.25 kg cm**2", "kg*m**2", 0.25e-4),
         ("4.5 kg*cm^2", "kg*m**2", 4.5e-4),
         ("60 rpm", "rad/s", 2.0 * math.pi),
-        ("60rpm", "rad/s", 2.0 * math.pi),
         ("1 rev/s", "rad/s", 2.0 * math.pi),
-        ("180 deg/s", "rad/s", math.pi),
         ("23 arcsec", "rad", 23.0 / 60.0 * ARCMIN),
         ("23″", "rad", 23.0 / 60.0 * ARCMIN),
         ("1′", "rad", ARCMIN),
         ("90°", "rad", math.pi / 2.0),
         ("1.2e-3 rad", "rad", 1.2e-3),
-        ("1.2E-3 rad", "rad", 1.2e-3),
         ("5 µrad", "rad", 5e-6),
         ("-5 mrad", "rad", -5e-3),
         ("−5 mrad", "rad", -5e-3),
         ("0.1 1/rad^2", "1/rad**2", 0.1),
-        ("0.1 rad^-2", "1/rad**2", 0.1),
         ("0.1 rad⁻²", "1/rad**2", 0.1),
         ("0.1 1/mrad²", "1/rad**2", 1e5),
         ("20 N*cm", "N*m", 0.2),
@@ -48,8 +41,6 @@ ARCMIN = math.pi / 10800.0
         ("1 ozf*in", "N*m", 4.4482216152605 * 0.0254 / 16.0),
         ("1 kgf*m", "N*m", 9.80665),
         ("1 in-lb", "N*m", 4.4482216152605 * 0.0254),
-        ("1 lb-in", "N*m", 4.4482216152605 * 0.0254),
-        ("1 in*lb", "N*m", 4.4482216152605 * 0.0254),
         ("1 ft*lbf", "N*m", 4.4482216152605 * 0.3048),
         ("16 oz-in", "N*m", 4.4482216152605 * 0.0254),
         ("1 in-lb/arcmin", "N*m/rad", 4.4482216152605 * 0.0254 / ARCMIN),
@@ -57,22 +48,18 @@ ARCMIN = math.pi / 10800.0
         ("1 lb-in-s2", "kg*m**2", 4.4482216152605 * 0.0254),
         ("4.5 kgcm2", "kg*m**2", 4.5e-4),
         ("4.5 gcm²", "kg*m**2", 4.5e-7),
-        ("4.5 kgm²", "kg*m**2", 4.5),
         ("2 N-m", "N*m", 2.0),
         ('30"', "rad", 0.5 * ARCMIN),
-        ("30''", "rad", 0.5 * ARCMIN),
         ("1'", "rad", ARCMIN),
         ("3.1×10⁴ N*m/rad", "N*m/rad", 3.1e4),
         ("3.1x10^4 N*m/rad", "N*m/rad", 3.1e4),
         ("3.1*10**4 N*m/rad", "N*m/rad", 3.1e4),
-        ("-1.5×10⁻³ rad", "rad", -1.5e-3),
         ("10⁴ N*m/rad", "N*m/rad", 1e4),
         ("1 N*m/(rad/s)", "N*m*s/rad", 1.0),
         ("1 N m s/rad", "N*m*s/rad", 1.0),
         ("5 N*m/rad^3", "N*m/rad**3", 5.0),
         ("0.02", "", 0.02),
         ("2 %", "", 0.02),
-        ("1e-3", "", 1e-3),
     ],
 )
 def test_a_quantity_is_read_in_si_and_radians(text, unit, value):
@@ -88,7 +75,6 @@ def test_a_decimal_prefix_costs_no_digit(text, unit, value):
     ("text", "unit", "sentence"),
     [
         ("7160", "N*m/rad", "'7160' has no unit; write for example 7160 N*m/rad or 3 Nm/arcmin"),
-        ("0", "N*m", "'0' has no unit; write for example 0.5 N*m or 20 N*cm"),
         (
             "20 Hz",
             "rad/s",
@@ -99,46 +85,38 @@ def test_a_decimal_prefix_costs_no_digit(text, unit, value):
             "rad/s",
             "'60 1/min' is a frequency, not an angular speed; write 60 rpm or 6.283 rad/s, not 60 1/min",
         ),
-        ("2 kHz", "rad/s", "write 2000 rev/s"),
         (
             "7160 N*m",
             "N*m/rad",
             "'7160 N*m' is not per radian, so it is not a torsional stiffness; write 7160 N*m/rad if that is meant",
         ),
-        ("5 N*m*s", "N*m*s/rad", "write 5 N*m*s/rad if that is meant"),
         ("5 N*m/rad", "N*m", "'5 N*m/rad' is per radian, so it is not a torque"),
         ("5 kg", "kg*m**2", "'5 kg' is not an inertia; write for example 1.3 kg*m^2"),
-        ("3 min", "rad", "'3 min' is not an angle; write for example 23 arcsec"),
         ("3 lb", "N*m", "'3 lb' is not a torque"),
         ("3 lb-in", "kg*m**2", "'3 lb-in' is not an inertia"),
         ("1' 30\"", "rad", "is not one number and one unit"),
-        ("3*10 N*m", "N*m", "is not one number and one unit"),
         ("10^400 rad", "rad", "is too large a number"),
         ("0.02 rad", "", "'0.02 rad' is not a plain number"),
         ("5 N*m", "N*m/rad**3", "write for example 1.5 N*m/rad^3"),
         ("7160,5 N*m/rad", "N*m/rad", "'7160,5 N*m/rad' has a comma; write 7160.5, not 7160,5"),
         ("1.234,5 rpm", "rad/s", "write 1234.5, not 1.234,5"),
         ("1,234.5 rpm", "rad/s", "write 1234.5 without separators, not 1,234.5"),
-        ("1,234,567 rpm", "rad/s", "write 1234567 without separators"),
         ("1 000 rpm", "rad/s", "is not one number and one unit"),
         ("5 Nms/rad", "N*m/rad", "unknown unit 'Nms'"),
-        ("5 J", "N*m", "unknown unit 'J'"),
         ("5 foo", "rad", "'5 foo' has the unknown unit 'foo'; write for example 23 arcsec"),
-        ("5 Unit", "rad", "unknown unit 'Unit'"),
         ("5 RAD", "rad", "unknown unit 'RAD'"),
         ("5 N*m/rad s", "N*m*s/rad", "is not one number and one unit"),
-        ("5 rad^99", "rad", "is not one number and one unit"),
         ("9**9**9**9 rad", "rad", "is not one number and one unit"),
-        ("2**3 rad", "rad", "is not one number and one unit"),
         ("5 __import__('os')", "rad", "is not one number and one unit"),
         ("nan rad", "rad", "does not begin with a finite number"),
-        ("inf rad", "rad", "does not begin with a finite number"),
         (".inf", "rad", "does not begin with a finite number"),
         ("٣ rad", "rad", "does not begin with a finite number"),
-        ("rad", "rad", "does not begin with a finite number"),
         ("", "rad", "does not begin with a finite number"),
         ("1e999 rad", "rad", "'1e999 rad' is too large a number"),
         ("1e308 Nm/arcmin", "N*m/rad", "is too large a number"),
+        ("1 rad", "N*m/", "unknown unit 'N*m/'"),
+        ("1e-400 rad", "rad", "is too small a number to be told from 0"),
+        ("20\n Hz", "rad/s", "not 20 Hz"),
         ("1 rad" + " " * 60, "rad", "has 65 characters; write one number and one unit, at most 60"),
     ],
 )
@@ -195,27 +173,6 @@ def test_convert_serves_the_edges():
 def test_convert_refuses_what_does_not_match(unit, to, sentence):
     with pytest.raises(ValueError, match=re.escape(sentence)):
         convert(1.0, unit, to)
-
-
-@pytest.mark.parametrize(
-    ("text", "unit", "sentence"),
-    [
-        ("1 rad", "N*m/", "unknown unit 'N\\*m/'"),
-        ("1 lb", "W", "unknown unit 'W'"),
-        ("1e-400 rad", "rad", "is too small a number to be told from 0"),
-        ("20\n Hz", "rad/s", "not 20 Hz$"),
-    ],
-)
-def test_what_is_no_text_or_no_number_a_float_holds_is_one_sentence(text, unit, sentence):
-    with pytest.raises(ValueError, match=sentence) as error:
-        parse(text, unit)
-    assert "\n" not in str(error.value)
-
-
-def test_convert_cuts_a_long_unit_in_its_sentence():
-    with pytest.raises(ValueError, match=r"\(3002 characters\)") as error:
-        convert(1.0, "x" * 3000, "rad")
-    assert len(str(error.value)) < 200
 
 
 @pytest.mark.slow
