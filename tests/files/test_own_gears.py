@@ -148,7 +148,8 @@ def test_a_file_that_is_not_there_is_said():
     assert "does not exist" in complaint("no/such.yaml")[0]
 
 
-PROJECT = PROJECTS["catalogue gear, motor not named"].replace("CSG-40-50", "{file: gears.yaml, name: MY-40-50}")
+OWN = "{file: gears.yaml, name: MY-40-50}"
+PROJECT = PROJECTS["catalogue gear, motor not named"].replace("CSG-40-50", OWN)
 
 
 def test_a_project_may_take_a_gear_of_ones_own(written):
@@ -159,37 +160,22 @@ def test_a_project_may_take_a_gear_of_ones_own(written):
 
 
 @pytest.mark.parametrize(
-    ("project", "gears", "said"),
+    ("old", "new", "said"),
     [
-        (
-            PROJECT.replace("-50}", "-52}"),
-            YAML,
-            "project.yaml:1:32: gear.name: gears.yaml has no gear 'MY-40-52'; it has MY-40-50",
-        ),
-        (
-            PROJECT.replace("-50}", "-51}"),
-            YAML,
-            "project.yaml:1:1: motor.inertia: is missing and no source gives it for MY-40-51",
-        ),
-        (
-            PROJECT.replace("gears.yaml", "../gears.yaml"),
-            YAML,
-            "project.yaml:1:14: gear.file: '../gears.yaml' is no plain file name",
-        ),
-        (PROJECT.replace(", name: MY-40-50", ""), YAML, "project.yaml:1:7: gear.name: is missing"),
-        (PROJECT, YAML.replace("54 N*m", "54 N", 1), "gears.yaml:9:9: gears[0].T1: '54 N' is not a torque"),
-        (PROJECT.replace("gears.yaml", "absent.yaml"), YAML, "absent.yaml:1:1: file: does not exist"),
-        (
-            PROJECT.replace("{file: gears.yaml, name: MY-40-50}", "RT1-H-CS-14-100"),
-            YAML,
-            "project.yaml:1:7: gear: RT1-H-CS-14-100 has no",
-        ),
+        ("-50}", "-52}", "project.yaml:1:32: gear.name: gears.yaml has no gear 'MY-40-52'; it has MY-40-50"),
+        ("-50}", "-51}", "project.yaml:1:1: motor.inertia: is missing and no source gives it for MY-40-51"),
+        ("gears.yaml", "../gears.yaml", "project.yaml:1:14: gear.file: '../gears.yaml' is no plain file name"),
+        (", name: MY-40-50", "", "project.yaml:1:7: gear.name: is missing"),
+        ("gears.yaml", "wrong.yaml", "wrong.yaml:9:9: gears[0].T1: '54 N' is not a torque"),
+        ("gears.yaml", "absent.yaml", "absent.yaml:1:1: file: does not exist"),
+        (OWN, "RT1-H-CS-14-100", "project.yaml:1:7: gear: RT1-H-CS-14-100 has no"),
     ],
 )
-def test_a_project_with_a_gear_that_does_not_serve_says_why(written, project, gears, said):
-    written(gears)
+def test_a_project_with_a_gear_that_does_not_serve_says_why(written, old, new, said):
+    written(YAML)
+    written(YAML.replace("54 N*m", "54 N", 1), "wrong.yaml")
     with pytest.raises(ProjectError) as refusal:
-        read_project(written(project, "project.yaml"))
+        read_project(written(PROJECT.replace(old, new), "project.yaml"))
     assert str(refusal.value).startswith(said)
 
 

@@ -219,34 +219,18 @@ def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(wri
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("changes", "said"),
     [
-        (LINES, "accuracy: -1 arcmin", "project.yaml:7:13: excitation.accuracy: '-1 arcmin' is not positive"),
-        (LINES, "accuracy: 60.1 arcmin", "project.yaml:7:13: excitation.accuracy: '60.1 arcmin' is above 1 deg"),
-        (
-            LINES,
-            LINES + "\n  accuracy: 1 arcmin",
-            "project.yaml:8:13: excitation.accuracy: stands beside kinematic_error",
-        ),
-        ("CSG-40-50", "HFUC-90-100", None),
+        ({"5 kg*cm^2": "5 kg*m^2", "CSG-40-50": "HFUC-90-100"}, "no source gives one for HFUC-90-100; write it as an"),
+        ({"shaft: motor": "shaft: forcing", "rpm": "rad/s"}, "belongs to the motor's turn"),
     ],
 )
-def test_a_wrong_accuracy_is_refused_at_its_place(written, old, new, said):
-    text = GOOD.replace(old, new)
-    if said is None:  # no source gives the accuracy of this gear
-        assert sw.catalogue.gear(new).accuracy is None
-        text = text.replace(LINES, "accuracy: catalogue").replace(
-            "motor: {inertia: 5 kg*cm^2", "motor: {inertia: 5 kg*m^2"
-        )
-        said = "project.yaml:7:13: excitation.accuracy: no source gives one for HFUC-90-100; write it as an angle"
+def test_an_accuracy_needs_a_source_and_the_motors_turn(written, changes, said):
+    text = GOOD.replace(LINES, "accuracy: catalogue")
+    for old, new in changes.items():
+        text = text.replace(old, new)
     (line,) = complaint(written(text))
-    assert line.startswith(said)
-
-
-def test_an_accuracy_belongs_to_the_motors_turn(written):
-    text = GOOD.replace(LINES, "accuracy: 1 arcmin").replace("shaft: motor", "shaft: forcing").replace("rpm", "rad/s")
-    (line,) = complaint(written(text))
-    assert line.startswith("project.yaml:7:13: excitation.accuracy: belongs to the motor's turn")
+    assert line.startswith(f"project.yaml:7:13: excitation.accuracy: {said}")
 
 
 def test_notes_tell_what_is_doubtful(written):
@@ -373,6 +357,9 @@ WRONG = [
     ("order: 2, ", "", "7:21: excitation.kinematic_error[0].order: is missing; write for example 'order: 2'"),
     ("23 arcsec", "-23 arcsec", "7:43: excitation.kinematic_error[0].amplitude: '-23 arcsec' is negative"),
     ("23 arcsec", "23 arcsec, phase: -3.7e5 deg", "7:61: excitation.kinematic_error[0].phase: '-3.7e5 deg' is more"),
+    (LINES, "accuracy: -1 arcmin", "7:13: excitation.accuracy: '-1 arcmin' is not positive"),
+    (LINES, "accuracy: 60.1 arcmin", "7:13: excitation.accuracy: '60.1 arcmin' is above 1 deg"),
+    (LINES, LINES + "\n  accuracy: 1 arcmin", "8:13: excitation.accuracy: stands beside kinematic_error"),
     ("23 arcsec", "0 arcsec", "7:3: excitation: nothing periodic drives the error; write for example"),
     (
         "load_torque: {mean: -50 N*m}",
